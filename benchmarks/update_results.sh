@@ -1,60 +1,32 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
-# Usage: benchmarks/update_results.sh [peers] [options of compare_with_peers] [folder of PCD files ...]
-#        benchmarks/update_results.sh profiles [options of compare_with_peers] [folder of PCD files ...]
-#        benchmarks/update_results.sh scale [options of measure_scale] [folder of PCD files ...]
-#        benchmarks/update_results.sh stages [options of measure_stages] [folder of PCD files ...]
-#        benchmarks/update_results.sh growth [options of measure_growth]
+# Usage: benchmarks/update_results.sh SECTION [options of the program] [folder of clouds ...]
+#   SECTION  peers, profiles, stages, growth, scale or recording
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-
-program=compare_with_peers
-section=results
-case ${1:-} in
-  peers) shift ;;
-  profiles)
-    shift
-    section="results of profiles"
-    set -- --tables profiles "$@"
-    ;;
-  scale)
-    shift
-    program=measure_scale
-    section="results of scale"
-    ;;
-  stages)
-    shift
-    program=measure_stages
-    section="results of stages"
-    ;;
-  growth)
-    shift
-    program=measure_growth
-    section="results of growth"
-    ;;
-esac
+section=${1:?"usage: $0 peers|profiles|stages|growth|scale|recording [options] [folder ...]"}
+shift
+tables=$section
+[ "$section" != peers ] || tables="efforts from_sensor peers recorded threads"
 
 "$root/tools/install_packages.sh" build benchmark
 build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON > /dev/null
-cmake --build "$build" --target "$program" -j "${PCL_EXT_JOBS:-2}"
+cmake --build "$build" --target benchmark -j "${PCL_EXT_JOBS:-2}"
 
 results=$(mktemp)
 page=$(mktemp)
-counts=$(mktemp -d)
-trap 'rm -rf "$results" "$page" "$counts"' EXIT
-"$build/benchmarks/$program" "$@" | tee "$results"
-if [ "$program" = measure_scale ]; then
+trap 'rm -f "$results" "$page"' EXIT
+# shellcheck disable=SC2086 # several tables
+measure() { "$build/benchmarks/benchmark" "$@" --tables $tables; }
+measure "$@" | tee "$results"
+if [ "$section" = scale ]; then
   # Without the machine, which is printed above.
-  "$build/benchmarks/$program" --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
+  measure --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
 fi
-if [ "$program" = measure_stages ] && grep -q "^Not counted" "$results"; then
-  valgrind --quiet --tool=callgrind --instr-atstart=no --branch-sim=yes --cache-sim=yes \
-    --callgrind-out-file="$counts/stages" "$build/benchmarks/$program" \
-    --callgrind-file "$counts/stages" "$@" | sed '1,2d' | tee -a "$results"
-fi
-awk -v results="$results" -v begin="<!-- $section -->" -v end="<!-- end of $section -->" '
+awk -v results="$results" -v begin="<!-- results of $section -->" \
+  -v end="<!-- end of results of $section -->" '
   $0 == end { replacing = 0 }
   !replacing { print }
   $0 == begin {

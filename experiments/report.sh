@@ -67,7 +67,7 @@ cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
-  --target measure_streams measure_at_once sample_pictures measure_noise measure_growth \
+  --target measure_streams measure_at_once sample_pictures measure_noise benchmark \
   pcl_ext_program
 
 measured=$new/measurements
@@ -110,7 +110,7 @@ measure_noise time 60 --part time
 measure_noise time_2cm 20 --part time --sensor 5 --resolution 0.02
 measure_noise bytes 300 --part bytes
 
-"$build/benchmarks/measure_growth" --most-points "$points" \
+"$build/benchmarks/benchmark" --tables growth --most-points "$points" \
   --edge-points $((points < 3000000 ? points / 3 : 1000000)) \
   --results "$measured/results_growth.csv" > /dev/null
 

@@ -23,11 +23,10 @@ constexpr float full_face = 255.0f;
 
 /** \brief SensorPreprocessor of a law that is chosen at run time.
  * \tparam CloudT pcl::PCLPointCloud2 or pcl::PointCloud
- * \tparam PointT type of the processed points, as SensorPreprocessor takes it
  */
-template <typename CloudT, typename PointT = pcl::PointXYZI>
-using Preprocessing =
-    std::function<PreprocessingStatistics(const CloudT&, pcl::PointCloud<PointT>&)>;
+template <typename CloudT>
+using Preprocessing = std::function<PreprocessingStatistics(
+    const CloudT&, pcl::PointCloud<pcl::PointXYZI>&)>;
 
 /** \brief Makes the preprocessing of one sensor.
  * \param[in] law intensity of a point; the shares of a voxel face are times full_face
@@ -37,8 +36,8 @@ using Preprocessing =
  * \param[in] crop_box what to keep, world; none: everything
  * \return a function that throws std::runtime_error if a cloud cannot be preprocessed
  */
-template <typename CloudT, typename PointT = pcl::PointXYZI>
-Preprocessing<CloudT, PointT>
+template <typename CloudT>
+Preprocessing<CloudT>
 makePreprocessing(IntensityLaw law,
                   double resolution,
                   const std::optional<RuntimeSensor>& sensor,
@@ -46,9 +45,9 @@ makePreprocessing(IntensityLaw law,
                   const std::optional<io::BoundingBox>& crop_box)
 {
   return visitIntensityModel(
-      law, resolution, sensor, [&](const auto& model) -> Preprocessing<CloudT, PointT> {
+      law, resolution, sensor, [&](const auto& model) -> Preprocessing<CloudT> {
         using Model = std::decay_t<decltype(model)>;
-        SensorPreprocessor<Model, PointT> preprocessor(model);
+        SensorPreprocessor<Model, pcl::PointXYZI> preprocessor(model);
         preprocessor.setSensorPose(sensor_pose);
         if (crop_box)
           preprocessor.setCropBox(Eigen::Vector3d(crop_box->min.data()),
@@ -56,7 +55,7 @@ makePreprocessing(IntensityLaw law,
         if (Model::unit == IntensityUnit::Share)
           preprocessor.setIntensityScale(full_face);
         return [preprocessor](const CloudT& cloud,
-                              pcl::PointCloud<PointT>& output) mutable {
+                              pcl::PointCloud<pcl::PointXYZI>& output) mutable {
           const PreprocessingStatus status = preprocessor.process(cloud, output);
           if (!status.ok())
             throw std::runtime_error("preprocessing failed: " + status.message());

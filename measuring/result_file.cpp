@@ -31,7 +31,7 @@ ResultFile::addLine(const Subject& subject,
 void
 ResultFile::add(const Subject& subject,
                 const std::string& quantity,
-                const MeanAndDeviation& samples)
+                const Samples& samples)
 {
   addLine(subject, quantity, samples.mean(), samples.deviation(), samples.count());
 }

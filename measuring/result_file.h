@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "measuring/mean_and_deviation.h"
+#include "measuring/samples.h"
 
 #include <cstddef>
 #include <fstream>
@@ -31,9 +31,7 @@ public:
   explicit ResultFile(const std::string& path);
 
   void
-  add(const Subject& subject,
-      const std::string& quantity,
-      const MeanAndDeviation& samples);
+  add(const Subject& subject, const std::string& quantity, const Samples& samples);
 
   /** \brief A quantity without a deviation.
    * \param[in] samples frames that it is of, all together

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -12,9 +13,16 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Samples of one figure, one for each frame of a stream. */
+/** \brief Samples of one figure, such as one for each frame of a stream. All statistics are
+ * 0 without samples. */
 class Samples {
 public:
+  void
+  add(double sample)
+  {
+    samples_.push_back(sample);
+  }
+
   /** \brief Adds the sample of a frame. When a stream is repeated, the smallest one is
    * kept, as other load only makes times longer. */
   void
@@ -25,10 +33,10 @@ public:
     samples_[frame] = std::min(samples_[frame], sample);
   }
 
-  bool
-  empty() const
+  std::size_t
+  count() const
   {
-    return samples_.empty();
+    return samples_.size();
   }
 
   double
@@ -41,6 +49,24 @@ public:
   mean() const
   {
     return samples_.empty() ? 0.0 : sum() / static_cast<double>(samples_.size());
+  }
+
+  /** \brief Standard deviation, of the population of all samples: 0 of a single one. */
+  double
+  deviation() const
+  {
+    const double middle = mean();
+    double squares = 0.0;
+    for (const double sample : samples_)
+      squares += (sample - middle) * (sample - middle);
+    return samples_.empty() ? 0.0
+                            : std::sqrt(squares / static_cast<double>(samples_.size()));
+  }
+
+  double
+  largest() const
+  {
+    return samples_.empty() ? 0.0 : *std::max_element(samples_.begin(), samples_.end());
   }
 
   /** \brief The middle sample; of an even number the upper one. */

@@ -31,40 +31,28 @@ libraryVariants()
   return variants;
 }
 
-Choices<Variant>
-variantChoices()
+std::vector<std::string>
+variantNames()
 {
-  Choices<Variant> choices;
+  std::vector<std::string> names;
   for (const Variant& variant : libraryVariants())
-    choices.emplace_back(variant.name, variant);
-  return choices;
+    names.emplace_back(variant.name);
+  return names;
+}
+
+const Variant&
+variantNamed(const std::string& name)
+{
+  for (const Variant& variant : libraryVariants())
+    if (variant.name == name)
+      return variant;
+  throw std::invalid_argument("there is no effort '" + name + "'");
 }
 
 std::string
 coderName(const Variant& variant)
 {
   return std::string("pcl_ext, ") + variant.name;
-}
-
-io::IntensityCompressionSettings
-compressionSettings(IntensityLaw law,
-                    const std::optional<RuntimeSensor>& sensor,
-                    io::IntensityCompressionSettings settings)
-{
-  if (law == IntensityLaw::Native)
-    return settings;
-  settings.aggregation = io::Aggregation::Sum;
-  if (settings.format == io::StreamFormat::Version1) {
-    if (settings.intensity_bits == 0 &&
-        settings.intensity_curve == io::IntensityCurve::Linear)
-      settings.intensity_bits = 8;
-    settings.intensity_range = full_face;
-    settings.depth_law =
-        visitIntensityModel(law, settings.resolution, sensor, [](const auto& model) {
-          return io::depthLawOf(model);
-        });
-  }
-  return settings;
 }
 
 io::IntensityCompressionSettings
@@ -76,7 +64,16 @@ compressionSettings(const Workload& workload, const Variant& variant)
   settings.threads = workload.threads;
   settings.effort = variant.effort;
   settings.format = variant.format;
-  return compressionSettings(workload.law, kinect, settings);
+  settings.aggregation = io::Aggregation::Sum;
+  if (settings.format == io::StreamFormat::Version1) {
+    settings.intensity_bits = 8;
+    settings.intensity_range = full_face;
+    settings.depth_law = visitIntensityModel(
+        workload.law, workload.resolution, kinect, [](const auto& model) {
+          return io::depthLawOf(model);
+        });
+  }
+  return settings;
 }
 
 void
@@ -98,16 +95,33 @@ makePreprocessing(const Workload& workload,
                                           stream.crop_box);
 }
 
+nodes::SensorNodeSettings
+sensorNodeSettings(const InputStream& stream,
+                   const Workload& workload,
+                   const Variant& variant)
+{
+  nodes::SensorNodeSettings settings;
+  settings.law = IntensityLaw::Count;
+  settings.compression.resolution = workload.resolution;
+  settings.compression.i_frame_rate = workload.i_frame_rate;
+  settings.compression.effort = variant.effort;
+  settings.compression.format = variant.format;
+  settings.compression.colour_bits = 0;
+  settings.crop_box = stream.crop_box;
+  settings.outlier_removal = workload.outlier_removal;
+  return settings;
+}
+
 InputStream
 openCellStream(unsigned int cell_sensor, std::size_t frames)
 {
-  return {openCell(cell_sensor, frames, /* seed */ 1), cell::cropBox()};
+  return {clouds::openCell(cell_sensor, frames, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream
 openLidarStream(std::size_t revolutions)
 {
-  return {openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
+  return {clouds::openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream
@@ -118,7 +132,8 @@ openAisleStream(std::size_t frames)
   pose.linear().col(1) = -Eigen::Vector3d::UnitZ();
   pose.linear().col(2) = Eigen::Vector3d::UnitY();
   pose.translation() = Eigen::Vector3d(1.4, 1.5, 1.5);
-  auto clouds = openCell(1, frames, /* seed */ 1, [pose](double) { return pose; });
+  auto clouds =
+      clouds::openCell(1, frames, /* seed */ 1, [pose](double) { return pose; });
   clouds->rename("aisle_camera");
   return {std::move(clouds), cell::cropBox()};
 }
@@ -126,7 +141,7 @@ openAisleStream(std::size_t frames)
 InputStream
 openHandCameraStream(std::size_t frames)
 {
-  auto clouds = openCell(1, frames, /* seed */ 1, cell::handCamera);
+  auto clouds = clouds::openCell(1, frames, /* seed */ 1, cell::handCamera);
   clouds->rename("hand_camera");
   return {std::move(clouds), std::nullopt};
 }
@@ -134,7 +149,7 @@ openHandCameraStream(std::size_t frames)
 InputStream
 openMobileLidarStream(std::size_t revolutions, double speed)
 {
-  auto clouds = openCellLidar(revolutions, /* seed */ 1, [speed](double time) {
+  auto clouds = clouds::openCellLidar(revolutions, /* seed */ 1, [speed](double time) {
     return cell::mobileLidar(speed * time); // its own speed is 1 m/s
   });
   clouds->rename("mobile_lidar");
@@ -145,7 +160,7 @@ std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders)
 {
   std::vector<InputStream> streams;
-  for (auto& clouds : openSequences(folders, /* max_frames */ 0))
+  for (auto& clouds : clouds::openSequences(folders, /* max_frames */ 0))
     streams.push_back({std::move(clouds), std::nullopt});
   return streams;
 }

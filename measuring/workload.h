@@ -5,9 +5,9 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/sensor_node.h>
 
-#include "measuring/cloud_sequence.h"
-#include "measuring/command_line.h"
+#include "clouds/cloud_sequence.h"
 #include "measuring/preprocessing.h"
 
 #include <pcl/point_cloud.h>
@@ -49,27 +49,20 @@ struct Variant {
 const std::vector<Variant>&
 libraryVariants();
 
-/** \brief The same, for options. */
-Choices<Variant>
-variantChoices();
+/** \brief Their names, for options. */
+std::vector<std::string>
+variantNames();
+
+/** \brief The variant of one of variantNames(). */
+const Variant&
+variantNamed(const std::string& name);
 
 /** \brief Name of a variant in tables with other coders. */
 std::string
 coderName(const Variant& variant);
 
-/** \brief Completes the settings for points whose intensity makePreprocessing() made.
- * Nothing changes for native intensities. Those of the other laws are summed; version 1
- * has 8 bits, unless the settings have another number or curve, and the law's depth model.
- * \param[in] law of the preprocessing
- * \param[in] sensor of the preprocessing
- * \param[in] settings all that does not depend on the law
- */
-io::IntensityCompressionSettings
-compressionSettings(IntensityLaw law,
-                    const std::optional<RuntimeSensor>& sensor,
-                    io::IntensityCompressionSettings settings);
-
-/** \brief The settings of a workload.
+/** \brief The settings of a workload, for points whose intensity makePreprocessing() made:
+ * their intensities are summed; version 1 has 8 bits and the law's depth model.
  *
  * No box: every coder chooses its own, as PCL's class does, and the published layout
  * then has the same voxels as version 1.
@@ -91,7 +84,7 @@ struct InputFrame {
 
 /** \brief The clouds of one sensor and the box that they are cropped to. */
 struct InputStream {
-  std::unique_ptr<CloudSequence> clouds;
+  std::unique_ptr<clouds::CloudSequence> clouds;
   std::optional<io::BoundingBox> crop_box;
 };
 
@@ -101,6 +94,13 @@ Preprocessing<PositionCloud>
 makePreprocessing(const Workload& workload,
                   const InputStream& stream,
                   std::size_t index = 0);
+
+/** \brief The settings of a sensor's node: number of points as intensity; no colours, so that
+ * recordings with and without them compare. */
+nodes::SensorNodeSettings
+sensorNodeSettings(const InputStream& stream,
+                   const Workload& workload,
+                   const Variant& variant);
 
 /** \brief The robot cell with its crop box. */
 InputStream

@@ -11,9 +11,9 @@
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
 
-#include <boost/program_options.hpp>
-
 #include <cstdint>
+#include <limits>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -23,14 +23,13 @@ namespace {
 
 using namespace pcl_ext;
 using namespace pcl_ext::noise;
-namespace options = boost::program_options;
 
 struct NoiseOptions {
-  std::string part;                  ///< one of the parts, or all
-  std::vector<unsigned int> sensors; ///< 1 to 6, and 7 for part laws
-  std::uint32_t frames = 0;
-  std::uint32_t seed = 0;
-  double resolution = 0.0;  ///< voxel edge, metres
+  std::string part = "all";
+  std::vector<unsigned int> sensors = {1}; ///< 1 to 6, and 7 for part laws
+  std::uint32_t frames = 300;
+  std::uint32_t seed = 1;
+  double resolution = 0.04; ///< voxel edge, metres
   std::string results_file; ///< empty: standard output
 
   bool
@@ -40,51 +39,30 @@ struct NoiseOptions {
   }
 };
 
-bool
-parse(int argc, const char* const* argv, NoiseOptions& result)
+void
+addOptions(CLI::App& program, NoiseOptions& options)
 {
-  std::vector<std::int64_t> sensors;
-  measuring::Choices<std::string> parts;
-  for (const char* const part :
-       {"all", "bytes", "merged", "laws", "peers", "time", "weights"})
-    parts.emplace_back(part, part);
-  options::options_description description(
-      "Measures how well noise is distinguished from surfaces in the voxels of the "
-      "robot cell, and writes the results as CSV.\nUsage: measure_noise "
-      "[options]\n\nOptions");
-  auto option = description.add_options();
-  option("help,h", "print this and exit");
-  option(
-      "part",
-      measuring::choice("part", result.part, parts)->default_value("all"),
-      "laws (the paper's laws and the library's filter), peers (PCL's filters), time, "
-      "bytes (of a stream whose noise is removed), weights (fit of the filter's), "
-      "merged (all six cameras) or all");
-  option("sensor",
-         options::value(&sensors)->multitoken()->default_value({1}, "1"),
-         "sensors, 1 to 6, and 7, the lidar, for parts laws and weights");
-  option("frames,n",
-         measuring::count("frames", result.frames, 1)->default_value(300),
-         "number of frames");
-  option("seed",
-         measuring::count("seed", result.seed, 0)->default_value(1),
-         "of the noise");
-  option("resolution,r",
-         measuring::number("resolution", result.resolution, 0.001, 1.0)
-             ->default_value(0.04, "0.04"),
-         "voxel edge, metres, 0.001 to 1");
-  option("results",
-         options::value(&result.results_file),
-         "file for the results; without it they are printed");
-  options::variables_map values;
-  if (!measuring::parseCommandLine(argc, argv, description, "", values))
-    return false;
-  const unsigned int last_sensor = result.part == "laws" || result.part == "weights"
-                                       ? cell::RobotCell::lidar
-                                       : cell::RobotCell::sensor_count;
-  for (const std::int64_t sensor : sensors)
-    result.sensors.push_back(measuring::checkedCount("sensor", sensor, 1, last_sensor));
-  return true;
+  program.option_defaults()->always_capture_default();
+  program
+      .add_option("--part",
+                  options.part,
+                  "laws (the paper's laws and the library's filter), peers (PCL's "
+                  "filters), time, bytes (of a stream whose noise is removed), weights "
+                  "(fit of the filter's), merged (all six cameras) or all")
+      ->check(CLI::IsMember(
+          {"all", "bytes", "merged", "laws", "peers", "time", "weights"}));
+  program
+      .add_option("--sensor",
+                  options.sensors,
+                  "sensors, 1 to 6, and 7, the lidar, for parts laws and weights")
+      ->check(CLI::Range(1u, cell::RobotCell::lidar));
+  program.add_option("--frames,-n", options.frames, "number of frames")
+      ->check(CLI::Range(1, std::numeric_limits<std::int32_t>::max()));
+  program.add_option("--seed", options.seed, "of the noise");
+  program.add_option("--resolution,-r", options.resolution, "voxel edge, metres")
+      ->check(CLI::Range(0.001, 1.0));
+  program.add_option(
+      "--results", options.results_file, "file; without it results are printed");
 }
 
 /** \brief Scores all frames of a stream with the methods, and adds the results. */
@@ -152,6 +130,10 @@ measureSensor(unsigned int sensor,
 void
 measure(const NoiseOptions& options)
 {
+  const bool has_lidar = options.part == "laws" || options.part == "weights";
+  for (const unsigned int sensor : options.sensors)
+    if (sensor == cell::RobotCell::lidar && !has_lidar)
+      throw std::invalid_argument("sensor 7, the lidar, is for parts laws and weights");
   measuring::ResultFile results(options.results_file);
   for (const unsigned int sensor : options.sensors)
     if (options.part != "merged")
@@ -168,10 +150,11 @@ measure(const NoiseOptions& options)
 int
 main(int argc, char** argv)
 {
-  return measuring::runProgram("measure_noise", [argc, argv] {
-    NoiseOptions options;
-    if (parse(argc, argv, options))
-      measure(options);
-    return 0;
-  });
+  NoiseOptions options;
+  CLI::App program(
+      "Measures how well noise is distinguished from surfaces in the voxels "
+      "of the robot cell, and writes the results as CSV.",
+      "measure_noise");
+  addOptions(program, options);
+  return measuring::runProgram(program, argc, argv, [&options] { measure(options); });
 }

@@ -3,8 +3,8 @@
  */
 #pragma once
 
-#include "measuring/mean_and_deviation.h"
 #include "measuring/result_file.h"
+#include "measuring/samples.h"
 
 #include <cstddef>
 
@@ -47,11 +47,11 @@ public:
 
 private:
   double frame_rate_;
-  measuring::MeanAndDeviation bytes_;
-  measuring::MeanAndDeviation ratio_;
-  measuring::MeanAndDeviation megabits_per_second_;
-  measuring::MeanAndDeviation encode_ms_;
-  measuring::MeanAndDeviation decode_ms_;
+  measuring::Samples bytes_;
+  measuring::Samples ratio_;
+  measuring::Samples megabits_per_second_;
+  measuring::Samples encode_ms_;
+  measuring::Samples decode_ms_;
 };
 
 } // namespace report

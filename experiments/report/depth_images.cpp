@@ -18,7 +18,7 @@ namespace report {
 
 namespace {
 
-using measuring::MeanAndDeviation;
+using measuring::Samples;
 using measuring::timeOf;
 using Bytes = std::vector<std::uint8_t>;
 
@@ -213,8 +213,8 @@ private:
   DepthImage decoded_;
 
   CodingCosts costs_;
-  MeanAndDeviation error_mm_;
-  MeanAndDeviation wrong_percent_;
+  Samples error_mm_;
+  Samples wrong_percent_;
 };
 
 DepthImage

@@ -6,9 +6,7 @@
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
 #include "measuring/result_file.h"
-#include "measuring/sensors_at_once.h"
-
-#include <boost/program_options.hpp>
+#include "sensors_at_once.h"
 
 #include <cstddef>
 #include <string>
@@ -16,64 +14,36 @@
 
 namespace {
 
-namespace options = boost::program_options;
-using pcl_ext::measuring::NodeFigures;
 using pcl_ext::measuring::ResultFile;
-using pcl_ext::measuring::RunAtOnce;
 using pcl_ext::measuring::Subject;
 using pcl_ext::measuring::Variant;
+using pcl_ext::report::NodeFigures;
+using pcl_ext::report::RunAtOnce;
 
 struct AtOnceOptions {
   std::string file;
-  Variant variant{};
-  std::size_t frames = 0;
-  double seconds = 0.0;
+  std::string coder = "balanced";
+  std::size_t frames = 60;
+  double seconds = 50.0;
 };
-
-bool
-parse(int argc, const char* const* argv, AtOnceOptions& result)
-{
-  options::options_description description(
-      "Runs the nodes of all sensors and a central one at once.\n"
-      "Usage: measure_at_once [options] file\n\nOptions");
-  auto option = description.add_options();
-  option("help,h", "print this and exit");
-  option("file", options::value(&result.file)->required(), "CSV, for the results");
-  option("coder",
-         pcl_ext::measuring::choice(
-             "coder", result.variant, pcl_ext::measuring::variantChoices())
-             ->default_value("balanced"),
-         "fast balanced small published");
-  // All clouds are held in memory: a thousand of each sensor are 21 GB.
-  option("frames,n",
-         pcl_ext::measuring::count("frames", result.frames, 1, 1000)->default_value(60),
-         "clouds of each sensor, 3.5 MB each, which are repeated");
-  option("seconds",
-         pcl_ext::measuring::number("seconds", result.seconds, 0.1, 86400.0)
-             ->default_value(50.0),
-         "to run");
-  options::variables_map values;
-  return pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values);
-}
 
 void
 measure(const AtOnceOptions& options)
 {
   const pcl_ext::measuring::Workload workload;
-  const Variant& variant = options.variant;
+  const Variant& variant = pcl_ext::measuring::variantNamed(options.coder);
   ResultFile results(options.file);
   const Subject run_itself{"at_once_run", "", variant.name, workload.resolution};
   results.add(run_itself, "clouds", static_cast<double>(options.frames));
   results.add(run_itself, "seconds", options.seconds);
-  std::vector<pcl_ext::measuring::SensorAtWork> sensors =
-      pcl_ext::measuring::sixKinects(workload, variant, options.frames);
-  sensors.push_back(pcl_ext::measuring::cellLidar(workload, variant, options.frames));
+  std::vector<pcl_ext::report::SensorAtWork> sensors =
+      pcl_ext::report::sixKinects(workload, variant, options.frames);
+  sensors.push_back(pcl_ext::report::cellLidar(workload, variant, options.frames));
   const double load = pcl_ext::measuring::loadAverage();
   // Nothing is removed before merging: no threshold fits counts and the lidar's own
   // intensities alike.
   constexpr float keep_all = 0.0f;
-  const RunAtOnce run =
-      pcl_ext::measuring::runAtOnce(sensors, options.seconds, keep_all);
+  const RunAtOnce run = pcl_ext::report::runAtOnce(sensors, options.seconds, keep_all);
   std::vector<NodeFigures> nodes = run.sensors;
   nodes.push_back(run.central);
   for (const NodeFigures& node : nodes) {
@@ -97,10 +67,21 @@ measure(const AtOnceOptions& options)
 int
 main(int argc, char** argv)
 {
-  return pcl_ext::measuring::runProgram("measure_at_once", [argc, argv] {
-    AtOnceOptions options;
-    if (parse(argc, argv, options))
-      measure(options);
-    return 0;
-  });
+  AtOnceOptions options;
+  CLI::App program("Runs the nodes of all sensors and a central one at once.",
+                   "measure_at_once");
+  program.option_defaults()->always_capture_default();
+  program.add_option("file", options.file, "CSV, for the results")->required();
+  program.add_option("--coder", options.coder, "effort or layout of all streams")
+      ->check(CLI::IsMember(pcl_ext::measuring::variantNames()));
+  // All clouds are held in memory: a thousand of each sensor are 21 GB.
+  program
+      .add_option("--frames,-n",
+                  options.frames,
+                  "clouds of each sensor, 3.5 MB each, which are repeated")
+      ->check(CLI::Range(1, 1000));
+  program.add_option("--seconds", options.seconds, "to run")
+      ->check(CLI::Range(0.1, 86400.0));
+  return pcl_ext::measuring::runProgram(
+      program, argc, argv, [&options] { measure(options); });
 }

@@ -6,11 +6,9 @@
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
 #include "measuring/result_file.h"
-#include "measuring/sensor_streams.h"
+#include "measuring/workload.h"
 #include "simulator/robot_cell.h"
 #include "stream_results.h"
-
-#include <boost/program_options.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -23,7 +21,6 @@
 
 namespace {
 
-namespace options = boost::program_options;
 using pcl_ext::IntensityLaw;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::measuring::InputStream;
@@ -35,8 +32,8 @@ using pcl_ext::report::StreamCoder;
 
 struct StreamOptions {
   std::string file;
-  std::string machine_file; ///< empty: the machine is not described
-  std::size_t frames = 0;   ///< of each sensor
+  std::string machine_file;  ///< empty: the machine is not described
+  std::size_t frames = 1000; ///< of each sensor
 };
 
 /** \brief Frames of each of the 20 resolutions, and of each stream that moves. */
@@ -192,26 +189,6 @@ measureMotion(const StreamOptions& options, ResultFile& results)
   }
 }
 
-bool
-parse(int argc, const char* const* argv, StreamOptions& result)
-{
-  options::options_description description(
-      "Measures the tables of experiments/report.sh.\n"
-      "Usage: measure_streams [options] file\n\nOptions");
-  auto option = description.add_options();
-  option("help,h", "print this and exit");
-  option("file", options::value(&result.file)->required(), "CSV, for the results");
-  option("machine",
-         options::value(&result.machine_file),
-         "file, for the description of the machine");
-  option("frames,n",
-         pcl_ext::measuring::count("frames", result.frames, 1, 1000000)
-             ->default_value(1000),
-         "of each sensor of the robot cell");
-  options::variables_map values;
-  return pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values);
-}
-
 void
 measure(const StreamOptions& options)
 {
@@ -241,10 +218,14 @@ measure(const StreamOptions& options)
 int
 main(int argc, char** argv)
 {
-  return pcl_ext::measuring::runProgram("measure_streams", [argc, argv] {
-    StreamOptions options;
-    if (parse(argc, argv, options))
-      measure(options);
-    return 0;
-  });
+  StreamOptions options;
+  CLI::App program("Measures the tables of experiments/report.sh.", "measure_streams");
+  program.add_option("file", options.file, "CSV, for the results")->required();
+  program.add_option(
+      "--machine", options.machine_file, "file, for the description of the machine");
+  program.add_option("--frames,-n", options.frames, "of each sensor of the robot cell")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  return pcl_ext::measuring::runProgram(
+      program, argc, argv, [&options] { measure(options); });
 }

@@ -9,8 +9,6 @@
 #include "simulator/labelled_lidar.h"
 #include "simulator/labelled_stream.h"
 
-#include <boost/program_options.hpp>
-
 #include <cmath>
 #include <fstream>
 #include <iomanip>
@@ -20,7 +18,6 @@
 
 namespace {
 
-namespace options = boost::program_options;
 using pcl_ext::KinectV2;
 using pcl_ext::cell::CellFrame;
 using pcl_ext::cell::LidarFrame;
@@ -198,32 +195,18 @@ writeOctree(const std::string& folder, RobotCell& cell)
   voxels.close();
 }
 
-bool
-parse(int argc, const char* const* argv, std::string& folder)
-{
-  options::options_description description("Writes what the report's pictures show.\n"
-                                           "Usage: sample_pictures folder\n\nOptions");
-  auto option = description.add_options();
-  option("help,h", "print this and exit");
-  option("folder", options::value(&folder)->required(), "folder for the CSV files");
-  options::variables_map values;
-  return pcl_ext::measuring::parseCommandLine(
-      argc, argv, description, "folder", values);
-}
-
 } // namespace
 
 int
 main(int argc, char** argv)
 {
-  return pcl_ext::measuring::runProgram("sample_pictures", [argc, argv] {
-    std::string folder;
-    if (!parse(argc, argv, folder))
-      return 0;
+  std::string folder;
+  CLI::App program("Writes what the report's pictures show.", "sample_pictures");
+  program.add_option("folder", folder, "for the CSV files")->required();
+  return pcl_ext::measuring::runProgram(program, argc, argv, [&folder] {
     RobotCell cell(seed);
     writeLaws(folder);
     writeCell(folder, cell);
     writeOctree(folder, cell);
-    return 0;
   });
 }

@@ -12,7 +12,7 @@ namespace report {
 
 namespace {
 
-using measuring::MeanAndDeviation;
+using measuring::Samples;
 using measuring::timeOf;
 
 /** \brief One coder of a stream, and its results. */
@@ -66,8 +66,8 @@ private:
   std::vector<std::uint8_t> bytes_;
   io::VoxelFrame voxels_;
 
-  MeanAndDeviation voxel_count_;
-  MeanAndDeviation bytes_per_voxel_;
+  Samples voxel_count_;
+  Samples bytes_per_voxel_;
   CodingCosts costs_;
 };
 
@@ -106,7 +106,7 @@ measureCropping(const measuring::InputStream& stream,
                                                         stream.crop_box);
   pcl::PCLPointCloud2 cloud;
   measuring::IntensityCloud cropped;
-  MeanAndDeviation cloud_points, points, cropped_points, cropping_ratio, kept_percent,
+  Samples cloud_points, points, cropped_points, cropping_ratio, kept_percent,
       preprocess_ms;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);

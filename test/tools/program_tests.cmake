@@ -19,7 +19,7 @@ pcl_ext_add_test(
     tools/test_program_parts.cpp
     tools/test_program_recordings.cpp
     tools/test_program_words.cpp
-    ${PROJECT_SOURCE_DIR}/measuring/file_stamps.cpp
+    ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")

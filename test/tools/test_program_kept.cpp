@@ -3,7 +3,7 @@
  */
 #include <pcl_ext/recording/recording_reader.h>
 
-#include "measuring/file_stamps.h"
+#include "clouds/file_stamps.h"
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>
@@ -18,7 +18,7 @@ namespace test {
 
 namespace {
 
-using measuring::stampOfName;
+using clouds::stampOfName;
 using std::chrono::nanoseconds;
 
 /** \brief Writes a cloud with a viewpoint. */

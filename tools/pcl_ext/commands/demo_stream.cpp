@@ -15,14 +15,14 @@ namespace {
 using measuring::timeOf;
 
 /** \brief The cell's sensor with the pose that it has there. */
-std::unique_ptr<measuring::CloudSequence>
+std::unique_ptr<clouds::CloudSequence>
 openSensor(EncodingOptions& options,
            unsigned int sensor,
            std::size_t frames,
            std::uint32_t seed)
 {
-  std::unique_ptr<measuring::CloudSequence> sequence =
-      measuring::openCell(sensor, frames, seed);
+  std::unique_ptr<clouds::CloudSequence> sequence =
+      clouds::openCell(sensor, frames, seed);
   options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
   return sequence;
 }

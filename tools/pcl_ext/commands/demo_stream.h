@@ -3,7 +3,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/recording/recording_status.h>
 
-#include "measuring/cloud_sequence.h"
+#include "clouds/cloud_sequence.h"
 #include "options/encoding_options.h"
 #include "streams/denoising.h"
 #include "streams/stream_encoder.h"
@@ -95,7 +95,7 @@ private:
 
   std::string name_;
   IntensityLaw law_;
-  std::unique_ptr<measuring::CloudSequence> sequence_;
+  std::unique_ptr<clouds::CloudSequence> sequence_;
   StreamEncoder encoder_;
   io::FrameDecoder decoder_;
   Denoising denoising_;

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "clouds/cloud_sequence.h"
 #include "inputs/standard_input.h"
 #include "inputs/viewpoints.h"
-#include "measuring/cloud_sequence.h"
 #include "options/text_values.h"
 #include "recording/mcap_content.h"
 #include "recording/mcap_reader.h"
@@ -143,8 +143,7 @@ openInput(const InputOptions& options);
 
 /** \brief Opens files and folders. */
 std::unique_ptr<CloudInput>
-openFiles(const std::vector<measuring::SequenceInput>& paths,
-          const InputOptions& options);
+openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& options);
 
 /** \brief Opens an MCAP file or a rosbag2 folder. */
 std::unique_ptr<CloudInput>

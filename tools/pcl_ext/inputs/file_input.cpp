@@ -1,6 +1,6 @@
+#include "clouds/cloud_sequence.h"
 #include "console/exit_status.h"
 #include "inputs/cloud_input.h"
-#include "measuring/cloud_sequence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using measuring::CloudSequence;
+using clouds::CloudSequence;
 using recording::Time;
 
 /** \brief Files and folders: the first cloud of each stream, the second of each, and so on.
@@ -130,14 +130,14 @@ private:
 /** \brief What is left out of folders, and whether files of several folders are one stream.
  */
 std::vector<std::string>
-remarksOn(const std::vector<measuring::SequenceInput>& paths, bool may_have_streams)
+remarksOn(const std::vector<clouds::SequenceInput>& paths, bool may_have_streams)
 {
   std::vector<std::string> remarks;
   std::set<fs::path> folders; // of files
   for (const auto& [path, name] : paths) {
     if (!fs::is_directory(path))
       folders.insert(fs::path(name).parent_path());
-    else if (const std::string ignored = measuring::describeIgnored(path);
+    else if (const std::string ignored = clouds::describeIgnored(path);
              !ignored.empty())
       remarks.push_back("'" + name + "': left out: " + ignored +
                         "; each folder that is named is a stream");
@@ -151,17 +151,16 @@ remarksOn(const std::vector<measuring::SequenceInput>& paths, bool may_have_stre
 } // namespace
 
 std::unique_ptr<CloudInput>
-openFiles(const std::vector<measuring::SequenceInput>& paths,
-          const InputOptions& options)
+openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& options)
 {
   if (!options.topics.empty())
     throw UsageError("--topics is for bags, and these are files");
   return std::make_unique<FileInput>(
-      measuring::openSequences(paths,
-                               0,
-                               options.may_have_streams
-                                   ? measuring::FileGrouping::ByFolder
-                                   : measuring::FileGrouping::OneSequence),
+      clouds::openSequences(paths,
+                            0,
+                            options.may_have_streams
+                                ? clouds::FileGrouping::ByFolder
+                                : clouds::FileGrouping::OneSequence),
       remarksOn(paths, options.may_have_streams),
       options);
 }

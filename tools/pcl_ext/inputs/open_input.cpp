@@ -1,8 +1,8 @@
+#include "clouds/cloud_files.h"
+#include "clouds/natural_order.h"
 #include "console/exit_status.h"
 #include "inputs/cloud_input.h"
 #include "inputs/standard_input.h"
-#include "measuring/cloud_files.h"
-#include "measuring/natural_order.h"
 
 #include <glob.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using measuring::FileKind;
+using clouds::FileKind;
 
 /** \brief The paths that a pattern stands for, in their order; the path itself if it is
  * none. */
@@ -33,7 +33,7 @@ pathsOf(const std::string& pattern)
   if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
     paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   ::globfree(&found);
-  std::sort(paths.begin(), paths.end(), measuring::comesBefore);
+  std::sort(paths.begin(), paths.end(), clouds::comesBefore);
   if (paths.empty())
     throw std::runtime_error("there is no '" + pattern + "'");
   return paths;
@@ -44,7 +44,7 @@ isBag(const std::string& path)
 {
   if (fs::is_directory(path))
     return recording::McapReader::isMcap(path);
-  const FileKind kind = measuring::kindOf(path);
+  const FileKind kind = clouds::kindOf(path);
   return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
 }
 
@@ -66,7 +66,7 @@ openInput(const InputOptions& options)
       refuseRate(options.inputs[0], options);
       return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
     }
-  std::vector<measuring::SequenceInput> paths;
+  std::vector<clouds::SequenceInput> paths;
   for (const std::string& input : options.inputs)
     for (const std::string& given : pathsOf(input)) {
       const bool is_copied = given != pathOfInput(given);
@@ -80,18 +80,18 @@ openInput(const InputOptions& options)
   if (bag != paths.end()) {
     refuseRate(bag->path, options);
     return !fs::is_directory(bag->path) &&
-                   measuring::kindOf(bag->path) == FileKind::Ros1Bag
+                   clouds::kindOf(bag->path) == FileKind::Ros1Bag
                ? openRos1Bag(bag->path, options)
                : openMcap(bag->path, options);
   }
   for (const auto& [path, name] : paths) {
     if (fs::is_directory(path))
       continue;
-    const FileKind kind = measuring::kindOf(path);
+    const FileKind kind = clouds::kindOf(path);
     // Clouds that are damaged are reported when they are read, and the others go on.
-    if (!measuring::isCloud(kind) && !measuring::hasNameOfCloud(path))
+    if (!clouds::isCloud(kind) && !clouds::hasNameOfCloud(path))
       throw std::runtime_error("'" + path +
-                               "' is not a cloud: " + measuring::whyNotACloud(kind));
+                               "' is not a cloud: " + clouds::whyNotACloud(kind));
   }
   return openFiles(paths, options);
 }

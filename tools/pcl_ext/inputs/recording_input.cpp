@@ -1,9 +1,9 @@
 #include "inputs/recording_input.h"
 
+#include "clouds/cloud_files.h"
 #include "console/exit_status.h"
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/standard_input.h"
-#include "measuring/cloud_files.h"
 #include "measuring/markdown_table.h"
 #include "options/options.h"
 
@@ -87,8 +87,8 @@ adviceOn(const std::string& path, const RecordingStatus& status)
            "'pcl_ext encode' makes a recording of a folder of clouds";
   if (status.code() != recording::RecordingCode::NotARecording)
     return {};
-  const measuring::FileKind kind = measuring::kindOf(path);
-  return measuring::isCloud(kind) || kind == measuring::FileKind::Ros1Bag
+  const clouds::FileKind kind = clouds::kindOf(path);
+  return clouds::isCloud(kind) || kind == clouds::FileKind::Ros1Bag
              ? "; 'pcl_ext encode' makes a recording of it"
              : "";
 }

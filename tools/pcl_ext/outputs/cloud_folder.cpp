@@ -1,9 +1,9 @@
 #include "outputs/cloud_folder.h"
 
+#include "clouds/file_stamps.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
-#include "measuring/file_stamps.h"
 #include "outputs/frame_output.h"
 #include "outputs/output_path.h"
 
@@ -35,7 +35,7 @@ bool
 isCloudOfFrame(const fs::path& file)
 {
   std::string stem = file.stem().string();
-  if (measuring::stampOfName(file.string()))
+  if (clouds::stampOfName(file.string()))
     stem.resize(std::min(stem.find('_'), stem.size()));
   // As nameOfFile() makes them; other numbers, and times alone, are names of the user.
   constexpr std::size_t digits = 6;

@@ -20,11 +20,11 @@ constexpr std::chrono::milliseconds poll_interval{20};
 constexpr std::chrono::nanoseconds frame_period{
     static_cast<std::int64_t>(1e9 / cell::RobotCell::frame_rate)};
 
-std::unique_ptr<measuring::CloudSequence>
+std::unique_ptr<clouds::CloudSequence>
 openSensor(EncodingOptions& options, unsigned int number, std::uint32_t seed)
 {
   auto sequence =
-      measuring::openCell(number, std::numeric_limits<std::uint32_t>::max(), seed);
+      clouds::openCell(number, std::numeric_limits<std::uint32_t>::max(), seed);
   options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
   return sequence;
 }

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/view/view_server.h>
 
-#include "measuring/cloud_sequence.h"
+#include "clouds/cloud_sequence.h"
 #include "options/encoding_options.h"
 #include "streams/stream_encoder.h"
 
@@ -60,7 +60,7 @@ private:
     void
     publish(std::uint32_t frame, view::ViewServer& server);
 
-    std::unique_ptr<measuring::CloudSequence> sequence;
+    std::unique_ptr<clouds::CloudSequence> sequence;
     std::string name; ///< of the stream
     StreamEncoder encoder;
     std::atomic<bool> wants_i_frame{false};

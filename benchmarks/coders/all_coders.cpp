@@ -1,0 +1,25 @@
+#include "coders/stream_coder.h"
+
+namespace pcl_ext {
+namespace measuring {
+
+#ifndef PCL_EXT_BENCHMARKS_DRACO
+void
+addDracoCoders(const Workload& /*workload*/, StreamCoders& /*coders*/)
+{}
+#endif
+
+StreamCoders
+makeAllCoders(const Workload& workload)
+{
+  StreamCoders coders;
+  addLibraryCoders(workload, coders);
+  addPclVoxelGridCoder(workload, coders);
+  addPclMillimetreCoder(workload, coders);
+  addDracoCoders(workload, coders);
+  addZstdCoder(coders);
+  return coders;
+}
+
+} // namespace measuring
+} // namespace pcl_ext

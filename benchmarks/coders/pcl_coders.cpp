@@ -1,0 +1,142 @@
+/** \file
+ * PCL's class in its two modes: voxels, and all points to a millimetre.
+ */
+#include "coders/frame_buffer.h"
+#include "coders/pcl_compression.h"
+#include "coders/stream_coder.h"
+#include "meters/decoded_checks.h"
+
+#include <istream>
+#include <stdexcept>
+#include <string>
+
+namespace pcl_ext {
+namespace measuring {
+
+namespace {
+
+/** \brief PCL's box grows in steps, so that its corner has the rounding errors of some
+ * additions. Voxels. */
+constexpr double corner_rounding = 1e-9;
+
+/** \brief Metres. */
+constexpr double millimetre = 0.001;
+
+/** \brief PCL divides by a millimetre as a float. Millimetres. */
+constexpr double millimetre_rounding = 1e-5;
+
+class PclCoder : public StreamCoder {
+public:
+  PclCoder(std::string name, Content content, const PclCompressionSettings& settings)
+  : StreamCoder(std::move(name), content), encoder_(settings), decoder_(settings)
+  {}
+
+  void
+  encode(const InputFrame& frame) override
+  {
+    buffer_.restart();
+    stream_.clear();
+    encoder_.encode(frame.positions, stream_);
+    if (buffer_.size() == 0)
+      throw std::runtime_error("PCL encoded nothing; its decoder would wait for ever");
+  }
+
+  std::size_t
+  frameBytes() const override
+  {
+    return buffer_.size();
+  }
+
+  void
+  decode() override
+  {
+    decoder_.decode(stream_, decoded_);
+  }
+
+  PositionCloud::ConstPtr
+  decodedPositions() const override
+  {
+    return decoded_;
+  }
+
+protected:
+  Lattice
+  lattice() const
+  {
+    return {encoder_.lowerCorner(), encoder_.resolution()};
+  }
+
+private:
+  PclCompression<pcl::PointXYZ> encoder_;
+  PclCompression<pcl::PointXYZ> decoder_;
+  FrameBuffer buffer_;
+  std::iostream stream_{&buffer_};
+  PositionCloud::Ptr decoded_{new PositionCloud};
+};
+
+class PclVoxelGridCoder : public PclCoder {
+public:
+  explicit PclVoxelGridCoder(const PclCompressionSettings& settings)
+  : PclCoder(pcl_voxel_grid_name, Content::Voxels, settings)
+  {}
+
+  void
+  check(const InputFrame& frame) override
+  {
+    checkVoxels(*frame.positions, *decodedPositions(), lattice(), corner_rounding);
+  }
+};
+
+class PclMillimetreCoder : public PclCoder {
+public:
+  explicit PclMillimetreCoder(const PclCompressionSettings& settings)
+  : PclCoder("PCL, 1 mm", Content::Points, settings)
+  {}
+
+  /** \brief The points are cut off to millimetres from the corner of a voxel, which is
+   * a whole number of millimetres from that of the box: so they are voxels, too. */
+  void
+  check(const InputFrame& frame) override
+  {
+    PositionCloud centres = *decodedPositions();
+    if (centres.size() != frame.positions->size())
+      throw std::runtime_error("PCL decoded " + std::to_string(centres.size()) +
+                               " points of " + std::to_string(frame.positions->size()));
+    for (pcl::PointXYZ& point : centres)
+      point.getVector3fMap().array() += static_cast<float>(0.5 * millimetre);
+    checkVoxels(*frame.positions,
+                centres,
+                {lattice().origin, millimetre},
+                millimetre_rounding,
+                Repeats::Allowed);
+  }
+};
+
+} // namespace
+
+void
+addPclVoxelGridCoder(const Workload& workload, StreamCoders& coders)
+{
+  PclCompressionSettings settings;
+  settings.octree_resolution = workload.resolution;
+  settings.point_resolution = workload.resolution;
+  settings.keeps_voxels_only = true;
+  settings.i_frame_rate = workload.i_frame_rate;
+  coders.push_back(std::make_unique<PclVoxelGridCoder>(settings));
+}
+
+void
+addPclMillimetreCoder(const Workload& workload, StreamCoders& coders)
+{
+  // The octree only sorts the points; its edge is the class's default, as a larger one
+  // than 12.7 cm would cut off the differences, which are bytes.
+  PclCompressionSettings settings;
+  settings.octree_resolution = 0.01;
+  settings.point_resolution = millimetre;
+  settings.keeps_voxels_only = false;
+  settings.i_frame_rate = workload.i_frame_rate;
+  coders.push_back(std::make_unique<PclMillimetreCoder>(settings));
+}
+
+} // namespace measuring
+} // namespace pcl_ext

@@ -1,0 +1,138 @@
+/** \file
+ * \brief The interface of all coders that are compared.
+ */
+#pragma once
+
+#include "measuring/workload.h"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace measuring {
+
+/** \brief What a coder's bytes contain of the points. */
+enum class Content { VoxelsWithIntensity, Voxels, PointsWithIntensity, Points };
+
+inline const char*
+nameOf(Content content)
+{
+  switch (content) {
+  case Content::VoxelsWithIntensity:
+    return "voxels, intensity";
+  case Content::Voxels:
+    return "voxels";
+  case Content::PointsWithIntensity:
+    return "points, intensity";
+  case Content::Points:
+    break;
+  }
+  return "points";
+}
+
+/** \brief Encoder and decoder of one stream. What is timed is encode(), from the
+ * preprocessed points to bytes in memory, and decode(), from there to a PCL cloud. */
+class StreamCoder {
+public:
+  /** \param[in] name for tables
+   * \param[in] content what the bytes contain
+   */
+  StreamCoder(std::string name, Content content)
+  : name_(std::move(name)), content_(content)
+  {}
+
+  virtual ~StreamCoder() = default;
+
+  const std::string&
+  name() const
+  {
+    return name_;
+  }
+
+  Content
+  content() const
+  {
+    return content_;
+  }
+
+  /** \brief What must be done before encode(), and is not timed. */
+  virtual void
+  prepare(const InputFrame& /* frame */)
+  {}
+
+  /** \brief Encodes the next frame.
+   * \throws std::runtime_error if the coder refuses it
+   */
+  virtual void
+  encode(const InputFrame& frame) = 0;
+
+  /** \brief Bytes of the frame that was encoded last. */
+  virtual std::size_t
+  frameBytes() const = 0;
+
+  /** \brief Decodes the frame that was encoded last.
+   * \throws std::runtime_error if that fails
+   */
+  virtual void
+  decode() = 0;
+
+  /** \brief Compares the decoded points with the encoded ones, as far as the bytes
+   * contain them.
+   * \throws std::runtime_error with the difference
+   */
+  virtual void
+  check(const InputFrame& frame) = 0;
+
+  /** \brief The points that were decoded. */
+  virtual PositionCloud::ConstPtr
+  decodedPositions() const = 0;
+
+private:
+  std::string name_;
+  Content content_;
+};
+
+using StreamCoders = std::vector<std::unique_ptr<StreamCoder>>;
+
+/** \brief One coder for each of libraryVariants(). */
+void
+addLibraryCoders(const Workload& workload, StreamCoders& coders);
+
+void
+addLibraryCoder(const Workload& workload, const Variant& variant, StreamCoders& coders);
+
+/** \brief pcl::io::OctreePointCloudCompression in voxel-grid mode. */
+void
+addPclVoxelGridCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief The same class keeping all points to a millimetre. */
+void
+addPclMillimetreCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief Draco's KD-tree coder at its smallest and at its fastest; nothing if the
+ * program was built without Draco. */
+void
+addDracoCoders(const Workload& workload, StreamCoders& coders);
+
+/** \brief zstd over 16 bytes a point. */
+void
+addZstdCoder(StreamCoders& coders);
+
+/** \brief All of the above, in this order. */
+StreamCoders
+makeAllCoders(const Workload& workload);
+
+/** \brief Coders that start from the cloud in the sensor's frame, which each time is a new
+ * copy, as a driver writes it: SensorPreprocessor and each of libraryVariants(), SensorNode
+ * at the first of them, and PCL's transformPointCloud, CropBox and voxel grid. What is
+ * decoded is checked, not timed.
+ * \param[in] stream has a crop box
+ */
+StreamCoders
+makeFromSensorCoders(const InputStream& stream, const Workload& workload);
+
+} // namespace measuring
+} // namespace pcl_ext

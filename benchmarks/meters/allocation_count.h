@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+
+namespace pcl_ext {
+namespace measuring {
+
+/** \brief Calls of operator new in this thread since it began.
+ * Memory from malloc itself is not counted: the points of PCL's clouds, and zstd's. */
+std::size_t
+allocationCount();
+
+} // namespace measuring
+} // namespace pcl_ext

@@ -1,0 +1,82 @@
+/** \file
+ * \brief The tables of doc/benchmarks.md. Each function measures and prints.
+ */
+#pragma once
+
+#include <cstddef>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace measuring {
+
+/** \brief The sensor of the robot cell whose stream is compressed, if it is one alone. */
+constexpr unsigned int first_sensor = 1;
+
+/** \brief Frames of the sampled room. */
+constexpr std::size_t room_frames = 5;
+
+/** \brief The command line. */
+struct Options {
+  std::vector<std::string> recordings; ///< folders of clouds
+  std::vector<std::string> tables;
+  std::vector<std::string> efforts = {"fast"}; ///< of tables stages and scale
+  std::size_t frames = 60;                     ///< of each sensor of the robot cell
+  std::size_t repetitions = 3; ///< of each stream; the least time of each frame counts
+  std::size_t most_points = 10000000; ///< of the sampled room
+  std::size_t edge_points = 1000000;  ///< of the room while the voxel edge changes
+  std::string results_file;           ///< of table growth; empty: none
+  double seconds = 5.0;               ///< of each run of table scale
+  std::size_t most_streams = 800;     ///< that table scale tries
+  /** \brief Of table scale: log-odds below which the sensors remove a voxel as noise. */
+  std::optional<float> outlier_removal;
+  unsigned int minutes = 10; ///< of table recording
+};
+
+/** \brief Each effort against the published layout and PCL's class, three workloads. */
+void
+printEfforts(const Options& options, std::ostream& output);
+
+/** \brief From the sensor's organised cloud to bytes, against PCL's filters and class. */
+void
+printFromSensor(const Options& options, std::ostream& output);
+
+/** \brief All coders on the robot cell at 4 cm, with allocations and errors. */
+void
+printPeers(const Options& options, std::ostream& output);
+
+/** \brief All coders on recorded streams. */
+void
+printRecorded(const Options& options, std::ostream& output);
+
+/** \brief Encoding with effort fast in one and more threads, up to one for each core, against
+ * PCL's class; sampled room. */
+void
+printThreads(const Options& options, std::ostream& output);
+
+/** \brief PCL's profiles in PCL's class and in this library's, by point type, robot
+ * cell and recorded streams. */
+void
+printProfiles(const Options& options, std::ostream& output);
+
+/** \brief Time of each stage, by effort and stream. */
+void
+printStages(const Options& options, std::ostream& output);
+
+/** \brief Time, memory and allocations over the number of points and over the voxel edge. */
+void
+printGrowth(const Options& options, std::ostream& output);
+
+/** \brief The most streams that are decoded in time, on one core and on all, and the
+ * most that a gigabit link carries. */
+void
+printScale(const Options& options, std::ostream& output);
+
+/** \brief Writing and reading a recording of six sensors. */
+void
+printRecording(const Options& options, std::ostream& output);
+
+} // namespace measuring
+} // namespace pcl_ext

@@ -1,0 +1,202 @@
+#include "clouds/cloud_files.h"
+
+#include "clouds/cloud_file_headers.h"
+
+#include <pcl/conversions.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void
+fail(const std::string& reason)
+{
+  throw std::runtime_error(reason);
+}
+
+std::string
+extensionOf(const std::string& path)
+{
+  std::string extension = fs::path(path).extension().string();
+  std::transform(
+      extension.begin(), extension.end(), extension.begin(), [](unsigned char letter) {
+        return static_cast<char>(std::tolower(letter));
+      });
+  return extension;
+}
+
+void
+readKitti(const std::string& path, pcl::PCLPointCloud2& cloud)
+{
+  constexpr std::uint64_t point_bytes = 16;
+  const std::uint64_t bytes = fs::file_size(path);
+  if (bytes % point_bytes != 0)
+    fail(
+        "it has " + std::to_string(bytes) +
+        " bytes, which is no multiple of 16: files of KITTI's lidar have float32 x, y, "
+        "z, reflectance for each point");
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
+  if (bytes > most_bytes)
+    fail("it has " + std::to_string(bytes) +
+         " bytes, which is too many for a cloud of KITTI's lidar");
+  pcl::PointCloud<pcl::PointXYZI> points;
+  points.resize(bytes / point_bytes);
+  std::ifstream file(path, std::ios::binary);
+  std::array<float, 4> values{};
+  for (pcl::PointXYZI& point : points) {
+    file.read(reinterpret_cast<char*>(values.data()), point_bytes);
+    point.x = values[0];
+    point.y = values[1];
+    point.z = values[2];
+    point.intensity = values[3];
+  }
+  if (!file)
+    fail("reading it failed");
+  pcl::toPCLPointCloud2(points, cloud);
+}
+
+/** \brief Refuses coordinates that no sensor measures, as those of bytes in the wrong order
+ * are. */
+void
+checkCoordinates(const pcl::PCLPointCloud2& cloud)
+{
+  const auto field = std::find_if(
+      cloud.fields.begin(), cloud.fields.end(), [](const pcl::PCLPointField& other) {
+        return other.name == "x" && other.datatype == pcl::PCLPointField::FLOAT32;
+      });
+  if (field == cloud.fields.end() || cloud.point_step == 0)
+    return;
+  constexpr std::size_t most_checked = 4096;
+  constexpr float largest = 1e9f;
+  constexpr float smallest = 1e-20f;
+  std::size_t checked = 0;
+  std::size_t odd = 0;
+  for (std::size_t at = field->offset;
+       at + sizeof(float) <= cloud.data.size() && checked < most_checked;
+       at += cloud.point_step) {
+    float x = 0.0f;
+    std::memcpy(&x, &cloud.data[at], sizeof(x));
+    if (!std::isfinite(x) || x == 0.0f) // no echo, for some drivers inf
+      continue;
+    ++checked;
+    odd += std::abs(x) > largest || std::abs(x) < smallest ? 1 : 0;
+  }
+  if (odd > 0 && 2 * odd >= checked)
+    fail("its coordinates are no lengths: the bytes of its numbers may be in the wrong "
+         "order, or its fields are others than its header tells");
+}
+
+} // namespace
+
+FileKind
+kindOf(const std::string& path)
+{
+  if (isEmptyFile(path))
+    return FileKind::Empty;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 32> first{};
+  file.read(first.data(), static_cast<std::streamsize>(first.size()));
+  if (!file && !file.eof())
+    fail("cannot open '" + path + "': " + std::strerror(errno));
+  const std::string beginning(first.data(), static_cast<std::size_t>(file.gcount()));
+  if (beginning.empty())
+    return FileKind::Empty;
+  const std::pair<const char*, FileKind> beginnings[] = {
+      {"# .PCD", FileKind::Pcd},
+      {"VERSION ", FileKind::Pcd},
+      {"FIELDS ", FileKind::Pcd},
+      {"ply\n", FileKind::Ply},
+      {"ply\r", FileKind::Ply},
+      {"\x89MCAP", FileKind::Mcap},
+      {"#ROSBAG", FileKind::Ros1Bag},
+      {"SQLite format 3", FileKind::Sqlite},
+      {"PCXI", FileKind::Recording},
+      {"<HEAD>", FileKind::Recording},
+      {"<PCL-OCT-COMPRESSED>", FileKind::PclCompressed},
+      {"<PCL-ORG-COMPRESSED>", FileKind::PclCompressed}};
+  for (const auto& [text, kind] : beginnings)
+    if (beginning.rfind(text, 0) == 0)
+      return kind;
+  const std::string extension = extensionOf(path);
+  if (extension == ".pcd") // a comment may be first
+    return FileKind::Pcd;
+  return extension == ".bin" ? FileKind::KittiBin : FileKind::Unknown;
+}
+
+std::string
+whyNotACloud(FileKind kind)
+{
+  switch (kind) {
+  case FileKind::Empty:
+    return "it is empty";
+  case FileKind::Mcap:
+    return "it is a bag, which cannot be encoded together with files: name it alone";
+  case FileKind::Ros1Bag:
+    return "it is a bag of ROS 1, which cannot be encoded together with files: name it "
+           "alone";
+  case FileKind::Sqlite:
+    return "it is an SQLite file: convert the bag to MCAP with 'ros2 bag convert'";
+  case FileKind::Recording:
+    return "it is a recording that is encoded already: see it with 'pcl_ext info'";
+  case FileKind::PclCompressed:
+    return "it is a stream of PCL's own class: decode it with "
+           "pcl::io::OctreePointCloudCompression";
+  default:
+    return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
+           "end "
+           "in .bin as files of KITTI's lidar";
+  }
+}
+
+bool
+hasNameOfCloud(const std::string& path)
+{
+  const std::string extension = extensionOf(path);
+  return extension == ".pcd" || extension == ".ply" || extension == ".bin";
+}
+
+void
+readCloud(const std::string& path, pcl::PCLPointCloud2& cloud)
+{
+  const FileKind kind = kindOf(path);
+  int result = 0;
+  if (kind == FileKind::Pcd) {
+    checkPcd(path);
+    result = pcl::PCDReader().read(path, cloud);
+  }
+  else if (kind == FileKind::Ply) {
+    checkPly(path);
+    result = pcl::PLYReader().read(path, cloud);
+  }
+  else if (kind == FileKind::KittiBin)
+    readKitti(path, cloud);
+  else
+    fail(whyNotACloud(kind));
+  if (result < 0) // PCL prints the reason, unless its console is silent.
+    fail("its points do not agree with its header; it may have been cut off");
+  cloud.header = pcl::PCLHeader();
+  checkCoordinates(cloud);
+}
+
+} // namespace clouds
+} // namespace pcl_ext

@@ -1,0 +1,57 @@
+/** \file
+ * \brief Files of one cloud each: PCD, PLY, and the .bin files of KITTI's lidar.
+ */
+#pragma once
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace clouds {
+
+/** \brief What a file is, by its first bytes; .bin files by their name. */
+enum class FileKind {
+  Pcd,
+  Ply,
+  KittiBin, ///< float32 x, y, z, reflectance for each point, little-endian
+  Mcap,
+  Ros1Bag,
+  Sqlite,        ///< as a rosbag2 folder may have
+  Recording,     ///< frames of this library
+  PclCompressed, ///< of pcl::io::OctreePointCloudCompression
+  Empty,
+  Unknown
+};
+
+/** \brief Finds out what a file is.
+ * \throws std::runtime_error if it cannot be opened
+ */
+FileKind
+kindOf(const std::string& path);
+
+/** \brief True for the kinds that have one cloud. */
+constexpr bool
+isCloud(FileKind kind)
+{
+  return kind == FileKind::Pcd || kind == FileKind::Ply || kind == FileKind::KittiBin;
+}
+
+/** \brief Why a file that is not a cloud is none, and what to do. */
+std::string
+whyNotACloud(FileKind kind);
+
+/** \brief True if the name of a file ends as those of clouds do: .pcd, .ply, .bin. */
+bool
+hasNameOfCloud(const std::string& path);
+
+/** \brief Reads the cloud of a file.
+ * \param[in] path of a PCD, PLY or KITTI file
+ * \param[out] cloud its points; header.stamp and header.frame_id are empty
+ * \throws std::runtime_error that says why the file cannot be read, without its name
+ */
+void
+readCloud(const std::string& path, pcl::PCLPointCloud2& cloud);
+
+} // namespace clouds
+} // namespace pcl_ext

@@ -1,0 +1,399 @@
+#include "clouds/cloud_sequence.h"
+
+#include "clouds/cloud_file_headers.h"
+#include "clouds/cloud_files.h"
+#include "clouds/file_stamps.h"
+#include "clouds/natural_order.h"
+
+#include <pcl/conversions.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string
+describe(const PcdHeader& header)
+{
+  return header.width + " x " + header.height + " points with " + header.fields;
+}
+
+/** \brief Checks that the files of a stream can be those of one sensor, as far as their
+ * headers tell.
+ * \param[out] viewpoints of the files
+ * \return why they may not be; empty if nothing tells
+ * \throws std::runtime_error with two files that cannot be
+ */
+std::string
+checkSameSensor(const std::vector<std::string>& files,
+                std::vector<std::string>& viewpoints)
+{
+  std::string first_file;
+  std::optional<PcdHeader> first;
+  bool has_moved = false;
+  for (const std::string& file : files) {
+    const std::optional<PcdHeader> header = readPcdHeader(file);
+    viewpoints.push_back(header ? header->viewpoint : "");
+    if (!header)
+      continue; // It is reported when it is read.
+    if (!first) {
+      first_file = file;
+      first = header;
+      continue;
+    }
+    // Images have a fixed size; one row has as many points as were seen.
+    const bool is_image = header->height != "1" || first->height != "1";
+    if (header->fields != first->fields ||
+        (is_image &&
+         (header->width != first->width || header->height != first->height)))
+      throw std::runtime_error("'" + file + "' (" + describe(*header) +
+                               ") is not of the sensor of '" + first_file + "' (" +
+                               describe(*first) +
+                               "): put the files of each sensor into a folder of their "
+                               "own and name the folders");
+    has_moved |= header->viewpoint != first->viewpoint;
+  }
+  return has_moved ? "the files have different viewpoints; if they are of several "
+                     "sensors, put those of each into a folder of their own and name "
+                     "the folders"
+                   : "";
+}
+
+class FileSequence : public CloudSequence {
+public:
+  FileSequence(std::string name, std::vector<std::string> files)
+  : CloudSequence(std::move(name))
+  , files_(std::move(files))
+  , remark_(checkSameSensor(files_, viewpoints_))
+  , stamps_(stampsOfNames(files_))
+  {}
+
+  std::string
+  remark() const override
+  {
+    const bool has_both = !remark_.empty() && !stamps_.problem.empty();
+    const std::string remarks = remark_ + (has_both ? "; " : "") + stamps_.problem;
+    return remarks.empty() ? remarks : name() + ": " + remarks;
+  }
+
+  std::size_t
+  size() const override
+  {
+    return files_.size();
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return Eigen::Isometry3d::Identity();
+  }
+
+  std::optional<std::chrono::nanoseconds>
+  stampAt(std::size_t index) const override
+  {
+    return stamps_.stamps.empty() ? std::nullopt : std::optional(stamps_.stamps[index]);
+  }
+
+  std::string
+  viewpointAt(std::size_t index) const override
+  {
+    return viewpoints_[index];
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    try {
+      readCloud(files_[index], cloud);
+    }
+    catch (const std::exception& error) {
+      throw std::runtime_error("cannot read '" + files_[index] + "': " + error.what());
+    }
+  }
+
+private:
+  std::vector<std::string> files_;
+  std::vector<std::string> viewpoints_; // of the files
+  std::string remark_;
+  StampsOfFiles stamps_;
+};
+
+class CellSequence : public CloudSequence {
+public:
+  CellSequence(unsigned int sensor,
+               std::size_t frames,
+               std::uint32_t seed,
+               const cell::SensorMotion& motion)
+  : CloudSequence("cell_sensor_" + std::to_string(sensor))
+  , sensor_(sensor)
+  , frames_(frames)
+  , cell_(seed)
+  {
+    cell_.sensorPose(sensor); // throws if there is no such sensor
+    cell_.moveSensor(sensor, motion);
+  }
+
+  std::size_t
+  size() const override
+  {
+    return frames_;
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return cell_.sensorPose(sensor_);
+  }
+
+  Eigen::Isometry3d
+  sensorPoseAt(std::size_t index) const override
+  {
+    return cell_.sensorPose(sensor_, static_cast<std::uint32_t>(index));
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    cell_.capture(sensor_, static_cast<std::uint32_t>(index), frame_);
+    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+  }
+
+private:
+  unsigned int sensor_;
+  std::size_t frames_;
+  cell::RobotCell cell_;
+  cell::CellFrame frame_;
+};
+
+class LidarSequence : public CloudSequence {
+public:
+  LidarSequence(std::size_t revolutions,
+                std::uint32_t seed,
+                const cell::SensorMotion& motion)
+  : CloudSequence("cell_sensor_" + std::to_string(cell::RobotCell::lidar))
+  , revolutions_(revolutions)
+  , cell_(seed)
+  {
+    cell_.moveSensor(cell::RobotCell::lidar, motion);
+  }
+
+  std::size_t
+  size() const override
+  {
+    return revolutions_;
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return cell_.lidarPose();
+  }
+
+  Eigen::Isometry3d
+  sensorPoseAt(std::size_t index) const override
+  {
+    return cell_.lidarPose(static_cast<std::uint32_t>(index));
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    cell_.captureLidar(static_cast<std::uint32_t>(index), frame_);
+    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+  }
+
+private:
+  std::size_t revolutions_;
+  cell::RobotCell cell_;
+  cell::LidarFrame frame_;
+};
+
+bool
+isCloudFile(const fs::directory_entry& entry)
+{
+  // Pipes and devices may never end.
+  return hasNameOfCloud(entry.path().string()) && !entry.is_directory() &&
+         !entry.is_other();
+}
+
+/** \brief A folder in a folder that has files of clouds. */
+std::optional<std::string>
+folderOfCloudsIn(const fs::path& folder)
+{
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && std::any_of(fs::directory_iterator(entry),
+                                            fs::directory_iterator(),
+                                            isCloudFile))
+      return entry.path().string();
+  return std::nullopt;
+}
+
+std::vector<std::string>
+cloudFilesOf(const fs::path& folder)
+{
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (isCloudFile(entry))
+      files.push_back(entry.path().string());
+  if (files.empty()) {
+    const std::optional<std::string> inner = folderOfCloudsIn(folder);
+    throw std::runtime_error("no PCD, PLY or KITTI .bin file in the folder '" +
+                             folder.string() + "'" +
+                             (inner ? "; name the folders in it, each of which is a "
+                                      "stream, such as '" +
+                                          *inner + "'"
+                                    : ""));
+  }
+  std::sort(files.begin(), files.end(), comesBefore);
+  sortByStamp(files);
+  return files;
+}
+
+std::unique_ptr<CloudSequence>
+makeSequence(const std::string& name,
+             std::vector<std::string> files,
+             std::size_t max_frames)
+{
+  if (max_frames != 0 && files.size() > max_frames)
+    files.resize(max_frames);
+  return std::make_unique<FileSequence>(name, std::move(files));
+}
+
+/** \brief The last part of a folder's path. */
+std::string
+folderName(const fs::path& folder)
+{
+  const fs::path name =
+      (folder.has_filename() ? folder : folder.parent_path()).filename();
+  return (name == "." || name == ".." ? fs::canonical(folder).filename() : name)
+      .string();
+}
+
+/** \brief Files named singly that are one sequence. */
+struct FileGroup {
+  fs::path folder;
+  std::string first_name; ///< of the first file, without its extension
+  std::vector<std::string> files;
+};
+
+void
+addFile(const SequenceInput& input,
+        FileGrouping grouping,
+        std::vector<FileGroup>& groups)
+{
+  const fs::path name(input.name);
+  const auto group =
+      std::find_if(groups.begin(), groups.end(), [&](const FileGroup& other) {
+        return grouping == FileGrouping::OneSequence ||
+               other.folder == name.parent_path();
+      });
+  if (group != groups.end())
+    group->files.push_back(input.path);
+  else
+    groups.push_back({name.parent_path(), name.stem().string(), {input.path}});
+}
+
+/** \brief Numbers the sequences of the same name, as names become folders. */
+void
+makeNamesDistinct(std::vector<std::unique_ptr<CloudSequence>>& sequences)
+{
+  std::map<std::string, int> uses;
+  for (const auto& sequence : sequences) {
+    const int use = ++uses[sequence->name()];
+    if (use > 1)
+      sequence->rename(sequence->name() + "_" + std::to_string(use));
+  }
+}
+
+} // namespace
+
+std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<SequenceInput>& inputs,
+              std::size_t max_frames,
+              FileGrouping grouping)
+{
+  std::vector<std::unique_ptr<CloudSequence>> sequences;
+  std::vector<FileGroup> groups;
+  for (const SequenceInput& input : inputs) {
+    if (!fs::exists(input.path))
+      throw std::runtime_error("there is no '" + input.name + "'");
+    if (fs::is_directory(input.path))
+      sequences.push_back(
+          makeSequence(folderName(input.name), cloudFilesOf(input.path), max_frames));
+    else
+      addFile(input, grouping, groups);
+  }
+  for (FileGroup& group : groups) {
+    const std::string name = groups.size() > 1 ? folderName(group.folder) : "";
+    sequences.push_back(makeSequence(
+        name.empty() ? group.first_name : name, std::move(group.files), max_frames));
+  }
+  makeNamesDistinct(sequences);
+  return sequences;
+}
+
+std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
+{
+  std::vector<SequenceInput> named;
+  named.reserve(inputs.size());
+  for (const std::string& input : inputs)
+    named.push_back({input, input});
+  auto sequences = openSequences(named, max_frames, FileGrouping::OneSequence);
+  for (const auto& sequence : sequences)
+    if (const std::string remark = sequence->remark(); !remark.empty())
+      std::cerr << remark << '\n';
+  return sequences;
+}
+
+std::string
+describeIgnored(const std::string& folder)
+{
+  std::vector<std::string> files;
+  std::vector<std::string> folders;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() != '.' && !isCloudFile(entry))
+      (entry.is_directory() ? folders : files).push_back(name);
+  }
+  const auto describeNames = [](std::vector<std::string> names, const char* what) {
+    if (names.empty())
+      return std::string();
+    std::sort(names.begin(), names.end(), comesBefore);
+    return std::to_string(names.size()) + " " + what + (names.size() > 1 ? "s" : "") +
+           " (" + names.front() + (names.size() > 1 ? ", ...)" : ")");
+  };
+  const std::string of_folders = describeNames(folders, "folder");
+  const std::string of_files = describeNames(files, "other file");
+  return of_folders + (of_folders.empty() || of_files.empty() ? "" : " and ") +
+         of_files;
+}
+
+std::unique_ptr<CloudSequence>
+openCell(unsigned int sensor,
+         std::size_t frames,
+         std::uint32_t seed,
+         const cell::SensorMotion& motion)
+{
+  return std::make_unique<CellSequence>(sensor, frames, seed, motion);
+}
+
+std::unique_ptr<CloudSequence>
+openCellLidar(std::size_t revolutions,
+              std::uint32_t seed,
+              const cell::SensorMotion& motion)
+{
+  return std::make_unique<LidarSequence>(revolutions, seed, motion);
+}
+
+} // namespace clouds
+} // namespace pcl_ext
