@@ -8,7 +8,6 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "options/help_format.h"
-#include "options/help_texts.h"
 
 #include <pcl/console/print.h>
 
@@ -49,8 +48,6 @@ addCommands(CLI::App& program)
   add("merge", "Put the streams of several recordings into one", addMerge);
   add("view", "Look at a recording or a live stream in a browser", addView);
   add("demo", "Take clouds of a simulated robot cell through all of it", addDemo);
-  CLI::App* const documentation = program.add_subcommand("documentation");
-  commands.push_back({documentation, addDocumentation(*documentation, program)});
   return commands;
 }
 
@@ -99,8 +96,7 @@ unknownCommand(const CLI::App& program, int argc, char** argv)
        program.get_subcommands([](const CLI::App*) { return true; })) {
     if (command->get_name() == word)
       return {};
-    if (!command->get_description().empty()) // that of documentation is for packagers
-      known += (known.empty() ? "" : ", ") + command->get_name();
+    known += (known.empty() ? "" : ", ") + command->get_name();
   }
   return "there is no command '" + word + "'; there are " + known;
 }
@@ -126,9 +122,13 @@ finishOutput(const std::string& name, int status)
 int
 main(int argc, char** argv)
 {
-  CLI::App program(program_description, "pcl_ext");
+  CLI::App program(
+      "Compresses streams of point clouds into voxels with intensity, and back.",
+      "pcl_ext");
   program.formatter(std::make_shared<HelpFormat>());
-  program.footer(footer);
+  program.footer("Exit status: 0 done; 1 something lost, damaged or failed; 2 wrong "
+                 "command line;\n"
+                 "130 interrupted, what was done until then is complete.");
   program.set_version_flag(
       "--version", pcl_ext::version(), "print the version and exit");
   program.set_help_flag("-h,--help", "print this and exit");

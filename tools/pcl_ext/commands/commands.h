@@ -30,11 +30,5 @@ addView(CLI::App& app);
 Run
 addDemo(CLI::App& app);
 
-/** \brief The hidden subcommand that prints the man page and the completions.
- * \param[in] program whose options they list
- */
-Run
-addDocumentation(CLI::App& app, const CLI::App& program);
-
 } // namespace tools
 } // namespace pcl_ext
