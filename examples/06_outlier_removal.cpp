@@ -1,5 +1,5 @@
-// Removes the flying pixels before a wall: in a program that decodes clouds as with PCL,
-// and in the central node, which does the same for each of its streams.
+// Removes the flying pixels before a wall: in a program that decodes clouds as with
+// PCL, and in the central node, which does the same for each of its streams.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>

@@ -1,6 +1,6 @@
-// Records two sensors into one file, and reads it: all frames in the order of their times,
-// and one from the middle.
-// A bag of ROS 2 with compressed clouds is read in the same way.
+// Records two sensors into one file, and reads it: all frames in the order of their
+// times, and one from the middle. A bag of ROS 2 with compressed clouds is read in the
+// same way.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/recording/recording_writer.h>

@@ -15,7 +15,8 @@ namespace measuring {
  * \param[in,out] program its options
  * \param[in] argc,argv of main
  * \param[in] run what to do then
- * \return the exit status: 1 if the command line is invalid or run throws, after a message
+ * \return the exit status: 1 if the command line is invalid or run throws, after a
+ * message
  */
 inline int
 runProgram(CLI::App& program,

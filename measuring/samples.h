@@ -13,8 +13,8 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Samples of one figure, such as one for each frame of a stream. All statistics are
- * 0 without samples. */
+/** \brief Samples of one figure, such as one for each frame of a stream. All statistics
+ * are 0 without samples. */
 class Samples {
 public:
   void

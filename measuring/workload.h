@@ -61,8 +61,8 @@ variantNamed(const std::string& name);
 std::string
 coderName(const Variant& variant);
 
-/** \brief The settings of a workload, for points whose intensity makePreprocessing() made:
- * their intensities are summed; version 1 has 8 bits and the law's depth model.
+/** \brief The settings of a workload, for points whose intensity makePreprocessing()
+ * made: their intensities are summed; version 1 has 8 bits and the law's depth model.
  *
  * No box: every coder chooses its own, as PCL's class does, and the published layout
  * then has the same voxels as version 1.
@@ -95,8 +95,8 @@ makePreprocessing(const Workload& workload,
                   const InputStream& stream,
                   std::size_t index = 0);
 
-/** \brief The settings of a sensor's node: number of points as intensity; no colours, so that
- * recordings with and without them compare. */
+/** \brief The settings of a sensor's node: number of points as intensity; no colours,
+ * so that recordings with and without them compare. */
 nodes::SensorNodeSettings
 sensorNodeSettings(const InputStream& stream,
                    const Workload& workload,

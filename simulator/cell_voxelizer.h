@@ -18,7 +18,8 @@ namespace pcl_ext {
 namespace noise {
 
 /** \brief One sensor's voxels under one law of intensity, as a decoder would have them:
- * what is in voxels is coded without loss. All voxelizers of one resolution have one grid.
+ * what is in voxels is coded without loss. All voxelizers of one resolution have one
+ * grid.
  * \tparam ModelT an IntensityModel
  */
 template <typename ModelT>

@@ -26,8 +26,8 @@ enum class VoxelTruth : std::uint8_t {
   Person   ///< a point of the person's, and none of a surface that never moves
 };
 
-/** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3, and
- * the sensor's own intensity. */
+/** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3,
+ * and the sensor's own intensity. */
 using Law = IntensityLaw;
 constexpr std::size_t law_count = 4;
 

@@ -1,5 +1,6 @@
 /** \file
- * \brief The simulated robot cell: six Kinect V2 and a lidar that look at moving robots.
+ * \brief The simulated robot cell: six Kinect V2 and a lidar that look at moving
+ * robots.
  */
 #pragma once
 
@@ -40,9 +41,9 @@ struct CellFrame {
 /** \brief One revolution of the lidar. */
 struct LidarFrame {
   /** \brief Organised 1800 x 16, a ring a row, in the lidar's frame (x ahead, y left, z
-   * up), metres, NaN where there is no return; intensity is the calibrated reflectivity,
-   * whole numbers of 0..255. header.stamp is in microseconds since the stream's start,
-   * header.frame_id is "velodyne_7". */
+   * up), metres, NaN where there is no return; intensity is the calibrated
+   * reflectivity, whole numbers of 0..255. header.stamp is in microseconds since the
+   * stream's start, header.frame_id is "velodyne_7". */
   pcl::PointCloud<pcl::PointXYZI> cloud;
   std::vector<PointTruth> truth; ///< one per point
   /** \brief Of the lidar in this revolution, its frame -> world. */
@@ -84,8 +85,8 @@ public:
   Eigen::Isometry3d
   sensorPose(unsigned int sensor, std::uint32_t frame = 0) const;
 
-  /** \brief Corners of the crop box in the world frame, metres: the cell less 10 cm above
-   * the floor. The paper does not give the limits of its own. */
+  /** \brief Corners of the crop box in the world frame, metres: the cell less 10 cm
+   * above the floor. The paper does not give the limits of its own. */
   static Eigen::Vector3d
   cropMin();
   static Eigen::Vector3d
@@ -99,9 +100,9 @@ public:
   void
   capture(unsigned int sensor, std::uint32_t frame, CellFrame& out);
 
-  /** \brief Pose of the lidar, its frame -> world: the corner without a sensor, 2.5 m up and
-   * tilted by 10 degrees towards the middle. The paper says "one of the corner locations"
-   * and gives no pose.
+  /** \brief Pose of the lidar, its frame -> world: the corner without a sensor, 2.5 m
+   * up and tilted by 10 degrees towards the middle. The paper says "one of the corner
+   * locations" and gives no pose.
    * \param[in] revolution its number, for a lidar that moves
    */
   Eigen::Isometry3d
@@ -113,8 +114,8 @@ public:
   void
   captureLidar(std::uint32_t revolution, LidarFrame& out);
 
-  /** \brief What the lidar looks at in a revolution, without any error of measurement. The
-   * reference is valid until the next call of this or of captureLidar(). */
+  /** \brief What the lidar looks at in a revolution, without any error of measurement.
+   * The reference is valid until the next call of this or of captureLidar(). */
   const SurfaceImage&
   lidarSurfaces(std::uint32_t revolution);
 
@@ -125,8 +126,8 @@ public:
   const SurfaceImage&
   surfaces(unsigned int sensor, std::uint32_t frame);
 
-  /** \brief What each pixel of the last frame looks at, of the last call of capture() or
-   * surfaces().
+  /** \brief What each pixel of the last frame looks at, of the last call of capture()
+   * or surfaces().
    * \param[out] movers one per pixel
    */
   void

@@ -21,8 +21,8 @@ Eigen::Isometry3d
 handCamera(double time);
 
 /** \brief A lidar on a mobile robot, 1 m above the floor, x ahead. It drives at 1 m/s
- * along the aisle at y = 0.7 m and back at y = 1.9 m: straights of 5.6 m and half circles
- * of 0.6 m radius. The robot itself is not in the scene. */
+ * along the aisle at y = 0.7 m and back at y = 1.9 m: straights of 5.6 m and half
+ * circles of 0.6 m radius. The robot itself is not in the scene. */
 Eigen::Isometry3d
 mobileLidar(double time);
 

@@ -17,7 +17,8 @@
  * [J] F. Järemo Lawin, P.-E. Forssén, H. Ovrén, "Efficient Multi-Frequency Phase
  *     Unwrapping using Kernel Density Estimation", ECCV 2016, LNCS 9908, pp. 170-185.
  *     The sensor is meant for scenes within 8 m; its largest depth is 18.75 m.
- * [W] O. Wasenmüller, D. Stricker, "Comparison of Kinect v1 and v2 Depth Images in Terms
+ * [W] O. Wasenmüller, D. Stricker, "Comparison of Kinect v1 and v2 Depth Images in
+ * Terms
  *     of Accuracy and Precision", ACCV 2016 Workshops, pp. 34-45. Shows flying pixels at
  *     depth edges. No value taken.
  *

@@ -17,8 +17,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double degree = pi / 180.0;
 constexpr double azimuth_step = 360.0 * degree / LidarRays::columns;
 
-/** \brief Frame of an image plane that looks sideways from the lidar, lidar -> plane: x to
- * the right, y down, z along the plane's centre.
+/** \brief Frame of an image plane that looks sideways from the lidar, lidar -> plane: x
+ * to the right, y down, z along the plane's centre.
  * \param[in] turn of the centre from straight ahead, clockwise, radians
  */
 Eigen::Isometry3d
@@ -123,8 +123,8 @@ LidarErrorModel::lossProbability(const SurfaceImage& surfaces, std::size_t pixel
   return 1.0 - (1.0 - random_loss) * share * share * (3.0 - 2.0 * share);
 }
 
-/** \brief Range between that of a ray and of the next one of its ring; 0 where the two do
- * not mix. */
+/** \brief Range between that of a ray and of the next one of its ring; 0 where the two
+ * do not mix. */
 double
 LidarErrorModel::mixedRange(const SurfaceImage& surfaces,
                             std::size_t pixel,

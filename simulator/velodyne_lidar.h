@@ -7,7 +7,8 @@
  *     +15 degrees, 2 degrees apart. Section 6.1: a byte of calibrated reflectivity with
  *     each measurement, 0 to 100 for diffuse reflectors of 0 to 100 %, 101 to 255 for
  *     retroreflectors, "independent of laser power and distances involved".
- * [S] velodyne_simulator, the Gazebo plugin: 10 Hz, range 0.9 to 130 m, Gaussian noise of
+ * [S] velodyne_simulator, the Gazebo plugin: 10 Hz, range 0.9 to 130 m, Gaussian noise
+ * of
  *     8 mm by default.
  *
  * Everything else in \ref LidarErrorModel is a free parameter and documented as such.
@@ -30,8 +31,8 @@ namespace cell {
 /** \brief 16 rings ([M]) of 1800 rays, 0.2 degrees apart, in one revolution.
  *
  * The lidar's frame has x ahead, y to the left and z up. Ring 0 looks down the most;
- * columns begin ahead and run clockwise, as seen from above. Images are row by row, a row
- * is a ring, and the depth of a SurfaceImage is here the range along the ray.
+ * columns begin ahead and run clockwise, as seen from above. Images are row by row, a
+ * row is a ring, and the depth of a SurfaceImage is here the range along the ray.
  */
 class LidarRays {
 public:
@@ -91,9 +92,9 @@ struct LidarErrorModel {
   /** \brief Probability that a return of any strength is missed. Free parameter. */
   double random_loss = 0.003;
 
-  /** \brief Returned signal, reflectivity * cos(incidence) / range^2 in 1/m^2, above which
-   * nothing is lost and below which everything is; smooth in between. Free parameters:
-   * in the cell only dark surfaces that are grazed are lost. */
+  /** \brief Returned signal, reflectivity * cos(incidence) / range^2 in 1/m^2, above
+   * which nothing is lost and below which everything is; smooth in between. Free
+   * parameters: in the cell only dark surfaces that are grazed are lost. */
   double safe_signal = 0.0005;
   double lost_signal = 0.00005;
 
@@ -106,8 +107,8 @@ struct LidarErrorModel {
   /** \brief Share of the rays at such a step whose echo is mixed. Free parameter. */
   double mixed_share = 0.3;
 
-  /** \brief Range at which half of the intensity is lost although it is calibrated ([M]:
-   * nothing is lost), metres. Free parameter. */
+  /** \brief Range at which half of the intensity is lost although it is calibrated
+   * ([M]: nothing is lost), metres. Free parameter. */
   double half_intensity_range = 30.0;
 
   /** \brief Standard deviation of the intensity, in its steps. Free parameter. */

@@ -4,8 +4,8 @@
  *     write_test_streams golden test/data/golden
  *     write_test_streams invalid test/data/invalid
  *
- * Golden streams are written once for a version of the bitstream: writing other ones changes
- * the bitstream.
+ * Golden streams are written once for a version of the bitstream: writing other ones
+ * changes the bitstream.
  */
 #include "support/forged_frames.h"
 #include "support/golden_streams.h"

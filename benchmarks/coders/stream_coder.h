@@ -125,10 +125,10 @@ addZstdCoder(StreamCoders& coders);
 StreamCoders
 makeAllCoders(const Workload& workload);
 
-/** \brief Coders that start from the cloud in the sensor's frame, which each time is a new
- * copy, as a driver writes it: SensorPreprocessor and each of libraryVariants(), SensorNode
- * at the first of them, and PCL's transformPointCloud, CropBox and voxel grid. What is
- * decoded is checked, not timed.
+/** \brief Coders that start from the cloud in the sensor's frame, which each time is a
+ * new copy, as a driver writes it: SensorPreprocessor and each of libraryVariants(),
+ * SensorNode at the first of them, and PCL's transformPointCloud, CropBox and voxel
+ * grid. What is decoded is checked, not timed.
  * \param[in] stream has a crop box
  */
 StreamCoders

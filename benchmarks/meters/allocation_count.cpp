@@ -24,8 +24,8 @@ pcl_ext::measuring::allocationCount()
   return allocations;
 }
 
-// The operators of arrays call these. Not inline, as GCC would warn of malloc with delete
-// and of new with free.
+// The operators of arrays call these. Not inline, as GCC would warn of malloc with
+// delete and of new with free.
 [[gnu::noinline]] void*
 operator new(std::size_t size)
 {

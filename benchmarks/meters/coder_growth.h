@@ -14,8 +14,8 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief I-frame periods before a stream is steady. The second I-frame is the first one
- * with a history, whose memory grows once more. */
+/** \brief I-frame periods before a stream is steady. The second I-frame is the first
+ * one with a history, whose memory grows once more. */
 constexpr std::size_t warm_up_periods = 2;
 
 /** \brief I-frame periods of a stream, the warm-up among them, and frames of each. */

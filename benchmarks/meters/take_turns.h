@@ -40,7 +40,8 @@ public:
 
   /** \brief Starts the process.
    * \param[in] name for messages
-   * \param[in] make called in the new process; what it returns is called for every frame
+   * \param[in] make called in the new process; what it returns is called for every
+   * frame
    * \throws std::system_error if there is no new process
    */
   ProcessOf(std::string name, const std::function<Measure()>& make)
@@ -141,8 +142,8 @@ private:
  * which doubles the times of PCL's class. */
 constexpr std::size_t frames_of_a_turn = 10;
 
-/** \brief Measures a stream in all processes, in turns of some frames. Only one process runs
- * at a time; another one is the first in each round.
+/** \brief Measures a stream in all processes, in turns of some frames. Only one process
+ * runs at a time; another one is the first in each round.
  * \param[in] stream its name, for messages
  * \param[in] frames number of frames
  * \param[in] repetitions of the stream; measuring frame 0 restarts it

@@ -1,6 +1,6 @@
 /** \file
- * How time, memory and allocations grow with the points and with finer voxels: the tables
- * and, as a file, the report's results.
+ * How time, memory and allocations grow with the points and with finer voxels: the
+ * tables and, as a file, the report's results.
  */
 #include "coders/stream_coder.h"
 #include "measuring/markdown_table.h"

@@ -31,8 +31,8 @@ timeAgainst(const Samples& samples, const Samples& reference);
 std::string
 signedPercent(double percent);
 
-/** \brief Bytes against the published layout's; empty for a coder that carries something
- * else, and where the published layout is not compared. */
+/** \brief Bytes against the published layout's; empty for a coder that carries
+ * something else, and where the published layout is not compared. */
 std::string
 againstPublished(const CoderFigures& coder, const Comparison& comparison);
 

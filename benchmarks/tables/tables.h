@@ -12,7 +12,8 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief The sensor of the robot cell whose stream is compressed, if it is one alone. */
+/** \brief The sensor of the robot cell whose stream is compressed, if it is one
+ * alone. */
 constexpr unsigned int first_sensor = 1;
 
 /** \brief Frames of the sampled room. */
@@ -30,7 +31,8 @@ struct Options {
   std::string results_file;           ///< of table growth; empty: none
   double seconds = 5.0;               ///< of each run of table scale
   std::size_t most_streams = 800;     ///< that table scale tries
-  /** \brief Of table scale: log-odds below which the sensors remove a voxel as noise. */
+  /** \brief Of table scale: log-odds below which the sensors remove a voxel as
+   * noise. */
   std::optional<float> outlier_removal;
   unsigned int minutes = 10; ///< of table recording
 };
@@ -39,7 +41,8 @@ struct Options {
 void
 printEfforts(const Options& options, std::ostream& output);
 
-/** \brief From the sensor's organised cloud to bytes, against PCL's filters and class. */
+/** \brief From the sensor's organised cloud to bytes, against PCL's filters and
+ * class. */
 void
 printFromSensor(const Options& options, std::ostream& output);
 
@@ -51,8 +54,8 @@ printPeers(const Options& options, std::ostream& output);
 void
 printRecorded(const Options& options, std::ostream& output);
 
-/** \brief Encoding with effort fast in one and more threads, up to one for each core, against
- * PCL's class; sampled room. */
+/** \brief Encoding with effort fast in one and more threads, up to one for each core,
+ * against PCL's class; sampled room. */
 void
 printThreads(const Options& options, std::ostream& output);
 
@@ -65,7 +68,8 @@ printProfiles(const Options& options, std::ostream& output);
 void
 printStages(const Options& options, std::ostream& output);
 
-/** \brief Time, memory and allocations over the number of points and over the voxel edge. */
+/** \brief Time, memory and allocations over the number of points and over the voxel
+ * edge. */
 void
 printGrowth(const Options& options, std::ostream& output);
 

@@ -13,8 +13,9 @@ class ResultFile;
 
 namespace noise {
 
-/** \brief Times VoxelOutlierRemoval and PCL's filters in turns, frame by frame, and adds the
- * results, experiment `noise_time`: voxels, median_ms and longest_ms of each filter. */
+/** \brief Times VoxelOutlierRemoval and PCL's filters in turns, frame by frame, and
+ * adds the results, experiment `noise_time`: voxels, median_ms and longest_ms of each
+ * filter. */
 void
 measureFilterTimes(std::uint32_t seed,
                    unsigned int sensor,

@@ -20,8 +20,8 @@ constexpr std::size_t band_count = band_ends.size();
 /** \brief Fewer voxels of the person's than this are too few for a share of them. */
 constexpr std::size_t least_person_voxels = 20;
 
-/** \brief What is gathered frame by frame: voxels with their truth and a score that is to
- * be low for noise. */
+/** \brief What is gathered frame by frame: voxels with their truth and a score that is
+ * to be low for noise. */
 class ScoredVoxels {
 public:
   /** \brief Adds a frame; scores may be any numbers but NaN. */

@@ -12,9 +12,9 @@
 namespace pcl_ext {
 namespace noise {
 
-/** \brief What CentralNode::merge() makes of several cameras: sums of intensities. A voxel
- * is noise where it is noise for every sensor that sees it; what never moves decides
- * before the person, and the person before the machines.
+/** \brief What CentralNode::merge() makes of several cameras: sums of intensities. A
+ * voxel is noise where it is noise for every sensor that sees it; what never moves
+ * decides before the person, and the person before the machines.
  * \param[in] frames at least one; all on one grid, with one step of intensity
  * \param[out] merged without depth models; depths are 0
  */

@@ -26,15 +26,15 @@ struct Measured {
   bool has_depths = true; ///< that is, bands
 };
 
-/** \brief Adds the results of all methods; values that are not defined (no voxels that they
- * would be of) are left out.
+/** \brief Adds the results of all methods; values that are not defined (no voxels that
+ * they would be of) are left out.
  *
- * Experiment as named: noise_percent, average_precision, `best_` (at the threshold of the
- * best F1) and `usual_` (at the highest threshold that keeps 95 % of the surfaces' voxels),
- * each with threshold, precision, recall, f1 and the shares in percent that are let through
- * and kept. With `_threshold:` and a threshold appended: the same at that threshold. With
- * `_curve`: precision over recall. With `_band:` and a band of depth: average precision
- * there, and shares at the usual threshold.
+ * Experiment as named: noise_percent, average_precision, `best_` (at the threshold of
+ * the best F1) and `usual_` (at the highest threshold that keeps 95 % of the surfaces'
+ * voxels), each with threshold, precision, recall, f1 and the shares in percent that
+ * are let through and kept. With `_threshold:` and a threshold appended: the same at
+ * that threshold. With `_curve`: precision over recall. With `_band:` and a band of
+ * depth: average precision there, and shares at the usual threshold.
  * \param[in] methods their voxels are released one after the other, since they are many
  */
 void

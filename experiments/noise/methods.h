@@ -29,15 +29,15 @@ struct Method {
 std::vector<Method>
 cameraMethods();
 
-/** \brief The same for the sums of several cameras, and the filter on each camera before
- * they are merged: what one of them takes for a surface stays.
+/** \brief The same for the sums of several cameras, and the filter on each camera
+ * before they are merged: what one of them takes for a surface stays.
  * \param[in] stream that the frames to judge are of; it must live as long
  */
 std::vector<Method>
 mergedMethods(const MergedStream& stream);
 
-/** \brief A lidar's own intensity and its counts, and the filter on counts, for which it is
- * not meant, and without intensities. */
+/** \brief A lidar's own intensity and its counts, and the filter on counts, for which
+ * it is not meant, and without intensities. */
 std::vector<Method>
 lidarMethods();
 

@@ -19,8 +19,8 @@ using Centres = pcl::PointCloud<pcl::PointXYZI>;
 Centres::Ptr
 centresOf(const io::VoxelFrame& frame);
 
-/** \brief What pcl::StatisticalOutlierRemoval compares with its multiplier, times -1: the
- * mean distance to some neighbours, less its mean over the cloud, over its standard
+/** \brief What pcl::StatisticalOutlierRemoval compares with its multiplier, times -1:
+ * the mean distance to some neighbours, less its mean over the cloud, over its standard
  * deviation. Low for outliers. */
 void
 statisticalScores(const Centres::ConstPtr& centres,

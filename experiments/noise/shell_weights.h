@@ -13,8 +13,8 @@ class ResultFile;
 
 namespace noise {
 
-/** \brief Fits the weights of core, ring and rim to one stream by logistic regression, and
- * adds them to the results, experiment `noise_weights`: c, core, ring, rim.
+/** \brief Fits the weights of core, ring and rim to one stream by logistic regression,
+ * and adds them to the results, experiment `noise_weights`: c, core, ring, rim.
  * \param[in] seed, sensor, resolution of the stream
  * \param[in] frames of it; the voxels of every tenth are used
  */
@@ -25,8 +25,9 @@ fitShellWeights(std::uint32_t seed,
                 double resolution,
                 measuring::ResultFile& results);
 
-/** \brief Fits the offset of the unit Voxels to the lidar's stream by maximum likelihood, and
- * adds what is to be added to that of the library, experiment `noise_weights`. */
+/** \brief Fits the offset of the unit Voxels to the lidar's stream by maximum
+ * likelihood, and adds what is to be added to that of the library, experiment
+ * `noise_weights`. */
 void
 fitVoxelsOffset(std::uint32_t seed,
                 std::uint32_t frames,

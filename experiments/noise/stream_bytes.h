@@ -13,8 +13,8 @@ class ResultFile;
 
 namespace noise {
 
-/** \brief Encodes one sensor's stream with a SensorNode without the filter, with it, and
- * with only the points that the simulator marks as of surfaces; adds the results,
+/** \brief Encodes one sensor's stream with a SensorNode without the filter, with it,
+ * and with only the points that the simulator marks as of surfaces; adds the results,
  * experiment `noise_bytes:` and law and effort: voxels and bytes of a frame, and
  * less_percent, the bytes saved.
  * \throws std::runtime_error if a frame cannot be encoded

@@ -34,8 +34,8 @@ struct DepthImage {
   std::vector<std::uint16_t> depth; ///< row by row
 };
 
-/** \brief Encodes depth images as files in memory, and decodes them into an image of the
- * same size. */
+/** \brief Encodes depth images as files in memory, and decodes them into an image of
+ * the same size. */
 struct ImageCoder {
   std::string name;
   void (*encode)(const DepthImage&, Bytes&);

@@ -1,7 +1,7 @@
 /** \file
  * Runs all sensors of the simulated robot cell at once, for the report that
- * experiments/report.sh makes: the paper's section 3.3. A process for each coder, so that
- * none finds memory that another one left.
+ * experiments/report.sh makes: the paper's section 3.3. A process for each coder, so
+ * that none finds memory that another one left.
  */
 #include "measuring/command_line.h"
 #include "measuring/machine.h"

@@ -1,6 +1,6 @@
 /** \file
- * Writes the clouds, voxels and curves that the report's pictures show, as CSV files. One
- * frame of each sensor: the pictures are the same however many frames are measured.
+ * Writes the clouds, voxels and curves that the report's pictures show, as CSV files.
+ * One frame of each sensor: the pictures are the same however many frames are measured.
  */
 #include <pcl_ext/intensity/intensity_model.h>
 
@@ -170,8 +170,8 @@ writeCell(const std::string& folder, RobotCell& cell)
   voxels.close();
 }
 
-/** \brief Figure 7: a cell of eight leaves of the stream's octree, on a carton's edge as
- * sensor 1 sees it. */
+/** \brief Figure 7: a cell of eight leaves of the stream's octree, on a carton's edge
+ * as sensor 1 sees it. */
 void
 writeOctree(const std::string& folder, RobotCell& cell)
 {

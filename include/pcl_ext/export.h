@@ -2,8 +2,8 @@
 
 /** \file
  * What the shared libraries export, with one macro for each library. CMake defines
- * pcl_ext_codec_EXPORTS and the like while a library is built, and PCL_EXT_STATIC for users
- * of static ones.
+ * pcl_ext_codec_EXPORTS and the like while a library is built, and PCL_EXT_STATIC for
+ * users of static ones.
  */
 #if defined(_WIN32) && !defined(PCL_EXT_STATIC)
 #define PCL_EXT_DLL_EXPORT __declspec(dllexport)

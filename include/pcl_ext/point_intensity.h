@@ -37,8 +37,8 @@ nativeIntensity(const PointT& point, float absent)
 
 namespace detail {
 
-/** \brief Converts a voxel intensity to the type of a point's field: rounded to the nearest
- * and clamped to the range of an integer type. */
+/** \brief Converts a voxel intensity to the type of a point's field: rounded to the
+ * nearest and clamped to the range of an integer type. */
 template <typename FieldT>
 FieldT
 fieldValue(float intensity)
@@ -59,8 +59,8 @@ fieldValue(float intensity)
 
 } // namespace detail
 
-/** \brief Sets the intensity field of a point, if its type has one. An integer field is set
- * to its nearest value. */
+/** \brief Sets the intensity field of a point, if its type has one. An integer field is
+ * set to its nearest value. */
 template <typename PointT>
 void
 setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intensity)
@@ -160,7 +160,8 @@ pointViewWithIntensities(const PointT* points, std::size_t count)
   return view;
 }
 
-/** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
+/** \brief The points of a cloud for the voxelizer; their intensities are not part of
+ * it.
  * \param[in] cloud must not change while the view is used
  */
 template <typename PointT>

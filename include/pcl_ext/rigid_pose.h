@@ -7,9 +7,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief Pose of a sensor in the world: sensor -> global coordinate frame, metres. Accepts an
- * Eigen::Isometry3d. Not aligned, so that its layout does not depend on the vector
- * instructions that a program is built with. */
+/** \brief Pose of a sensor in the world: sensor -> global coordinate frame, metres.
+ * Accepts an Eigen::Isometry3d. Not aligned, so that its layout does not depend on the
+ * vector instructions that a program is built with. */
 using WorldPose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 namespace io {

@@ -13,8 +13,8 @@ inline namespace PCL_EXT_ABI {
  * message for people.
  *
  * Clouds, frames, streams and settings that are bad are reported through this type and
- * never through exceptions. A success may have a message, too: a warning that not all of
- * the input is in the output.
+ * never through exceptions. A success may have a message, too: a warning that not all
+ * of the input is in the output.
  * \tparam CodeT an enumeration whose value `CodeT::Ok` means success
  */
 template <typename CodeT>
@@ -92,44 +92,44 @@ namespace io {
 
 /** \brief Outcomes of encoding or decoding a frame. */
 enum class CompressionCode {
-  /** The frame was encoded or decoded. If hasWarning(), the message says how much of the
-   * cloud is not in the frame and which setting helps: points outside of the grid or the box
-   * or behind the sensor, intensities beyond the scale, colours; or that voxels became
-   * coarser. PCL's console shows each kind once. */
+  /** The frame was encoded or decoded. If hasWarning(), the message says how much of
+   * the cloud is not in the frame and which setting helps: points outside of the grid
+   * or the box or behind the sensor, intensities beyond the scale, colours; or that
+   * voxels became coarser. PCL's console shows each kind once. */
   Ok,
-  /** A setting is outside its range, or two contradict each other: correct the one that the
-   * message names. */
+  /** A setting is outside its range, or two contradict each other: correct the one that
+   * the message names. */
   InvalidSettings,
   /** The cloud is a null pointer, or a frame is inconsistent. An empty cloud is a valid
    * frame. */
   InvalidInput,
-  /** The output stream is not open, had failed before, or accepted no more bytes: check path,
-   * disk, connection. The next frame is an I-frame. */
+  /** The output stream is not open, had failed before, or accepted no more bytes: check
+   * path, disk, connection. The next frame is an I-frame. */
   OutputFailed,
   /** There are no bytes to decode: the normal end of a file. */
   EndOfStream,
-  /** There are bytes, but no frame begins in them. The message names bytes of PCL's class, PCD
-   * and PLY files, bags, text. */
+  /** There are bytes, but no frame begins in them. The message names bytes of PCL's
+   * class, PCD and PLY files, bags, text. */
   NoFrame,
   /** A frame of a newer stream version: update the receiver. */
   UnsupportedVersion,
   /** The bytes end within a frame; frameSize() tells how many are missing. With
    * `settings.incomplete_frame = Keep` call again with more. */
   Truncated,
-  /** A frame contradicts its checksum or itself: the transport changed bytes. Decoding goes on
-   * with the next I-frame. */
+  /** A frame contradicts its checksum or itself: the transport changed bytes. Decoding
+   * goes on with the next I-frame. */
   Corrupt,
-  /** Decoding would exceed a limit of DecoderLimits: raise the one that the message names, if
-   * you trust the sender. */
+  /** Decoding would exceed a limit of DecoderLimits: raise the one that the message
+   * names, if you trust the sender. */
   LimitExceeded,
-  /** A P-frame whose predecessor was lost, or is of another stream: requestIFrame() at the
-   * sender, or wait for the next I-frame; one decoder for each stream. */
+  /** A P-frame whose predecessor was lost, or is of another stream: requestIFrame() at
+   * the sender, or wait for the next I-frame; one decoder for each stream. */
   MissingReference,
-  /** The input stream is not open, had failed before, or failed while it was read: check the
-   * path; clear() for a stream that had ended. */
+  /** The input stream is not open, had failed before, or failed while it was read:
+   * check the path; clear() for a stream that had ended. */
   InputFailed,
-  /** A late or repeated frame, or one of another stream, which was dropped; one decoder for
-   * each stream. */
+  /** A late or repeated frame, or one of another stream, which was dropped; one decoder
+   * for each stream. */
   OldFrame,
   /** Memory ran out; the stream continues with the next I-frame. */
   OutOfMemory

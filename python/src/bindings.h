@@ -48,8 +48,8 @@ private:
   py::buffer_info view_;
 };
 
-/** \brief A text of the library. What is not UTF-8 in it, as a name in forged bytes, becomes
- * a replacement character. */
+/** \brief A text of the library. What is not UTF-8 in it, as a name in forged bytes,
+ * becomes a replacement character. */
 py::str
 text(const std::string& bytes);
 

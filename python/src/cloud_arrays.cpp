@@ -66,8 +66,8 @@ isNative(const py::dtype& type)
   return type.attr("isnative").cast<bool>();
 }
 
-/** \brief Numbers in types and byte orders that a column does not have become float32, or
- * float64 if they have more bytes. */
+/** \brief Numbers in types and byte orders that a column does not have become float32,
+ * or float64 if they have more bytes. */
 py::array
 inKnownType(const py::array& numbers)
 {

@@ -64,8 +64,8 @@ isAligned(const char* address)
   return reinterpret_cast<std::uintptr_t>(address) % alignof(NumberT) == 0;
 }
 
-/** \brief True if a stride, bytes, can be that of a view with a few numbers of a type for
- * each point. */
+/** \brief True if a stride, bytes, can be that of a view with a few numbers of a type
+ * for each point. */
 template <typename NumberT>
 bool
 isStrideOf(std::ptrdiff_t stride, std::ptrdiff_t numbers)

@@ -25,7 +25,8 @@ enum class NumberType {
   UInt64
 };
 
-/** \brief One number for each point: a column of an array or a field of a structured one. */
+/** \brief One number for each point: a column of an array or a field of a structured
+ * one. */
 struct Column {
   const char* first = nullptr; ///< may be unaligned
   std::ptrdiff_t stride = 0;   ///< bytes from one number to the next; any sign
@@ -47,7 +48,8 @@ struct CloudColumns {
   }
 };
 
-/** \brief Copies of columns that a PointView cannot point to; reused from cloud to cloud. */
+/** \brief Copies of columns that a PointView cannot point to; reused from cloud to
+ * cloud. */
 struct CloudMemory {
   std::vector<float> coordinates;
   std::vector<double> double_coordinates;

@@ -12,9 +12,9 @@ namespace python {
 
 namespace py = pybind11;
 
-/** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or as
- * float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as float32
- * and r, g, b as uint8. */
+/** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or
+ * as float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as
+ * float32 and r, g, b as uint8. */
 class DecodedCloud {
 public:
   /** \brief Copies the voxels of a frame; does not need the GIL. */

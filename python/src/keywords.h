@@ -14,8 +14,8 @@ namespace python {
 
 namespace py = pybind11;
 
-/** \brief Settings by name, as Python gives them. Every function throws py::type_error or
- * py::value_error with the name, the value and what is allowed. */
+/** \brief Settings by name, as Python gives them. Every function throws py::type_error
+ * or py::value_error with the name, the value and what is allowed. */
 class Keywords {
 public:
   explicit Keywords(const py::dict& values) : values_(values) {}

@@ -1,6 +1,6 @@
 /** \file
- * \brief The module pcl_ext._native: the library for the classes of the package, which have
- * the documentation. Outcomes are returned as tuples with the name of their code.
+ * \brief The module pcl_ext._native: the library for the classes of the package, which
+ * have the documentation. Outcomes are returned as tuples with the name of their code.
  */
 #include <pcl_ext/version.h>
 

@@ -10,8 +10,8 @@
 namespace pcl_ext {
 namespace python {
 
-/** \brief A VoxelOutlierRemoval that any thread may use. Not to be called with the GIL held,
- * as a call may wait for another thread. */
+/** \brief A VoxelOutlierRemoval that any thread may use. Not to be called with the GIL
+ * held, as a call may wait for another thread. */
 class OutlierFilter {
 public:
   explicit OutlierFilter(const VoxelOutlierRemovalSettings& settings)

@@ -22,7 +22,8 @@ namespace python {
 
 /** \brief A RecordingReader and the decoders of its streams.
  *
- * Any thread may call it, and not with the GIL held, as a call may wait for another thread.
+ * Any thread may call it, and not with the GIL held, as a call may wait for another
+ * thread.
  */
 class RecordingFile {
 public:
@@ -88,7 +89,8 @@ private:
   io::VoxelFrame frame_; // member so that its memory is reused
 };
 
-/** \brief A RecordingWriter that any thread may use; not to be called with the GIL held. */
+/** \brief A RecordingWriter that any thread may use; not to be called with the GIL
+ * held. */
 class RecordingOutput {
 public:
   recording::RecordingStatus

@@ -19,7 +19,8 @@ namespace python {
 
 /** \brief Decodes the frames of one stream.
  *
- * Any thread may call it, and not with the GIL held, as a call may wait for another thread.
+ * Any thread may call it, and not with the GIL held, as a call may wait for another
+ * thread.
  */
 class StreamDecoder {
 public:

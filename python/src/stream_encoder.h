@@ -26,10 +26,11 @@ struct CloudToEncode {
   OutlierFilter* outliers = nullptr;
 };
 
-/** \brief Encodes the clouds of one stream: OctreePointCloudIntensityCompression's half of
- * it for columns, with a law that is chosen at run time.
+/** \brief Encodes the clouds of one stream: OctreePointCloudIntensityCompression's half
+ * of it for columns, with a law that is chosen at run time.
  *
- * Any thread may call it, and not with the GIL held, as a call may wait for another thread.
+ * Any thread may call it, and not with the GIL held, as a call may wait for another
+ * thread.
  */
 class StreamEncoder {
 public:
@@ -39,8 +40,8 @@ public:
   /** \brief Encodes the next cloud.
    * \param[in] cloud must not change meanwhile
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \throws std::invalid_argument if the cloud lacks the intensities of the law, or has ones
-   * that it does not use
+   * \throws std::invalid_argument if the cloud lacks the intensities of the law, or has
+   * ones that it does not use
    */
   io::CompressionStatus
   encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes);

@@ -2,10 +2,10 @@
  * \brief Encodes a stream of clouds with OctreePointCloudIntensityCompression, for
  * test_bytes_of_cpp.py, which compares the frames with those of Python.
  *
- * Arguments: law, effort, format, resolution, and the sensor's x along the world's x, as its
- * position. Standard input: for each cloud its number of points (u32), whether it has
- * colours (u32), and for each point x, y, z, intensity (f32) and its colour (u32). Standard
- * output: for each frame its number of bytes (u32) and the bytes.
+ * Arguments: law, effort, format, resolution, and the sensor's x along the world's x,
+ * as its position. Standard input: for each cloud its number of points (u32), whether
+ * it has colours (u32), and for each point x, y, z, intensity (f32) and its colour
+ * (u32). Standard output: for each frame its number of bytes (u32) and the bytes.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_law.h>

@@ -24,8 +24,8 @@ struct FoundTransform {
   std::string failure;
 };
 
-/** \brief Looks up transforms to the global frame. TF messages are received by a separate
- * thread. */
+/** \brief Looks up transforms to the global frame. TF messages are received by a
+ * separate thread. */
 class TransformLookup {
 public:
   /** \brief Starts to listen.

@@ -23,7 +23,8 @@ temporaryFolder();
 class ChildProcess {
 public:
   /** \brief Starts a program.
-   * \param[in] command the program, searched in PATH if it has no slash, and its arguments
+   * \param[in] command the program, searched in PATH if it has no slash, and its
+   * arguments
    */
   explicit ChildProcess(std::vector<std::string> command);
 
@@ -56,7 +57,8 @@ public:
   std::string
   output() const;
 
-  /** \brief Waits for a text in the output; a failure of the test if it does not come. */
+  /** \brief Waits for a text in the output; a failure of the test if it does not
+   * come. */
   void
   expectOutput(const std::string& text) const;
 
@@ -72,7 +74,8 @@ private:
 /** \brief Private parameters of a node; names without the tilde. */
 using Parameters = std::vector<std::pair<std::string, XmlRpc::XmlRpcValue>>;
 
-/** \brief The parameters, then the others; where both have a name, that of the others. */
+/** \brief The parameters, then the others; where both have a name, that of the
+ * others. */
 Parameters
 operator+(Parameters parameters, const Parameters& others);
 
@@ -100,15 +103,15 @@ public:
               const Parameters& parameters = {},
               const std::vector<std::string>& arguments = {});
 
-  /** \brief Number of connections over which the node publishes a topic. Asks the node, as
-   * the master lists subscriptions, not connections.
+  /** \brief Number of connections over which the node publishes a topic. Asks the node,
+   * as the master lists subscriptions, not connections.
    * \param[in] topic full name
    */
   std::size_t
   subscribersOf(const std::string& topic) const;
 
-  /** \brief Waits for that many connections, or more; a failure of the test if they do not
-   * come. */
+  /** \brief Waits for that many connections, or more; a failure of the test if they do
+   * not come. */
   void
   expectSubscribers(const std::string& topic, std::size_t count) const;
 

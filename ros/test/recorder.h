@@ -18,8 +18,8 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Long, as a node can take seconds to start on a busy computer. Only a test that
- * fails waits so long. */
+/** \brief Long, as a node can take seconds to start on a busy computer. Only a test
+ * that fails waits so long. */
 constexpr double seconds_to_wait = 20.0;
 
 /** \brief Waits until a condition holds.

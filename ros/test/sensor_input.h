@@ -19,13 +19,13 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief The stamp of the nth cloud. Neither a float nor microseconds can represent its
- * nanoseconds. */
+/** \brief The stamp of the nth cloud. Neither a float nor microseconds can represent
+ * its nanoseconds. */
 ros::Time
 stampOf(std::uint32_t number);
 
-/** \brief A noisy wall of 2 m by 2 m, 3 m before the sensor, and a ball that moves in front
- * of it. Some points are not finite, as in the clouds of depth cameras.
+/** \brief A noisy wall of 2 m by 2 m, 3 m before the sensor, and a ball that moves in
+ * front of it. Some points are not finite, as in the clouds of depth cameras.
  * \tparam PointT pcl::PointXYZ, PointXYZI or PointXYZRGB
  * \param[in] number of the cloud in its stream; decides points and stamp
  * \param[in] frame_id of the sensor
@@ -55,8 +55,8 @@ toMessage(const std::string& frame_id,
 pcl_ext::WorldPose
 throughMessage(const pcl_ext::WorldPose& pose);
 
-/** \brief Static transforms. One object at a time: its message is latched, and a program
- * can latch one message of a topic only. */
+/** \brief Static transforms. One object at a time: its message is latched, and a
+ * program can latch one message of a topic only. */
 class StaticTransforms {
 public:
   void

@@ -24,8 +24,8 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Parameters of a compressor with a fixed grid, so that the voxels depend on one
- * cloud only, and with a long timeout for transforms. */
+/** \brief Parameters of a compressor with a fixed grid, so that the voxels depend on
+ * one cloud only, and with a long timeout for transforms. */
 Parameters
 compressorParameters();
 
@@ -49,8 +49,8 @@ protected:
   void
   startCompressor(const Parameters& changes = {});
 
-  /** \brief Starts the decompressor and waits until it is connected with the compressor, if
-   * there is one.
+  /** \brief Starts the decompressor and waits until it is connected with the
+   * compressor, if there is one.
    * \param[in] parameters besides ~streams, which is the compressor's by default
    */
   void
@@ -80,12 +80,13 @@ protected:
   sensor_msgs::PointCloud2::ConstPtr
   show(const sensor_msgs::PointCloud2& cloud);
 
-  /** \brief Publishes a cloud; expects these voxels with its stamp in the world frame. */
+  /** \brief Publishes a cloud; expects these voxels with its stamp in the world
+   * frame. */
   void
   expectVoxels(const sensor_msgs::PointCloud2& cloud, const Voxels& expected);
 
-  /** \brief Publishes the clouds [begin, end); expects of each what `direct` makes of it
-   * at `pose`. */
+  /** \brief Publishes the clouds [begin, end); expects of each what `direct` makes of
+   * it at `pose`. */
   void
   expectClouds(std::uint32_t begin, std::uint32_t end);
 

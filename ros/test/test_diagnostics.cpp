@@ -11,8 +11,8 @@ namespace {
 
 class Health : public StreamScenario {
 protected:
-  /** \brief Publishes about ten clouds a second, stamped with the time now, until a value
-   * is reached. */
+  /** \brief Publishes about ten clouds a second, stamped with the time now, until a
+   * value is reached. */
   void
   sendUntil(const Diagnostics& diagnostics, const std::string& key, double count)
   {

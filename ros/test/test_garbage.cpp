@@ -21,8 +21,8 @@ protected:
     ASSERT_TRUE(waitForSubscribers(second_sender, 2));
   }
 
-  /** \brief Publishes a frame and waits for it, as the frames of the compressor come over
-   * another connection. */
+  /** \brief Publishes a frame and waits for it, as the frames of the compressor come
+   * over another connection. */
   void
   inject(const CompressedPointCloud2& frame)
   {

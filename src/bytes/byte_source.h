@@ -22,10 +22,11 @@ public:
   }
 };
 
-/** \brief Reads little-endian numbers from a stream buffer, never more bytes than allowed.
+/** \brief Reads little-endian numbers from a stream buffer, never more bytes than
+ * allowed.
  *
- * Errors are sticky: after the first failed read all reads return 0, so that a parser can
- * check failure() once at the end.
+ * Errors are sticky: after the first failed read all reads return 0, so that a parser
+ * can check failure() once at the end.
  */
 class ByteSource {
 public:
@@ -120,8 +121,8 @@ public:
   }
 
   /** \brief Appends bytes to a vector. Memory is allocated as bytes arrive, not for the
-   * requested size; a large request fails at once if the buffer can tell that it has fewer
-   * bytes. */
+   * requested size; a large request fails at once if the buffer can tell that it has
+   * fewer bytes. */
   void
   read(std::size_t size, std::vector<std::uint8_t>& bytes);
 

@@ -1,6 +1,7 @@
 /** \file
- * \brief Exception handling of the codec. Only here, so that the codec also builds without
- * exceptions, as for wasm32. Without them running out of memory ends the program.
+ * \brief Exception handling of the codec. Only here, so that the codec also builds
+ * without exceptions, as for wasm32. Without them running out of memory ends the
+ * program.
  */
 #pragma once
 
@@ -17,7 +18,8 @@
 
 namespace pcl_ext {
 
-/** \brief Calls a function and returns its result; if it throws, the result of another. */
+/** \brief Calls a function and returns its result; if it throws, the result of
+ * another. */
 template <typename FunctionT, typename FallbackT>
 auto
 callOrElse(FunctionT function, FallbackT fallback) -> decltype(function())
@@ -70,8 +72,8 @@ callOrElse(FunctionT function, NoMemoryT no_memory, FailedT failed)
 #endif
 }
 
-/** \brief Calls a function and returns its result; if it throws std::bad_alloc, the result
- * of another. */
+/** \brief Calls a function and returns its result; if it throws std::bad_alloc, the
+ * result of another. */
 template <typename FunctionT, typename FallbackT>
 auto
 callOrNoMemory(FunctionT function, FallbackT no_memory) -> decltype(function())

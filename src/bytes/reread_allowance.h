@@ -11,9 +11,9 @@ namespace io {
 /** \brief Limits how many bytes are read again after failed frames, so that the time to
  * search n bytes is O(n) for any content.
  *
- * After a failed frame the search continues at its second byte, as its size may be forged
- * and include valid frames. Without a limit, bytes with many forged sizes would be read
- * many times.
+ * After a failed frame the search continues at its second byte, as its size may be
+ * forged and include valid frames. Without a limit, bytes with many forged sizes would
+ * be read many times.
  */
 class RereadAllowance {
 public:

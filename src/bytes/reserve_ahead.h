@@ -7,8 +7,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Reserves capacity for at least this many elements. If that needs an allocation, a
- * quarter more is reserved, so that the growing frames of a stream soon need none. */
+/** \brief Reserves capacity for at least this many elements. If that needs an
+ * allocation, a quarter more is reserved, so that the growing frames of a stream soon
+ * need none. */
 template <class Vector>
 void
 reserveAhead(Vector& vector, std::size_t size)

@@ -26,7 +26,8 @@ sizeOf(std::uint64_t exact)
   return half == 0 ? 0 : highestBit(half) + 1;
 }
 
-/** \brief Class of a residual: by size and fraction of the prediction, and the roughness.
+/** \brief Class of a residual: by size and fraction of the prediction, and the
+ * roughness.
  * \param[in] exact prediction of the symbol, in units of 2^-16
  * \param[in] roughness 0..5
  */

@@ -24,17 +24,17 @@ struct DepthObservations {
   std::vector<std::uint8_t> residuals; ///< clamped to 15
 };
 
-/** \brief Splits intensity symbols that depend on depth into a number of points, which is
- * coded like a count, and a small residual (doc/bitstream.md, "Depth model").
+/** \brief Splits intensity symbols that depend on depth into a number of points, which
+ * is coded like a count, and a small residual (doc/bitstream.md, "Depth model").
  *
- * A voxel of n points at depth z has an intensity of about n I_p(z). It differs by the depth
- * offset of the points from the voxel's centre, which varies little from frame to frame.
- * Integers only.
+ * A voxel of n points at depth z has an intensity of about n I_p(z). It differs by the
+ * depth offset of the points from the voxel's centre, which varies little from frame to
+ * frame. Integers only.
  */
 class DepthSplit {
 public:
-  /** \brief Class of a voxel whose base symbol is its symbol: a point adds less than one to the
-   * symbol there, so that the number of points cannot be derived. */
+  /** \brief Class of a voxel whose base symbol is its symbol: a point adds less than
+   * one to the symbol there, so that the number of points cannot be derived. */
   static constexpr std::uint8_t no_residual = 0xff;
 
   /** \brief Classes of residuals are below this. */
@@ -57,8 +57,8 @@ public:
   baseSymbolsOf(const std::vector<std::uint16_t>& symbols,
                 std::vector<std::uint16_t>& base_symbols) const;
 
-  /** \brief Predicts the symbols from the base symbols; to be called before the functions
-   * below. */
+  /** \brief Predicts the symbols from the base symbols; to be called before the
+   * functions below. */
   void
   predict(const std::vector<std::uint16_t>& base_symbols);
 
@@ -69,8 +69,8 @@ public:
     return classes_;
   }
 
-  /** \brief Context of the residual by the prediction: its fraction in sixteenths, 0..15, plus 16 times the bit length of
-   * half the symbol, 0..7. */
+  /** \brief Context of the residual by the prediction: its fraction in sixteenths,
+   * 0..15, plus 16 times the bit length of half the symbol, 0..7. */
   std::uint32_t
   predictionContext(std::size_t voxel) const
   {
@@ -111,8 +111,8 @@ public:
 
 private:
   std::uint32_t max_symbol_ = 0;
-  // By voxel: what a point adds to the symbol, in units of 2^-16, at the centre, and with the
-  // depth offset; and the class of the roughness.
+  // By voxel: what a point adds to the symbol, in units of 2^-16, at the centre, and
+  // with the depth offset; and the class of the roughness.
   std::vector<std::uint64_t> centre_symbols_;
   std::vector<std::uint64_t> point_symbols_;
   std::vector<std::uint8_t> roughness_;

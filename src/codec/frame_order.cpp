@@ -10,7 +10,8 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
     return false;
   if (number == last_.number + 1)
     return false;
-  // Decoding the last I-frame again does no harm, and a file of one frame may be read twice.
+  // Decoding the last I-frame again does no harm, and a file of one frame may be read
+  // twice.
   if (is_i_frame && last_.isSame(number, checksum))
     return false;
   const bool is_copy = known_[number % known_frames].isSame(number, checksum) ||

@@ -9,11 +9,12 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Detects late and repeated frames of a stream. They are dropped, as the successors
- * of the last frame would lack their reference if a late I-frame were decoded.
+/** \brief Detects late and repeated frames of a stream. They are dropped, as the
+ * successors of the last frame would lack their reference if a late I-frame were
+ * decoded.
  *
- * Frames are numbered modulo 2^32. A sender begins with an I-frame of number 1 each time it
- * starts. doc/bitstream.md has the rules ("Old frames").
+ * Frames are numbered modulo 2^32. A sender begins with an I-frame of number 1 each
+ * time it starts. doc/bitstream.md has the rules ("Old frames").
  */
 class FrameOrder {
 public:
@@ -26,20 +27,21 @@ public:
    * \param[in] number of the frame
    * \param[in] checksum of the frame, which distinguishes frames of the same number
    * \param[in] is_i_frame whether it is an I-frame
-   * \return true if it must be dropped: it or a later frame was decoded, and there is no
-   * sign that the sender was restarted
+   * \return true if it must be dropped: it or a later frame was decoded, and there is
+   * no sign that the sender was restarted
    */
   bool
   isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
 
   /** \brief Reports a decoded frame, which becomes the last one.
-   * \param[in] is_identifiable true if its checksum identifies it, false for a frame without
-   * voxels and stamp
+   * \param[in] is_identifiable true if its checksum identifies it, false for a frame
+   * without voxels and stamp
    */
   void
   decoded(std::uint32_t number, std::uint32_t checksum, bool is_identifiable) noexcept;
 
-  /** \brief Reports the end of the input, which may be read again from its beginning. */
+  /** \brief Reports the end of the input, which may be read again from its
+   * beginning. */
   void
   inputEnded() noexcept
   {
@@ -65,9 +67,9 @@ private:
   /** \brief Number of frames whose copies are detected. */
   static constexpr std::size_t known_frames = 256;
 
-  /** \brief After this many consecutive old frames an I-frame counts as the first one of a
-   * restarted sender: few if the I-frame is unknown, as single frames are late; many if it
-   * is a copy, as sequences of frames are repeated. */
+  /** \brief After this many consecutive old frames an I-frame counts as the first one
+   * of a restarted sender: few if the I-frame is unknown, as single frames are late;
+   * many if it is a copy, as sequences of frames are repeated. */
   static constexpr unsigned int most_unknown_in_a_row = 2;
   static constexpr unsigned int most_copies_in_a_row = 24;
 

@@ -9,9 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Decides for an encoder which frames use the history, by the sizes of frames: that
- * of a moving sensor may cost more bytes than it saves. Integers only, so that the same frames
- * have the same bytes on every machine. */
+/** \brief Decides for an encoder which frames use the history, by the sizes of frames:
+ * that of a moving sensor may cost more bytes than it saves. Integers only, so that the
+ * same frames have the same bytes on every machine. */
 class HistoryUse {
 public:
   /** \brief False if the next frame should do without the history. */
@@ -25,7 +25,8 @@ public:
    * without it, so that it should be encoded without, too.
    * \param[in] voxels of the frame
    * \param[in] bytes of the frame
-   * \param[in] has_points the frame has numbers of points: a young history may cost more
+   * \param[in] has_points the frame has numbers of points: a young history may cost
+   * more
    */
   bool
   isDoubtful(std::size_t voxels, std::size_t bytes, bool has_points = false) const
@@ -66,7 +67,8 @@ public:
   }
 
   /** \brief A frame did not use the history, or was an I-frame.
-   * \param[in] was_tried it was not worth its bytes: it is tried again after ever more frames
+   * \param[in] was_tried it was not worth its bytes: it is tried again after ever more
+   * frames
    */
   void
   addWithout(bool was_tried)
@@ -87,8 +89,8 @@ private:
     std::size_t bytes = 0;
   };
 
-  /** \brief A young history of a noisy stream may cost a little until it pays: one part in
-   * `share` of the bytes. */
+  /** \brief A young history of a noisy stream may cost a little until it pays: one part
+   * in `share` of the bytes. */
   std::size_t
   most(std::size_t bytes_without, std::size_t share) const
   {

@@ -22,8 +22,8 @@ struct Workspace;
  * voxels in the history have 32 bits. */
 constexpr std::size_t largest_frame = std::size_t{1} << 24;
 
-/** \brief The most tracked voxels that the history may have before a P-frame. If there are
- * more, an encoder makes an I-frame instead, and a decoder refuses the frame.
+/** \brief The most tracked voxels that the history may have before a P-frame. If there
+ * are more, an encoder makes an I-frame instead, and a decoder refuses the frame.
  * \param[in] voxels of the frame for an encoder, the limit for a decoder
  */
 constexpr std::size_t
@@ -35,8 +35,8 @@ maxTrackedVoxels(std::size_t voxels)
   return of_small_frames < of_large_frames ? of_small_frames : of_large_frames;
 }
 
-/** \brief Bytes of a payload by what they code; as occupancy where a coder does not separate
- * them. */
+/** \brief Bytes of a payload by what they code; as occupancy where a coder does not
+ * separate them. */
 struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
@@ -51,14 +51,15 @@ struct CodedPayload {
   bool is_i_frame;           ///< coded without the history
 };
 
-/** \brief Memory for a frame while it is coded; may be used by several streams in turn. See
- * DecodingMemory. */
+/** \brief Memory for a frame while it is coded; may be used by several streams in turn.
+ * See DecodingMemory. */
 class CodingWorkspace {
 public:
   CodingWorkspace();
   ~CodingWorkspace();
 
-  /** \brief That of effort fast, created by the first call; the other efforts need none. */
+  /** \brief That of effort fast, created by the first call; the other efforts need
+   * none. */
   fast::Workspace&
   fast();
 
@@ -74,9 +75,9 @@ private:
   MemoryRule memory_rule_;
 };
 
-/** \brief Encodes or decodes the voxels of the frames of one stream as payloads, and keeps
- * the history of the stream. An instance is for one direction. After an exception it may
- * only be destroyed. */
+/** \brief Encodes or decodes the voxels of the frames of one stream as payloads, and
+ * keeps the history of the stream. An instance is for one direction. After an exception
+ * it may only be destroyed. */
 class PayloadCoder {
 public:
   virtual ~PayloadCoder() = default;
@@ -90,7 +91,8 @@ public:
   virtual std::size_t
   match(CodingWorkspace& memory, const VoxelFrame& frame) = 0;
 
-  /** \brief Appends the payload of the next frame of the stream, and updates the history.
+  /** \brief Appends the payload of the next frame of the stream, and updates the
+   * history.
    * \param[in,out] memory for the frame
    * \param[in] frame as isConsistent() demands; may be empty
    * \param[in] is_i_frame code it without the history
@@ -102,8 +104,8 @@ public:
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) = 0;
 
-  /** \brief Inverse of encode(). After success either learn() or discard() has to be called;
-   * a failure does not change the history.
+  /** \brief Inverse of encode(). After success either learn() or discard() has to be
+   * called; a failure does not change the history.
    * \param[in,out] memory for the frame, not to be used for others before learn() or
    * discard()
    * \param[in] payload its bytes
@@ -121,8 +123,8 @@ public:
   virtual void
   learn() noexcept = 0;
 
-  /** \brief Restores models and history to their state before the frame that was decoded
-   * last. */
+  /** \brief Restores models and history to their state before the frame that was
+   * decoded last. */
   virtual void
   discard() noexcept = 0;
 

@@ -13,8 +13,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Bits of a symbol, which is the number of points itself. What a number has beyond
- * the highest symbol is coded after the symbols. */
+/** \brief Bits of a symbol, which is the number of points itself. What a number has
+ * beyond the highest symbol is coded after the symbols. */
 constexpr unsigned int point_symbol_bits = 12;
 constexpr std::uint32_t highest_point_symbol = (1u << point_symbol_bits) - 1;
 constexpr std::uint32_t most_points = std::numeric_limits<std::uint32_t>::max();

@@ -14,7 +14,8 @@ namespace detail {
 
 namespace {
 
-/** \brief True for the buffer of a file that is not open, which a new fstream is, too. */
+/** \brief True for the buffer of a file that is not open, which a new fstream is,
+ * too. */
 bool
 isClosedFile(const std::streambuf* buffer)
 {

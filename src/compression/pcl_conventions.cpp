@@ -10,8 +10,8 @@ namespace detail {
 
 namespace {
 
-/** \brief The effort of a profile: the smallest streams of those that take no longer than
- * PCL's class, in both directions, on clouds of depth cameras and lidars. */
+/** \brief The effort of a profile: the smallest streams of those that take no longer
+ * than PCL's class, in both directions, on clouds of depth cameras and lidars. */
 Effort
 effortOf(pcl::io::compression_Profiles_e profile)
 {
@@ -25,10 +25,10 @@ effortOf(pcl::io::compression_Profiles_e profile)
 
 /** \brief Voxel edge that keeps points as PCL does, metres.
  *
- * PCL cuts coordinates off to multiples of its resolution, while the centre of a voxel is at
- * most half an edge off: voxels may be larger and still have the smaller error. Below a
- * millimetre, where most bytes are the last digits of the coordinates, they are; of 0.1 mm
- * eight to the millimetre, which sensors often have as the unit.
+ * PCL cuts coordinates off to multiples of its resolution, while the centre of a voxel
+ * is at most half an edge off: voxels may be larger and still have the smaller error.
+ * Below a millimetre, where most bytes are the last digits of the coordinates, they
+ * are; of 0.1 mm eight to the millimetre, which sensors often have as the unit.
  */
 double
 edgeForPoints(double point_resolution)
@@ -58,8 +58,8 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
   }
   IntensityCompressionSettings settings;
   settings.show_statistics = show_statistics;
-  // PCL does not keep points whose resolution, a float there, is that of the octree. Where
-  // that of the octree is finer, the voxels of the octree decide.
+  // PCL does not keep points whose resolution, a float there, is that of the octree.
+  // Where that of the octree is finer, the voxels of the octree decide.
   settings.keep_point_counts =
       !used.do_voxel_grid_down_sampling &&
       static_cast<double>(static_cast<float>(used.point_resolution)) !=

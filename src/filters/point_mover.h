@@ -145,7 +145,8 @@ private:
     storePositions(position, positions.data(), 4);
     std::array<float, LanesT::width> depths;
     LanesT::store(depth, depths.data());
-    // Without a branch, which would be mispredicted: written in any case, counted if kept.
+    // Without a branch, which would be mispredicted: written in any case, counted if
+    // kept.
     std::size_t count = moved_.count;
     for (std::uint32_t lane = 0; lane < lanes; ++lane) {
       std::memcpy(output_ + count * moved_point_floats,

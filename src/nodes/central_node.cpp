@@ -257,8 +257,8 @@ private:
     boost::asio::post(pool_, [this, &stream] { runTurn(stream); });
   }
 
-  /** \brief Decodes one frame of a stream, so that all streams get the same share of the
-   * threads. */
+  /** \brief Decodes one frame of a stream, so that all streams get the same share of
+   * the threads. */
   void
   runTurn(ReceivedStream& stream)
   {

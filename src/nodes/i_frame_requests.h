@@ -7,9 +7,9 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Decides when requests for I-frames are passed on to an encoder. A request that
- * arrives right after an I-frame on request may be older than that frame: it waits until one
- * more frame is sent, so that requests never cause two I-frames in a row. */
+/** \brief Decides when requests for I-frames are passed on to an encoder. A request
+ * that arrives right after an I-frame on request may be older than that frame: it waits
+ * until one more frame is sent, so that requests never cause two I-frames in a row. */
 class IFrameRequests {
 public:
   /** \brief A receiver requests an I-frame. */
@@ -19,8 +19,8 @@ public:
     is_due_ = true;
   }
 
-  /** \brief There is a new receiver. It has not got the last frame, so that the next one has
-   * to be an I-frame in any case. */
+  /** \brief There is a new receiver. It has not got the last frame, so that the next
+   * one has to be an I-frame in any case. */
   void
   addReceiver()
   {
@@ -28,7 +28,8 @@ public:
     frames_since_ = frames_to_wait;
   }
 
-  /** \brief True if the frame that comes next has to be an I-frame; the request is done. */
+  /** \brief True if the frame that comes next has to be an I-frame; the request is
+   * done. */
   bool
   take()
   {

@@ -9,8 +9,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The stamp of a PCL header as a time; any stamp is valid and clamped to the largest
- * time. */
+/** \brief The stamp of a PCL header as a time; any stamp is valid and clamped to the
+ * largest time. */
 inline Time
 timeOfStamp(std::uint64_t microseconds)
 {
@@ -20,8 +20,8 @@ timeOfStamp(std::uint64_t microseconds)
       std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
-/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, the default
- * of a cloud without stamp. */
+/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, the
+ * default of a cloud without stamp. */
 inline double
 latencySeconds(Time stamp, Time ready)
 {

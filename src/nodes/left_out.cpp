@@ -10,8 +10,9 @@ namespace nodes {
 
 namespace {
 
-/** \brief True for a field that is encoded, and for what fills gaps between fields. The law
- * decides on the intensity, which is therefore never left out without being asked for. */
+/** \brief True for a field that is encoded, and for what fills gaps between fields. The
+ * law decides on the intensity, which is therefore never left out without being asked
+ * for. */
 bool
 isMeant(const pcl::PCLPointField& field,
         const PointLayout& layout,

@@ -213,7 +213,8 @@ MergedVoxels::intensityLimit()
   const double exact = step.divisor() == 0 ? 0.0 : most_steps / step.divisor();
   if (static_cast<double>(highest) <= exact || parts_.size() < 2)
     return highest;
-  // As long as a typical intensity has a step, those above it are as bright as they are.
+  // As long as a typical intensity has a step, those above it are as bright as they
+  // are.
   const double typical = typicalIntensity();
   if (static_cast<double>(highest) <= typical * most_steps)
     return highest;

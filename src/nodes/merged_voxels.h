@@ -16,8 +16,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Merges the voxels of streams on a common grid, see CentralNode::merge. For one
- * thread at a time. */
+/** \brief Merges the voxels of streams on a common grid, see CentralNode::merge. For
+ * one thread at a time. */
 class MergedVoxels {
 public:
   using Origin = std::array<double, 3>;
@@ -41,8 +41,8 @@ public:
   void
   finish(io::VoxelFrame& merged);
 
-  /** \brief Drops the merged frame and all memory. To be called when add() or finish() threw,
-   * as the voxelizer may contain a part of the points. */
+  /** \brief Drops the merged frame and all memory. To be called when add() or finish()
+   * threw, as the voxelizer may contain a part of the points. */
   void
   releaseMemory();
 
@@ -79,18 +79,19 @@ private:
   std::size_t
   countOnLattice(const Origin& origin) const;
 
-  /** \brief Moves the origin to where more voxels are on its lattice, if there is such a
-   * one. */
+  /** \brief Moves the origin to where more voxels are on its lattice, if there is such
+   * a one. */
   bool
   moveOrigin();
 
-  /** \brief The median of the streams' median magnitudes, of intensities that are not 0; 0
-   * if all are. Of two medians the lower one: a faulty intensity is a large one. */
+  /** \brief The median of the streams' median magnitudes, of intensities that are not
+   * 0; 0 if all are. Of two medians the lower one: a faulty intensity is a large
+   * one. */
   double
   typicalIntensity();
 
-  /** \brief The largest magnitude of an intensity beside which those of all streams have
-   * steps on a scale of 16 bits, see CentralNode::merge. */
+  /** \brief The largest magnitude of an intensity beside which those of all streams
+   * have steps on a scale of 16 bits, see CentralNode::merge. */
   float
   intensityLimit();
 

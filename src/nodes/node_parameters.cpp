@@ -64,7 +64,8 @@ quoted(const std::string& text)
   return "'" + text + "'";
 }
 
-/** \brief True for all numbers, except for those that a float or a double cannot have. */
+/** \brief True for all numbers, except for those that a float or a double cannot
+ * have. */
 bool
 hasAnyFiniteNumber(const ParameterDescription& parameter)
 {
@@ -79,7 +80,8 @@ isInRange(const ParameterDescription& parameter, double number)
   return number >= parameter.lowest && number <= parameter.highest;
 }
 
-/** \brief True if a value of the parameter's type is in its range or one of its words. */
+/** \brief True if a value of the parameter's type is in its range or one of its
+ * words. */
 bool
 isInRange(const ParameterDescription& parameter, const ParameterValue& value)
 {

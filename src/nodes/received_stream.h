@@ -24,12 +24,12 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief One stream of a CentralNode: the frames that wait, its decoder, its last voxels
- * and its health.
+/** \brief One stream of a CentralNode: the frames that wait, its decoder, its last
+ * voxels and its health.
  *
- * A stream with waiting frames has one turn at a time, in which a thread calls decodeNext()
- * and then endTurn(). These two are for one thread at a time; all other members are
- * thread-safe.
+ * A stream with waiting frames has one turn at a time, in which a thread calls
+ * decodeNext() and then endTurn(). These two are for one thread at a time; all other
+ * members are thread-safe.
  */
 class ReceivedStream {
 public:
@@ -86,8 +86,8 @@ public:
     return admission;
   }
 
-  /** \brief Decodes and denoises the first waiting frame; there must be one. An exception
-   * becomes the status of the frame, which then has no voxels.
+  /** \brief Decodes and denoises the first waiting frame; there must be one. An
+   * exception becomes the status of the frame, which then has no voxels.
    * \param[in] clock returns the current time
    * \param[in] listener called with the frame; may be empty
    */
@@ -100,8 +100,8 @@ public:
   bool
   endTurn();
 
-  /** \brief Copies the latest voxels, if they were decoded between two times. If a clock was
-   * set back, voxels may be newer than its time.
+  /** \brief Copies the latest voxels, if they were decoded between two times. If a
+   * clock was set back, voxels may be newer than its time.
    * \return nothing if they were not; `voxels` is unchanged then
    */
   std::optional<LatestFrame>
@@ -119,8 +119,8 @@ private:
   struct WaitingFrame {
     std::vector<std::uint8_t> bytes;
     std::optional<Time> stamp; ///< none: that in the frame
-    /** \brief Frames that were refused since the previous frame; they are counted as lost
-     * when this one is decoded. */
+    /** \brief Frames that were refused since the previous frame; they are counted as
+     * lost when this one is decoded. */
     std::size_t refused_before;
   };
 
@@ -160,8 +160,8 @@ private:
          const Clock& clock,
          bool& is_decoded);
 
-  /** \brief Denoises a frame that was decoded and makes it the latest one, or throws and
-   * leaves the latest one as it is. */
+  /** \brief Denoises a frame that was decoded and makes it the latest one, or throws
+   * and leaves the latest one as it is. */
   void
   makeLatest(io::VoxelFrame& decoded,
              const WaitingFrame& frame,
@@ -193,7 +193,8 @@ private:
 
   /** \brief Counts a frame that failed.
    * \param[in] status why
-   * \param[in] is_decoded whether it failed after decoding, so that the stream continues
+   * \param[in] is_decoded whether it failed after decoding, so that the stream
+   * continues
    * \return whether to request an I-frame
    */
   bool

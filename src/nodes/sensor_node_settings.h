@@ -13,8 +13,8 @@ codecSettings(const SensorNodeSettings& settings);
 bool
 codesColours(const SensorNodeSettings& settings);
 
-/** \brief The settings of the outlier removal, which must be set, with the unit of the law:
- * frames of the published layout have no depth model to derive it from. */
+/** \brief The settings of the outlier removal, which must be set, with the unit of the
+ * law: frames of the published layout have no depth model to derive it from. */
 VoxelOutlierRemovalSettings
 removalSettings(const SensorNodeSettings& settings);
 

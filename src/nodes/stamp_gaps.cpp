@@ -52,7 +52,8 @@ StampGaps::missingBefore(Time stamp)
   const Time interval = stamp - *previous;
   const std::optional<Period> known_period = period();
   const double periods = known_period ? interval / *known_period : 1.0;
-  // A clock that was set, a recording that begins anew; a pause, or a much slower sensor.
+  // A clock that was set, a recording that begins anew; a pause, or a much slower
+  // sensor.
   if (interval <= Time(0) || periods > longest_gap) {
     intervals_.clear();
     return 0;

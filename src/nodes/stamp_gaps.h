@@ -10,24 +10,24 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Notices clouds that were lost before they arrived, by gaps between the stamps of
- * those that arrived. For clouds in the order of their stamps, of one sensor with a steady
- * rate: gaps of other sensors are no losses, and are not counted.
+/** \brief Notices clouds that were lost before they arrived, by gaps between the stamps
+ * of those that arrived. For clouds in the order of their stamps, of one sensor with a
+ * steady rate: gaps of other sensors are no losses, and are not counted.
  *
- * The period is that of the last 30 intervals, while more than a quarter of the clouds arrive.
- * A gap is an interval of 1.5 to 50 periods. Gaps are losses if of the last 30, at least 12,
- * three quarters are whole numbers of periods within .15 of one, and if most are not alike,
- * unless they are of two periods: those between regular bursts are alike. The missing clouds of
- * a gap are counted with the next gap or later, less those that came late, within half a period
- * of the one before.
- * A sensor that becomes half as fast counts as losses until the intervals are those of its
- * new period; after a pause of more than 50 periods the period is found anew.
+ * The period is that of the last 30 intervals, while more than a quarter of the clouds
+ * arrive. A gap is an interval of 1.5 to 50 periods. Gaps are losses if of the last 30,
+ * at least 12, three quarters are whole numbers of periods within .15 of one, and if
+ * most are not alike, unless they are of two periods: those between regular bursts are
+ * alike. The missing clouds of a gap are counted with the next gap or later, less those
+ * that came late, within half a period of the one before. A sensor that becomes half as
+ * fast counts as losses until the intervals are those of its new period; after a pause
+ * of more than 50 periods the period is found anew.
  */
 class StampGaps {
 public:
   /** \brief Takes the stamp of a cloud that arrived; 0: it has none.
-   * \return clouds that were missing in gaps before this one and were not counted yet; 0
-   * unless the gaps are losses
+   * \return clouds that were missing in gaps before this one and were not counted yet;
+   * 0 unless the gaps are losses
    */
   std::size_t
   missingBefore(Time stamp);

@@ -12,12 +12,12 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief A number for each voxel of a block of 4 x 4 x 4. The index of a cell increases
- * fastest with z, then with y. */
+/** \brief A number for each voxel of a block of 4 x 4 x 4. The index of a cell
+ * increases fastest with z, then with y. */
 using BlockCells = std::array<std::int16_t, 64>;
 
-/** \brief f around a block: its 4 x 4 x 4 voxels and two more on each side. Rows are along
- * z; row 8 x + y. */
+/** \brief f around a block: its 4 x 4 x 4 voxels and two more on each side. Rows are
+ * along z; row 8 x + y. */
 struct DensityWindow {
   static constexpr std::size_t width = 8;
   static constexpr std::size_t margin = 2;
@@ -35,20 +35,22 @@ struct NeighbourhoodSums {
   std::int32_t occupied; ///< number of the 5 x 5 x 5 that are not 0, if counted
 };
 
-/** \brief History of a VoxelOutlierRemoval: running means of the densities of a stream's
- * voxels, in blocks that are found by their position. Integers only, so that means and
- * sums are the same on all machines.
+/** \brief History of a VoxelOutlierRemoval: running means of the densities of a
+ * stream's voxels, in blocks that are found by their position. Integers only, so that
+ * means and sums are the same on all machines.
  */
 class DensityBlocks {
 public:
   /** \brief Positions of voxels are below this on each axis. */
   static constexpr std::uint32_t position_end = std::uint32_t{1} << 23;
 
-  /** \brief What a density of 1 adds to its running mean: a quarter, in units of 2^-6. */
+  /** \brief What a density of 1 adds to its running mean: a quarter, in units of
+   * 2^-6. */
   static constexpr std::int16_t mean_step = 16;
 
-  /** \brief Key of the block of a voxel: x, y, z in blocks, 21 bits each. Voxels must be at
-   * least 4 voxels from 0 and position_end, so that every block has neighbours. */
+  /** \brief Key of the block of a voxel: x, y, z in blocks, 21 bits each. Voxels must
+   * be at least 4 voxels from 0 and position_end, so that every block has
+   * neighbours. */
   static constexpr std::uint64_t
   blockKey(std::uint32_t x, std::uint32_t y, std::uint32_t z)
   {
@@ -65,8 +67,8 @@ public:
   void
   clear();
 
-  /** \brief Begins a frame: updates the running means for a frame without voxels, removes
-   * blocks without means, and sets f to half the mean. */
+  /** \brief Begins a frame: updates the running means for a frame without voxels,
+   * removes blocks without means, and sets f to half the mean. */
   void
   age();
 

@@ -9,8 +9,8 @@ inline namespace PCL_EXT_ABI {
 
 namespace {
 
-/** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() + 1 if
- * there is none. Intensities do not decrease with the symbol. */
+/** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() +
+ * 1 if there is none. Intensities do not decrease with the symbol. */
 std::uint32_t
 lowestSymbol(const io::IntensityScale& scale, float min_intensity)
 {
@@ -26,8 +26,8 @@ lowestSymbol(const io::IntensityScale& scale, float min_intensity)
   return low;
 }
 
-/** \brief Copies the remaining voxels to the front of `to`, which may be `from`. It needs
- * space for one voxel more than remain, or for all.
+/** \brief Copies the remaining voxels to the front of `to`, which may be `from`. It
+ * needs space for one voxel more than remain, or for all.
  * \return number of remaining voxels */
 std::size_t
 packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)

@@ -21,12 +21,13 @@ struct Score {
 inline Score
 scoreOf(DensityUnit unit, double edge)
 {
-  // Faces: the maximum likelihood on sensor 2 of the robot cell with seed 2 at 4 cm; the
-  // maximum differs by up to 0.2 at 2 to 6 cm, and by 0.6 at 8 cm. Points: 0.4 to 1 below
-  // that maximum; the maxima of the six sensors at 4 cm differ from this value by -0.3 to
-  // 0.8. Above 4 cm the maximum for Points would remove 1 of 10 voxels of the surfaces at
-  // 8 cm and 1 of 3 at 20 cm, as counts of coarse voxels vary more than their local mean.
-  // Voxels: within 0.15 of the maxima of the lidar with seed 2 at 2, 4, 10 and 20 cm.
+  // Faces: the maximum likelihood on sensor 2 of the robot cell with seed 2 at 4 cm;
+  // the maximum differs by up to 0.2 at 2 to 6 cm, and by 0.6 at 8 cm. Points: 0.4 to 1
+  // below that maximum; the maxima of the six sensors at 4 cm differ from this value by
+  // -0.3 to 0.8. Above 4 cm the maximum for Points would remove 1 of 10 voxels of the
+  // surfaces at 8 cm and 1 of 3 at 20 cm, as counts of coarse voxels vary more than
+  // their local mean. Voxels: within 0.15 of the maxima of the lidar with seed 2 at 2,
+  // 4, 10 and 20 cm.
   const auto log_edge = static_cast<float>(std::log(edge / 0.04));
   if (unit == DensityUnit::Faces)
     return {0.02f, 2.4f + 3.0f * log_edge};
@@ -35,8 +36,8 @@ scoreOf(DensityUnit unit, double edge)
   return {0.3f, 2.9f - 0.75f * log_edge};
 }
 
-/** \brief exp(2 (log-odds - c)) without the history, which is compared without computing
- * logarithms. */
+/** \brief exp(2 (log-odds - c)) without the history, which is compared without
+ * computing logarithms. */
 inline float
 evidenceOf(const NeighbourhoodSums& sums, float unit, float least_shell)
 {

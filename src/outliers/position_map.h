@@ -17,7 +17,8 @@ public:
   /** \brief Sets the grid of the stream's next frame.
    * \param[in] grid of the frame
    * \param[in] levels of the coarse voxels; of a resolution always the same
-   * \return false if positions of previous frames are no longer valid, or there are none
+   * \return false if positions of previous frames are no longer valid, or there are
+   * none
    */
   bool
   follow(const io::VoxelGrid& grid, unsigned int levels)
@@ -31,7 +32,8 @@ public:
     origin_ = grid.origin;
     levels_ = levels;
     // Blocks are aligned to those of the grid, with a margin on all sides. Coarse
-    // voxels are aligned to the lattice, so that they are the same wherever a stream begins.
+    // voxels are aligned to the lattice, so that they are the same wherever a stream
+    // begins.
     const std::int64_t width = std::int64_t{1} << levels_;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t first = grid.first_index[axis];

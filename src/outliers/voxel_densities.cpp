@@ -81,8 +81,8 @@ VoxelDensities::takeDepthModel(const io::VoxelFrame& frame,
                                const io::VoxelPosition& first)
 {
   depth_model_ = frame.depth_model;
-  // Relative to position 0, as later frames may have another grid. No overflow, as steps
-  // are below 2^31 and the origin is at most 2^56.
+  // Relative to position 0, as later frames may have another grid. No overflow, as
+  // steps are below 2^31 and the origin is at most 2^56.
   depth_model_->origin -= std::int64_t{depth_model_->step[0]} * first.x +
                           std::int64_t{depth_model_->step[1]} * first.y +
                           std::int64_t{depth_model_->step[2]} * first.z;
@@ -105,7 +105,8 @@ VoxelDensities::makeFactors()
   for (std::size_t i = 0; i <= one; ++i) {
     // Depth 0 counts as half a step.
     const double depth = std::max(static_cast<double>(i), 0.5) / one;
-    // In cut-off depths of a voxel. Beyond 1, where laws saturate, a point has a share of 1.
+    // In cut-off depths of a voxel. Beyond 1, where laws saturate, a point has a share
+    // of 1.
     const double voxel_depth = depth * voxels;
     const double saturation = std::max(1.0, voxel_depth * voxel_depth);
     // The quadratic law has one more factor of the relative depth.

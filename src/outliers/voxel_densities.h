@@ -11,12 +11,13 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to 255,
- * in 255ths of a face with the unit Faces, in points with Points, and 255 with Voxels. A
- * coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
+/** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to
+ * 255, in 255ths of a face with the unit Faces, in points with Points, and 255 with
+ * Voxels. A coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
  *
  * With a depth model a face counts as covered from
- * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many points. */
+ * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many
+ * points. */
 class VoxelDensities {
 public:
   VoxelDensities(DensityUnit unit, float full_intensity)
@@ -30,8 +31,8 @@ public:
   /** \brief Prepares for the stream's next frame.
    * \param[in] frame that canJudge() accepts; without a depth model that of an earlier
    * frame is used
-   * \param[in] first position of its grid's first voxel, below 2^23 on each axis. Positions
-   * of earlier frames must still be valid; else call reset() first
+   * \param[in] first position of its grid's first voxel, below 2^23 on each axis.
+   * Positions of earlier frames must still be valid; else call reset() first
    * \param[in] levels of the coarse voxels; the same since reset()
    * \return false if the unit of the densities has changed
    */
@@ -56,7 +57,8 @@ public:
     return unit_;
   }
 
-  /** \brief What a voxel of the frame adds to the density of its coarse voxel, in 256ths.
+  /** \brief What a voxel of the frame adds to the density of its coarse voxel, in
+   * 256ths.
    * \param[in] frame that of follow()
    * \param[in] voxel its index
    * \param[in] position its position in the grid plus that of the grid's first voxel

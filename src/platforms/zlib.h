@@ -1,8 +1,8 @@
 /** \file
- * \brief Of zlib what the codec uses, for platforms that Debian has no zlib for: WebAssembly
- * in the viewer, and processors that tools/check_determinism.sh tries. In a folder of its own,
- * which is on the path of headers there only. The checksums of the golden streams are real
- * zlib's.
+ * \brief Of zlib what the codec uses, for platforms that Debian has no zlib for:
+ * WebAssembly in the viewer, and processors that tools/check_determinism.sh tries. In a
+ * folder of its own, which is on the path of headers there only. The checksums of the
+ * golden streams are real zlib's.
  */
 #pragma once
 

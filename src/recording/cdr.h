@@ -10,9 +10,9 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Reads the fields of a message in CDR, the encoding of ROS 2 ("plain CDR" of the
- * OMG's DDS-XTypes, 7.4), of either byte order. Fields of more than four bytes, whose
- * alignment depends on the version of CDR, are not read.
+/** \brief Reads the fields of a message in CDR, the encoding of ROS 2 ("plain CDR" of
+ * the OMG's DDS-XTypes, 7.4), of either byte order. Fields of more than four bytes,
+ * whose alignment depends on the version of CDR, are not read.
  *
  * Errors are sticky: after a read beyond the end all reads return 0 or nothing.
  */
@@ -30,8 +30,8 @@ public:
   string();
 
   /** \brief The number of elements of a sequence.
-   * \param[in] least_size bytes that an element has at least; a number that cannot be in
-   * the bytes that are left is an error
+   * \param[in] least_size bytes that an element has at least; a number that cannot be
+   * in the bytes that are left is an error
    */
   std::uint32_t
   sequenceSize(std::size_t least_size);

@@ -37,7 +37,8 @@ public:
   RecordingStatus
   open(const std::string& path);
 
-  /** \brief Closes the file until resume(); what has no name, such as a pipe, stays open. */
+  /** \brief Closes the file until resume(); what has no name, such as a pipe, stays
+   * open. */
   void
   suspend();
 
@@ -116,10 +117,11 @@ private:
   std::string path_;
 };
 
-/** \brief Keeps what a recorder left that did not end: the unfinished file or folder gets a
- * name with a number after it. An empty file is removed.
+/** \brief Keeps what a recorder left that did not end: the unfinished file or folder
+ * gets a name with a number after it. An empty file is removed.
  * \param[in] path the unfinished file or folder; nothing is done if there is none
- * \param[in] written_file the file that its writer has locked: itself, or one in the folder
+ * \param[in] written_file the file that its writer has locked: itself, or one in the
+ * folder
  * \return OutputFailed if another writer is writing it
  */
 RecordingStatus

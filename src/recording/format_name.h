@@ -10,8 +10,8 @@ namespace recording {
 /** \brief The format of this library's frames in CompressedPointCloud2. */
 constexpr char format_name[] = "pcl_ext";
 
-/** \brief True if the compressed bytes of a message are frames of this library. A format
- * may say more after a slash, such as pcl_ext/version1. */
+/** \brief True if the compressed bytes of a message are frames of this library. A
+ * format may say more after a slash, such as pcl_ext/version1. */
 inline bool
 isFormatOfFrames(const std::string& format)
 {

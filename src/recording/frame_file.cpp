@@ -15,8 +15,9 @@ namespace {
 /** \brief Bytes that hold the header of any frame of version 1. */
 constexpr std::uint64_t header_bytes = 2048;
 
-/** \brief Bytes that may be read in vain to find the sizes of frames, for each byte of the
- * file, and besides. Without a bound a file of forged beginnings would take for ever. */
+/** \brief Bytes that may be read in vain to find the sizes of frames, for each byte of
+ * the file, and besides. Without a bound a file of forged beginnings would take for
+ * ever. */
 constexpr std::uint64_t rereads = 16;
 constexpr std::uint64_t more_rereads = std::uint64_t{1} << 24;
 
@@ -55,7 +56,8 @@ findMagic(const std::uint8_t* bytes, std::size_t count)
 
 } // namespace
 
-/** \brief Reads bytes of the file, from the block that was searched last if they are in it. */
+/** \brief Reads bytes of the file, from the block that was searched last if they are in
+ * it. */
 bool
 FrameFile::readBytes(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const
 {
@@ -67,8 +69,8 @@ FrameFile::readBytes(std::uint64_t offset, std::size_t count, std::uint8_t* byte
   return true;
 }
 
-/** \brief Size of the frame at an offset. The published layout does not tell it, so that as
- * many bytes are read as it needs. */
+/** \brief Size of the frame at an offset. The published layout does not tell it, so
+ * that as many bytes are read as it needs. */
 io::FrameSize
 FrameFile::sizeAt(std::uint64_t offset)
 {
@@ -127,12 +129,14 @@ FrameFile::mayBeginAt(std::uint64_t offset)
          mayBeginWithMagic(begin.data(), count);
 }
 
-/** \brief Where the next frame may begin from an offset on; the end of the file if nowhere. */
+/** \brief Where the next frame may begin from an offset on; the end of the file if
+ * nowhere. */
 std::uint64_t
 FrameFile::findFrame(std::uint64_t offset)
 {
   constexpr std::uint64_t block_size = std::uint64_t{1} << 16;
-  // A file without a frame at its beginning, as one of zeros, is not searched as a whole.
+  // A file without a frame at its beginning, as one of zeros, is not searched as a
+  // whole.
   const std::uint64_t search_end =
       stored_frames_.empty()
           ? std::min<std::uint64_t>(file_.size(), max_recorded_frame_bytes)

@@ -9,8 +9,8 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief A file of the frames of one stream, one after the other. Bytes that are no frames
- * are skipped, as a decoder does. */
+/** \brief A file of the frames of one stream, one after the other. Bytes that are no
+ * frames are skipped, as a decoder does. */
 class FrameFile : public FrameSource {
 public:
   /** \brief Finds the frames of a file.

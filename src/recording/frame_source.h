@@ -25,8 +25,8 @@ class FrameSource {
 public:
   virtual ~FrameSource() = default;
 
-  /** \brief Reads the bytes of a frame, with its times, its frame_id and its offset. The
-   * description follows from the bytes. */
+  /** \brief Reads the bytes of a frame, with its times, its frame_id and its offset.
+   * The description follows from the bytes. */
   virtual RecordingStatus
   read(const IndexedFrame& indexed, RecordedFrame& frame) = 0;
 
@@ -57,7 +57,8 @@ protected:
   void
   addFrame(std::size_t stream, Time time, std::uint64_t at);
 
-  /** \brief Takes all frames at once, in the order of their times; their numbers follow. */
+  /** \brief Takes all frames at once, in the order of their times; their numbers
+   * follow. */
   void
   takeFrames(std::vector<IndexedFrame> frames);
 

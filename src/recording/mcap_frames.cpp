@@ -16,8 +16,8 @@ constexpr std::size_t no_stream = ~std::size_t{0};
 
 } // namespace
 
-/** \brief The format of each channel by one of its first messages; empty if none of them can
- * be read. */
+/** \brief The format of each channel by one of its first messages; empty if none of
+ * them can be read. */
 std::vector<std::string>
 McapFrames::formatsOfChannels()
 {
@@ -96,8 +96,8 @@ McapFrames::open(McapReader reader, const std::string& path)
   return {};
 }
 
-/** \brief Adds the frames of all streams. Those of a stream stay in the order of the file, as
- * P-frames need the ones before, also if the clock was set back meanwhile.
+/** \brief Adds the frames of all streams. Those of a stream stay in the order of the
+ * file, as P-frames need the ones before, also if the clock was set back meanwhile.
  * \param[in] streams by channel
  */
 void

@@ -154,8 +154,8 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
   return {};
 }
 
-/** \brief A file of the bag, which is opened if it is not open, in place of the one that
- * was not used for longest. */
+/** \brief A file of the bag, which is opened if it is not open, in place of the one
+ * that was not used for longest. */
 const InputFile&
 McapReader::Implementation::openFile(std::size_t number)
 {
@@ -227,7 +227,8 @@ McapReader::Implementation::fail(std::size_t file,
           "'" + path + "', byte " + std::to_string(offset) + ": " + message};
 }
 
-/** \brief Reads a message from uncompressed records, if it is the one that the index says. */
+/** \brief Reads a message from uncompressed records, if it is the one that the index
+ * says. */
 RecordingStatus
 McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records,
                                         const McapEntry& entry,

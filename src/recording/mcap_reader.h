@@ -25,13 +25,14 @@ struct McapEntry {
   std::uint64_t offset = 0; ///< in that place, when it is not compressed
 };
 
-/** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), and rosbag2
- * folders of them.
+/** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), and
+ * rosbag2 folders of them.
  *
- * Messages are found by the indexes of the file. A file without them, or one that was cut
- * off, is searched for messages once, when it is opened: all whole messages are found, also
- * in a chunk that is incomplete. A chunk whose checksum is wrong is left out as a whole, and
- * reported by damage(). Any bytes are safe; memory is bounded by the limit on a chunk.
+ * Messages are found by the indexes of the file. A file without them, or one that was
+ * cut off, is searched for messages once, when it is opened: all whole messages are
+ * found, also in a chunk that is incomplete. A chunk whose checksum is wrong is left
+ * out as a whole, and reported by damage(). Any bytes are safe; memory is bounded by
+ * the limit on a chunk.
  */
 class PCL_EXT_RECORDING_EXPORT McapReader {
 public:
@@ -66,13 +67,13 @@ public:
   const std::string&
   profile() const;
 
-  /** \brief All channels. Those of one topic are one channel if they agree in everything
-   * and are in different files of a folder. */
+  /** \brief All channels. Those of one topic are one channel if they agree in
+   * everything and are in different files of a folder. */
   const std::vector<McapChannel>&
   channels() const;
 
-  /** \brief The messages of the wanted channels, by their log time, those of the same time
-   * in the order of the file. */
+  /** \brief The messages of the wanted channels, by their log time, those of the same
+   * time in the order of the file. */
   const std::vector<McapEntry>&
   index() const;
 
@@ -102,8 +103,8 @@ public:
   const std::vector<RecordingDamage>&
   damage() const;
 
-  /** \brief True if a file had no summary, as one whose recorder did not end in an orderly
-   * way. */
+  /** \brief True if a file had no summary, as one whose recorder did not end in an
+   * orderly way. */
   bool
   isUnfinished() const;
 

@@ -16,11 +16,12 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Reads an MCAP file from its beginning to its end, while it is written: from a pipe.
- * Messages come in the order of the file; neither indexes nor a summary are needed.
+/** \brief Reads an MCAP file from its beginning to its end, while it is written: from a
+ * pipe. Messages come in the order of the file; neither indexes nor a summary are
+ * needed.
  *
- * It is exported for the program pcl_ext. Any bytes are safe; memory is that of one record,
- * at most the limits of McapReader, and of the channels.
+ * It is exported for the program pcl_ext. Any bytes are safe; memory is that of one
+ * record, at most the limits of McapReader, and of the channels.
  */
 class PCL_EXT_RECORDING_EXPORT McapStream {
 public:

@@ -281,7 +281,8 @@ McapWriter::Implementation::flush()
   return status;
 }
 
-/** \brief Appends the summary, in groups of records of the same kind, and where these are. */
+/** \brief Appends the summary, in groups of records of the same kind, and where these
+ * are. */
 void
 McapWriter::Implementation::appendSummary(std::uint64_t summary_start)
 {

@@ -22,13 +22,13 @@ enum class McapChunking {
 /** \brief Writes MCAP files with all indexes, statistics and checksums.
  *
  * The file is written beside its final name, with ".unfinished" added, and renamed by
- * finish(). What was written until a failure or a crash stays there and can be read. After a
- * failure all calls return that failure.
+ * finish(). What was written until a failure or a crash stays there and can be read.
+ * After a failure all calls return that failure.
  */
 class PCL_EXT_RECORDING_EXPORT McapWriter {
 public:
-  /** \brief A chunk of this size ends with the next message, bytes; those of OwnStream with
-   * the next message that may begin a chunk. */
+  /** \brief A chunk of this size ends with the next message, bytes; those of OwnStream
+   * with the next message that may begin a chunk. */
   static constexpr std::size_t shared_chunk_bytes = std::size_t{1} << 20;
   static constexpr std::size_t own_chunk_bytes = std::size_t{1} << 16;
 
@@ -37,15 +37,16 @@ public:
 
   McapWriter();
 
-  /** \brief Writes the messages at hand to an unfinished file; removes it if it has none. */
+  /** \brief Writes the messages at hand to an unfinished file; removes it if it has
+   * none. */
   ~McapWriter();
   McapWriter(McapWriter&&) noexcept;
   McapWriter&
   operator=(McapWriter&&) noexcept;
 
   /** \brief Begins a file.
-   * \param[in] path file, which is replaced if it exists; a path that ends in / or has no
-   * extension is a rosbag2 folder, which must not exist; - is the standard output
+   * \param[in] path file, which is replaced if it exists; a path that ends in / or has
+   * no extension is a rosbag2 folder, which must not exist; - is the standard output
    * \param[in] profile such as "ros2"
    */
   RecordingStatus

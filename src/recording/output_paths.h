@@ -7,7 +7,8 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Where an MCAP file or a rosbag2 folder is until it is complete, and afterwards. */
+/** \brief Where an MCAP file or a rosbag2 folder is until it is complete, and
+ * afterwards. */
 struct OutputPaths {
   /** \param[in] path as McapWriter::open() takes it */
   explicit OutputPaths(const std::string& path);

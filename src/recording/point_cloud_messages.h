@@ -43,8 +43,8 @@ PCL_EXT_RECORDING_EXPORT bool
 isPointCloud(const McapChannel& channel);
 
 /** \brief True if a channel has messages of
- * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another than
- * this library's. */
+ * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another
+ * than this library's. */
 PCL_EXT_RECORDING_EXPORT bool
 isCompressedPointCloud(const McapChannel& channel);
 
@@ -72,8 +72,8 @@ readPointCloud(const std::uint8_t* bytes,
                PointCloudMessage& message);
 
 /** \brief Writes a message in CDR, little-endian.
- * \param[in] message a stamp that is negative or beyond 2^31 seconds is written as 0, and
- * without a format that of this library's frames
+ * \param[in] message a stamp that is negative or beyond 2^31 seconds is written as 0,
+ * and without a format that of this library's frames
  * \param[in] is_compressed which of the two types it is
  * \param[out] bytes its memory is reused
  */

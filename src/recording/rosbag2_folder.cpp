@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr char metadata_name[] = "metadata.yaml";
 
-/** \brief The number at the end of the name of a bag's file, such as 12 of bag_12.mcap, so
- * that 10 comes after 9. */
+/** \brief The number at the end of the name of a bag's file, such as 12 of bag_12.mcap,
+ * so that 10 comes after 9. */
 std::pair<std::size_t, std::string>
 orderOf(const fs::path& file)
 {
@@ -67,8 +67,8 @@ indented(const std::string& text, std::size_t blanks)
   return result;
 }
 
-/** \brief The QoS of a topic for metadata.yaml, after its key. Version 9 has a list, where
- * others have its text. */
+/** \brief The QoS of a topic for metadata.yaml, after its key. Version 9 has a list,
+ * where others have its text. */
 std::string
 qosOf(const McapChannel& channel, bool is_version_9)
 {

@@ -23,7 +23,8 @@ isRosbag2Folder(const std::string& path);
 RecordingStatus
 filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files);
 
-/** \brief What is lost of a bag whose metadata.yaml names files that are not in its folder.
+/** \brief What is lost of a bag whose metadata.yaml names files that are not in its
+ * folder.
  * \param[in] folder the folder
  * \return empty if all are there
  */
@@ -46,8 +47,8 @@ struct Rosbag2Topic {
   std::uint64_t messages = 0;
 };
 
-/** \brief Writes metadata.yaml of a bag of one file, as rosbag2 does: version 5 of it, or
- * version 9 if QoS has the names of policies that version 5 has not.
+/** \brief Writes metadata.yaml of a bag of one file, as rosbag2 does: version 5 of it,
+ * or version 9 if QoS has the names of policies that version 5 has not.
  * \param[in] folder the folder
  * \param[in] file name of the MCAP file in it
  * \param[in] topics channels with their numbers of messages

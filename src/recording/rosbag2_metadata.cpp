@@ -10,8 +10,8 @@ namespace recording {
 
 namespace {
 
-/** \brief A line without its indentation. A list's dash belongs to the indentation of the
- * first key after it. */
+/** \brief A line without its indentation. A list's dash belongs to the indentation of
+ * the first key after it. */
 struct Line {
   std::size_t begin = 0;  // in the text
   std::size_t indent = 0; // columns before the key

@@ -9,17 +9,18 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Reads which QoS the publishers of each topic offered, from the text of a bag's
- * metadata.yaml.
+/** \brief Reads which QoS the publishers of each topic offered, from the text of a
+ * bag's metadata.yaml.
  *
- * It reads the styles of YAML in which rosbag2 and other writers of bags put it there: a text
- * with or without quotes, a block of text, or since version 9 a list.
+ * It reads the styles of YAML in which rosbag2 and other writers of bags put it there:
+ * a text with or without quotes, a block of text, or since version 9 a list.
  * \return YAML by topic, as channels of MCAP files have it; topics without are left out
  */
 std::map<std::string, std::string>
 readOfferedQos(const std::string& metadata);
 
-/** \brief Reads the names of the bag's files, as metadata.yaml lists them, without folders. */
+/** \brief Reads the names of the bag's files, as metadata.yaml lists them, without
+ * folders. */
 std::vector<std::string>
 readFileNames(const std::string& metadata);
 

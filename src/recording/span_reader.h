@@ -11,8 +11,8 @@ namespace recording {
 
 /** \brief Reads little-endian numbers from bytes that it does not own.
  *
- * Errors are sticky: after a read beyond the end all reads return 0 or nothing, so that a
- * parser can check failed() once at the end.
+ * Errors are sticky: after a read beyond the end all reads return 0 or nothing, so that
+ * a parser can check failed() once at the end.
  */
 class SpanReader {
 public:

@@ -11,14 +11,14 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Copies an input that cannot seek, such as a pipe, into a temporary file without a
- * name. Devices and terminals are refused, as they may have no end.
+/** \brief Copies an input that cannot seek, such as a pipe, into a temporary file
+ * without a name. Devices and terminals are refused, as they may have no end.
  *
  * It is exported for the program pcl_ext, which reads clouds, too, from pipes.
  * \param[in] input descriptor of the input
  * \param[in] name of the input, for messages
- * \param[in] is_wanted is asked after signals and before each part; false ends the copy.
- * Empty: it is wanted
+ * \param[in] is_wanted is asked after signals and before each part; false ends the
+ * copy. Empty: it is wanted
  * \param[in] beginning bytes of the input that were read already
  * \param[out] copy descriptor of the copy, which the caller closes
  */

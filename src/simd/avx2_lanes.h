@@ -178,8 +178,8 @@ struct Avx2Lanes {
     w = _mm256_shuffle_ps(high_xy, high_zw, 0xee);
   }
 
-  /** \brief Reads four floats each of two points, which need not be aligned, into the first
-   * and the last four lanes. */
+  /** \brief Reads four floats each of two points, which need not be aligned, into the
+   * first and the last four lanes. */
   PCL_EXT_LANES_TARGET static Floats
   loadPoints(const unsigned char* first, const unsigned char* last)
   {

@@ -1,7 +1,7 @@
 /** \file
- * \brief Operations on bits, byte order and the cache that compilers provide and C++17 does
- * not. Compiler built-ins are used in this file only; each has a portable version in plain
- * C++, which the tests compare it with.
+ * \brief Operations on bits, byte order and the cache that compilers provide and C++17
+ * does not. Compiler built-ins are used in this file only; each has a portable version
+ * in plain C++, which the tests compare it with.
  */
 #pragma once
 

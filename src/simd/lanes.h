@@ -1,8 +1,8 @@
 /** \file
  * \brief Lanes with the vector instructions that every machine of the architecture has.
  *
- * Not to be included together with PCL: Eigen's types may have another layout with other
- * instructions than PCL was compiled with.
+ * Not to be included together with PCL: Eigen's types may have another layout with
+ * other instructions than PCL was compiled with.
  */
 #pragma once
 

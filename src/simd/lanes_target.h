@@ -1,13 +1,15 @@
 /** \file
- * \brief PCL_EXT_LANES_TARGET goes before functions that use the vectors of a lanes type.
+ * \brief PCL_EXT_LANES_TARGET goes before functions that use the vectors of a lanes
+ * type.
  *
- * It is empty but in the files named ..._avx2.cpp, which define PCL_EXT_TARGETS_AVX2 and
- * instantiate these functions with Avx2Lanes and nothing else. Such files are compiled by
- * themselves, never as part of a unit of several files.
+ * It is empty but in the files named ..._avx2.cpp, which define PCL_EXT_TARGETS_AVX2
+ * and instantiate these functions with Avx2Lanes and nothing else. Such files are
+ * compiled by themselves, never as part of a unit of several files.
  *
  * An attribute rather than options of the compiler, because with options all inline
- * functions that the file emits would need AVX2, and of those that other files emit, too,
- * the linker keeps any. test/simd/check_avx2_objects.py checks what these files emit.
+ * functions that the file emits would need AVX2, and of those that other files emit,
+ * too, the linker keeps any. test/simd/check_avx2_objects.py checks what these files
+ * emit.
  */
 #pragma once
 

@@ -12,12 +12,12 @@
 namespace pcl_ext {
 
 /** \brief Four lanes of floats or integers in plain C++: for machines without vector
- * instructions, and as the reference for the other lanes types, which have to give the same
- * results to the last bit.
+ * instructions, and as the reference for the other lanes types, which have to give the
+ * same results to the last bit.
  *
  * Contract of a lanes type: the members below, for so many lanes as its width, four or
- * eight. Comparisons return a mask with all bits set in lanes where they are true; they are
- * false for NaN.
+ * eight. Comparisons return a mask with all bits set in lanes where they are true; they
+ * are false for NaN.
  */
 struct ScalarLanes {
   using Floats = std::array<float, 4>;
@@ -93,8 +93,8 @@ struct ScalarLanes {
     return each(values, values, [](float a, float) { return std::fabs(a); });
   }
 
-  /** \brief The nearest integers in the current rounding mode; any integer for numbers that
-   * do not fit 32 bits. */
+  /** \brief The nearest integers in the current rounding mode; any integer for numbers
+   * that do not fit 32 bits. */
   static Ints
   round(const Floats& values)
   {

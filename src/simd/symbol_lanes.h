@@ -1,6 +1,6 @@
 /** \file
- * \brief Operations on rows of small integers for effort fast, with SSE2 and in plain C++,
- * with the same results.
+ * \brief Operations on rows of small integers for effort fast, with SSE2 and in plain
+ * C++, with the same results.
  */
 #pragma once
 
@@ -56,8 +56,8 @@ addToBytes(const std::uint8_t* bytes, Number number, Number* sums)
 
 } // namespace portable
 
-/** \brief Index of the first of sixteen ends above number * 2^bits + offset, which must be
- * below 2^15.
+/** \brief Index of the first of sixteen ends above number * 2^bits + offset, which must
+ * be below 2^15.
  * \param[in] ends sixteen of them, ascending, the last one 2^15; aligned to 16 bytes
  */
 template <unsigned int bits, std::uint32_t offset>
@@ -65,8 +65,8 @@ PCL_EXT_ALWAYS_INLINE unsigned int
 firstAbove(const std::uint16_t* ends, std::uint32_t number)
 {
 #if defined(__SSE2__)
-  // In 16 bits end - number - 1 - 2^15 is negative if end > number. That is one instruction
-  // less than a signed comparison, whose operand cannot be 2^15.
+  // In 16 bits end - number - 1 - 2^15 is negative if end > number. That is one
+  // instruction less than a signed comparison, whose operand cannot be 2^15.
   constexpr std::uint32_t shift = offset + 1 + (std::uint32_t{1} << 15);
   const __m128i bound = _mm_set1_epi16(static_cast<short>((number << bits) + shift));
   const auto* const values = reinterpret_cast<const __m128i*>(ends);
@@ -80,8 +80,8 @@ firstAbove(const std::uint16_t* ends, std::uint32_t number)
 #endif
 }
 
-/** \brief Adapts ends to counts, and sets the counts to 0: end i moves by 2^-shift of its
- * distance to (i + 1) * least + unit * (sum of the counts up to i).
+/** \brief Adapts ends to counts, and sets the counts to 0: end i moves by 2^-shift of
+ * its distance to (i + 1) * least + unit * (sum of the counts up to i).
  * \param[in,out] ends sixteen of them; aligned to 16 bytes
  * \param[in,out] counts sixteen of them, at most 255 in all; aligned to 16 bytes
  */

@@ -34,7 +34,8 @@ hasAvx2()
 #endif
 }
 
-/** \brief False while tests or benchmarks want the NativeLanes of machines without AVX2. */
+/** \brief False while tests or benchmarks want the NativeLanes of machines without
+ * AVX2. */
 inline std::atomic<bool> may_use_avx2{true};
 
 /** \brief True if the loops that have them use Avx2Lanes. */

@@ -15,8 +15,8 @@ namespace {
 
 enum class Match { Some, All, NoPoints };
 
-/** \brief Whether the finite coordinates are multiples of a step. Ends at the first point
- * that has another one.
+/** \brief Whether the finite coordinates are multiples of a step. Ends at the first
+ * point that has another one.
  * \param[in] points the cloud
  * \param[in] step metres
  * \param[in] tolerance metres

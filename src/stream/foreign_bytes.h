@@ -9,8 +9,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Names bytes of another format by their beginning, and how to read them; empty if
- * they are not recognised.
+/** \brief Names bytes of another format by their beginning, and how to read them; empty
+ * if they are not recognised.
  * \param[in] bytes the first bytes, foreign_bytes_size of them if there are as many
  * \param[in] size number of bytes
  */

@@ -88,8 +88,8 @@ private:
                       input_failed);
   }
 
-  /** \brief Moves the buffer to where the next call has to search: after the frame, to its
-   * second byte if its size may be forged, or to its first if it is to be kept.
+  /** \brief Moves the buffer to where the next call has to search: after the frame, to
+   * its second byte if its size may be forged, or to its first if it is to be kept.
    * \param[in] status of the frame
    * \param[in,out] buffer after the bytes read
    * \param[in] begin position of the buffer before the call
@@ -119,8 +119,8 @@ private:
     rereads_.pass(consumed);
   }
 
-  /** \brief True if a frame or nothing follows, which confirms the size of the previous one,
-   * whose checksum could not be verified. True for a buffer that cannot seek. */
+  /** \brief True if a frame or nothing follows, which confirms the size of the previous
+   * one, whose checksum could not be verified. True for a buffer that cannot seek. */
   static bool
   continuesWithFrame(std::streambuf& buffer)
   {
@@ -149,8 +149,8 @@ private:
            code == CompressionCode::OldFrame;
   }
 
-  /** \brief True if a forged size of the failed frame may have included other frames, which
-   * the next call has to find. */
+  /** \brief True if a forged size of the failed frame may have included other frames,
+   * which the next call has to find. */
   static bool
   mayHideFrames(CompressionCode code)
   {
@@ -159,8 +159,8 @@ private:
            !isOutOfOrder(code);
   }
 
-  /** \brief Read position of a buffer; -1 if it cannot seek, for which some buffers throw
-   * an exception. */
+  /** \brief Read position of a buffer; -1 if it cannot seek, for which some buffers
+   * throw an exception. */
   static std::streambuf::off_type
   positionOf(std::streambuf& buffer)
   {
@@ -228,8 +228,8 @@ private:
     return {};
   }
 
-  /** \brief Releases memory that recent frames did not need, and the history of a format
-   * that the stream no longer has. */
+  /** \brief Releases memory that recent frames did not need, and the history of a
+   * format that the stream no longer has. */
   void
   followStream(const CompressionStatus& status,
                VoxelFrame& frame,

@@ -112,8 +112,8 @@ private:
     statistics.voxels = frame.size();
     statistics.is_i_frame = isIFrameDue();
     if (format_ == StreamFormat::Published) {
-      // PCL's empty octree loses its depth, so that a frame without voxels and the frame
-      // after it are I-frames, as in the authors' encoder.
+      // PCL's empty octree loses its depth, so that a frame without voxels and the
+      // frame after it are I-frames, as in the authors' encoder.
       statistics.is_i_frame |=
           frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
       published::encodeFrame(
@@ -132,8 +132,9 @@ private:
     statistics_ = statistics;
   }
 
-  /** \brief With a coder whose P-frames always use the history: replaces a P-frame that takes
-   * more bytes than an I-frame, and requests I-frames where it would be so again. */
+  /** \brief With a coder whose P-frames always use the history: replaces a P-frame that
+   * takes more bytes than an I-frame, and requests I-frames where it would be so
+   * again. */
   void
   followHistory(const VoxelFrame& frame,
                 const std::optional<FrameStamp>& stamp,

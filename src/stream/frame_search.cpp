@@ -11,7 +11,8 @@ namespace io {
 
 namespace {
 
-/** \brief True if the last bytes read, the newest one lowest, are the first of magic bytes. */
+/** \brief True if the last bytes read, the newest one lowest, are the first of magic
+ * bytes. */
 bool
 endsInMagic(std::uint64_t last_bytes, const char* magic, std::size_t size)
 {

@@ -23,8 +23,8 @@ struct FirstBytes {
 
 /** \brief Reads up to and including the next magic bytes of either format.
  * \param[in,out] source where to read
- * \param[in,out] last_bytes the last 8 bytes read, the newest one lowest; an interrupted
- * search continues with them
+ * \param[in,out] last_bytes the last 8 bytes read, the newest one lowest; an
+ * interrupted search continues with them
  * \param[out] first the first of the bytes that were read
  */
 FoundFormat
@@ -44,7 +44,8 @@ incompleteMagicSize(std::uint64_t last_bytes);
 CompressionStatus
 noFrame(const ByteSource& source, const FirstBytes& first, std::size_t max_bytes);
 
-/** \brief The format of a frame that begins with some bytes, or may do so if more arrive.
+/** \brief The format of a frame that begins with some bytes, or may do so if more
+ * arrive.
  * \param[in] bytes the first byte
  * \param[in] count number of bytes; of none Version1 may be the beginning
  */

@@ -105,8 +105,8 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                   IntensityUnit unit,
                   std::string& text)
 {
-  // A full face is the end of the scale of shares, and without intensities the published
-  // layout has counts that nobody asked for.
+  // A full face is the end of the scale of shares, and without intensities the
+  // published layout has counts that nobody asked for.
   if (unit != IntensityUnit::Points && unit != IntensityUnit::Native)
     return;
   const bool is_native = unit == IntensityUnit::Native;

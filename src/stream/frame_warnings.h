@@ -9,9 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What of a cloud is not in its frame, or changed, each with its number; empty if
- * nothing is. Points that are not finite are not mentioned: organised clouds have them
- * where there is no measurement.
+/** \brief What of a cloud is not in its frame, or changed, each with its number; empty
+ * if nothing is. Points that are not finite are not mentioned: organised clouds have
+ * them where there is no measurement.
  * \param[in] statistics of the frame
  * \param[in] settings of its encoder
  * \param[in] unit unit of the point intensities

@@ -245,7 +245,8 @@ Version1Decoder::prepareDepthModel(const std::uint8_t*& payload,
   return {};
 }
 
-/** \brief Computes the stamp of the current frame; before learn(), as it may allocate. */
+/** \brief Computes the stamp of the current frame; before learn(), as it may
+ * allocate. */
 void
 Version1Decoder::prepareStamp()
 {

@@ -53,8 +53,8 @@ public:
     return stamp_;
   }
 
-  /** \brief Voxels and bytes that memory was allocated for in the last call, which may have
-   * failed. */
+  /** \brief Voxels and bytes that memory was allocated for in the last call, which may
+   * have failed. */
   std::size_t
   memoryTaken() const
   {

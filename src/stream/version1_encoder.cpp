@@ -43,8 +43,8 @@ Version1Encoder::match(const VoxelFrame& frame)
   return coded;
 }
 
-/** \brief True if half of the voxels were in the last frame, too: then a history of them
- * is worth more than a refinement. */
+/** \brief True if half of the voxels were in the last frame, too: then a history of
+ * them is worth more than a refinement. */
 bool
 Version1Encoder::comeAgain(const std::vector<std::uint64_t>& keys) const
 {
@@ -169,9 +169,9 @@ Version1Encoder::encodeSupplement(const VoxelFrame& frame,
   sizes.attributes += added.attributes;
 }
 
-/** \brief Encodes the payload. An I-frame with a depth model is encoded with and without
- * it, as the model does not help if most symbols are saturated. The smaller variant is
- * used until the next I-frame. */
+/** \brief Encodes the payload. An I-frame with a depth model is encoded with and
+ * without it, as the model does not help if most symbols are saturated. The smaller
+ * variant is used until the next I-frame. */
 PayloadSizes
 Version1Encoder::encodePayload(const VoxelFrame& frame)
 {

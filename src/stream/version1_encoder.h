@@ -18,8 +18,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Encodes the frames of one stream of version 1, each as the I- or P-frame that the
- * caller wants. */
+/** \brief Encodes the frames of one stream of version 1, each as the I- or P-frame that
+ * the caller wants. */
 class Version1Encoder {
 public:
   /** \param[in] effort of the stream
@@ -53,7 +53,8 @@ public:
          std::vector<std::uint8_t>& bytes,
          CodedFrameStatistics& statistics);
 
-  /** \brief Drops the number of the last frame, for another encoding of the same frame. */
+  /** \brief Drops the number of the last frame, for another encoding of the same
+   * frame. */
   void
   takeBack()
   {

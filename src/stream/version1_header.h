@@ -64,8 +64,8 @@ readDepthModel(const std::uint8_t* bytes, DepthModel& model);
  * \param[in] header with the size of the payload
  * \param[in] payload the bytes after the header
  * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for
- * an I-frame; not written, but included in the checksum, so that a P-frame is not accepted
- * as the successor of another frame of the same number
+ * an I-frame; not written, but included in the checksum, so that a P-frame is not
+ * accepted as the successor of another frame of the same number
  * \param[in,out] bytes the frame is appended
  * \return the frame's checksum
  */

@@ -29,8 +29,8 @@ constexpr std::size_t max_byte_ranges = 32;
 /** \brief Parses a header Range (RFC 9110, section 14).
  * \param[in] header such as "bytes=0-99,-500"
  * \param[in] size of the file
- * \return nothing if the header is to be ignored: another unit, wrong, too many; empty if
- * none of the ranges is in the file
+ * \return nothing if the header is to be ignored: another unit, wrong, too many; empty
+ * if none of the ranges is in the file
  */
 std::optional<std::vector<ByteRange>>
 parseByteRanges(std::string_view header, std::uint64_t size);

@@ -116,7 +116,7 @@ private:
     piece_.resize(
         static_cast<std::size_t>(std::min<std::uint64_t>(part.size, piece_bytes)));
     if (!part.resource->read(part.offset, piece_.size(), piece_.data()))
-      return; // the file has become shorter; the receiver notices that bytes are missing
+      return; // the file has become shorter: the receiver notices missing bytes
     part.offset += piece_.size();
     part.size -= piece_.size();
     stream_.expires_after(content_.limits.idle_timeout);

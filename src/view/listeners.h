@@ -34,8 +34,8 @@ listen(boost::asio::io_context& io,
 void
 closeOnExec(int descriptor);
 
-/** \brief An address as it is in a URL on this machine: those that stand for all are that of
- * loopback. */
+/** \brief An address as it is in a URL on this machine: those that stand for all are
+ * that of loopback. */
 std::string
 hostOfUrl(const boost::asio::ip::address& address);
 

@@ -1,5 +1,6 @@
 /** \file
- * \brief The texts and the head of frames that servers and viewers exchange; doc/viewing.md.
+ * \brief The texts and the head of frames that servers and viewers exchange;
+ * doc/viewing.md.
  */
 #pragma once
 
@@ -50,8 +51,8 @@ streamsMessage(const std::vector<LiveStream>& streams);
 std::string
 endMessage();
 
-/** \brief The stream of which a viewer's message asks for an I-frame; nothing if that is
- * another message, or none. */
+/** \brief The stream of which a viewer's message asks for an I-frame; nothing if that
+ * is another message, or none. */
 std::optional<std::size_t>
 requestedIFrame(const std::string& message);
 

@@ -24,8 +24,8 @@ namespace {
 /** \brief Largest message of a viewer, bytes. */
 constexpr std::size_t max_message_bytes = 1024;
 
-/** \brief The system's buffer for one viewer, bytes. What is in it cannot be skipped for a
- * slow viewer any more. */
+/** \brief The system's buffer for one viewer, bytes. What is in it cannot be skipped
+ * for a slow viewer any more. */
 constexpr int send_buffer_bytes = 1 << 18;
 
 } // namespace

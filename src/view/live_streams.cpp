@@ -15,8 +15,9 @@ namespace {
 
 constexpr int most_doublings = 16; // of the interval of requests, as a factor
 
-/** \brief Intervals between two requests for viewers that have lost step: one that is too slow
- * for the stream, and says so again and again, must not make it larger for all. */
+/** \brief Intervals between two requests for viewers that have lost step: one that is
+ * too slow for the stream, and says so again and again, must not make it larger for
+ * all. */
 constexpr int intervals_between_answers = 10;
 
 /** \brief Frames of any size; the viewers' decoders have limits of their own. */

@@ -25,8 +25,8 @@ struct OutgoingMessage {
   FrameBytes frame;
 };
 
-/** \brief Live streams and what waits for their viewers. Knows no connections. Thread-safe;
- * a call takes the time of some copies of pointers for each viewer. */
+/** \brief Live streams and what waits for their viewers. Knows no connections.
+ * Thread-safe; a call takes the time of some copies of pointers for each viewer. */
 class LiveStreams {
 public:
   using Clock = std::chrono::steady_clock;
@@ -60,7 +60,8 @@ public:
   void
   removeViewer(const std::shared_ptr<ViewerQueue>& viewer);
 
-  /** \brief A viewer has lost step with a stream. Streams that do not exist are ignored. */
+  /** \brief A viewer has lost step with a stream. Streams that do not exist are
+   * ignored. */
   void
   restart(ViewerQueue& viewer, std::size_t stream);
 

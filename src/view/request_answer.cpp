@@ -97,7 +97,8 @@ addRanges(const std::vector<ByteRange>& ranges,
                   "multipart/byteranges; boundary=" + boundary);
 }
 
-/** \brief The content of an answer, by the headers about what the browser has and wants. */
+/** \brief The content of an answer, by the headers about what the browser has and
+ * wants. */
 void
 addContent(const Request& request,
            const std::shared_ptr<const Resource>& resource,

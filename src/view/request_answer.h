@@ -26,8 +26,8 @@ struct AnswerPart {
   std::uint64_t size = 0;
 };
 
-/** \brief An answer: its head, and the parts of its content one after the other, which an
- * answer to HEAD is sent without. */
+/** \brief An answer: its head, and the parts of its content one after the other, which
+ * an answer to HEAD is sent without. */
 struct Answer {
   boost::beast::http::response<boost::beast::http::empty_body> head;
   std::vector<AnswerPart> parts;

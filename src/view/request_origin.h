@@ -1,6 +1,6 @@
 /** \file
- * \brief Who may ask: checks of the headers Host and Origin, and the headers that keep other
- * pages out.
+ * \brief Who may ask: checks of the headers Host and Origin, and the headers that keep
+ * other pages out.
  */
 #pragma once
 
@@ -12,13 +12,13 @@
 namespace pcl_ext {
 namespace view {
 
-/** \brief True if a header Host is the name of a host with or without a port, and has no
- * other characters than these have. */
+/** \brief True if a header Host is the name of a host with or without a port, and has
+ * no other characters than these have. */
 bool
 isHost(std::string_view host);
 
-/** \brief True if it is localhost or an address of loopback, with any port: others come from
- * a page whose server's name was made to point here (DNS rebinding). */
+/** \brief True if it is localhost or an address of loopback, with any port: others come
+ * from a page whose server's name was made to point here (DNS rebinding). */
 bool
 isLoopbackHost(std::string_view host);
 

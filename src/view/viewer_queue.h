@@ -29,8 +29,8 @@ class ViewerQueue {
 public:
   explicit ViewerQueue(const ViewServerLimits& limits) : limits_(limits) {}
 
-  /** \brief Queues a frame, or skips it if the viewer lacks the one before or is too slow;
-   * then it gets the stream from an I-frame on. */
+  /** \brief Queues a frame, or skips it if the viewer lacks the one before or is too
+   * slow; then it gets the stream from an I-frame on. */
   void
   offer(const QueuedFrame& frame);
 
@@ -38,8 +38,8 @@ public:
   void
   skip(std::size_t stream) noexcept;
 
-  /** \brief Queues the frames of a stream from an I-frame on, however many these are. What
-   * waited of the stream is dropped. */
+  /** \brief Queues the frames of a stream from an I-frame on, however many these are.
+   * What waited of the stream is dropped. */
   void
   begin(std::size_t stream, const std::deque<QueuedFrame>& frames);
 

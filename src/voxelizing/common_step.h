@@ -12,8 +12,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Finds the step of a sensor's intensities: the largest of some fractions of 1 that
- * all of them are multiples of. */
+/** \brief Finds the step of a sensor's intensities: the largest of some fractions of 1
+ * that all of them are multiples of. */
 class CommonStep {
 public:
   /** \brief Takes a finite number into account. */
@@ -31,8 +31,8 @@ public:
     candidates_ &= other.candidates_;
   }
 
-  /** \brief True for whole numbers below 2^23, which need not be added; without a branch,
-   * for loops over many numbers. */
+  /** \brief True for whole numbers below 2^23, which need not be added; without a
+   * branch, for loops over many numbers. */
   static bool
   isSmallWholeNumber(float number)
   {
@@ -49,8 +49,8 @@ public:
   }
 
 private:
-  /** \brief Of fractions that programs divide or round by: tenths to thousandths, 7 to 12
-   * bits with and without the highest number as 1. */
+  /** \brief Of fractions that programs divide or round by: tenths to thousandths, 7 to
+   * 12 bits with and without the highest number as 1. */
   static constexpr std::array<std::uint16_t, 17> divisors = {
       1, 2, 4, 5, 8, 10, 20, 50, 100, 127, 128, 200, 255, 256, 1000, 1023, 4095};
 

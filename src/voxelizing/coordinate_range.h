@@ -13,7 +13,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The lowest and the highest float coordinates of the points of a usable range. */
+/** \brief The lowest and the highest float coordinates of the points of a usable
+ * range. */
 class CoordinateRange {
 public:
   /** \param[in] usable_min,usable_max ends of the range, both included */

@@ -131,8 +131,8 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
     highest_ = std::max(highest_, value);
     are_counts_ &= value >= 1.0;
   }
-  // A change of scale requires an I-frame: the range grows in powers of two, and shrinks
-  // only where may_refit allows it.
+  // A change of scale requires an I-frame: the range grows in powers of two, and
+  // shrinks only where may_refit allows it.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
   // Companded scales divide the range of fractions by themselves.
   const unsigned int divisor =

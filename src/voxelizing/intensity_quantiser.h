@@ -62,7 +62,8 @@ private:
   void
   compandFixedScale(IntensityUnit unit);
 
-  /** \brief Sets a companded scale, or a linear one if its bits suffice for all numbers.
+  /** \brief Sets a companded scale, or a linear one if its bits suffice for all
+   * numbers.
    * \param[in] offset decoded intensity of number 0
    * \param[in] range from there to that of the highest number
    * \param[in] step from one number to the next

@@ -57,8 +57,8 @@ public:
     return {grid, begin, end};
   }
 
-  /** \brief Index of the voxel that contains a point: floor((point - origin) / resolution),
-   * in double precision.
+  /** \brief Index of the voxel that contains a point: floor((point - origin) /
+   * resolution), in double precision.
    * \param[in] point x, y, z, metres
    * \param[out] index the voxel
    * \return false if the point is not finite or not in the usable range
@@ -121,18 +121,19 @@ public:
   }
 
 private:
-  /** \brief Coordinate in voxels from the origin. A division, as multiplying by the rounded
-   * inverse would put points at a face into the neighbouring voxel. */
+  /** \brief Coordinate in voxels from the origin. A division, as multiplying by the
+   * rounded inverse would put points at a face into the neighbouring voxel. */
   double
   positionOf(std::size_t axis, double coordinate) const
   {
     return (coordinate - origin_[axis]) / resolution_;
   }
 
-  /** \brief Rank of the lowest float whose position is not below a bound, or of infinity.
+  /** \brief Rank of the lowest float whose position is not below a bound, or of
+   * infinity.
    *
-   * By bisection of the ranks: between a float that is computed from the bound and the one
-   * that is wanted may be a billion floats, where the bound is near zero. */
+   * By bisection of the ranks: between a float that is computed from the bound and the
+   * one that is wanted may be a billion floats, where the bound is near zero. */
   std::int32_t
   lowestRankFrom(std::size_t axis, double bound) const
   {
@@ -164,7 +165,8 @@ private:
   /** \brief Rank of the largest finite float. */
   static constexpr std::int32_t highest_rank = 0x7f7fffff;
 
-  /** \brief Floor of a number within the range of the type, without a call of std::floor. */
+  /** \brief Floor of a number within the range of the type, without a call of
+   * std::floor. */
   static std::int32_t
   floorOf(double number)
   {

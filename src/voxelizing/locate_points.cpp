@@ -11,12 +11,12 @@ namespace io {
 
 namespace {
 
-/** \brief Bound of the difference, in voxels, between the position computed here and the
- * quotient in double precision, for points in the grid.
+/** \brief Bound of the difference, in voxels, between the position computed here and
+ * the quotient in double precision, for points in the grid.
  *
- * The inverse, the product, the first centre, the difference and a rounded coordinate have
- * a relative error of at most 2^-24 each. The terms of second order and the errors of the
- * quotient and of the bound are below the one voxel more.
+ * The inverse, the product, the first centre, the difference and a rounded coordinate
+ * have a relative error of at most 2^-24 each. The terms of second order and the errors
+ * of the quotient and of the bound are below the one voxel more.
  */
 float
 maxError(const VoxelGrid& grid, std::size_t axis, bool is_rounded)

@@ -23,8 +23,8 @@ constexpr std::size_t prefetch_distance = 2048;
 struct LocatorGrid {
   /** \param[in] grid any grid
    * \param[in] box points outside it are reported as uncertain
-   * \param[in] is_rounded coordinates are doubles, rounded to floats: all that are near a
-   * face are reported as uncertain
+   * \param[in] is_rounded coordinates are doubles, rounded to floats: all that are near
+   * a face are reported as uncertain
    */
   LocatorGrid(const VoxelGrid& grid,
               const std::optional<BoundingBox>& box,
@@ -53,14 +53,15 @@ struct LocatorInput {
   bool may_read_on;           ///< there is a float after the last z
 };
 
-/** \brief Bit i % 8 of number i / 8 is set if point i is certainly in the grid and the box. */
+/** \brief Bit i % 8 of number i / 8 is set if point i is certainly in the grid and the
+ * box. */
 using CertainPoints = std::array<std::uint8_t, LocatedPoints::capacity / 8>;
 
 /** \brief Computes the voxels of points.
  * \param[in] grid the grid, which has to be useful
  * \param[in] points the points
- * \param[out] located blocks and voxels are written from the first element on, which are
- * valid for certain points only; their number is rounded up to a multiple of eight
+ * \param[out] located blocks and voxels are written from the first element on, which
+ * are valid for certain points only; their number is rounded up to a multiple of eight
  * \param[out] certain which ones these are
  */
 void

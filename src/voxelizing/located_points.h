@@ -10,7 +10,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Position of a voxel in a grid: a block of 4 x 4 x 4 voxels and a voxel in it. */
+/** \brief Position of a voxel in a grid: a block of 4 x 4 x 4 voxels and a voxel in
+ * it. */
 struct BlockVoxel {
   static constexpr unsigned int axis_bits = max_grid_depth - 2;
 

@@ -10,7 +10,8 @@ namespace io {
 
 namespace {
 
-/** \brief With fewer, starting a thread and uniting the voxels costs more than it saves. */
+/** \brief With fewer, starting a thread and uniting the voxels costs more than it
+ * saves. */
 constexpr std::size_t least_points_per_part = std::size_t{1} << 15;
 
 void

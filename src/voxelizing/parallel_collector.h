@@ -16,11 +16,11 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Collects the points of a cloud into voxels, in several threads if the cloud
- * is large enough and can be split: each thread collects consecutive points, and the voxels of all are
- * united.
+ * is large enough and can be split: each thread collects consecutive points, and the
+ * voxels of all are united.
  *
- * The result does not depend on the number of threads: sums of intensities that would, as
- * they are rounded, are computed by one thread.
+ * The result does not depend on the number of threads: sums of intensities that would,
+ * as they are rounded, are computed by one thread.
  */
 class ParallelCollector {
 public:
@@ -32,11 +32,11 @@ public:
    * \param[in] locator computes their voxels
    * \param[in] fields what is collected besides the number of points
    * \param[in] is_sparse the cloud is known to have few points per block of voxels
-   * \param[out] keys Morton keys of the voxels, strictly ascending; valid with AllPoints, as
-   * all that follows
+   * \param[out] keys Morton keys of the voxels, strictly ascending; valid with
+   * AllPoints, as all that follows
    * \param[out] sums of the points in each voxel
-   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable point is
-   * outside the locator's grid. In both cases reset() is required first.
+   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable
+   * point is outside the locator's grid. In both cases reset() is required first.
    */
   CollectionResult
   collect(PointBatches& points,

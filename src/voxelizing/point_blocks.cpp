@@ -22,8 +22,8 @@ constexpr std::size_t smallest_table = 1024;
 constexpr std::size_t largest_table = std::size_t{1} << 26;
 constexpr std::size_t tries = 8;
 
-/** \brief Runs of dense clouds that are kept in the order of the points. Few more fit the
- * caches. */
+/** \brief Runs of dense clouds that are kept in the order of the points. Few more fit
+ * the caches. */
 constexpr std::size_t runs_in_cache = std::size_t{1} << 16;
 
 /** \brief Bit i is set if byte i of 64 is not 0. */
@@ -154,8 +154,8 @@ PointBlocks::addFields(const LocatedPoints& located)
     }
     ++counts[slot];
     if constexpr (has_intensities || has_colours) {
-      // Without a branch, which would be mispredicted: the run is stored at each point and
-      // overwritten while it continues.
+      // Without a branch, which would be mispredicted: the run is stored at each point
+      // and overwritten while it continues.
       const std::uint64_t goes_on = slot == run.slot ? 1 : 0;
       next += run.slot == no_slot ? 0 : 1 - goes_on;
       run.slot = slot;
@@ -281,14 +281,16 @@ PointBlocks::findOccupied()
         nonZeroBytes(&counts_[64 * std::size_t{block.block}]);
     written_[block.block] = {occupied, voxels};
     voxels += bitCount(occupied);
-    // Without a branch, which would be mispredicted: always written, counted if occupied.
+    // Without a branch, which would be mispredicted: always written, counted if
+    // occupied.
     occupied_[occupied_count_] = block;
     occupied_count_ += occupied != 0 ? 1 : 0;
   }
   return voxels;
 }
 
-/** \brief Writes keys and counts; the counts become the ranks of voxels in their block. */
+/** \brief Writes keys and counts; the counts become the ranks of voxels in their
+ * block. */
 void
 PointBlocks::writeBlock(const KeyedBlock& block,
                         std::vector<std::uint64_t>& keys,
@@ -306,8 +308,8 @@ PointBlocks::writeBlock(const KeyedBlock& block,
   }
 }
 
-/** \brief Writes the sums of the runs, in the order of their points, as the order affects
- * rounding. */
+/** \brief Writes the sums of the runs, in the order of their points, as the order
+ * affects rounding. */
 void
 PointBlocks::writeSums(VoxelSums& sums)
 {
@@ -323,7 +325,8 @@ PointBlocks::writeSums(VoxelSums& sums)
       sums.colours[voxelOf(runs_[i].slot)].addPacked(runs_[i].colours);
 }
 
-/** \brief Adds the sums in the slots of a block to those of its voxels, and clears them. */
+/** \brief Adds the sums in the slots of a block to those of its voxels, and clears
+ * them. */
 void
 PointBlocks::takeSlotSums(std::size_t block, VoxelSums& sums)
 {

@@ -11,27 +11,27 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Collects points into the occupied voxels of a grid, sorted by Morton key, with sums
- * over the points of each.
+/** \brief Collects points into the occupied voxels of a grid, sorted by Morton key,
+ * with sums over the points of each.
  *
- * Voxels are grouped into blocks of 4 x 4 x 4, so that only blocks are sorted. Blocks are
- * kept from cloud to cloud, so that only new ones are sorted; if too many are empty, the
- * empty ones are dropped. Runs of points in the same voxel are summed up by voxel at the
- * end, and dense clouds, which have many, also on the way: their memory is that of their
- * voxels.
+ * Voxels are grouped into blocks of 4 x 4 x 4, so that only blocks are sorted. Blocks
+ * are kept from cloud to cloud, so that only new ones are sorted; if too many are
+ * empty, the empty ones are dropped. Runs of points in the same voxel are summed up by
+ * voxel at the end, and dense clouds, which have many, also on the way: their memory is
+ * that of their voxels.
  *
- * Blocks are found by a hash table with a limited number of probes. If all probed slots are
- * taken, a block takes the slot of another one; if that one occurs again it gets a second
- * entry, and the parts are united when the voxels are written. Thus even a cloud constructed
- * to collide costs at most a sort of its points, and memory is proportional to the number of
- * points, not to the size of the grid.
+ * Blocks are found by a hash table with a limited number of probes. If all probed slots
+ * are taken, a block takes the slot of another one; if that one occurs again it gets a
+ * second entry, and the parts are united when the voxels are written. Thus even a cloud
+ * constructed to collide costs at most a sort of its points, and memory is proportional
+ * to the number of points, not to the size of the grid.
  */
 class PointBlocks {
 public:
   PointBlocks();
 
-  /** \brief Removes all points and blocks; for another grid, or after points that were not
-   * written. */
+  /** \brief Removes all points and blocks; for another grid, or after points that were
+   * not written. */
   void
   reset();
 
@@ -45,8 +45,8 @@ public:
   void
   add(const LocatedPoints& located);
 
-  /** \brief True if there are too few points per block, so that SortedVoxels is faster and
-   * takes less memory.
+  /** \brief True if there are too few points per block, so that SortedVoxels is faster
+   * and takes less memory.
    * \param[in] points number of points added
    */
   bool

@@ -15,9 +15,9 @@ namespace io {
 
 /** \brief Computes the voxels of as many points at once as there are lanes.
  *
- * In single precision, which is exact except near the faces of a voxel; there a coordinate
- * is divided in double precision as by Lattice. The whole millimetres of depth cameras are
- * on faces of voxels of 0.1 mm, all of them.
+ * In single precision, which is exact except near the faces of a voxel; there a
+ * coordinate is divided in double precision as by Lattice. The whole millimetres of
+ * depth cameras are on faces of voxels of 0.1 mm, all of them.
  */
 template <typename LanesT>
 class PointLocator {
@@ -119,7 +119,8 @@ private:
     unsigned int in_grid = all_lanes;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // Relative to the centre of the grid's first voxel, so that the position is the
-      // nearest integer. The point is certain if it is far enough from the voxel's faces.
+      // nearest integer. The point is certain if it is far enough from the voxel's
+      // faces.
       const Floats from_first = LanesT::subtract(
           LanesT::multiply(point[axis], inverse_resolution_), first_centre_[axis]);
       position[axis] = LanesT::round(from_first);

@@ -13,8 +13,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Calls work(0) to work(count - 1), at the same time in as many threads, one of which
- * is the caller's, and returns when all have ended. What one throws is passed on. */
+/** \brief Calls work(0) to work(count - 1), at the same time in as many threads, one of
+ * which is the caller's, and returns when all have ended. What one throws is passed
+ * on. */
 template <typename WorkT>
 void
 runAtOnce(std::size_t count, const WorkT& work)

@@ -10,13 +10,13 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Same interface as PointBlocks, for sparse clouds whose blocks of voxels would be
- * nearly empty: sorts the points by their voxels. */
+/** \brief Same interface as PointBlocks, for sparse clouds whose blocks of voxels would
+ * be nearly empty: sorts the points by their voxels. */
 class SortedVoxels {
 public:
   /** \brief Begins a cloud.
-   * \param[in] fields what the points have and voxels sum up; with neither, sorting takes
-   * half the memory
+   * \param[in] fields what the points have and voxels sum up; with neither, sorting
+   * takes half the memory
    * \param[in] expected number of points to come, at most
    */
   void

@@ -10,8 +10,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Tells whether sums of some floats in double precision are exact, so that they do
- * not depend on the order of the summands. */
+/** \brief Tells whether sums of some floats in double precision are exact, so that they
+ * do not depend on the order of the summands. */
 class SumExactness {
 public:
   /** \brief Takes finite numbers into account.
@@ -51,8 +51,8 @@ public:
   {
     if (largest_ == 0)
       return true;
-    // A number is below 2^(e + 1) and a multiple of 2^(e - 23), whole ones of 1; exponents
-    // are biased. Multiples of a step below 2^53 steps are exact.
+    // A number is below 2^(e + 1) and a multiple of 2^(e - 23), whole ones of 1;
+    // exponents are biased. Multiples of a step below 2^53 steps are exact.
     const auto exponent = [](std::uint32_t magnitude) {
       return std::max<std::int32_t>(static_cast<std::int32_t>(magnitude >> 23), 1);
     };

@@ -26,7 +26,8 @@ struct CollectedFields : SummedFields {
 
 enum class CollectionResult { AllPoints, TooSparse, PointOutsideGrid };
 
-/** \brief Collects the points of a cloud, or of a part of one, into voxels; in one thread. */
+/** \brief Collects the points of a cloud, or of a part of one, into voxels; in one
+ * thread. */
 class VoxelCollector {
 public:
   /** \brief Collects the usable points.
@@ -34,8 +35,8 @@ public:
    * \param[in] locator computes their voxels
    * \param[in] fields what is collected besides the number of points
    * \param[in] is_sparse the cloud is known to have few points per block of voxels
-   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable point is
-   * outside the locator's grid. In both cases reset() is required first.
+   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable
+   * point is outside the locator's grid. In both cases reset() is required first.
    */
   CollectionResult
   collect(PointBatches& points,

@@ -130,7 +130,8 @@ VoxelLocator::findBetterOrigin(PointBatches& points,
   const std::size_t finite = countFinite(points);
   const std::size_t present = countPointsOnLattice(points);
   std::size_t most = present;
-  // The median, so that a few far points do not matter, and the middle, for wide clouds.
+  // The median, so that a few far points do not matter, and the middle, for wide
+  // clouds.
   for (const std::array<double, 3>& voxel : {medianOf(points), middleOf(points)}) {
     VoxelGrid other = grid_;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -145,7 +146,8 @@ VoxelLocator::findBetterOrigin(PointBatches& points,
       origin = other.origin;
     }
   }
-  // Each move costs an I-frame, so that a few points more are not worth one that is not due.
+  // Each move costs an I-frame, so that a few points more are not worth one that is not
+  // due.
   const std::size_t least_gain = is_i_frame_due && most == finite ? 1 : 1 + finite / 16;
   return most >= present + least_gain;
 }
@@ -164,8 +166,8 @@ VoxelLocator::countPointsOnLattice(PointBatches& points) const
 bool
 VoxelLocator::measureRange(PointBatches& points, LatticeRange& range) const
 {
-  // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
-  // in the lowest and the highest voxels.
+  // The quotient is monotonic in the coordinate: the lowest and the highest coordinates
+  // are in the lowest and the highest voxels.
   CoordinateRange coordinates(usable_min_, usable_max_);
   bool is_any = false;
   const auto add = [&](const LatticeRange& other) {
@@ -304,8 +306,8 @@ VoxelLocator::findVoxel(const NumberT* point,
   const bool is_in_box = !box_ || isInBox(point);
   if (is_in_box && lattice_.indexOf(point, index))
     return true;
-  // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not to
-  // the cube. Grids of version 1 may be smaller than the box.
+  // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not
+  // to the cube. Grids of version 1 may be smaller than the box.
   if (is_in_box && has_pcl_grid_) {
     index = lattice_.nearestIndexOf(point);
     return true;

@@ -16,12 +16,12 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Computes the voxels of the points of a cloud, and counts the points that cannot be
- * used. */
+/** \brief Computes the voxels of the points of a cloud, and counts the points that
+ * cannot be used. */
 class VoxelLocator {
 public:
-  /** \param[in] settings as accepted by checkSettings; with a fixed box the grid is that of
-   * the box, else it has to be set, and the whole lattice is usable
+  /** \param[in] settings as accepted by checkSettings; with a fixed box the grid is
+   * that of the box, else it has to be set, and the whole lattice is usable
    */
   explicit VoxelLocator(const EncoderSettings& settings);
 
@@ -36,8 +36,8 @@ public:
   void
   setGrid(const VoxelGrid& grid);
 
-  /** \brief Finds an origin with clearly more points on its lattice than with the present
-   * one, or with all points if an I-frame is due; not with a fixed box.
+  /** \brief Finds an origin with clearly more points on its lattice than with the
+   * present one, or with all points if an I-frame is due; not with a fixed box.
    * \param[in] points the cloud
    * \param[in] is_i_frame_due moving the origin costs no I-frame
    * \param[out] origin a corner of a voxel of the world's origin amid the points

@@ -11,7 +11,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What is summed of the points of a cloud in each voxel, besides their number. */
+/** \brief What is summed of the points of a cloud in each voxel, besides their
+ * number. */
 struct SummedFields {
   bool intensities = false;
   bool colours = false;

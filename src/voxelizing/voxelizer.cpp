@@ -110,8 +110,8 @@ private:
         points, locator_, fieldsOf(points), is_sparse, frame.keys, sums_);
   }
 
-  /** \brief Moves the origin to where more points are on its lattice, if there is such a
-   * one. */
+  /** \brief Moves the origin to where more points are on its lattice, if there is such
+   * a one. */
   bool
   moveOrigin(PointBatches& points, bool is_i_frame_due)
   {
@@ -136,7 +136,8 @@ private:
     sums_ = VoxelSums();
   }
 
-  /** \brief With fewer points per block of voxels SortedVoxels is faster than PointBlocks. */
+  /** \brief With fewer points per block of voxels SortedVoxels is faster than
+   * PointBlocks. */
   static constexpr std::size_t min_points_per_block = 8;
 
   CollectedFields
@@ -210,7 +211,8 @@ private:
     collector_.reset();
   }
 
-  /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
+  /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to
+   * 255. */
   void
   quantiseColours(const PointBatches& points, VoxelFrame& frame) const
   {

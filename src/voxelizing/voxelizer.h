@@ -12,20 +12,20 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean
- * colour of its points and their number, as the settings say.
+/** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the
+ * mean colour of its points and their number, as the settings say.
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed
  * in double precision from the coordinates. Points more than 2^20 voxels from the
- * origin, outside the fixed box, or not finite are counted and left out. Memory and time
- * are at most proportional to the number of points, for any coordinates.
+ * origin, outside the fixed box, or not finite are counted and left out. Memory and
+ * time are at most proportional to the number of points, for any coordinates.
  *
  * The origin is the world's, unless the settings have another one or clouds lie
  * further out: then it is a corner of a voxel of the world's origin amid the points.
  *
- * Without a fixed box the grid is fitted to the points. It grows if later points require
- * it and does not change otherwise, as a changed grid requires an I-frame. The scale of
- * native intensities is adapted in the same way.
+ * Without a fixed box the grid is fitted to the points. It grows if later points
+ * require it and does not change otherwise, as a changed grid requires an I-frame. The
+ * scale of native intensities is adapted in the same way.
  */
 class PCL_EXT_CODEC_EXPORT Voxelizer {
 public:
@@ -41,15 +41,17 @@ public:
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
-   * \param[in] may_refit ignore the previous clouds: a grid that is far too large and the
-   * scale of native intensities are fitted again; requires an I-frame unless one is due
+   * \param[in] may_refit ignore the previous clouds: a grid that is far too large and
+   * the scale of native intensities are fitted again; requires an I-frame unless one is
+   * due
    * \param[out] frame the occupied voxels; its memory is reused
    * \return counts of the points
    */
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame);
 
-  /** \brief The same for a cloud in batches. What their functions throw is passed on. */
+  /** \brief The same for a cloud in batches. What their functions throw is passed
+   * on. */
   VoxelizationStatistics
   voxelize(PointBatches& points, bool may_refit, VoxelFrame& frame);
 

@@ -55,10 +55,10 @@ private:
 
 /** \brief Visits the elements of two ascending lists in the order of their keys.
  * \param[in] first,second the lists
- * \param[in] visit_first called with the index of each element of the first list whose key
- * is not in the second one
- * \param[in] visit_second called with the index of each element of the second list, and that
- * of the same key in the first one or not_in_list; returns false to stop
+ * \param[in] visit_first called with the index of each element of the first list whose
+ * key is not in the second one
+ * \param[in] visit_second called with the index of each element of the second list, and
+ * that of the same key in the first one or not_in_list; returns false to stop
  * \return false if visit_second stopped
  */
 template <class First, class Second, class VisitFirst, class VisitSecond>

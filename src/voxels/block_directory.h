@@ -15,8 +15,8 @@ namespace io {
 
 /** \brief Finds blocks by their Morton keys: a hash table with open addressing.
  *
- * The hash depends on a random number of the instance, so that no stream can be constructed
- * whose keys collide. Coded bytes do not depend on it.
+ * The hash depends on a random number of the instance, so that no stream can be
+ * constructed whose keys collide. Coded bytes do not depend on it.
  */
 class BlockDirectory {
 public:
@@ -49,7 +49,8 @@ public:
     reserveAhead(keys_, keys_.size() + further_blocks);
   }
 
-  /** \brief Adds a block that is not there yet; its index is the number of blocks so far.
+  /** \brief Adds a block that is not there yet; its index is the number of blocks so
+   * far.
    * \param[in] key Morton key of the block
    */
   void

@@ -8,8 +8,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Tables of the 256 masks of eight children: those of an octree node, the octants of
- * a block, or the cells of an octant. Bit c is child c = 4x + 2y + z. */
+/** \brief Tables of the 256 masks of eight children: those of an octree node, the
+ * octants of a block, or the cells of an octant. Bit c is child c = 4x + 2y + z. */
 struct ChildMasks {
   std::array<std::uint8_t, 256> count{}; ///< number of children in a mask
   /** \brief The children in a mask, ascending, then zeros. */

@@ -120,7 +120,8 @@ originFor(double resolution, const BoundingBox& box)
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box)
 {
-  // Arithmetic and tolerance of PCL's getKeyBitSize, so that PCL computes the same voxels.
+  // Arithmetic and tolerance of PCL's getKeyBitSize, so that PCL computes the same
+  // voxels.
   constexpr double tolerance = std::numeric_limits<float>::epsilon();
   double voxels = 2.0;
   for (std::size_t axis = 0; axis < 3; ++axis)

@@ -18,8 +18,8 @@ struct LatticeRange {
   std::array<std::int32_t, 3> highest{};
 };
 
-/** \brief True if a lattice of stream version 1 may have this origin: each coordinate is
- * finite, and within 2^21 of the largest voxels of the world's origin. */
+/** \brief True if a lattice of stream version 1 may have this origin: each coordinate
+ * is finite, and within 2^21 of the largest voxels of the world's origin. */
 bool
 isOrigin(const std::array<double, 3>& origin);
 
@@ -43,29 +43,30 @@ rangeOf(const VoxelGrid& grid);
 LatticeRange
 unite(const LatticeRange& first, const LatticeRange& second);
 
-/** \brief The smallest grid on a lattice that contains a range, centred on the range as far
- * as the lattice allows.
+/** \brief The smallest grid on a lattice that contains a range, centred on the range as
+ * far as the lattice allows.
  * \param[in] lattice a grid of the same lattice
  * \param[in] range within the lattice
  */
 VoxelGrid
 fitGrid(const VoxelGrid& lattice, const LatticeRange& range);
 
-/** \brief The grid of stream version 1 for a fixed box, which is clipped to the lattice.
+/** \brief The grid of stream version 1 for a fixed box, which is clipped to the
+ * lattice.
  * \param[in] lattice a grid of the lattice
  * \param[in] box world coordinates, metres
  */
 VoxelGrid
 gridOfBox(const VoxelGrid& lattice, const BoundingBox& box);
 
-/** \brief The world's origin, or on an axis where the box leaves its lattice a corner of one
- * of its voxels in the middle of the box. */
+/** \brief The world's origin, or on an axis where the box leaves its lattice a corner
+ * of one of its voxels in the middle of the box. */
 std::array<double, 3>
 originFor(double resolution, const BoundingBox& box);
 
 /** \brief The grid of the published layout for a fixed box, as PCL's octree makes it in
- * setResolution and defineBoundingBox: a cube of 2^depth voxels around the middle of the
- * box, anchored at its lower corner. */
+ * setResolution and defineBoundingBox: a cube of 2^depth voxels around the middle of
+ * the box, anchored at its lower corner. */
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box);
 

@@ -7,7 +7,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Removes voxels of a frame, with their intensities, colours and numbers of points.
+/** \brief Removes voxels of a frame, with their intensities, colours and numbers of
+ * points.
  * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
  * \param[in] is_kept is called with the index of each voxel, in order
  * \return number of voxels removed

@@ -12,8 +12,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Finds the face neighbours of voxels that come before them in Morton order: those
- * below them on each axis. */
+/** \brief Finds the face neighbours of voxels that come before them in Morton order:
+ * those below them on each axis. */
 class LowerNeighbours {
 public:
   /** \brief Looks in a frame.
@@ -45,8 +45,8 @@ public:
   /** \brief Calls a function for the lower side of a cell on each axis, whether or not
    * a voxel is there, so that the caller needs no branch, which would be mispredicted.
    * \param[in] cell of the selected block
-   * \param[in] visit_side called with the index of the voxel and 1, or with any index of
-   * the frame's and 0
+   * \param[in] visit_side called with the index of the voxel and 1, or with any index
+   * of the frame's and 0
    */
   template <typename VisitT>
   void

@@ -9,9 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Decides when to release memory that is reused from frame to frame: the memory of a
- * large frame is not kept for the rest of a stream, and alternating sizes do not cause an
- * allocation for each frame.
+/** \brief Decides when to release memory that is reused from frame to frame: the memory
+ * of a large frame is not kept for the rest of a stream, and alternating sizes do not
+ * cause an allocation for each frame.
  *
  * Sizes and the floor have the same unit, bytes or elements.
  */
@@ -31,10 +31,10 @@ public:
 
   /** \brief To be called once for each frame, also for one that failed.
    * \param[in] needed size that the current frame needed
-   * \param[in] taken size that was allocated for it, if that may be more, as for a frame
-   * that failed
-   * \return true if memory is allocated for more than `factor` times what each of the last
-   * `frames` frames needed, this one included, and should be released now
+   * \param[in] taken size that was allocated for it, if that may be more, as for a
+   * frame that failed
+   * \return true if memory is allocated for more than `factor` times what each of the
+   * last `frames` frames needed, this one included, and should be released now
    */
   bool
   shouldRelease(std::size_t needed, std::size_t taken = 0)

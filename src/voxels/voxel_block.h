@@ -13,8 +13,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A block is 4 x 4 x 4 voxels, the two lowest levels of the octree. The low six bits
- * of a voxel's Morton key are its cell in the block, and cell c is bit c of a mask. */
+/** \brief A block is 4 x 4 x 4 voxels, the two lowest levels of the octree. The low six
+ * bits of a voxel's Morton key are its cell in the block, and cell c is bit c of a
+ * mask. */
 constexpr unsigned int block_key_bits = 6;
 constexpr unsigned int block_levels = 2;
 constexpr unsigned int block_cells = 64;
@@ -114,8 +115,8 @@ neighbourBlock(std::uint64_t key,
       axis_bits[axis_index] & ((std::uint64_t{1} << (3 * levels)) - 1);
   const std::uint64_t one = std::uint64_t{4} >> axis_index;
   const std::uint64_t position = key & axis;
-  // Carries and borrows pass the bits of the other axes, which are 1 for the sum and 0 for
-  // the difference.
+  // Carries and borrows pass the bits of the other axes, which are 1 for the sum and 0
+  // for the difference.
   const std::uint64_t moved =
       is_below ? (position - one) & axis : ((position | ~axis) + one) & axis;
   neighbour = moved | (key & ~axis);
@@ -181,8 +182,8 @@ makeCellsBeside()
 inline constexpr std::array<std::uint64_t, block_cells> cells_beside =
     makeCellsBeside();
 
-/** \brief Number of occupied face neighbours, 0..6, of each cell of a block: the three masks
- * have one bit of the number each, lowest first. */
+/** \brief Number of occupied face neighbours, 0..6, of each cell of a block: the three
+ * masks have one bit of the number each, lowest first. */
 struct NeighbourCounts {
   std::array<std::uint64_t, 3> bits{};
 

@@ -11,8 +11,8 @@ namespace detail {
 
 namespace {
 
-// The loops below have a constant number of iterations, also if fewer voxels are left, so
-// that the compiler vectorises them.
+// The loops below have a constant number of iterations, also if fewer voxels are left,
+// so that the compiler vectorises them.
 constexpr std::size_t capacity = VoxelCentres::capacity;
 
 /** \brief Deepest grid whose keys fit 32 bits. */
@@ -139,8 +139,8 @@ VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
     setCentreTables();
 }
 
-/** \brief Sets the table of intensities, unless the frame is small, so that it costs more
- * than it saves. */
+/** \brief Sets the table of intensities, unless the frame is small, so that it costs
+ * more than it saves. */
 void
 VoxelCentreReader::setIntensityTable()
 {

@@ -29,7 +29,8 @@ isScale(const IntensityScale& scale)
            scale.companded_range <= 65535));
 }
 
-/** \brief True if keys are strictly ascending and below `end`, which is at most 2^63. */
+/** \brief True if keys are strictly ascending and below `end`, which is at most
+ * 2^63. */
 bool
 areKeys(const std::vector<std::uint64_t>& keys, std::uint64_t end)
 {

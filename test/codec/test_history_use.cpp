@@ -14,8 +14,8 @@ using namespace pcl_ext::io::test;
 
 constexpr std::size_t voxels = 1000;
 
-/** \brief Numbers of frames without the history from one with it, or that tried it, to the
- * next, where frames take these bytes. */
+/** \brief Numbers of frames without the history from one with it, or that tried it, to
+ * the next, where frames take these bytes. */
 std::vector<int>
 pauses(std::size_t bytes_with, std::size_t bytes_without, int count)
 {
@@ -131,8 +131,9 @@ TEST(HistoryUse, CostsLittleWhereNothingStays)
         << static_cast<int>(effort);
 }
 
-/** \brief Voxels with numbers of points at one of six depths, half of them in each frame:
- * the first P-frame takes 4 % more bytes than an I-frame, the tenth 13 % fewer. */
+/** \brief Voxels with numbers of points at one of six depths, half of them in each
+ * frame: the first P-frame takes 4 % more bytes than an I-frame, the tenth 13 %
+ * fewer. */
 std::vector<VoxelFrame>
 noisyNumbers(int frames)
 {
@@ -163,8 +164,8 @@ TEST(HistoryUse, MayCostMoreAtFirstWithNumbersOfPoints)
             9 * bytesOf(stream, Effort::Fast, 1));
 }
 
-/** \brief A rough surface, of which each frame sees a third: the history of one frame has a
- * third of a frame's voxels, that of ten nearly all. */
+/** \brief A rough surface, of which each frame sees a third: the history of one frame
+ * has a third of a frame's voxels, that of ten nearly all. */
 std::vector<VoxelFrame>
 flickeringSurface(int frames)
 {

@@ -1,6 +1,6 @@
 /** \file
- * \brief Forged payloads that would have a decoder make more and more are refused before
- * they take memory.
+ * \brief Forged payloads that would have a decoder make more and more are refused
+ * before they take memory.
  */
 #include "support/scripted_fast_stream.h"
 #include "support/test_memory.h"
@@ -63,8 +63,8 @@ TEST(ScriptedGrowth, NewBlocksBehindMoreTrackedVoxelsThanThereMayBe)
 
 TEST(ScriptedGrowth, NoBytesBehindMoreTrackedVoxelsThanThereMayBe)
 {
-  // The context coder reads nothing but ones: both tracked voxels, although the header has
-  // one voxel, and then every block of the grid.
+  // The context coder reads nothing but ones: both tracked voxels, although the header
+  // has one voxel, and then every block of the grid.
   for (const Effort effort : {Effort::Balanced, Effort::Small}) {
     VoxelFrame frame = emptyFrame(8);
     frame.keys = {0, 1};

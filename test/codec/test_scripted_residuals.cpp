@@ -1,6 +1,6 @@
 /** \file
- * \brief Invalid residuals of a depth model after valid numbers of points, of the effort
- * fast, which codes both in rows of their own.
+ * \brief Invalid residuals of a depth model after valid numbers of points, of the
+ * effort fast, which codes both in rows of their own.
  */
 #include "codec/depth_split.h"
 #include "codec/fast/classed_row.h"

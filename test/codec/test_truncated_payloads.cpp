@@ -46,8 +46,8 @@ expectTruncationsRefused(const std::vector<Bytes>& stream)
   }
 }
 
-/** \brief The frames of a stream of the effort fast, all but the first P-frames, also where
- * an encoder would make I-frames. */
+/** \brief The frames of a stream of the effort fast, all but the first P-frames, also
+ * where an encoder would make I-frames. */
 std::vector<Bytes>
 fastStream(const std::vector<VoxelFrame>& frames)
 {
@@ -137,8 +137,8 @@ constexpr std::size_t many = std::size_t{1} << 20;
 /** \brief Refuses a script's frame with less and less of its payload.
  *
  * After the end zeros are read, so that a symbol after a word of them is the lowest of
- * its model. Where the low nibble of a byte is always 15, which takes hardly a word, and
- * the high one anything, in states of its own, what is read goes on being good.
+ * its model. Where the low nibble of a byte is always 15, which takes hardly a word,
+ * and the high one anything, in states of its own, what is read goes on being good.
  */
 void
 expectScriptRefused(const ScriptedStream& stream,

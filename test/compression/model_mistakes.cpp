@@ -1,6 +1,7 @@
 /** \file
- * \brief Does not compile: mistakes with intensity models and point types, each of which a
- * static_assert answers with its remedy. The test compares the compiler's messages.
+ * \brief Does not compile: mistakes with intensity models and point types, each of
+ * which a static_assert answers with its remedy. The test compares the compiler's
+ * messages.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 

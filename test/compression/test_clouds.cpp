@@ -1,6 +1,6 @@
 /** \file
- * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of point
- * and what it gives back: centres, intensities, headers.
+ * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of
+ * point and what it gives back: centres, intensities, headers.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief Memory that runs out at any point of PCL's face on the codec: nothing is thrown, and
- * nothing wrong follows.
+ * \brief Memory that runs out at any point of PCL's face on the codec: nothing is
+ * thrown, and nothing wrong follows.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
@@ -65,8 +65,8 @@ expectVoxels(const Cloud& decoded, const Cloud& cloud)
       0.5001);
 }
 
-/** \brief Encodes all clouds and decodes what was encoded, while the memory fails at one
- * cloud, on one side.
+/** \brief Encodes all clouds and decodes what was encoded, while the memory fails at
+ * one cloud, on one side.
  * \return false if that call has no n-th allocation
  */
 bool

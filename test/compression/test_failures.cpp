@@ -1,6 +1,6 @@
 /** \file
- * \brief OctreePointCloudIntensityCompression without a cloud, with an empty one, and with
- * streams that fail: a status says so, nothing throws, and the stream goes on.
+ * \brief OctreePointCloudIntensityCompression without a cloud, with an empty one, and
+ * with streams that fail: a status says so, nothing throws, and the stream goes on.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief Intensity models of OctreePointCloudIntensityCompression: which depth a model gets,
- * and models of users.
+ * \brief Intensity models of OctreePointCloudIntensityCompression: which depth a model
+ * gets, and models of users.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -145,8 +145,8 @@ expectShares(CompressionT& encoder,
   expectIntensities(*decoded, voxels, resolution, shownShare, tolerance);
 }
 
-/** \brief Expects a law to take the depth from the pose of the cloud, unless the settings
- * have one. */
+/** \brief Expects a law to take the depth from the pose of the cloud, unless the
+ * settings have one. */
 template <typename LawT>
 void
 expectSharesOfPose(double (*share)(double, double))

@@ -96,7 +96,8 @@ protected:
     EXPECT_EQ(leaves, decoded.size());
   }
 
-  /** \brief Expects the octree of a cloud that was encoded to have all of its points. */
+  /** \brief Expects the octree of a cloud that was encoded to have all of its
+   * points. */
   static void
   expectAllOccupied(const Cloud& cloud, double resolution)
   {
@@ -203,8 +204,8 @@ TYPED_TEST(OctreeRetention, AFirstFrameMayBeEmpty)
 
 TYPED_TEST(OctreeRetention, AnswersForThePointsThatWereEncoded)
 {
-  // The octree must put a point into the voxel that the codec put it into: at resolutions
-  // that no binary number is, far from the origin.
+  // The octree must put a point into the voxel that the codec put it into: at
+  // resolutions that no binary number is, far from the origin.
   for (const double resolution : {0.01, 0.04, 0.1})
     for (const double distance : {0.0, -7.0, 5000.0})
       this->expectAllOccupied(

@@ -1,6 +1,7 @@
 /** \file
- * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec, invalid
- * ones are reported by every call, and the usual_resolution may change while a stream runs.
+ * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec,
+ * invalid ones are reported by every call, and the usual_resolution may change while a
+ * stream runs.
  */
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -38,7 +39,8 @@ using pcl_ext::RuntimeSensor;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-// ---------------------------------------------------------------- what reaches the codec
+// ---------------------------------------------------------------- what reaches the
+// codec
 
 TEST(CodecSettings, IFrameRateAndRequests)
 {

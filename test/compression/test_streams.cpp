@@ -1,6 +1,6 @@
 /** \file
- * \brief Streams of many frames through OctreePointCloudIntensityCompression: lost frames,
- * statistics, formats.
+ * \brief Streams of many frames through OctreePointCloudIntensityCompression: lost
+ * frames, statistics, formats.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>

@@ -1,6 +1,6 @@
 /** \file
- * \brief What OctreePointCloudIntensityCompression says when not all of a cloud is in its
- * frame, and about streams that it cannot read or write.
+ * \brief What OctreePointCloudIntensityCompression says when not all of a cloud is in
+ * its frame, and about streams that it cannot read or write.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief SensorPreprocessor on PCLPointCloud2: invalid layouts are refused, and the message
- * names the field.
+ * \brief SensorPreprocessor on PCLPointCloud2: invalid layouts are refused, and the
+ * message names the field.
  */
 #include "support/message_layouts.h"
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief Decoding as all targets that read streams check it: a frame is whole, or there is
- * none and a reason.
+ * \brief Decoding as all targets that read streams check it: a frame is whole, or there
+ * is none and a reason.
  */
 #pragma once
 
@@ -61,8 +61,8 @@ requireWhole(const io::VoxelFrame& frame)
   require(frame.pointCount() <= smallLimits().max_points);
 }
 
-/** \brief Requires that the size of a decoded frame is known from its bytes, and not from
- * fewer unless it is right. */
+/** \brief Requires that the size of a decoded frame is known from its bytes, and not
+ * from fewer unless it is right. */
 inline void
 requireSize(const std::uint8_t* frame, std::size_t size)
 {

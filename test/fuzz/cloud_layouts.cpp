@@ -1,7 +1,8 @@
 /** \file
- * Fuzz target: SensorPreprocessor on any PCLPointCloud2 does what its header says, which a
- * reference does once more, one point and one field at a time: the same points, or a refusal
- * for a reason that is there; and no byte outside the cloud's data is read.
+ * Fuzz target: SensorPreprocessor on any PCLPointCloud2 does what its header says,
+ * which a reference does once more, one point and one field at a time: the same points,
+ * or a refusal for a reason that is there; and no byte outside the cloud's data is
+ * read.
  *
  * The input describes a valid layout, then changes of it, then the bytes of the points.
  */
@@ -46,7 +47,8 @@ isFloat(double number)
   return std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
 }
 
-/** \brief A sensor so far from the origin that its points are moved in double precision. */
+/** \brief A sensor so far from the origin that its points are moved in double
+ * precision. */
 bool
 isFar(const PreprocessorSettings& settings)
 {

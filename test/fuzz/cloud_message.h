@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds of any layout, and settings of a SensorPreprocessor, as the bytes of an input
- * describe them.
+ * \brief Clouds of any layout, and settings of a SensorPreprocessor, as the bytes of an
+ * input describe them.
  */
 #pragma once
 
@@ -23,8 +23,8 @@
 namespace pcl_ext {
 namespace fuzz {
 
-/** \brief The pose as numbers that a product does not round: where the sensor's axes lie
- * in the world, by axis and sign, and a translation. */
+/** \brief The pose as numbers that a product does not round: where the sensor's axes
+ * lie in the world, by axis and sign, and a translation. */
 struct Pose {
   std::array<std::size_t, 3> source{0, 1, 2}; ///< sensor axis of each world axis
   std::array<float, 3> sign{1.0f, 1.0f, 1.0f};
@@ -104,8 +104,8 @@ settingsOf(FuzzInput& input)
   return settings;
 }
 
-/** \brief Bytes of a number of a datatype; 0: there is no such datatype. 9, 10 and 11 are
- * INT64, UINT64 and BOOL, which PCL names since 1.13. */
+/** \brief Bytes of a number of a datatype; 0: there is no such datatype. 9, 10 and 11
+ * are INT64, UINT64 and BOOL, which PCL names since 1.13. */
 inline std::size_t
 sizeOf(std::uint8_t datatype)
 {
@@ -229,8 +229,8 @@ falsify(pcl::PCLPointCloud2& cloud, FuzzInput& input)
   }
 }
 
-/** \brief Fills the points: small numbers where a field of floats lies, so that crop boxes
- * have something to do, then what is left of the input. */
+/** \brief Fills the points: small numbers where a field of floats lies, so that crop
+ * boxes have something to do, then what is left of the input. */
 inline void
 fillData(pcl::PCLPointCloud2& cloud, FuzzInput& input)
 {

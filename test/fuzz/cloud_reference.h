@@ -1,6 +1,6 @@
 /** \file
- * \brief What the header of SensorPreprocessor says, once more: which clouds are refused and
- * why, and how a field is read.
+ * \brief What the header of SensorPreprocessor says, once more: which clouds are
+ * refused and why, and how a field is read.
  */
 #pragma once
 
@@ -149,8 +149,9 @@ expectedIntensity(const ModelT& model, float depth, float native)
   return ModelT::uses_native ? static_cast<double>(native) : 1.0;
 }
 
-/** \brief Whether a value is a point's intensity times the scale except for rounding, and for
- * what is too small for a float before it is scaled. Beyond a float all is the same. */
+/** \brief Whether a value is a point's intensity times the scale except for rounding,
+ * and for what is too small for a float before it is scaled. Beyond a float all is the
+ * same. */
 inline bool
 isNear(float value, double intensity, float scale)
 {

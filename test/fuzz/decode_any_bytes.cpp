@@ -2,8 +2,8 @@
  * Fuzz target: for any bytes decoding ends, stays within its limits, and a frame is
  * either whole or not there.
  *
- * The bytes are a stream as it is. No fuzzer guesses a checksum; the target `frames`, which
- * computes them, reaches what comes after one.
+ * The bytes are a stream as it is. No fuzzer guesses a checksum; the target `frames`,
+ * which computes them, reaches what comes after one.
  */
 #include "checked_decoding.h"
 

@@ -1,14 +1,15 @@
 /** \file
  * Fuzz target: memory runs out at any allocation of any call, once or from then on.
  *
- * encode and decode never throw; a call in which no allocation failed succeeds, and one that
- * fails says OutOfMemory. Behind an encoder's failure its next frame is an I-frame, and a
- * decoder that follows gets this one and all others right. A decoder that says Ok has
- * exactly what was sent, and after a failure it takes the next I-frame at the latest.
- * A voxelizer may throw std::bad_alloc; called again it has the voxels that it would have had.
+ * encode and decode never throw; a call in which no allocation failed succeeds, and one
+ * that fails says OutOfMemory. Behind an encoder's failure its next frame is an
+ * I-frame, and a decoder that follows gets this one and all others right. A decoder
+ * that says Ok has exactly what was sent, and after a failure it takes the next I-frame
+ * at the latest. A voxelizer may throw std::bad_alloc; called again it has the voxels
+ * that it would have had.
  *
- * The first byte chooses the stream; for each frame follow a byte of choices and the number
- * of allocations that succeed.
+ * The first byte chooses the stream; for each frame follow a byte of choices and the
+ * number of allocations that succeed.
  */
 #include <pcl_ext/compression/point_view.h>
 
@@ -180,8 +181,8 @@ encodeWithFailures(const SentStream& stream, FuzzInput& input)
   }
 }
 
-/** \brief Lattice index and intensity of each voxel, which do not depend on where the grid
- * lies; a call that failed may have made another one. */
+/** \brief Lattice index and intensity of each voxel, which do not depend on where the
+ * grid lies; a call that failed may have made another one. */
 std::vector<std::pair<std::array<std::int64_t, 3>, float>>
 voxelsOf(const VoxelFrame& frame)
 {

@@ -1,6 +1,6 @@
 /** \file
- * \brief Changes of frames for a mutator: fields of headers, depth models, payloads, symbols
- * of the published layout.
+ * \brief Changes of frames for a mutator: fields of headers, depth models, payloads,
+ * symbols of the published layout.
  */
 #pragma once
 
@@ -248,8 +248,8 @@ changeVersion1(RowFrame& frame, Random& random)
   frame.bytes = putTogether(*parts);
 }
 
-/** \brief Changes symbols of the published layout; its redundancy, which stands in for a
- * checksum, is right again. */
+/** \brief Changes symbols of the published layout; its redundancy, which stands in for
+ * a checksum, is right again. */
 inline void
 changePublished(RowFrame& frame, Random& random)
 {

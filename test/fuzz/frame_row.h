@@ -1,6 +1,6 @@
 /** \file
- * \brief A stream taken apart into frames, for a mutator that changes them and joins them
- * again with valid checksums.
+ * \brief A stream taken apart into frames, for a mutator that changes them and joins
+ * them again with valid checksums.
  */
 #pragma once
 
@@ -125,8 +125,8 @@ public:
   std::vector<RowFrame> frames;
 
   /** \brief Cuts a stream where frames begin, and finds out which frame each P-frame
-   * depends on, so that frames may be lost, repeated and swapped and still depend on the
-   * same. */
+   * depends on, so that frames may be lost, repeated and swapped and still depend on
+   * the same. */
   FrameRow(const std::uint8_t* data, std::size_t size)
   {
     for (std::size_t begin = 0; begin < size;) {

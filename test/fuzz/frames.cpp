@@ -1,12 +1,12 @@
 /** \file
  * Fuzz target: frames of an encoder that were changed, mostly with valid checksums.
- * Decoding never crashes or throws; a frame that is Ok is consistent, within its grid and
- * within the limits; one that is not is empty and comes with a reason; and the next valid
- * I-frame and the P-frame after it decode to exactly their voxels.
+ * Decoding never crashes or throws; a frame that is Ok is consistent, within its grid
+ * and within the limits; one that is not is empty and comes with a reason; and the next
+ * valid I-frame and the P-frame after it decode to exactly their voxels.
  *
- * The input is a stream. The mutator takes it apart into frames, changes fields of headers,
- * depth models, payloads, symbols of the published layout and the order of the frames, and
- * computes the chain of checksums anew.
+ * The input is a stream. The mutator takes it apart into frames, changes fields of
+ * headers, depth models, payloads, symbols of the published layout and the order of the
+ * frames, and computes the chain of checksums anew.
  */
 #include "checked_decoding.h"
 #include "frame_changes.h"
@@ -25,8 +25,8 @@ namespace {
 using namespace pcl_ext::fuzz;
 using namespace pcl_ext::io;
 
-/** \brief An I-frame and a P-frame of another sender, for each effort and of the published
- * layout. */
+/** \brief An I-frame and a P-frame of another sender, for each effort and of the
+ * published layout. */
 const std::array<SentStream, 4>&
 freshStreams()
 {

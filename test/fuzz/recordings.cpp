@@ -1,6 +1,6 @@
 /** \file
- * Fuzz target: a file of any bytes is read as a recording, frame by frame and in any order,
- * in bounded time and memory.
+ * Fuzz target: a file of any bytes is read as a recording, frame by frame and in any
+ * order, in bounded time and memory.
  *
  * The first byte chooses what is done; the others are the file.
  */

@@ -1,7 +1,7 @@
 /** \file
  * A main for fuzz targets without a fuzzer: runs a target on files, on all files of
- * folders, and on some thousand random inputs; where the target has a mutator, on what it
- * makes of the files instead.
+ * folders, and on some thousand random inputs; where the target has a mutator, on what
+ * it makes of the files instead.
  *
  *     fuzz_TARGET [--random=COUNT] [FILE or FOLDER ...]
  */

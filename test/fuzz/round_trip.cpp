@@ -140,7 +140,8 @@ requireRoundTrip(StreamFormat format,
   require(decoded.intensity_scale == frame.intensity_scale);
   require(decoder.statistics().occupancy_bytes == encoder.statistics().occupancy_bytes);
   // The published layout stores the box of a grid, not its place on a lattice.
-  // A depth model that costs bytes is left out; what was offered decides the same again.
+  // A depth model that costs bytes is left out; what was offered decides the same
+  // again.
   if (format == StreamFormat::Version1)
     require(decoded.grid == frame.grid &&
             (!decoded.depth_model || decoded.depth_model == frame.depth_model));

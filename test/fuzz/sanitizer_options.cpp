@@ -5,9 +5,9 @@
 extern "C" const char*
 __asan_default_options();
 
-// A coder takes up to a few megabytes. A quarantine of the usual 256 MB would give every
-// input new pages, which takes several times longer than the input. For longer stacks of
-// allocations run the input again with ASAN_OPTIONS=malloc_context_size=30.
+// A coder takes up to a few megabytes. A quarantine of the usual 256 MB would give
+// every input new pages, which takes several times longer than the input. For longer
+// stacks of allocations run the input again with ASAN_OPTIONS=malloc_context_size=30.
 extern "C" const char*
 __asan_default_options()
 {

@@ -1,21 +1,22 @@
 /** \file
  * Fuzz target: what reaches a decoder of one or two senders' frames, with frames lost,
- * swapped, repeated, damaged and cut off, senders that start again and frame numbers that
- * wrap, against a model of what may be shown.
+ * swapped, repeated, damaged and cut off, senders that start again and frame numbers
+ * that wrap, against a model of what may be shown.
  *
- * A decoded frame is the one that was encoded with these bytes. A P-frame is decoded only
- * after its own predecessor. A damaged frame of version 1 is never decoded. A frame that
- * was decoded since its sender began is not decoded again, except for an I-frame right after
- * itself, and unless so many frames were refused in a row that the decoder takes the sender
- * for one that began again.
+ * A decoded frame is the one that was encoded with these bytes. A P-frame is decoded
+ * only after its own predecessor. A damaged frame of version 1 is never decoded. A
+ * frame that was decoded since its sender began is not decoded again, except for an
+ * I-frame right after itself, and unless so many frames were refused in a row that the
+ * decoder takes the sender for one that began again.
  *
- * What must be decoded: the frame after the one that was decoded last, also if others were
- * refused in between; an I-frame with a higher number that is no copy; the first I-frame that a
- * decoder meets; and at the end the first two frames of a sender that starts again.
+ * What must be decoded: the frame after the one that was decoded last, also if others
+ * were refused in between; an I-frame with a higher number that is no copy; the first
+ * I-frame that a decoder meets; and at the end the first two frames of a sender that
+ * starts again.
  *
- * The published layout has no checksum: once a damaged frame of it has passed, or a P-frame
- * after another sender's frame of the right number, nothing is demanded of it until its
- * next I-frame.
+ * The published layout has no checksum: once a damaged frame of it has passed, or a
+ * P-frame after another sender's frame of the right number, nothing is demanded of it
+ * until its next I-frame.
  */
 #include "checked_decoding.h"
 #include "small_streams.h"
@@ -79,7 +80,8 @@ class Receiver {
 public:
   Receiver() : decoder_(smallLimits()) {}
 
-  /** \brief Delivers a frame as it was sent, or with bytes before it that are no frame. */
+  /** \brief Delivers a frame as it was sent, or with bytes before it that are no
+   * frame. */
   void
   deliver(const SentFrame& sent, std::size_t rubbish = 0)
   {
@@ -117,8 +119,8 @@ public:
     }
     require(isPublished(sent) && !is_cut_off);
     is_untouched_ = false;
-    // Copies of what was decoded before it stay copies. The frame itself is one from now on if
-    // the damage is in bytes that do not change what it shows.
+    // Copies of what was decoded before it stay copies. The frame itself is one from
+    // now on if the damage is in bytes that do not change what it shows.
     std::deque<const SentFrame*> decoded = std::move(history.decoded);
     if (isSame(sent, decoded_frame_, decoder_.stamp()))
       decoded.push_back(&sent);
@@ -149,7 +151,8 @@ private:
     bool has_input_ended = false; // and may begin again
   };
 
-  /** \brief The decoder's rule has more; damaged frames, which count here, are not its. */
+  /** \brief The decoder's rule has more; damaged frames, which count here, are not
+   * its. */
   static constexpr unsigned int refused_until_restart = 8;
 
   History&

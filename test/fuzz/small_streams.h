@@ -1,6 +1,6 @@
 /** \file
- * \brief Short streams of few voxels in both formats and with all efforts, which targets
- * make once, so that they need not encode for each input.
+ * \brief Short streams of few voxels in both formats and with all efforts, which
+ * targets make once, so that they need not encode for each input.
  */
 #pragma once
 
@@ -34,8 +34,8 @@ struct StreamKind {
 /** \brief Bytes of an input that mean different streams. */
 constexpr std::uint8_t stream_choices = 16;
 
-/** \brief The kinds by the byte of an input that chooses one. Effort Small takes several
- * times longer than the others to begin a stream, so that few bytes mean it. */
+/** \brief The kinds by the byte of an input that chooses one. Effort Small takes
+ * several times longer than the others to begin a stream, so that few bytes mean it. */
 inline StreamKind
 streamKind(std::uint8_t choice)
 {

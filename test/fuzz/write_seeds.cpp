@@ -4,8 +4,8 @@
  *     write_seeds TEST_DATA FOLDER
  *
  * Targets that read streams get the golden and the invalid ones of TEST_DATA, cut into
- * parts that targets can hold, and short streams of all kinds. Of what other targets read,
- * a few inputs are made that get far into them.
+ * parts that targets can hold, and short streams of all kinds. Of what other targets
+ * read, a few inputs are made that get far into them.
  */
 
 #include "frame_row.h"
@@ -105,8 +105,8 @@ mcapFileOf(const FrameRow& row, bool compresses, const std::string& path)
   return bytes;
 }
 
-/** \brief Recordings of a stream: a file of frames, and MCAP files. The first byte chooses
- * how the target reads them. */
+/** \brief Recordings of a stream: a file of frames, and MCAP files. The first byte
+ * chooses how the target reads them. */
 void
 writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer)
 {
@@ -124,8 +124,8 @@ writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer
     }
 }
 
-/** \brief A stream in parts, of which each begins with an I-frame and none is larger than
- * what mutates well. */
+/** \brief A stream in parts, of which each begins with an I-frame and none is larger
+ * than what mutates well. */
 void
 writeParts(const std::string& name,
            const Bytes& stream,

@@ -1,6 +1,6 @@
 /** \file
- * \brief A CentralNode of which each allocation fails in turn: the failure is reported and
- * the streams go on.
+ * \brief A CentralNode of which each allocation fails in turn: the failure is reported
+ * and the streams go on.
  */
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
@@ -45,8 +45,8 @@ removalSettings()
   return settings;
 }
 
-/** \brief A node of one thread that is blocked until goOn(). Its stream "a" is denoised,
- * its stream "b" is not. */
+/** \brief A node of one thread that is blocked until goOn(). Its stream "a" is
+ * denoised, its stream "b" is not. */
 class BlockedNode {
 public:
   BlockedNode()
@@ -202,8 +202,8 @@ expectHealth(const BlockedNode& held, const std::string& name, std::size_t frame
   EXPECT_EQ(health.last_failure.message().empty(), failures == 0);
 }
 
-/** \brief Has an allocation of the decoding thread fail, among those for two frames of a
- * stream and one of another.
+/** \brief Has an allocation of the decoding thread fail, among those for two frames of
+ * a stream and one of another.
  * \param[in] before frames that were decoded before
  * \return false if there are no so many allocations
  */

@@ -110,7 +110,8 @@ expectWholeStream(const std::vector<RecordedFrame>& recorded, const CodedStream&
 
 constexpr float threshold = 3.0f;
 
-/** \brief Frames are filtered independently, so that a reset of the filter has no effect. */
+/** \brief Frames are filtered independently, so that a reset of the filter has no
+ * effect. */
 VoxelOutlierRemovalSettings
 removalWithoutHistory()
 {

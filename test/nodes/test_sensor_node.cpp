@@ -1,6 +1,6 @@
 /** \file
- * \brief What a SensorNode sends: the bytes that preprocessor and compression make of each
- * cloud with its transform.
+ * \brief What a SensorNode sends: the bytes that preprocessor and compression make of
+ * each cloud with its transform.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -55,8 +55,8 @@ struct GivenShare {
   }
 };
 
-/** \brief A third of a turn about a diagonal, at a place that floats hold: clouds, which
- * have their pose in floats, lose nothing of it. */
+/** \brief A third of a turn about a diagonal, at a place that floats hold: clouds,
+ * which have their pose in floats, lose nothing of it. */
 WorldPose
 exactPose(unsigned int frame)
 {

@@ -24,8 +24,8 @@ using pcl_ext::WorldPose;
 using pcl_ext::io::test::below;
 using pcl_ext::io::test::uniform;
 
-/** \brief An organised cloud with colours, in front of and behind the sensor, some points of
- * which are not finite. */
+/** \brief An organised cloud with colours, in front of and behind the sensor, some
+ * points of which are not finite. */
 pcl::PCLPointCloud2
 organisedCloud(std::uint64_t seed)
 {

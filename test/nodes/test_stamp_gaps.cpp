@@ -136,7 +136,8 @@ TEST(StampGaps, BurstsAreNotLosses)
 
 TEST(StampGaps, CloudsThatWereHeldUpAreNotLost)
 {
-  // One of ten clouds is lost; one of forty comes three periods late with the next three.
+  // One of ten clouds is lost; one of forty comes three periods late with the next
+  // three.
   const std::size_t counted = missingBetween(4000, [](std::size_t i) {
     if (i % 10 == 5)
       return 2.0 * 50.0;

@@ -1,5 +1,6 @@
 /** \file
- * \brief Outliers of decoded clouds against those of frames that another decoder decoded.
+ * \brief Outliers of decoded clouds against those of frames that another decoder
+ * decoded.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -26,7 +27,8 @@ using namespace pcl_ext;
 
 constexpr double decoded_resolution = 0.04;
 
-/** \brief A wavy wall 2 to 3 m off, and single points before it, other ones each time. */
+/** \brief A wavy wall 2 to 3 m off, and single points before it, other ones each
+ * time. */
 template <typename PointT>
 typename pcl::PointCloud<PointT>::Ptr
 wallWithNoise(unsigned int frame)

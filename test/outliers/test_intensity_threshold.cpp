@@ -64,8 +64,8 @@ expectFiltered(const VoxelFrame& frame, float min_intensity)
   expectSameFrame(frame, untouched);
 }
 
-/** \brief Scales of all kinds: steps that are no binary fraction, that are lost beside the
- * offset and that leave the floats; offsets on both sides of 0; companded ones. */
+/** \brief Scales of all kinds: steps that are no binary fraction, that are lost beside
+ * the offset and that leave the floats; offsets on both sides of 0; companded ones. */
 std::vector<IntensityScale>
 scales()
 {

@@ -202,7 +202,8 @@ TEST(VoxelOutlierRemoval, DensitiesFollowTheDepthModel)
         frame.depth_model = io::depthModelOf(
             sensor.law, sensor.origin, sensor.axis, grid, frame.intensity_scale);
       ASSERT_EQ(frame.depth_model.has_value(), i == 0 || i == 2 || i == 5);
-      // Depths are rounded down to 2^-10 of the cut-off depth; the nearest are an eighth.
+      // Depths are rounded down to 2^-10 of the cut-off depth; the nearest are an
+      // eighth.
       expectSame(scoresOf(removal, frame), brute_force.score(voxels), 0.2f);
     }
   }

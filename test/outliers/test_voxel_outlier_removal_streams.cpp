@@ -122,8 +122,8 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
   EXPECT_NE(scoresOf(same, frame), scoresOf(alone, frame));
 }
 
-// Positions count from 2^21 voxels below the first grid of a lattice, and grids lie within
-// 4..2^23 - 4 of them.
+// Positions count from 2^21 voxels below the first grid of a lattice, and grids lie
+// within 4..2^23 - 4 of them.
 constexpr std::int32_t lowest_first = 4 - (1 << 21);
 constexpr std::int32_t highest_end = (1 << 23) - 4 - (1 << 21);
 constexpr std::int32_t far_grid_size = 1 << 7;

@@ -18,7 +18,8 @@ using namespace pcl_ext;
 
 constexpr double cell_edge = 0.02;
 
-/** \brief The same points in voxels of half the edge, in as many of them as there can be. */
+/** \brief The same points in voxels of half the edge, in as many of them as there can
+ * be. */
 Voxels
 halved(const Voxels& voxels, std::mt19937_64& random)
 {
@@ -77,8 +78,8 @@ TEST(VoxelOutlierRemovalUnits, FineVoxelsHaveTheScoresOfTheirCells)
 
 TEST(VoxelOutlierRemovalUnits, FineFacesHaveTheScoresOfTheirCells)
 {
-  // A camera at the origin that looks along x; a point fills a voxel of 1 cm from 3.64 m on,
-  // and one of 2 cm from 7.29 m on.
+  // A camera at the origin that looks along x; a point fills a voxel of 1 cm from
+  // 3.64 m on, and one of 2 cm from 7.29 m on.
   const auto frameOfPoints = [](double edge,
                                 const Voxels& points,
                                 double cut_off_depth) {
@@ -153,8 +154,8 @@ TEST(VoxelOutlierRemovalUnits, IntensitiesOfUnknownMeaningAreNotUsed)
   }
 }
 
-/** \brief Rings of a lidar on a wall, whose voxels do not touch those of the next ring, and
- * an echo between them that is elsewhere each time. */
+/** \brief Rings of a lidar on a wall, whose voxels do not touch those of the next ring,
+ * and an echo between them that is elsewhere each time. */
 Voxels
 ringsAndEcho(std::int64_t frame, const LatticeIndex& echo)
 {

@@ -13,14 +13,15 @@
 namespace pcl_ext {
 namespace test {
 
-/** \brief Eight points x, y, z, w, and the same without infinities, NaN and large numbers. */
+/** \brief Eight points x, y, z, w, and the same without infinities, NaN and large
+ * numbers. */
 struct LanesInput {
   std::array<float, 32> points;
   std::array<float, 32> small_points; // what is no integer may become any
 };
 
-/** \brief What a computation with eight points leaves in memory, bit by bit, for any kind of
- * lanes. */
+/** \brief What a computation with eight points leaves in memory, bit by bit, for any
+ * kind of lanes. */
 struct LanesResult {
   std::array<std::array<std::uint32_t, 8>, 18> lanes{};
   std::array<unsigned int, 2> masks{};

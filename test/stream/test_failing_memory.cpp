@@ -1,6 +1,6 @@
 /** \file
- * \brief Memory that runs out at any point of encoding and decoding: a status says so, and
- * nothing wrong follows.
+ * \brief Memory that runs out at any point of encoding and decoding: a status says so,
+ * and nothing wrong follows.
  */
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"

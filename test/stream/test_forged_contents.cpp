@@ -1,6 +1,6 @@
 /** \file
- * \brief Frames with valid checksums whose header has another content than the payload, or
- * impossible counts of it.
+ * \brief Frames with valid checksums whose header has another content than the payload,
+ * or impossible counts of it.
  */
 #include "support/forged_frames.h"
 #include "support/supplement_frames.h"

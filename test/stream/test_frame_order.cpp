@@ -205,8 +205,8 @@ TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
 
 TEST(FrameOrder, LossAndReorderingNeverGiveAWrongFrame)
 {
-  // received() checks that a decoded frame is the one that was sent; the frame after the
-  // last decoded one is always decoded.
+  // received() checks that a decoded frame is the one that was sent; the frame after
+  // the last decoded one is always decoded.
   for (const StreamFormat format : all_formats) {
     const EncodedFrames stream = sent(format, 60, 7);
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {

@@ -10,7 +10,8 @@ using namespace pcl_ext::io::test;
 using pcl_ext::noise::LabelledFrame;
 using pcl_ext::noise::LabelledStream;
 
-/** \brief Bytes of the robot cell's sensor 1, an I-frame and those that depend on it. */
+/** \brief Bytes of the robot cell's sensor 1, an I-frame and those that depend on
+ * it. */
 std::size_t
 bytesOfCell(double resolution, Effort effort)
 {
@@ -25,8 +26,8 @@ bytesOfCell(double resolution, Effort effort)
   return bytes;
 }
 
-// From fine voxels, of which most hold one point, to coarse ones with dozens in which it
-// costs nothing to learn no voxel's count in the I-frame, but much after it.
+// From fine voxels, of which most hold one point, to coarse ones with dozens in which
+// it costs nothing to learn no voxel's count in the I-frame, but much after it.
 TEST(FrameSizesOfTheCell, FastIsATenthLargerThanBalancedAtAnyResolution)
 {
   for (const double resolution : {0.04, 0.1, 0.16, 0.19, 0.3, 0.5}) {

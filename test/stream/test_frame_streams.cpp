@@ -232,8 +232,8 @@ TEST(FrameStreams, StampsAreCarried)
 
 TEST(FrameStreams, StampsMayBeAnywhere)
 {
-  // Differences of unsigned stamps, which wrap round; those that a P-frame's header has no
-  // room for make an I-frame.
+  // Differences of unsigned stamps, which wrap round; those that a P-frame's header has
+  // no room for make an I-frame.
   constexpr std::uint64_t far = std::uint64_t{1} << 27;
   constexpr std::uint64_t half = std::uint64_t{1} << 63;
   constexpr std::uint64_t last = std::numeric_limits<std::uint64_t>::max();

@@ -1,5 +1,6 @@
 /** \file
- * \brief Warnings of CloudEncoder: what of a cloud is not in its frame, with its number.
+ * \brief Warnings of CloudEncoder: what of a cloud is not in its frame, with its
+ * number.
  */
 #include <pcl_ext/compression/cloud_encoder.h>
 

@@ -17,8 +17,8 @@ using namespace pcl_ext::io::test;
 
 constexpr CompressionCode truncated = CompressionCode::Truncated;
 
-/** \brief Receives a stream as the documentation of frameSize() says, and returns the frames'
- * sizes. */
+/** \brief Receives a stream as the documentation of frameSize() says, and returns the
+ * frames' sizes. */
 std::vector<std::size_t>
 receive(const Bytes& stream)
 {

@@ -1,6 +1,6 @@
 /** \file
- * \brief The streams in test/data/golden decode to the voxels of their checksums, and are
- * written the same today. See write_test_streams.cpp for how they were made.
+ * \brief The streams in test/data/golden decode to the voxels of their checksums, and
+ * are written the same today. See write_test_streams.cpp for how they were made.
  */
 #include "support/golden_streams.h"
 

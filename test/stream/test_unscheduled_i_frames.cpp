@@ -102,8 +102,8 @@ TEST(UnscheduledIFrames, AreNumberedAndCountedOnce)
 
 TEST(UnscheduledIFrames, AreSentWhenTheHistoryIsTooLarge)
 {
-  // A sensor that sees much, then almost nothing: its history is as large as before, and
-  // costs time for nothing.
+  // A sensor that sees much, then almost nothing: its history is as large as before,
+  // and costs time for nothing.
   std::mt19937_64 random(2);
   const auto isIFrameAfter = [&](std::size_t records, std::size_t voxels) {
     const VoxelFrame first = randomFrame(random, 8, records);

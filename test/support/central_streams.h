@@ -1,6 +1,6 @@
 /** \file
- * \brief Coded streams, listeners that record frames or block, and fixtures for the tests of
- * CentralNode.
+ * \brief Coded streams, listeners that record frames or block, and fixtures for the
+ * tests of CentralNode.
  */
 #pragma once
 

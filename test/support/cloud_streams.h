@@ -1,5 +1,6 @@
 /** \file
- * \brief Random clouds, a simple voxelizer, and round trips through the compression class.
+ * \brief Random clouds, a simple voxelizer, and round trips through the compression
+ * class.
  */
 #pragma once
 

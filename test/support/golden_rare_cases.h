@@ -88,8 +88,9 @@ goldenJumps(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief A large wall, and a small one elsewhere from the second frame on, so that frames
- * do without the history; then a rough one, of which that saves much when tried again. */
+/** \brief A large wall, and a small one elsewhere from the second frame on, so that
+ * frames do without the history; then a rough one, of which that saves much when tried
+ * again. */
 inline GoldenStream
 goldenMovedWall(const std::string& name, Effort effort)
 {

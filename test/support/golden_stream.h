@@ -88,8 +88,8 @@ private:
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-/** \brief What checksums.txt has of a frame, except for the name of its stream and whether
- * it is an I-frame: number of voxels, checksum, and stamp and frame_id or -. */
+/** \brief What checksums.txt has of a frame, except for the name of its stream and
+ * whether it is an I-frame: number of voxels, checksum, and stamp and frame_id or -. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {

@@ -98,8 +98,8 @@ goldenLargeRoom(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief Dense blocks, so that new ones come beside known ones, and small symbols of which
- * some are the highest there is. */
+/** \brief Dense blocks, so that new ones come beside known ones, and small symbols of
+ * which some are the highest there is. */
 inline GoldenStream
 goldenDense(const std::string& name, Effort effort)
 {
@@ -131,7 +131,8 @@ goldenLargeRests(const std::string& name, Effort effort)
   model.origin = std::int64_t{1} << 32;
   model.step = {0, 0, 0};
   for (int i = 0; i < 24; ++i) {
-    // Depth offsets are learnt; a model of another size then gives other numbers of points.
+    // Depth offsets are learnt; a model of another size then gives other numbers of
+    // points.
     model.full_symbol = i < 20 ? 1u << 23 : i < 22 ? (1u << 24) - 1 : 100;
     frame.depth_model = model;
     for (std::uint16_t& symbol : frame.intensities)

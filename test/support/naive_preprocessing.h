@@ -24,8 +24,8 @@ namespace test {
 
 using PointIntensity = std::function<double(const pcl::PointXYZI&)>;
 
-/** \brief Share of a voxel face that a pixel of a Kinect V2 covers (section 2.5.2 of the
- * paper); its root is the linear law (section 2.5.3).
+/** \brief Share of a voxel face that a pixel of a Kinect V2 covers (section 2.5.2 of
+ * the paper); its root is the linear law (section 2.5.3).
  * \param[in] depth metres
  * \param[in] resolution voxel edge, metres
  */

@@ -10,7 +10,8 @@ namespace pcl_ext {
 namespace io {
 namespace test {
 
-/** \brief Appends the payload of a frame, which is matched before if it is a P-frame. */
+/** \brief Appends the payload of a frame, which is matched before if it is a
+ * P-frame. */
 inline PayloadSizes
 encodePayload(PayloadCoder& coder,
               CodingWorkspace& memory,
@@ -23,8 +24,8 @@ encodePayload(PayloadCoder& coder,
   return coder.encode(memory, frame, is_i_frame, payload);
 }
 
-/** \brief Decodes a payload from memory of exactly its size, so that a sanitizer sees reads
- * after it; learn() or discard() has to follow.
+/** \brief Decodes a payload from memory of exactly its size, so that a sanitizer sees
+ * reads after it; learn() or discard() has to follow.
  * \param[in] like grid, scale and depth model of the frame
  * \param[out] sizes of a payload that is valid
  * \return false if it is invalid

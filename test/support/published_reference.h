@@ -139,9 +139,9 @@ public:
     restart();
   }
 
-  /** \brief What the authors' encoder does with an empty cloud instead of sending a frame:
-   * it forgets the octree, and with it how far PCL has enlarged it. The next frame is an
-   * I-frame. */
+  /** \brief What the authors' encoder does with an empty cloud instead of sending a
+   * frame: it forgets the octree, and with it how far PCL has enlarged it. The next
+   * frame is an I-frame. */
   void
   restart()
   {
@@ -204,8 +204,8 @@ public:
     return leaf_count_of_frame_;
   }
 
-  /** \brief True if the frame that was encoded last is an I-frame with voxels and a branch
-   * that has none below it. */
+  /** \brief True if the frame that was encoded last is an I-frame with voxels and a
+   * branch that has none below it. */
   bool
   hasEmptyBranch() const
   {

@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds for streams of the published layout, and the comparison of frames with what
- * PCL's own octree makes of them.
+ * \brief Clouds for streams of the published layout, and the comparison of frames with
+ * what PCL's own octree makes of them.
  *
  * \warning One translation unit per program may include this, as published_reference.h.
  */

@@ -1,6 +1,6 @@
 /** \file
- * \brief Writes payloads of the effort balanced with the encoder's own passes and, where
- * an encoder would not, decision by decision (doc/bitstream_context.md).
+ * \brief Writes payloads of the effort balanced with the encoder's own passes and,
+ * where an encoder would not, decision by decision (doc/bitstream_context.md).
  */
 #pragma once
 
@@ -82,8 +82,8 @@ public:
     return newVoxels();
   }
 
-  /** \brief The octant and the cell of a new block of one voxel without neighbours, of a
-   * frame whose other blocks have no new voxels. */
+  /** \brief The octant and the cell of a new block of one voxel without neighbours, of
+   * a frame whose other blocks have no new voxels. */
   void
   newVoxel(unsigned int cell)
   {

@@ -33,8 +33,8 @@ struct RansChoices {
   /** \brief What the states are after the last symbol. */
   std::array<std::uint32_t, 4> ends = {
       lowest_rans_state, lowest_rans_state, lowest_rans_state, lowest_rans_state};
-  /** \brief The state that starts outside of its range, 0..3: with its first symbol a word
-   * is read where none is due, or none where one is. */
+  /** \brief The state that starts outside of its range, 0..3: with its first symbol a
+   * word is read where none is due, or none where one is. */
   std::size_t wrong_start = static_cast<std::size_t>(-1);
 };
 
@@ -238,8 +238,8 @@ public:
   Models models;
 
 private:
-  /** \brief The children of a node that share a face with children of the nodes below it on
-   * each axis. */
+  /** \brief The children of a node that share a face with children of the nodes below
+   * it on each axis. */
   static unsigned int
   likelyChildren(std::uint64_t node_key,
                  const std::map<std::uint64_t, unsigned int>& masks)

@@ -142,8 +142,8 @@ keysOf(std::uint64_t block, std::uint64_t cells)
   return keys;
 }
 
-/** \brief Two blocks of a grid of eight, without intensities: block 2 has cell 0 and cell 9,
- * block 5 the whole octant 3. */
+/** \brief Two blocks of a grid of eight, without intensities: block 2 has cell 0 and
+ * cell 9, block 5 the whole octant 3. */
 inline ScriptedStream
 streamOfTwoBlocks()
 {

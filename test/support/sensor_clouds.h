@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds that a sensor sees, and what a SensorNode should make of them: each step
- * over all points, in double.
+ * \brief Clouds that a sensor sees, and what a SensorNode should make of them: each
+ * step over all points, in double.
  */
 #pragma once
 
@@ -45,7 +45,8 @@ inline const io::BoundingBox wide_box{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}}
 // Through the middle of the clouds, along faces of voxels.
 inline const io::BoundingBox narrow_box{{-0.12, -1.0, -0.08}, {1.0, 0.16, 0.2}};
 
-/** \brief Where a sensor is that moves from frame to frame; about 3 m off the origin. */
+/** \brief Where a sensor is that moves from frame to frame; about 3 m off the
+ * origin. */
 inline WorldPose
 poseOf(unsigned int frame)
 {
@@ -56,8 +57,9 @@ poseOf(unsigned int frame)
   return pose;
 }
 
-/** \brief Points about the world origin, in the sensor's frame; most voxels hold several.
- * None is near a face of its voxel, so that rounding does not decide where it is.
+/** \brief Points about the world origin, in the sensor's frame; most voxels hold
+ * several. None is near a face of its voxel, so that rounding does not decide where it
+ * is.
  * \param[in] half_width of the cube that they lie in, voxels
  */
 inline Cloud

@@ -1,6 +1,6 @@
 /** \file
- * \brief Frames with colours, numbers of points and voxels that are alone. Made of integers
- * only, as golden streams are made of them.
+ * \brief Frames with colours, numbers of points and voxels that are alone. Made of
+ * integers only, as golden streams are made of them.
  */
 #pragma once
 
@@ -58,7 +58,8 @@ addPointCounts(std::mt19937_64& random, VoxelFrame& frame)
   }
 }
 
-/** \brief A frame of some 1500 voxels in a deep grid, of which nearly none has a sibling. */
+/** \brief A frame of some 1500 voxels in a deep grid, of which nearly none has a
+ * sibling. */
 inline VoxelFrame
 fineFrame(std::mt19937_64& random, unsigned int bits)
 {

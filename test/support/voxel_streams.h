@@ -1,7 +1,7 @@
 /** \file
  * \brief Streams of voxel frames that look like a sensor's: surfaces that stay and
- * flicker at their edges, noise, numbers of points that vary a little. Integers only, so
- * that every machine makes the same.
+ * flicker at their edges, noise, numbers of points that vary a little. Integers only,
+ * so that every machine makes the same.
  */
 #pragma once
 

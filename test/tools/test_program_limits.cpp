@@ -13,7 +13,8 @@ namespace test {
 
 namespace {
 
-/** \brief A cube of voxels of 4 cm, each with a point; without gaps it takes few bytes. */
+/** \brief A cube of voxels of 4 cm, each with a point; without gaps it takes few
+ * bytes. */
 pcl::PointCloud<pcl::PointXYZ>
 cubeOfVoxels(int width, bool has_gaps)
 {

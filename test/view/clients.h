@@ -30,7 +30,8 @@ public:
   bool
   send(const std::string& bytes);
 
-  /** \brief All bytes until the server closes the connection; nothing if it does not. */
+  /** \brief All bytes until the server closes the connection; nothing if it does
+   * not. */
   std::optional<std::string>
   receiveAll();
 
@@ -87,7 +88,8 @@ public:
   ~LiveClient();
   LiveClient(LiveClient&&) noexcept;
 
-  /** \brief The next message; nothing if the connection is closed, or after a long time. */
+  /** \brief The next message; nothing if the connection is closed, or after a long
+   * time. */
   std::optional<LiveMessage>
   next();
 

@@ -8,8 +8,8 @@ namespace test {
 
 namespace {
 
-/** \brief The ranges of a header for a file of 1000 bytes, such as "0-9 5-5"; "whole" if it
- * is ignored. */
+/** \brief The ranges of a header for a file of 1000 bytes, such as "0-9 5-5"; "whole"
+ * if it is ignored. */
 std::string
 rangesOf(const std::string& header)
 {

@@ -1,5 +1,6 @@
 /** \file
- * \brief Colours and numbers of points of voxels, against sums over a map of the points.
+ * \brief Colours and numbers of points of voxels, against sums over a map of the
+ * points.
  */
 #include <pcl_ext/compression/point_view.h>
 
@@ -74,7 +75,8 @@ sumsOf(const std::vector<ColouredPoint>& points, double resolution)
 
 class VoxelAttributes : public ::testing::TestWithParam<double> {};
 
-// Edges with about one, ten and some hundred points in a voxel: sorted voxels and blocks.
+// Edges with about one, ten and some hundred points in a voxel: sorted voxels and
+// blocks.
 INSTANTIATE_TEST_SUITE_P(Edges, VoxelAttributes, ::testing::Values(0.001, 0.1, 0.25));
 
 TEST_P(VoxelAttributes, AreTheMeanColourAndTheNumberOfThePoints)

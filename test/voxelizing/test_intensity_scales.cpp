@@ -1,6 +1,6 @@
 /** \file
- * \brief The symbol of each voxel holds its intensity, with any number of bits, on linear
- * and companded scales.
+ * \brief The symbol of each voxel holds its intensity, with any number of bits, on
+ * linear and companded scales.
  */
 #include <pcl_ext/compression/voxel_frame.h>
 

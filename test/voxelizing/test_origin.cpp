@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds far from the world's origin: the origin of the lattice moves to where the
- * points are.
+ * \brief Clouds far from the world's origin: the origin of the lattice moves to where
+ * the points are.
  */
 #include <pcl_ext/compression/point_view.h>
 
@@ -47,7 +47,8 @@ viewOf(const Points& points)
   return view;
 }
 
-/** \brief Largest distance, metres, from a point to the centre of its voxel on an axis. */
+/** \brief Largest distance, metres, from a point to the centre of its voxel on an
+ * axis. */
 double
 largestError(const Points& points, const VoxelFrame& frame)
 {
@@ -237,7 +238,8 @@ TEST(Origin, DoublesKeepThePrecisionOfFarCoordinates)
   }
 }
 
-/** \brief Expects that doubles are in the voxels that division in double precision says. */
+/** \brief Expects that doubles are in the voxels that division in double precision
+ * says. */
 void
 expectVoxelsOfDivision(const std::vector<std::array<double, 3>>& points,
                        const IntensityCompressionSettings& settings)

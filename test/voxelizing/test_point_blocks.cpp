@@ -178,8 +178,8 @@ TYPED_TEST(VoxelSets, GrowAndShrinkWithTheCloud)
     expectVoxels(voxels, randomPositions(count, count, 1000, 300));
 }
 
-/** \brief Blocks with the same voxel in any table of the class, so that they replace each
- * other. */
+/** \brief Blocks with the same voxel in any table of the class, so that they replace
+ * each other. */
 TEST(PointBlocks, UniteBlocksThatCollide)
 {
   constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;

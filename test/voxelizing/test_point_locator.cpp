@@ -242,7 +242,8 @@ TYPED_TEST(PointLocators, AgreeWithScalarLanes)
 TEST(Lattice, OutermostCoordinates)
 {
   for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6}) {
-    // With the last ones the lattice begins or ends at 0, around which are a billion floats.
+    // With the last ones the lattice begins or ends at 0, around which are a billion
+    // floats.
     const double end_at_0 = -static_cast<double>(lattice_end) * resolution;
     for (const double origin : {0.0, 12.7, end_at_0, -end_at_0}) {
       const VoxelGrid grid{resolution, {origin, -origin, 0.0}, {0, 0, 0}, 1};

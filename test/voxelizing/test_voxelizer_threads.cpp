@@ -47,8 +47,8 @@ viewOf(const Cloud& cloud)
   return view;
 }
 
-/** \brief Points in a box, some of them not finite or very far, with intensities in steps of
- * 0.01, some of them not finite. */
+/** \brief Points in a box, some of them not finite or very far, with intensities in
+ * steps of 0.01, some of them not finite. */
 Cloud
 randomCloud(std::uint64_t seed, std::size_t count, float width, float centre = 0.0f)
 {

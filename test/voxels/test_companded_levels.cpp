@@ -27,8 +27,8 @@ edgesOf(unsigned int bits, std::uint32_t range)
   return edges;
 }
 
-/** \brief The edges as the specification has them, computed without a product that might
- * overflow: the quotient digit by digit. */
+/** \brief The edges as the specification has them, computed without a product that
+ * might overflow: the quotient digit by digit. */
 Edges
 specifiedEdges(unsigned int bits, std::uint32_t range)
 {

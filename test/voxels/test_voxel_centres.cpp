@@ -59,8 +59,8 @@ TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
       expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
 }
 
-// Frames with at least three voxels for each position along an axis are looked up in tables,
-// in grids of up to nine levels.
+// Frames with at least three voxels for each position along an axis are looked up in
+// tables, in grids of up to nine levels.
 TEST(VoxelCentres, AreTheSameByTables)
 {
   for (unsigned int depth = 1; depth <= 11; ++depth)

@@ -84,7 +84,8 @@ nameOfCommand(const std::vector<Command>& commands)
   return "pcl_ext";
 }
 
-/** \brief What to say of a first word that is no command; empty if it is one, or an option. */
+/** \brief What to say of a first word that is no command; empty if it is one, or an
+ * option. */
 std::string
 unknownCommand(const CLI::App& program, int argc, char** argv)
 {

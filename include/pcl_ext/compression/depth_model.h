@@ -12,8 +12,8 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief A law by which the intensity of a point depends on its depth in the sensor's
- * frame: full_intensity * (z / cut_off_depth)^exponent, full_intensity at most (sections
- * 2.5.2 and 2.5.3 of the paper). */
+ * frame: full_intensity * (z / cut_off_depth)^exponent, full_intensity at most
+ * (sections 2.5.2 and 2.5.3 of the paper). */
 struct DepthLaw {
   /** \brief 1: linear; 2: quadratic. */
   unsigned int exponent = 2;
@@ -22,14 +22,15 @@ struct DepthLaw {
    * IntensityModel::cutOffDepth(). */
   double cut_off_depth = 0.0;
 
-  /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities; above
-   * 0. */
+  /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities;
+   * above 0. */
   double full_intensity = 255.0;
 };
 
 /** \brief The symbol that one point adds to a voxel, for intensities that depend on the
  * depth in a sensor's frame. From it the coder computes a voxel's number of points and
- * codes the residual of its symbol in few bits. Symbols are coded exactly with any model.
+ * codes the residual of its symbol in few bits. Symbols are coded exactly with any
+ * model.
  *
  * Fixed point, so that both ends of a stream compute the same numbers.
  */
@@ -45,8 +46,8 @@ struct DepthModel {
    * -2^56..2^56. */
   std::int64_t origin = 0;
 
-  /** \brief Change of the relative depth from one voxel to the next along x, y and z, in
-   * units of 2^-32. */
+  /** \brief Change of the relative depth from one voxel to the next along x, y and z,
+   * in units of 2^-32. */
   std::array<std::int32_t, 3> step{};
 
   /** \brief Symbol that a point at the centre of a voxel adds, in units of 2^-16. */
@@ -96,8 +97,8 @@ struct IntensityScale;
  * \param[in] optical_axis direction of the sensor's z axis in the world, of length 1
  * \param[in] grid grid of the frame
  * \param[in] scale intensity scale of the frame
- * \return std::nullopt if a member would be out of range, as with voxels of the size of the
- * cut-off depth, or if the scale does not begin at 0 or is companded
+ * \return std::nullopt if a member would be out of range, as with voxels of the size of
+ * the cut-off depth, or if the scale does not begin at 0 or is companded
  */
 PCL_EXT_CODEC_EXPORT std::optional<DepthModel>
 depthModelOf(const DepthLaw& law,

@@ -19,10 +19,10 @@ class CodingWorkspace;
 
 /** \brief Scratch memory for decoding a frame; used during a call only.
  *
- * Each decoder has its own unless decode() is given one. Decoders called by one thread in
- * turn can share one, which then stays in the processor's caches; with hundreds of streams
- * that saves time. CentralNode has one for each of its threads. Not for two calls at the
- * same time. Memory of a large frame is released a few frames later.
+ * Each decoder has its own unless decode() is given one. Decoders called by one thread
+ * in turn can share one, which then stays in the processor's caches; with hundreds of
+ * streams that saves time. CentralNode has one for each of its threads. Not for two
+ * calls at the same time. Memory of a large frame is released a few frames later.
  */
 class PCL_EXT_CODEC_EXPORT DecodingMemory {
 public:
@@ -40,11 +40,12 @@ private:
 /** \brief Decodes the frames of one stream, in either format.
  *
  * Any bytes are safe: decoding ends in bounded time and memory (DecoderLimits), never
- * throws, and a frame is either decoded completely or not at all. A frame that fails does
- * not change the history, so that the stream continues with the next frame that depends on
- * a decoded one, at the latest with the next I-frame. After OutOfMemory the history may be
- * lost until then. Late and repeated frames are dropped (OldFrame); an input that ended and
- * is read again from its first frame is not old. See doc/robustness.md.
+ * throws, and a frame is either decoded completely or not at all. A frame that fails
+ * does not change the history, so that the stream continues with the next frame that
+ * depends on a decoded one, at the latest with the next I-frame. After OutOfMemory the
+ * history may be lost until then. Late and repeated frames are dropped (OldFrame); an
+ * input that ended and is read again from its first frame is not old. See
+ * doc/robustness.md.
  */
 class PCL_EXT_CODEC_EXPORT FrameDecoder {
 public:
@@ -63,10 +64,10 @@ public:
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
    * seek is left one byte after the start of the failed frame, so that the next call
-   * searches from there, or at its start if it is incomplete and to be kept. The bytes of a buffer that cannot seek are lost, and so are bytes
-   * that would be read again too often, as in a run of forged frame starts. A frame that
-   * is old or lacks its reference is skipped completely if another frame, or nothing,
-   * follows it.
+   * searches from there, or at its start if it is incomplete and to be kept. The bytes
+   * of a buffer that cannot seek are lost, and so are bytes that would be read again
+   * too often, as in a run of forged frame starts. A frame that is old or lacks its
+   * reference is skipped completely if another frame, or nothing, follows it.
    * \param[in,out] source where to read; no byte after the frame is consumed
    * \param[out] frame the voxels; empty unless the status is Ok
    * \return Ok, or why there is no frame
@@ -110,8 +111,9 @@ private:
 
 /** \brief What stands at the beginning of a buffer, see frameSize(). */
 struct FrameSize {
-  /** \brief Ok: the size is known. Truncated: more bytes are required to know it. NoFrame,
-   * UnsupportedVersion, Corrupt, LimitExceeded: no frame begins here that a decoder takes. */
+  /** \brief Ok: the size is known. Truncated: more bytes are required to know it.
+   * NoFrame, UnsupportedVersion, Corrupt, LimitExceeded: no frame begins here that a
+   * decoder takes. */
   CompressionStatus status;
 
   std::size_t known = 0;  ///< bytes of the whole frame, of which fewer may have arrived
@@ -119,12 +121,12 @@ struct FrameSize {
   std::size_t drop = 0;   ///< bytes without a frame, after which one may begin
 };
 
-/** \brief Tells how many bytes the frame at the beginning of a buffer has, for bytes that
- * arrive in pieces, as from a socket.
+/** \brief Tells how many bytes the frame at the beginning of a buffer has, for bytes
+ * that arrive in pieces, as from a socket.
  *
- * A frame of version 1 is known by its first 100 bytes or so, and the time does not depend
- * on its size. The published layout does not tell its size: there the frame is decoded, and
- * the size is known when it is complete.
+ * A frame of version 1 is known by its first 100 bytes or so, and the time does not
+ * depend on its size. The published layout does not tell its size: there the frame is
+ * decoded, and the size is known when it is complete.
  *
  * \code
  * const auto size = pcl_ext::io::frameSize(buffer.data(), buffer.size());

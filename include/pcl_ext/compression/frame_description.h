@@ -34,16 +34,16 @@ struct FrameDescription {
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
 
-  /** \brief P-frames: difference, modulo 2^64, to the stamp of the last frame that had one,
-   * or to 0 if none had since the I-frame. */
+  /** \brief P-frames: difference, modulo 2^64, to the stamp of the last frame that had
+   * one, or to 0 if none had since the I-frame. */
   std::optional<std::int64_t> stamp_difference;
 
   /** \brief Name of the coordinate frame; a P-frame has it only if it has changed. */
   std::optional<std::string> frame_id;
 };
 
-/** \brief Reads the header of the frame at the beginning of a buffer. The frame need not be
- * complete, and its checksum is not verified.
+/** \brief Reads the header of the frame at the beginning of a buffer. The frame need
+ * not be complete, and its checksum is not verified.
  * \param[in] bytes the first byte
  * \param[in] count number of bytes at hand; 2048 are enough for any header
  * \param[in] limits of the decoder that gets the frame

@@ -43,8 +43,8 @@ public:
    * \param[in] frame the voxels
    * \param[in] stamp stamp and frame_id of the cloud, to be coded if set; Version1 only
    * \param[out] bytes the encoded frame; empty unless the status is Ok
-   * \return Ok; InvalidInput, which does not affect the stream; OutOfMemory, after which
-   * the next frame is an I-frame
+   * \return Ok; InvalidInput, which does not affect the stream; OutOfMemory, after
+   * which the next frame is an I-frame
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

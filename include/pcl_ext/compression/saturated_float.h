@@ -8,8 +8,8 @@
 namespace pcl_ext {
 namespace detail {
 
-/** \brief The float that is nearest to a number: beyond the range of float its highest or
- * lowest finite number, for which a cast alone is undefined. NaN stays NaN. */
+/** \brief The float that is nearest to a number: beyond the range of float its highest
+ * or lowest finite number, for which a cast alone is undefined. NaN stays NaN. */
 inline float
 saturatedFloat(double number)
 {

@@ -17,9 +17,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a time,
- * for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without the processed
- * cloud in between.
+/** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a
+ * time, for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without
+ * the processed cloud in between.
  * \tparam IntensityModelT,OutputPointT as of SensorPreprocessor
  */
 template <typename IntensityModelT, typename OutputPointT = pcl::PointXYZI>
@@ -57,7 +57,8 @@ public:
     return end_ - begin_;
   }
 
-  /** \brief False for a model that gives each point 1, and for one without intensities. */
+  /** \brief False for a model that gives each point 1, and for one without
+   * intensities. */
   bool
   hasIntensities() const override
   {

@@ -40,8 +40,8 @@ struct PreprocessingStatistics {
   std::size_t points_not_finite =
       0;                          ///< of these left out: not finite, or not when moved
   std::size_t points_cropped = 0; ///< of these left out: outside the crop box
-  /** \brief Of the points that were kept: of negative depth, whose intensity is therefore
-   * 0; counted by models that use the depth. */
+  /** \brief Of the points that were kept: of negative depth, whose intensity is
+   * therefore 0; counted by models that use the depth. */
   std::size_t points_behind_sensor = 0;
   bool has_colours = false; ///< colours were read; else those of the output are black
 };
@@ -74,9 +74,9 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
                 bool reads_colour,
                 PointLayout& layout);
 
-/** \brief Prepares a sensor's cloud for compression: removes points that are not finite,
- * computes intensities, and transforms and crops the cloud in the global coordinate frame, in one pass
- * over the points (sections 2.2 and 2.5 of the paper).
+/** \brief Prepares a sensor's cloud for compression: removes points that are not
+ * finite, computes intensities, and transforms and crops the cloud in the global
+ * coordinate frame, in one pass over the points (sections 2.2 and 2.5 of the paper).
  *
  * The intensity is taken from the depth in the sensor's frame, before the point is
  * moved. An output type with a colour gets that of the input, if it has one.
@@ -96,16 +96,16 @@ public:
   : intensity_model_(intensity_model)
   {}
 
-  /** \brief Pose of the sensor, sensor -> global coordinate frame, metres; must be rigid, which
-   * process() checks. */
+  /** \brief Pose of the sensor, sensor -> global coordinate frame, metres; must be
+   * rigid, which process() checks. */
   void
   setSensorPose(const Eigen::Isometry3d& sensor_to_world)
   {
     sensor_pose_ = sensor_to_world;
   }
 
-  /** \brief Keeps only points within a box of the global coordinate frame, metres, both ends
-   * included; min <= max on each axis. */
+  /** \brief Keeps only points within a box of the global coordinate frame, metres, both
+   * ends included; min <= max on each axis. */
   void
   setCropBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max)
   {
@@ -145,9 +145,9 @@ public:
 
   /** \brief Processes a cloud whose fields are found by name and datatype.
    *
-   * FLOAT64 coordinates are moved and cropped in double precision, and so are those of a
-   * sensor more than 1024 m from the origin of the global coordinate frame. In the output they are rounded
-   * to PCL's float; PreprocessedBatches has them as they are.
+   * FLOAT64 coordinates are moved and cropped in double precision, and so are those of
+   * a sensor more than 1024 m from the origin of the global coordinate frame. In the
+   * output they are rounded to PCL's float; PreprocessedBatches has them as they are.
    * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
    * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further
    * fields are ignored
@@ -233,7 +233,8 @@ private:
               OutputPointT* results,
               DoublePoint* doubles);
 
-  /** \brief Sets intensities and colours of moved points, and counts the points left out.
+  /** \brief Sets intensities and colours of moved points, and counts the points left
+   * out.
    * \param[in] count points before the move
    */
   template <typename NativeOfT, typename ColourOfT>

@@ -24,8 +24,8 @@ inline namespace PCL_EXT_ABI {
 PCL_EXT_CODEC_EXPORT std::size_t
 removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
 
-/** \brief The same into another frame, for streams that share the memory that they decode
- * into and keep only the remaining voxels.
+/** \brief The same into another frame, for streams that share the memory that they
+ * decode into and keep only the remaining voxels.
  * \param[in] frame as isConsistent() demands
  * \param[in] min_intensity as above
  * \param[out] kept the frame without these voxels; must not be `frame`
@@ -36,43 +36,47 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept);
 
-/** \brief What a VoxelOutlierRemoval derives the densities of a stream's voxels from. */
+/** \brief What a VoxelOutlierRemoval derives the densities of a stream's voxels
+ * from. */
 enum class DensityUnit {
-  /** \brief Faces from the first frame with a depth model on, else Voxels, as a frame does
-   * not say whether other intensities are counts, nor whether its sensor is a lidar: name
-   * Points for counts of depth cameras. Frames of the published layout have no depth model:
-   * name Faces for their quadratic law. */
+  /** \brief Faces from the first frame with a depth model on, else Voxels, as a frame
+   * does not say whether other intensities are counts, nor whether its sensor is a
+   * lidar: name Points for counts of depth cameras. Frames of the published layout have
+   * no depth model: name Faces for their quadratic law. */
   Automatic,
 
-  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams with
-   * depth models. The most selective. */
+  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams
+   * with depth models. The most selective. */
   Faces,
 
-  /** \brief Numbers of points, those of the frame or else its intensities, compared with
-   * those of the voxels around, as the number that a surface has at that depth is unknown.
-   * For counts of depth cameras, and for the linear law without a depth model. */
+  /** \brief Numbers of points, those of the frame or else its intensities, compared
+   * with those of the voxels around, as the number that a surface has at that depth is
+   * unknown. For counts of depth cameras, and for the linear law without a depth
+   * model. */
   Points,
 
-  /** \brief Every voxel counts the same, and voxels that were seldom occupied are suspect.
-   * For lidars, for native intensities, which do not depend on the density, and for frames
-   * without intensities. */
+  /** \brief Every voxel counts the same, and voxels that were seldom occupied are
+   * suspect. For lidars, for native intensities, which do not depend on the density,
+   * and for frames without intensities. */
   Voxels
 };
 
-/** \brief The unit for intensities of a law: Faces for the quadratic one, Points for counts
- * of depth cameras, Voxels for native ones and where there are none, and Automatic for the
- * linear one, which needs a depth model for Faces. Lidars need Voxels whatever their law. */
+/** \brief The unit for intensities of a law: Faces for the quadratic one, Points for
+ * counts of depth cameras, Voxels for native ones and where there are none, and
+ * Automatic for the linear one, which needs a depth model for Faces. Lidars need Voxels
+ * whatever their law. */
 PCL_EXT_CODEC_EXPORT DensityUnit
 densityUnitOf(IntensityLaw law);
 
-/** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and ranges. */
+/** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and
+ * ranges. */
 struct VoxelOutlierRemovalSettings {
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
    * about -12 to 12 at 4 cm.
    *
-   * 0 removes most of the noise of depth cameras and about 1 % of the surfaces' voxels; 2.5
-   * more of both. Do not use such a high value where people are. For the shares of noise,
-   * surfaces and people that it removes see doc/outlier_removal.md.
+   * 0 removes most of the noise of depth cameras and about 1 % of the surfaces' voxels;
+   * 2.5 more of both. Do not use such a high value where people are. For the shares of
+   * noise, surfaces and people that it removes see doc/outlier_removal.md.
    */
   float min_log_odds = 0.0f;
 
@@ -80,8 +84,8 @@ struct VoxelOutlierRemovalSettings {
   DensityUnit unit = DensityUnit::Automatic;
 
   /** \brief Intensity of a completely covered voxel face, above 0 and finite: 255 in
-   * decoded frames of the quadratic and linear laws. Used with Faces only, until a frame
-   * has a depth model. */
+   * decoded frames of the quadratic and linear laws. Used with Faces only, until a
+   * frame has a depth model. */
   float full_intensity = 255.0f;
 
   /** \brief Also use the voxels of previous frames. Off: each frame is filtered
@@ -89,10 +93,10 @@ struct VoxelOutlierRemovalSettings {
   bool use_history = true;
 
   /** \brief Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes
-   * each; any number. If there are more, only those of the last frame are kept; if that frame
-   * alone has more, all are dropped, and their memory is released. While a frame is filtered,
-   * its own blocks take as much in any case: up to 400 bytes per voxel if the voxels are far
-   * apart, 660 below min_judged_edge. */
+   * each; any number. If there are more, only those of the last frame are kept; if that
+   * frame alone has more, all are dropped, and their memory is released. While a frame
+   * is filtered, its own blocks take as much in any case: up to 400 bytes per voxel if
+   * the voxels are far apart, 660 below min_judged_edge. */
   std::size_t max_blocks = std::size_t{1} << 17;
 
   friend bool
@@ -104,8 +108,8 @@ struct VoxelOutlierRemovalSettings {
   }
 };
 
-/** \brief Outcomes of a VoxelOutlierRemoval. Except for Ok nothing was judged and nothing
- * removed. */
+/** \brief Outcomes of a VoxelOutlierRemoval. Except for Ok nothing was judged and
+ * nothing removed. */
 enum class OutlierRemovalCode {
   Ok,                    ///< voxels were judged; a message tells if without intensities
   InvalidSettings,       ///< a setting is outside its range
@@ -127,34 +131,34 @@ struct OutlierRemovalStatus : Status<OutlierRemovalCode> {
 PCL_EXT_CODEC_EXPORT OutlierRemovalStatus
 checkSettings(const VoxelOutlierRemovalSettings& settings);
 
-/** \brief Removes noise from the voxels of one stream by their neighbourhood in this and
- * previous frames: StatisticalOutlierRemoval and RadiusOutlierRemoval for voxels.
+/** \brief Removes noise from the voxels of one stream by their neighbourhood in this
+ * and previous frames: StatisticalOutlierRemoval and RadiusOutlierRemoval for voxels.
  *
  * For depth cameras and, with the unit Voxels, lidars. Each frame has a status, as what
  * cannot be judged stays.
  *
- * The voxels of a surface have neighbours of the same surface, each about as dense as its
- * face is covered; a flying pixel has few neighbours, with a point or two each. The log-odds
- * of surface against noise follow from the densities around a voxel in three shells, see
- * doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by the coarse voxels
- * that contain them.
+ * The voxels of a surface have neighbours of the same surface, each about as dense as
+ * its face is covered; a flying pixel has few neighbours, with a point or two each. The
+ * log-odds of surface against noise follow from the densities around a voxel in three
+ * shells, see doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by
+ * the coarse voxels that contain them.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
- * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up to
- * two million voxels along each axis. All of it, the depth model included, is dropped where
- * the grid moves farther or the resolution or the origin changes; that of densities where
- * the unit changes.
- * Time and memory are proportional to the number of voxels, wherever they are; memory of a
- * large frame is released a few frames later. If memory runs out std::bad_alloc is thrown
- * and the next frame is filtered without a history.
+ * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up
+ * to two million voxels along each axis. All of it, the depth model included, is
+ * dropped where the grid moves farther or the resolution or the origin changes; that of
+ * densities where the unit changes. Time and memory are proportional to the number of
+ * voxels, wherever they are; memory of a large frame is released a few frames later. If
+ * memory runs out std::bad_alloc is thrown and the next frame is filtered without a
+ * history.
  *
- * Instances are independent; calls of one instance must not overlap. A moved-from instance
- * may only be assigned to or destroyed.
+ * Instances are independent; calls of one instance must not overlap. A moved-from
+ * instance may only be assigned to or destroyed.
  */
 class PCL_EXT_CODEC_EXPORT VoxelOutlierRemoval {
 public:
-  /** \brief Point density from which a surface counts as covered, if there can be as many
-   * points at its depth; 9 on a face of 4 cm. */
+  /** \brief Point density from which a surface counts as covered, if there can be as
+   * many points at its depth; 9 on a face of 4 cm. */
   static constexpr double sure_points_per_square_metre = 5625.0;
 
   /** \brief Supported voxel edges, metres; others were not tested. */
@@ -177,18 +181,19 @@ public:
   operator=(VoxelOutlierRemoval&&) noexcept;
 
   /** \brief Filters the stream's next frame.
-   * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
-   * \return Ok with the number of voxels removed, or why none was judged: the frame is then
-   * unchanged, and not part of the history
+   * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their
+   * order
+   * \return Ok with the number of voxels removed, or why none was judged: the frame is
+   * then unchanged, and not part of the history
    */
   [[nodiscard]] OutlierRemovalStatus
   filter(io::VoxelFrame& frame);
 
-  /** \brief Computes the log-odds of the voxels of the stream's next frame; to be called in
-   * place of filter().
+  /** \brief Computes the log-odds of the voxels of the stream's next frame; to be
+   * called in place of filter().
    * \param[in] frame as isConsistent() demands
-   * \param[out] log_odds natural logarithm of the odds of surface against noise, for each
-   * voxel; plus infinity where none is judged
+   * \param[out] log_odds natural logarithm of the odds of surface against noise, for
+   * each voxel; plus infinity where none is judged
    * \return as filter(), with no voxel removed
    */
   OutlierRemovalStatus
@@ -207,11 +212,11 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-/** \brief Removes noise from a decoded cloud: VoxelOutlierRemoval::filter() for users of
- * io::OctreePointCloudIntensityCompression.
+/** \brief Removes noise from a decoded cloud: VoxelOutlierRemoval::filter() for users
+ * of io::OctreePointCloudIntensityCompression.
  *
- * The frame is filtered, not the cloud, as a cloud of voxel centres has neither a grid nor
- * an intensity law. Call it once for each decoded frame, in order:
+ * The frame is filtered, not the cloud, as a cloud of voxel centres has neither a grid
+ * nor an intensity law. Call it once for each decoded frame, in order:
  * \code
  * if (decoder.decodePointCloud(stream, cloud).ok()) {
  *   const auto status =
@@ -221,14 +226,16 @@ private:
  * }
  * \endcode
  * \tparam CloudT a pcl::PointCloud
- * \param[in,out] cloud as decodePointCloud() filled it, in the order of the frame's voxels;
- * points may have been moved since, and further fields be set. The points that stay keep
- * their order; if any is removed, the cloud becomes one row, else it is not changed
+ * \param[in,out] cloud as decodePointCloud() filled it, in the order of the frame's
+ * voxels; points may have been moved since, and further fields be set. The points that
+ * stay keep their order; if any is removed, the cloud becomes one row, else it is not
+ * changed
  * \param[in] frame that the cloud was decoded from, as voxelFrame() returns it after
  * decodePointCloud()
  * \param[in,out] removal the filter of this stream
- * \return that of filter() with the number of points removed; DifferentCloud if the cloud has
- * another number of points than the frame: then the filter has not seen the frame
+ * \return that of filter() with the number of points removed; DifferentCloud if the
+ * cloud has another number of points than the frame: then the filter has not seen the
+ * frame
  */
 template <typename CloudT>
 [[nodiscard]] OutlierRemovalStatus

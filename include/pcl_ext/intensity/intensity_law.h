@@ -9,8 +9,8 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw, LinearLaw,
- * NativeLaw and NoIntensity. */
+/** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw,
+ * LinearLaw, NativeLaw and NoIntensity. */
 enum class IntensityLaw {
   Count,     ///< the number of points in a voxel
   Quadratic, ///< share of a voxel face that they cover; needs the sensor

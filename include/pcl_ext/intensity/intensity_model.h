@@ -16,7 +16,8 @@ inline namespace PCL_EXT_ABI {
 
 namespace detail {
 
-/** \brief Throws std::invalid_argument; in a build without exceptions aborts the program. */
+/** \brief Throws std::invalid_argument; in a build without exceptions aborts the
+ * program. */
 [[noreturn]] inline void
 throwInvalidArgument(const std::string& message)
 {
@@ -125,8 +126,8 @@ pixelFootprint(const SensorT& sensor)
          (static_cast<double>(sensor.columns) * static_cast<double>(sensor.rows));
 }
 
-/** \brief Unit of the intensity of one point, which decides the unit of a decoded voxel's
- * intensity. */
+/** \brief Unit of the intensity of one point, which decides the unit of a decoded
+ * voxel's intensity. */
 enum class IntensityUnit {
   Points, ///< whole points; a voxel has the number of its points
   Share,  ///< a share of a full voxel face, 0..1; a voxel has 255 times its share
@@ -138,9 +139,9 @@ enum class IntensityUnit {
  *
  * Contract of a law: the constants `unit`, `uses_depth` and `uses_native`, and
  * `float operator()(float relative_depth, float native) const`, which returns the point
- * intensity. `relative_depth` is the depth divided by the cut-off depth, clamped to 0..1,
- * and 0 if the law does not use depth; `native` is the sensor's own intensity, and 0 if
- * the law does not use it.
+ * intensity. `relative_depth` is the depth divided by the cut-off depth, clamped to
+ * 0..1, and 0 if the law does not use depth; `native` is the sensor's own intensity,
+ * and 0 if the law does not use it.
  */
 struct CountLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Points;
@@ -160,8 +161,8 @@ struct QuadraticLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
   static constexpr bool uses_native = false;
-  /** \brief Exponent of the relative depth, for the depth model of the coder. Laws that are
-   * not a power of the depth have no such member. */
+  /** \brief Exponent of the relative depth, for the depth model of the coder. Laws that
+   * are not a power of the depth have no such member. */
   static constexpr unsigned int depth_exponent = 2;
 
   float
@@ -171,8 +172,8 @@ struct QuadraticLaw {
   }
 };
 
-/** \brief The depth divided by the cut-off depth: I_p = z / z_c, at most 1 (section 2.5.3
- * of the paper). */
+/** \brief The depth divided by the cut-off depth: I_p = z / z_c, at most 1 (section
+ * 2.5.3 of the paper). */
 struct LinearLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
@@ -237,10 +238,10 @@ struct UsesDepth<LawT, std::enable_if_t<LawT::uses_depth>> : std::true_type {};
 
 /** \brief The intensity of one point: a policy made of a sensor and a law.
  *
- * Contract of an intensity model: the constants `unit`, `uses_depth` and `uses_native`; a
- * constructor from the voxel edge in metres, unless the user passes an instance; and
- * `float operator()(float depth, float native) const`. Depth is along the optical axis in
- * the sensor's frame, in metres.
+ * Contract of an intensity model: the constants `unit`, `uses_depth` and `uses_native`;
+ * a constructor from the voxel edge in metres, unless the user passes an instance; and
+ * `float operator()(float depth, float native) const`. Depth is along the optical axis
+ * in the sensor's frame, in metres.
  *
  * \code
  * const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw> model(0.04);
@@ -381,8 +382,9 @@ struct DepthExponent<ModelT, std::void_t<decltype(ModelT::Law::depth_exponent)>>
 
 } // namespace detail
 
-/** \brief The model for another resolution: by its member atResolution() or, without one,
- * its constructor from a resolution; a model with neither is returned unchanged. */
+/** \brief The model for another resolution: by its member atResolution() or, without
+ * one, its constructor from a resolution; a model with neither is returned
+ * unchanged. */
 template <typename ModelT>
 ModelT
 modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)

@@ -34,8 +34,8 @@ struct ReceiverStatus : io::CompressionStatus {
  * point_cloud_transport needs it: frames of one stream in, voxels without noise out.
  * Independent of ROS; all members are thread-safe.
  *
- * A frame that needs one that was lost is not decoded: there is never a wrong cloud. The
- * next I-frame is decoded again. Any bytes are safe, see doc/robustness.md.
+ * A frame that needs one that was lost is not decoded: there is never a wrong cloud.
+ * The next I-frame is decoded again. Any bytes are safe, see doc/robustness.md.
  */
 class PCL_EXT_EXPORT CloudReceiver {
 public:
@@ -61,7 +61,8 @@ public:
           std::optional<Time> stamp,
           io::VoxelFrame& voxels);
 
-  /** \brief Counts a frame that was not handed to receive(): its format is another one. */
+  /** \brief Counts a frame that was not handed to receive(): its format is another
+   * one. */
   void
   countLeftOut();
 

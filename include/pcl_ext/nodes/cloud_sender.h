@@ -18,8 +18,8 @@ namespace pcl_ext {
 namespace nodes {
 
 /** \brief The sending end of a stream of clouds, as nodes and plugins of ROS need it: a
- * SensorNode with parameters that change, requests for I-frames, and its health. Independent
- * of ROS; all members are thread-safe.
+ * SensorNode with parameters that change, requests for I-frames, and its health.
+ * Independent of ROS; all members are thread-safe.
  */
 class PCL_EXT_EXPORT CloudSender {
 public:
@@ -32,8 +32,8 @@ public:
   CloudSender&
   operator=(const CloudSender&) = delete;
 
-  /** \brief Sets parameters, from the next cloud on, whose frame is then an I-frame of a new
-   * stream. Setting what is set already changes nothing.
+  /** \brief Sets parameters, from the next cloud on, whose frame is then an I-frame of
+   * a new stream. Setting what is set already changes nothing.
    * \param[in] values of encodingParameters(), each as convertedValue() returns it;
    * parameters that are missing keep their values
    * \return what is wrong, in one line, and nothing changes; empty if nothing
@@ -41,21 +41,22 @@ public:
   std::string
   setParameters(const ParameterValues& values);
 
-  /** \brief A receiver requests an I-frame. Requests never cause two I-frames in a row. */
+  /** \brief A receiver requests an I-frame. Requests never cause two I-frames in a
+   * row. */
   void
   requestIFrame();
 
   /** \brief Encodes the next cloud. Does not throw.
    *
-   * Without a transform the last one is used, if that was of a cloud with the same frame_id.
-   * Where the word auto for `intensity` means another law than for the last cloud, a new
-   * stream begins.
+   * Without a transform the last one is used, if that was of a cloud with the same
+   * frame_id. Where the word auto for `intensity` means another law than for the last
+   * cloud, a new stream begins.
    * \param[in] cloud as for SensorNode::encode
-   * \param[in] sensor_to_world as for SensorNode::encode; the identity for frames in the
-   * coordinate frame of the clouds: the sensor is at its origin, so that laws that depend on
-   * the depth need no transform
-   * \param[in] receivers how many there are; if more than for the last cloud, the frame is
-   * an I-frame for those that are new
+   * \param[in] sensor_to_world as for SensorNode::encode; the identity for frames in
+   * the coordinate frame of the clouds: the sensor is at its origin, so that laws that
+   * depend on the depth need no transform
+   * \param[in] receivers how many there are; if more than for the last cloud, the frame
+   * is an I-frame for those that are new
    * \param[out] bytes the frame; empty unless hasFrame() of the status
    * \return as SensorNode::encode
    */
@@ -69,15 +70,16 @@ public:
   void
   countMissed(std::size_t clouds);
 
-  /** \brief Counts the clouds that were lost before one that arrived, by the gap between
-   * its stamp and that of the previous one. For nodes whose clouds have no numbers; to be
-   * called for each cloud, in the order of their arrival.
+  /** \brief Counts the clouds that were lost before one that arrived, by the gap
+   * between its stamp and that of the previous one. For nodes whose clouds have no
+   * numbers; to be called for each cloud, in the order of their arrival.
    * \param[in] stamp of the cloud; 0: it has none
    */
   void
   countMissedBefore(Time stamp);
 
-  /** \brief Counts a transform that is used though it is not that of the cloud's stamp. */
+  /** \brief Counts a transform that is used though it is not that of the cloud's
+   * stamp. */
   void
   countLatestTransform();
 
@@ -86,8 +88,8 @@ public:
   SensorNodeSettings
   settings() const;
 
-  /** \brief Of the current stream: counts begin again where parameters change. The time of
-   * an arrival is that of a steady clock. */
+  /** \brief Of the current stream: counts begin again where parameters change. The time
+   * of an arrival is that of a steady clock. */
   SenderHealth
   health() const;
 

@@ -14,13 +14,13 @@ namespace nodes {
  *
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, a
  * smaller intensity as that share of a hit: share * getProbHitLog() is added to the
- * log-odds of the node that contains the voxel's centre. Intensities of 0 or less change
- * nothing; voxels of a frame without intensities are hits. With an origin, nodes on the rays
- * to the voxels that contain no voxel count as missed, so that objects that have left are
- * removed from the map.
+ * log-odds of the node that contains the voxel's centre. Intensities of 0 or less
+ * change nothing; voxels of a frame without intensities are hits. With an origin, nodes
+ * on the rays to the voxels that contain no voxel count as missed, so that objects that
+ * have left are removed from the map.
  *
- * Voxels outside of the map, which has 32768 nodes an axis to either side of its origin, are
- * left out; so are the rays if the origin is outside.
+ * Voxels outside of the map, which has 32768 nodes an axis to either side of its
+ * origin, are left out; so are the rays if the origin is outside.
  *
  * Needs OctoMap, which the library itself does not: link with octomap.
  * \param[in] frame the voxels, world coordinates

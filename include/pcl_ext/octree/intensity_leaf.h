@@ -118,8 +118,8 @@ public:
 
 private:
   pcl::uindex_t count_ = 0;
-  // Double: the order of the points then changes at most the last bit of the float that is
-  // returned.
+  // Double: the order of the points then changes at most the last bit of the float that
+  // is returned.
   double sum_ = 0.0;
   io::detail::ColourMean colour_;
 };

@@ -103,8 +103,8 @@ public:
   }
 
   /** \name Ends of PCL's iterators
-   * PCL 1.13's Octree2BufBase returns end iterators without an octree, which never compare
-   * equal; these do for both bases. */
+   * PCL 1.13's Octree2BufBase returns end iterators without an octree, which never
+   * compare equal; these do for both bases. */
   /** @{ */
   using OctreeT::breadth_end;
   using OctreeT::depth_end;

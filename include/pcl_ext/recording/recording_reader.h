@@ -41,27 +41,28 @@ struct RecordedFrame {
   io::FrameDescription description;
 };
 
-/** \brief Limits of decoding a recording, which follow its size: 8 voxels for each byte, at
- * least the default of DecoderLimits and at most 2^22; 16 points for each of these voxels;
- * frames of 256 MiB. What that means in memory is in doc/robustness.md: 2.5 GB at most for a
- * frame of an ordinary stream. Recorded sensors take more than an eighth of a byte for each
- * voxel.
+/** \brief Limits of decoding a recording, which follow its size: 8 voxels for each
+ * byte, at least the default of DecoderLimits and at most 2^22; 16 points for each of
+ * these voxels; frames of 256 MiB. What that means in memory is in doc/robustness.md:
+ * 2.5 GB at most for a frame of an ordinary stream. Recorded sensors take more than an
+ * eighth of a byte for each voxel.
  * \param[in] bytes of the recording
  */
 PCL_EXT_RECORDING_EXPORT io::DecoderLimits
 decoderLimitsOf(std::uint64_t bytes);
 
-/** \brief Reads recordings: .pcxi files, MCAP files and rosbag2 folders with messages of the
- * type point_cloud_interfaces/msg/CompressedPointCloud2 and a format of pcl_ext.
+/** \brief Reads recordings: .pcxi files, MCAP files and rosbag2 folders with messages
+ * of the type point_cloud_interfaces/msg/CompressedPointCloud2 and a format of pcl_ext.
  *
- * Files that were cut off or damaged are read as far as possible; damage() tells where not.
- * Instances are for one thread at a time.
+ * Files that were cut off or damaged are read as far as possible; damage() tells where
+ * not. Instances are for one thread at a time.
  * \code
  * pcl_ext::recording::RecordingReader reader;
  * auto status = reader.open("cell.mcap");
  * pcl_ext::recording::RecordedFrame frame;
  * while (status.ok() && (status = reader.next(frame)).ok())
- *   std::cout << reader.streams()[frame.stream].name << ' ' << frame.bytes.size() << '\n';
+ *   std::cout << reader.streams()[frame.stream].name << ' ' << frame.bytes.size()
+ *             << '\n';
  * \endcode
  */
 class PCL_EXT_RECORDING_EXPORT RecordingReader {
@@ -83,8 +84,8 @@ public:
   streams() const;
 
   /** \brief Reads the next frame of all streams in the order of their times.
-   * \return EndOfRecording after the last one. Damaged: this frame cannot be read, and the
-   * next call goes on after it; stream, number, time and offset are set
+   * \return EndOfRecording after the last one. Damaged: this frame cannot be read, and
+   * the next call goes on after it; stream, number, time and offset are set
    */
   RecordingStatus
   next(RecordedFrame& frame);
@@ -100,18 +101,18 @@ public:
   RecordingStatus
   read(std::size_t stream, std::size_t number, RecordedFrame& frame);
 
-  /** \brief Number of the last frame of a stream that is not later than a time; nothing if
-   * all are. */
+  /** \brief Number of the last frame of a stream that is not later than a time; nothing
+   * if all are. */
   std::optional<std::size_t>
   frameAt(std::size_t stream, Time time) const;
 
-  /** \brief Time of a frame, without reading it; that of the frame before in its stream if
-   * the clock was set back between them. Orders the frames of all streams. */
+  /** \brief Time of a frame, without reading it; that of the frame before in its stream
+   * if the clock was set back between them. Orders the frames of all streams. */
   Time
   timeOf(std::size_t stream, std::size_t number) const;
 
-  /** \brief Number of the I-frame from which a frame can be decoded: the last one that is
-   * not after it. 0 if there is none. */
+  /** \brief Number of the I-frame from which a frame can be decoded: the last one that
+   * is not after it. 0 if there is none. */
   std::size_t
   iFrameBefore(std::size_t stream, std::size_t number);
 
@@ -136,8 +137,8 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-/** \brief Decodes the frames of one stream of a recording in any order. A frame that does not
- * follow the last one is decoded from the I-frame before it on. */
+/** \brief Decodes the frames of one stream of a recording in any order. A frame that
+ * does not follow the last one is decoded from the I-frame before it on. */
 class PCL_EXT_RECORDING_EXPORT RecordedStreamDecoder {
 public:
   /** \param[in] reader must outlive this
@@ -155,14 +156,14 @@ public:
   /** \brief Decodes a frame of the stream.
    * \param[in] number of the frame
    * \param[out] voxels empty unless the status is Ok
-   * \return that of the decoder; InputFailed if the recording is damaged there or has no
-   * such frame
+   * \return that of the decoder; InputFailed if the recording is damaged there or has
+   * no such frame
    */
   io::CompressionStatus
   decode(std::size_t number, io::VoxelFrame& voxels);
 
-  /** \brief Decodes the next frame of the stream, which next() of the reader returned; for
-   * programs that read all frames in their order.
+  /** \brief Decodes the next frame of the stream, which next() of the reader returned;
+   * for programs that read all frames in their order.
    * \param[in] frame of this stream
    * \param[out] voxels empty unless the status is Ok
    */

@@ -27,7 +27,8 @@ enum class RecordingCode {
 /** \brief Outcome of reading or writing a recording. Messages name the file. */
 using RecordingStatus = Status<RecordingCode>;
 
-/** \brief What becomes of a file that has the name of an output when that is complete. */
+/** \brief What becomes of a file that has the name of an output when that is
+ * complete. */
 enum class ExistingFile {
   Replace,
   Keep ///< the output keeps its unfinished name, and the status is OutputFailed

@@ -24,7 +24,8 @@ struct StreamToRecord {
  * A path that ends in .pcxi is a file of one stream: its frames one after the other, as
  * OctreePointCloudIntensityCompression writes them to a stream. Any other is MCAP: a
  * channel for each stream with messages of the type
- * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. The path
+ * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. The
+ * path
  * - is the standard output, and .pcxi there.
  *
  * \code
@@ -65,16 +66,18 @@ public:
 
   /** \brief Appends the next frame of a stream.
    * \param[in] stream number of addStream()
-   * \param[in] time of the cloud; not negative; not used by .pcxi, whose frames have the
-   * stamp that they were encoded with
+   * \param[in] time of the cloud; not negative; not used by .pcxi, whose frames have
+   * the stamp that they were encoded with
    * \param[in] bytes one frame, of either format
    * \param[in] size number of bytes
-   * \return InvalidArgument if the bytes are not exactly one frame; nothing is written then
+   * \return InvalidArgument if the bytes are not exactly one frame; nothing is written
+   * then
    */
   RecordingStatus
   append(std::size_t stream, Time time, const std::uint8_t* bytes, std::size_t size);
 
-  /** \brief Writes all frames at hand to the file, for a reader of the unfinished file. */
+  /** \brief Writes all frames at hand to the file, for a reader of the unfinished
+   * file. */
   RecordingStatus
   flush();
 

@@ -19,7 +19,7 @@ namespace view {
 /** \brief Outcomes of calls to a ViewServer. */
 enum class ViewServerCode {
   Ok,
-  InvalidArgument, ///< an unknown stream, bytes that are no frame, no address, wrong order
+  InvalidArgument, ///< an unknown stream, no frame, no address, or a wrong order
   CannotListen,    ///< the port is taken, or the address is not one of this machine
   InputFailed,     ///< a file cannot be read
   OutOfMemory
@@ -40,29 +40,32 @@ struct ViewServerLimits {
    * requests, while a viewer takes nothing of an answer, or if it answers no ping. */
   std::chrono::milliseconds idle_timeout{30'000};
 
-  /** \brief Frames of one stream that wait for one viewer. A viewer for which more would wait
-   * is too slow: they are dropped, and it gets the stream from the next I-frame on. */
+  /** \brief Frames of one stream that wait for one viewer. A viewer for which more
+   * would wait is too slow: they are dropped, and it gets the stream from the next
+   * I-frame on. */
   std::size_t max_queued_frames = 60;
 
-  /** \brief The same in bytes, of all streams together; one frame is taken in any case. */
+  /** \brief The same in bytes, of all streams together; one frame is taken in any
+   * case. */
   std::size_t max_queued_bytes = std::size_t{16} << 20;
 
-  /** \brief Frames since the last I-frame that are kept for new viewers, of each stream. Of
-   * streams with more an I-frame is requested for a new viewer. */
+  /** \brief Frames since the last I-frame that are kept for new viewers, of each
+   * stream. Of streams with more an I-frame is requested for a new viewer. */
   std::size_t max_kept_frames = 300;
 
   /** \brief The same in bytes. */
   std::size_t max_kept_bytes = std::size_t{16} << 20;
 
-  /** \brief Time between two requests for an I-frame of one stream. It doubles while none
-   * comes, up to 16-fold. It is 10-fold for viewers that say that they have lost step. */
+  /** \brief Time between two requests for an I-frame of one stream. It doubles while
+   * none comes, up to 16-fold. It is 10-fold for viewers that say that they have lost
+   * step. */
   std::chrono::milliseconds i_frame_request_interval{100};
 };
 
 /** \brief What a ViewServer serves, and where. */
 struct ViewServerSettings {
-  /** \brief Address to listen on, in numbers. Empty: loopback, 127.0.0.1 and ::1 if there is
-   * one. Whoever reaches another address sees the clouds. */
+  /** \brief Address to listen on, in numbers. Empty: loopback, 127.0.0.1 and ::1 if
+   * there is one. Whoever reaches another address sees the clouds. */
   std::string address;
 
   /** \brief Port; 0: a free one, see ViewServer::port(). */
@@ -76,9 +79,9 @@ struct ViewServerSettings {
 
   ViewServerLimits limits;
 
-  /** \brief Called when a viewer needs an I-frame of a stream, which its encoder is to make
-   * the next frame. Empty: viewers wait for the next one. Called by the server's thread;
-   * must not wait, throw, or destroy the server. */
+  /** \brief Called when a viewer needs an I-frame of a stream, which its encoder is to
+   * make the next frame. Empty: viewers wait for the next one. Called by the server's
+   * thread; must not wait, throw, or destroy the server. */
   std::function<void(std::size_t stream)> request_i_frame;
 };
 
@@ -97,12 +100,12 @@ struct ViewServerStatistics {
   std::uint64_t i_frame_requests = 0;   ///< calls of request_i_frame
 };
 
-/** \brief Serves the viewer's page over HTTP, with a recording, or with live streams over a
- * WebSocket. doc/viewing.md has the protocol.
+/** \brief Serves the viewer's page over HTTP, with a recording, or with live streams
+ * over a WebSocket. doc/viewing.md has the protocol.
  *
  * The server has one thread. What changes or shows streams may be called by any thread,
- * before start(), too; setRecording() only before it. Nothing throws or waits for a viewer. Frames are
- * shared between viewers.
+ * before start(), too; setRecording() only before it. Nothing throws or waits for a
+ * viewer. Frames are shared between viewers.
  * \code
  * pcl_ext::view::ViewServerSettings settings;
  * settings.page = page; // the bytes of viewer.html
@@ -128,8 +131,8 @@ public:
   operator=(const ViewServer&) = delete;
 
   /** \brief Serves a recording in place of live streams.
-   * \param[in] paths its files: one, or those of a rosbag2 folder in their order. They stay
-   * open
+   * \param[in] paths its files: one, or those of a rosbag2 folder in their order. They
+   * stay open
    * \return InputFailed if one cannot be read; InvalidArgument after start()
    */
   ViewServerStatus

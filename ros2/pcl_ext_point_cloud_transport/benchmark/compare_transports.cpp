@@ -1,6 +1,6 @@
 /** \file
- * Compares all transports of point_cloud_transport that are installed on the same clouds, in
- * one run, and prints the Markdown table of README.md.
+ * Compares all transports of point_cloud_transport that are installed on the same
+ * clouds, in one run, and prints the Markdown table of README.md.
  */
 #include <pcl/io/pcd_io.h>
 #include <pcl/kdtree/kdtree_flann.h>

@@ -91,8 +91,8 @@ descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
   return descriptor;
 }
 
-/** \brief Why the value that a node was started with is refused: rclcpp's own check of ranges
- * tells neither the value nor the range. */
+/** \brief Why the value that a node was started with is refused: rclcpp's own check of
+ * ranges tells neither the value nor the range. */
 std::string
 reasonOf(const std::exception& refusal,
          rclcpp::Node& node,
@@ -110,9 +110,9 @@ reasonOf(const std::exception& refusal,
          refusalOf(parameter, *value);
 }
 
-/** \brief Declares a parameter, or else describes one that the node has declared from its
- * overrides. One that the user has described is left as it is, and so is that of another
- * instance. */
+/** \brief Declares a parameter, or else describes one that the node has declared from
+ * its overrides. One that the user has described is left as it is, and so is that of
+ * another instance. */
 void
 declare(rclcpp::Node& node,
         const std::string& name,
@@ -166,8 +166,8 @@ struct NodeParameters::State {
     return parameter == descriptions.end() ? nullptr : &*parameter;
   }
 
-  /** \brief The present values with some that may replace them; nothing if all of these are
-   * those of other parameters.
+  /** \brief The present values with some that may replace them; nothing if all of these
+   * are those of other parameters.
    * \param[out] fault what is wrong; empty if nothing
    */
   std::optional<ParameterValues>

@@ -28,7 +28,8 @@ publisherOf(const rclcpp::MessageInfo& info)
   return id;
 }
 
-/** \brief The streams of a topic, one for each publisher. All members are thread-safe. */
+/** \brief The streams of a topic, one for each publisher. All members are
+ * thread-safe. */
 class StreamsOfPublishers {
 public:
   using Receiver = pcl_ext::nodes::CloudReceiver;
@@ -40,8 +41,8 @@ public:
     pcl_ext::nodes::ReceiverHealth reported; ///< as of the last report
   };
 
-  /** \brief The receiver of a publisher's stream, a new one for its first frame. Where there
-   * are too many streams, that whose last frame is the oldest is forgotten. */
+  /** \brief The receiver of a publisher's stream, a new one for its first frame. Where
+   * there are too many streams, that whose last frame is the oldest is forgotten. */
   std::shared_ptr<Receiver>
   receiverOf(const PublisherId& publisher)
   {
@@ -72,9 +73,10 @@ public:
       stream.receiver->setNoise(noise);
   }
 
-  /** \brief Describes the streams in the order of their first frames, or that there is none.
-   * \param[in] publishers how many there are now: streams of others are forgotten, except for
-   * the last one
+  /** \brief Describes the streams in the order of their first frames, or that there is
+   * none.
+   * \param[in] publishers how many there are now: streams of others are forgotten,
+   * except for the last one
    */
   std::vector<pcl_ext::nodes::HealthReport>
   describeHealth(std::size_t publishers)

@@ -16,7 +16,8 @@ namespace test {
 class ChildProcess {
 public:
   /** \brief Starts a program.
-   * \param[in] command the program, searched in PATH if it has no slash, and its arguments
+   * \param[in] command the program, searched in PATH if it has no slash, and its
+   * arguments
    */
   explicit ChildProcess(std::vector<std::string> command);
 

@@ -29,8 +29,8 @@ namespace test {
 using Compressed = point_cloud_interfaces::msg::CompressedPointCloud2;
 using Parameters = std::vector<rclcpp::Parameter>;
 
-/** \brief Long, as other processes may keep the computer busy. Only a test that fails waits
- * so long. */
+/** \brief Long, as other processes may keep the computer busy. Only a test that fails
+ * waits so long. */
 constexpr double seconds_to_wait = 60.0;
 
 /** \brief Waits until a condition holds.
@@ -62,7 +62,8 @@ temporaryPath(const std::string& name);
 class SpunNode {
 public:
   /** \param[in] name of the node
-   * \param[in] overrides of parameters; their names begin with the topic's, see points()
+   * \param[in] overrides of parameters; their names begin with the topic's, see
+   * points()
    * \param[in] options the rest
    */
   explicit SpunNode(const std::string& name,
@@ -149,8 +150,8 @@ points(const std::string& parameter)
   return "points.pcl_ext." + parameter;
 }
 
-/** \brief A node that publishes "points" with this plugin alone, and with a crop box, so
- * that the voxels of a cloud do not depend on the clouds before. */
+/** \brief A node that publishes "points" with this plugin alone, and with a crop box,
+ * so that the voxels of a cloud do not depend on the clouds before. */
 class Sender {
 public:
   explicit Sender(const Parameters& overrides = {},
@@ -214,7 +215,8 @@ private:
   typename rclcpp::Subscription<MessageT>::SharedPtr subscription_;
 };
 
-/** \brief The last entry of a node in /diagnostics whose values and level the test awaits. */
+/** \brief The last entry of a node in /diagnostics whose values and level the test
+ * awaits. */
 class Diagnostics {
 public:
   using Status = diagnostic_msgs::msg::DiagnosticStatus;

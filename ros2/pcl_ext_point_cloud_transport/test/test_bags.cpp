@@ -19,8 +19,8 @@ constexpr std::chrono::milliseconds period(50);
 
 class Bags : public ::testing::Test {
 protected:
-  /** \brief Records a stream, whose clouds are published at a fixed rate as the bag has the
-   * times of their arrival. */
+  /** \brief Records a stream, whose clouds are published at a fixed rate as the bag has
+   * the times of their arrival. */
   void
   record()
   {
@@ -38,7 +38,8 @@ protected:
                            bag,
                            "--topics",
                            topic});
-    // The recorder subscribes to publishers that it knows, so that it gets the first frame.
+    // The recorder subscribes to publishers that it knows, so that it gets the first
+    // frame.
     ASSERT_TRUE(waitFor([&] { return sender.publisher.getNumSubscribers() == 2; }))
         << recorder.output();
     for (std::uint32_t i = 0; i < frames; ++i) {

@@ -52,8 +52,8 @@ hasIntensity(Layout layout);
 Stamp
 stampOf(std::uint32_t number);
 
-/** \brief A noisy wall and a ball that moves in front of it, with some points that are not
- * finite and some that are noise. Points and stamp depend on the number only. */
+/** \brief A noisy wall and a ball that moves in front of it, with some points that are
+ * not finite and some that are noise. Points and stamp depend on the number only. */
 Cloud
 makeCloud(std::uint32_t number, Layout layout = Layout::Xyz);
 
@@ -70,7 +70,8 @@ voxelsIn(const Cloud& message);
 Voxels
 voxelsIn(const pcl_ext::io::VoxelFrame& frame);
 
-/** \brief Settings of a Sender without overrides for clouds with or without intensity. */
+/** \brief Settings of a Sender without overrides for clouds with or without
+ * intensity. */
 pcl_ext::nodes::SensorNodeSettings
 defaultSettings(Layout layout = Layout::Xyz);
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief Publishers, subscribers and nodes that end while messages flow. A wrong order shows
- * as a crash, surely so under AddressSanitizer.
+ * \brief Publishers, subscribers and nodes that end while messages flow. A wrong order
+ * shows as a crash, surely so under AddressSanitizer.
  */
 #include "plugin_test.h"
 

@@ -10,8 +10,8 @@ namespace test {
 
 namespace {
 
-/** \brief Passes the frames of "points" on to "link", unless they are to be lost, and the
- * requests back. */
+/** \brief Passes the frames of "points" on to "link", unless they are to be lost, and
+ * the requests back. */
 class Relay {
 public:
   Relay()
@@ -95,7 +95,8 @@ protected:
     if (is_lost)
       return false;
     ++passed;
-    // A frame that is not decoded is counted, or requests an I-frame: the first one does.
+    // A frame that is not decoded is counted, or requests an I-frame: the first one
+    // does.
     Cloud::ConstSharedPtr decoded;
     EXPECT_TRUE(waitFor([&] {
       decoded = receiver->clouds.find(cloud.header.stamp);

@@ -1,5 +1,6 @@
 /** \file
- * \brief The plugin in point_cloud_transport's own program, and the classes it declares.
+ * \brief The plugin in point_cloud_transport's own program, and the classes it
+ * declares.
  */
 #include "child_process.h"
 #include "plugin_test.h"

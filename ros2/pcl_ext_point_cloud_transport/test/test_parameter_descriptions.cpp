@@ -1,6 +1,6 @@
 /** \file
- * \brief How parameters are declared: their names, their descriptions, and values at the
- * start.
+ * \brief How parameters are declared: their names, their descriptions, and values at
+ * the start.
  */
 #include <pcl_ext/nodes/node_parameters.h>
 

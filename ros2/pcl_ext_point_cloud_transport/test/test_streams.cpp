@@ -230,8 +230,8 @@ TEST(Streams, TwoPublishersOfOneTopic)
 
 TEST(Streams, TwoPublishersOfOneProcessWithoutMiddleware)
 {
-  // Their messages come without the publisher's name, so that they are one stream: clouds may
-  // be missing, but none is wrong.
+  // Their messages come without the publisher's name, so that they are one stream:
+  // clouds may be missing, but none is wrong.
   const auto options = rclcpp::NodeOptions().use_intra_process_comms(true);
   rmw_qos_profile_t qos = reliable();
   qos.depth = 100;

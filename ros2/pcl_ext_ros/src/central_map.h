@@ -22,8 +22,8 @@ namespace pcl_ext_ros {
 
 /** \brief The map of the central node: its timer, its service, its topic and its file.
  *
- * The map has a callback group of its own, as one with rays can take longer than frames can
- * wait. It begins with the first subscriber, unless it is written to a file.
+ * The map has a callback group of its own, as one with rays can take longer than frames
+ * can wait. It begins with the first subscriber, unless it is written to a file.
  */
 class CentralMap : public std::enable_shared_from_this<CentralMap> {
 public:
@@ -43,8 +43,8 @@ public:
   void
   connect(rclcpp::Node& node);
 
-  /** \brief Inserts the last frames, without rays, as these would take longer than a node
-   * has to stop, and writes the map unless it is empty or has no file. */
+  /** \brief Inserts the last frames, without rays, as these would take longer than a
+   * node has to stop, and writes the map unless it is empty or has no file. */
   void
   finish() noexcept;
 
@@ -67,7 +67,8 @@ private:
   void
   updateOnTimer();
 
-  /** \brief Inserts the frames since the last call into the map. The mutex is locked. */
+  /** \brief Inserts the frames since the last call into the map. The mutex is
+   * locked. */
   void
   update(Rays rays);
 

@@ -16,8 +16,8 @@ namespace pcl_ext_ros {
 
 #if PCL_EXT_ROS_HAS_OCTOMAP_MSGS
 
-/** \brief Publishes a map with its occupancies on ~/map; those who come late get the last
- * one. */
+/** \brief Publishes a map with its occupancies on ~/map; those who come late get the
+ * last one. */
 class MapPublisher {
 public:
   explicit MapPublisher(rclcpp::Node& node)

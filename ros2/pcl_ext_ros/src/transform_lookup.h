@@ -24,8 +24,8 @@ struct FoundTransform {
   std::string failure;
 };
 
-/** \brief Looks up transforms to the global frame. TF messages are received by a separate
- * thread; no lookup waits. */
+/** \brief Looks up transforms to the global frame. TF messages are received by a
+ * separate thread; no lookup waits. */
 class TransformLookup {
 public:
   /** \brief Starts to listen.

@@ -5,8 +5,8 @@
 
 namespace pcl_ext_ros {
 
-/** \brief A callback that does nothing once its object is gone: executors of several threads
- * may call it while a container unloads the node.
+/** \brief A callback that does nothing once its object is gone: executors of several
+ * threads may call it while a container unloads the node.
  * \param[in] object whose method it calls
  * \param[in] method what it calls
  */

@@ -16,8 +16,8 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief A noisy wall of 2 m by 2 m, 3 m before the sensor, and a ball that moves in front
- * of it. Some points are not finite, as in the clouds of depth cameras.
+/** \brief A noisy wall of 2 m by 2 m, 3 m before the sensor, and a ball that moves in
+ * front of it. Some points are not finite, as in the clouds of depth cameras.
  * \param[in] number of the cloud in its stream; decides the points
  * \param[in] frame_id of the sensor
  * \param[in] stamp of the cloud
@@ -28,8 +28,8 @@ makeCloud(std::uint32_t number,
           const rclcpp::Time& stamp,
           std::size_t points = 4000);
 
-/** \brief A rotation about an oblique axis and a translation by fractions of a voxel, after
- * the rounding of a message.
+/** \brief A rotation about an oblique axis and a translation by fractions of a voxel,
+ * after the rounding of a message.
  * \param[in] shift added to the translation along x, metres, and to the angle, radians
  */
 pcl_ext::WorldPose

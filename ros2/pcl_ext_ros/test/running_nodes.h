@@ -82,7 +82,8 @@ private:
   typename rclcpp::Subscription<MessageT>::SharedPtr subscription_;
 };
 
-/** \brief Spins nodes in a thread until it is destroyed. The nodes are destroyed after. */
+/** \brief Spins nodes in a thread until it is destroyed. The nodes are destroyed
+ * after. */
 class RunningNodes {
 public:
   explicit RunningNodes(

@@ -189,7 +189,8 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
   EXPECT_EQ(cloud->data, pointsOf(expected));
   EXPECT_EQ(cloud->header.frame_id, "world");
   EXPECT_GE(rclcpp::Time(cloud->header.stamp), rclcpp::Time(second.header.stamp));
-  // Of the first ones one may be missed, as the topics are connected one after the other.
+  // Of the first ones one may be missed, as the topics are connected one after the
+  // other.
   std::optional<DiagnosticArray> merged_streams;
   ASSERT_TRUE(waitUntil([&] {
     for (const DiagnosticArray& message : streams.messages())

@@ -36,8 +36,8 @@ topicOf(std::size_t sensor)
   return "/" + frameIdOf(sensor) + "/points/pcl_ext";
 }
 
-/** \brief Points of x, y, z and intensity: the order of merged voxels depends on the frames
- * before. */
+/** \brief Points of x, y, z and intensity: the order of merged voxels depends on the
+ * frames before. */
 std::vector<std::array<float, 4>>
 sortedPoints(const Bytes& data)
 {
@@ -122,7 +122,8 @@ public:
     return is_connected;
   }
 
-  /** \brief Unloads the first node: the sensors' in their order, then the central one. */
+  /** \brief Unloads the first node: the sensors' in their order, then the central
+   * one. */
   void
   unloadFirst()
   {

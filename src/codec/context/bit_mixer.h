@@ -18,7 +18,8 @@ namespace context {
  * they are the same on every machine. */
 class LogisticTables {
 public:
-  /** \brief Largest magnitude of a number on the logistic scale, whose unit is 1/256. */
+  /** \brief Largest magnitude of a number on the logistic scale, whose unit is
+   * 1/256. */
   static constexpr std::int32_t largest = 2047;
 
   LogisticTables();
@@ -35,7 +36,8 @@ public:
     return squash_[static_cast<std::size_t>(number + largest)];
   }
 
-  /** \brief ln(p / (1 - p)), in units of 1/256, of a probability p in units of 2^-16. */
+  /** \brief ln(p / (1 - p)), in units of 1/256, of a probability p in units of
+   * 2^-16. */
   std::int32_t
   stretch(std::uint32_t probability) const
   {
@@ -51,9 +53,9 @@ private:
 const LogisticTables&
 logisticTables();
 
-// Mixing of several probabilities of one bit into one: a weighted sum on the logistic scale
-// with weights that adapt to every bit (M. Mahoney, Adaptive weighing of context models for
-// lossless data compression, 2005). Weights are in units of 2^-16.
+// Mixing of several probabilities of one bit into one: a weighted sum on the logistic
+// scale with weights that adapt to every bit (M. Mahoney, Adaptive weighing of context
+// models for lossless data compression, 2005). Weights are in units of 2^-16.
 
 /** \brief Weight of each of a number of ways at the start; their sum is 1.2. */
 constexpr std::int32_t

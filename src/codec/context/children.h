@@ -16,7 +16,8 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of the children of octree nodes (doc/bitstream_context.md, "Children"). */
+/** \brief Models of the children of octree nodes (doc/bitstream_context.md,
+ * "Children"). */
 struct ChildModels {
   using Child = DecisionModel<5, 2>;
 
@@ -33,8 +34,8 @@ struct ParentNode {
   unsigned int target = 0;        ///< encoder only: those that have
 };
 
-/** \brief How many of the three nodes of NodeSurroundings::outside are present and pending: 4
- * times the first number plus the second. */
+/** \brief How many of the three nodes of NodeSurroundings::outside are present and
+ * pending: 4 times the first number plus the second. */
 constexpr std::array<std::uint8_t, 64>
 makeStateCounts()
 {

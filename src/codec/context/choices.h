@@ -18,8 +18,8 @@ struct Choice {
 };
 
 /** \brief Model of choices between alternatives of several classes, each of which has a
- * weight (doc/bitstream_context.md, "Choices"). An alternative's probability is its share of
- * the weight of all alternatives there are.
+ * weight (doc/bitstream_context.md, "Choices"). An alternative's probability is its
+ * share of the weight of all alternatives there are.
  * \tparam ClassCount number of classes
  */
 template <std::size_t ClassCount>
@@ -53,8 +53,8 @@ public:
   }
 
   /** \brief Adapts the weights to a choice: exponentiated gradient with steps of 1/16
-   * (J. Kivinen, M. K. Warmuth, Exponentiated gradient versus gradient descent for linear
-   * predictors, 1997).
+   * (J. Kivinen, M. K. Warmuth, Exponentiated gradient versus gradient descent for
+   * linear predictors, 1997).
    * \param[in] total of these counts
    */
   void

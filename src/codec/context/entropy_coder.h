@@ -16,8 +16,8 @@ namespace context {
 /** \brief Encodes bits of given probability: a range coder with two symbols
  * (G. N. N. Martin, Range encoding, 1979; doc/bitstream_context.md, "Range coder").
  *
- * code() has the same signature as in BinaryRangeDecoder, so that the stages of a frame are
- * written once for both directions.
+ * code() has the same signature as in BinaryRangeDecoder, so that the stages of a frame
+ * are written once for both directions.
  */
 class BinaryRangeEncoder {
 public:
@@ -76,8 +76,8 @@ public:
     }
   }
 
-  /** \brief Number of bytes that further bits change by a carry only; the decoder counts
-   * the same. */
+  /** \brief Number of bytes that further bits change by a carry only; the decoder
+   * counts the same. */
   std::size_t
   settledBytes() const
   {
@@ -172,7 +172,8 @@ public:
     return std::min(code_ / unit_, total - 1);
   }
 
-  /** \brief As BinaryRangeEncoder::endShare, of the alternative whose unit was returned. */
+  /** \brief As BinaryRangeEncoder::endShare, of the alternative whose unit was
+   * returned. */
   void
   endShare(std::uint32_t begin, std::uint32_t size, bool is_last)
   {

@@ -31,14 +31,15 @@ struct FrameParameters {
   }
 };
 
-/** \brief The blocks of a frame while its occupancy is coded; passed from stage to stage.
- * Kept from frame to frame so that its memory is reused. */
+/** \brief The blocks of a frame while its occupancy is coded; passed from stage to
+ * stage. Kept from frame to frame so that its memory is reused. */
 struct FrameBlocks {
-  /** \brief The occupied cells: of the blocks of the history, then of the new blocks. */
+  /** \brief The occupied cells: of the blocks of the history, then of the new
+   * blocks. */
   NodeBlockLevel blocks;
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
-  /** \brief Of each block of the history, those of it across the six faces; and one element
-   * after them, which is not used. */
+  /** \brief Of each block of the history, those of it across the six faces; and one
+   * element after them, which is not used. */
   std::vector<std::array<std::uint32_t, face_count>> neighbours;
   BlockDirectory directory; ///< scratch memory of the intensities
 
@@ -81,11 +82,11 @@ copySymbols(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& 
   to.assign(from.begin(), from.end());
 }
 
-/** \brief The intensities of a frame's voxels, or their numbers of points where it has no
- * intensities, while they are coded. */
+/** \brief The intensities of a frame's voxels, or their numbers of points where it has
+ * no intensities, while they are coded. */
 struct CodedIntensities {
-  /** \brief Coded first: the number of points where it can be derived from the depth model,
-   * else the symbol itself. */
+  /** \brief Coded first: the number of points where it can be derived from the depth
+   * model, else the symbol itself. */
   std::vector<std::uint16_t> base_symbols;
   std::vector<std::uint16_t> symbols;
   /** \brief Symbols of the numbers of points, where the frame has these beside

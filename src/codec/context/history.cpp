@@ -26,8 +26,8 @@ constexpr std::uint8_t first_activity_p_frame = 2;
 /** \brief Ages are counted up to this. */
 constexpr std::uint8_t oldest = 31;
 
-/** \brief Adaptation rate of a probability by age, as a shift: 1/2 for two frames, 1/4 up to
- * the fifth, 1/8 up to the tenth, then 1/16. */
+/** \brief Adaptation rate of a probability by age, as a shift: 1/2 for two frames, 1/4
+ * up to the fifth, 1/8 up to the tenth, then 1/16. */
 constexpr std::array<std::uint8_t, oldest + 1>
 makeRateShifts()
 {
@@ -196,8 +196,8 @@ struct History::Learning {
   static void
   learnSymbol(SymbolRecord& record, std::uint16_t symbol, unsigned int fraction_bits)
   {
-    // Right shifts of negative numbers round towards minus infinity, in all compilers and
-    // by the standard since C++20.
+    // Right shifts of negative numbers round towards minus infinity, in all compilers
+    // and by the standard since C++20.
     const int value = static_cast<int>(symbol) << fraction_bits;
     const int difference = value - static_cast<int>(record.mean);
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);

@@ -40,9 +40,10 @@ struct DepthRecord {
   std::uint8_t roughness = 0; ///< running mean of the residual, in sixteenths
 };
 
-/** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder:
- * occupancy and intensity of each voxel with a record (doc/bitstream_context.md,
- * "History"). Integers only, so that it is the same on every machine. */
+/** \brief Statistics of the frames since the last I-frame, the same in encoder and
+ * decoder: occupancy and intensity of each voxel with a record
+ * (doc/bitstream_context.md, "History"). Integers only, so that it is the same on every
+ * machine. */
 class History {
 public:
   const std::vector<HistoryBlock>&
@@ -126,9 +127,10 @@ public:
    * \param[in] frame its blocks
    * \param[in] base_symbols of its voxels
    * \param[in] depths one element for each voxel; null without a depth model
-   * \param[in] is_i_frame its voxels start with a higher probability than new voxels of a
-   * P-frame
-   * \param[in] points point symbols beside intensities, one for each voxel; null without
+   * \param[in] is_i_frame its voxels start with a higher probability than new voxels of
+   * a P-frame
+   * \param[in] points point symbols beside intensities, one for each voxel; null
+   * without
    */
   void
   update(const BlockList& frame,
@@ -145,8 +147,8 @@ private:
   struct Learning;
 
   std::vector<HistoryBlock> blocks_;
-  // The first `record_count_` elements are in use. Not resized to them, as growing again
-  // would initialise the elements.
+  // The first `record_count_` elements are in use. Not resized to them, as growing
+  // again would initialise the elements.
   std::vector<VoxelRecord> records_;
   std::size_t record_count_ = 0;
   // Beside the records, once a frame had a depth model.

@@ -87,8 +87,8 @@ public:
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
    * \param[in,out] symbols one for each voxel; the decoder fills them
-   * \param[in] remembered what is remembered of these, in the order of the history's records;
-   * null: the records themselves
+   * \param[in] remembered what is remembered of these, in the order of the history's
+   * records; null: the records themselves
    */
   void
   run(const BlockList& frame,
@@ -138,8 +138,8 @@ public:
 
   /** \brief Codes the residuals of a depth model.
    * \param[in] split after predict()
-   * \param[in,out] symbols one for each voxel; a decoder replaces the numbers of points by
-   * the symbols
+   * \param[in,out] symbols one for each voxel; a decoder replaces the numbers of points
+   * by the symbols
    * \return false if the decoded numbers are not symbols
    */
   bool
@@ -322,7 +322,8 @@ private:
   codeDecision(const Decision& decision, bool is_above)
   {
     const std::uint32_t first = rows_[0] * Models::nodes + decision.node;
-    // Most of these are of small symbols, where mixing takes more time than it is worth.
+    // Most of these are of small symbols, where mixing takes more time than it is
+    // worth.
     if (!CodingT::is_small && decision.node < 8)
       return coding_.codeFirst(models_.symbol, first, is_above);
     typename decltype(models_.symbol)::Contexts contexts;
@@ -355,8 +356,8 @@ private:
            size;
   }
 
-  /** \brief Codes what is beyond a residual or symbol as an Elias gamma code whose length
-   * has a model.
+  /** \brief Codes what is beyond a residual or symbol as an Elias gamma code whose
+   * length has a model.
    * \param[in] number 0 or more
    * \param[in] longest number of bits that is invalid
    */

@@ -14,8 +14,9 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief The face neighbours of a voxel whose symbol is coded: all voxels of the frame are
- * known, and the symbols of those before it, which are the lower ones on each axis. */
+/** \brief The face neighbours of a voxel whose symbol is coded: all voxels of the frame
+ * are known, and the symbols of those before it, which are the lower ones on each
+ * axis. */
 class IntensityNeighbours : public LowerNeighbours {
 public:
   /** \brief Shapes are below this. */
@@ -35,8 +36,8 @@ public:
     }
   }
 
-  /** \brief On which axes a cell has neighbours: 9 times their number, 0..2, on x, 3 times
-   * that on y, and that on z. */
+  /** \brief On which axes a cell has neighbours: 9 times their number, 0..2, on x, 3
+   * times that on y, and that on z. */
   std::uint32_t
   shapeOf(unsigned int cell) const
   {

@@ -28,7 +28,8 @@ public:
 
   /** \brief Adapts to a bit.
    * \param[in] bit the bit
-   * \param[in] shifts the rate after each number of bits, as 2^-shift; see learningShifts
+   * \param[in] shifts the rate after each number of bits, as 2^-shift; see
+   * learningShifts
    */
   PCL_EXT_ALWAYS_INLINE void
   learn(bool bit, const std::array<std::uint8_t, 17>& shifts)
@@ -44,13 +45,13 @@ public:
   }
 
 private:
-  // The probability, and below it the number of bits so far, up to 16. In one word, which
-  // is read and written once.
+  // The probability, and below it the number of bits so far, up to 16. In one word,
+  // which is read and written once.
   std::uint32_t state_ = 0x80000000;
 };
 
-/** \brief Rates of adaptation as shifts: 1/2, 1/4, 1/8 for four bits, 1/16 for ten, then the
- * final one.
+/** \brief Rates of adaptation as shifts: 1/2, 1/4, 1/8 for four bits, 1/16 for ten,
+ * then the final one.
  * \param[in] slowest_shift of the final rate, 2^-slowest_shift; 4..7
  */
 constexpr std::array<std::uint8_t, 17>
@@ -60,8 +61,8 @@ learningShifts(std::uint8_t slowest_shift)
 }
 
 /** \brief Model of one kind of binary decision: adaptive bits, selected by contexts.
- * \tparam WayCount number of contexts of a decision, each of which selects from its own row
- * of adaptive bits
+ * \tparam WayCount number of contexts of a decision, each of which selects from its own
+ * row of adaptive bits
  * \tparam BalancedWayCount number of these that effort balanced uses, the first ones
  */
 template <std::size_t WayCount, std::size_t BalancedWayCount = 1>
@@ -141,8 +142,8 @@ codeAdaptively(CoderT& coder,
   return decision;
 }
 
-/** \brief Codes decisions with the probabilities of their contexts, mixed if an effort uses
- * several.
+/** \brief Codes decisions with the probabilities of their contexts, mixed if an effort
+ * uses several.
  * \tparam CoderT BinaryRangeEncoder or BinaryRangeDecoder
  * \tparam IsSmall effort small; else balanced
  */
@@ -188,7 +189,8 @@ public:
     }
   }
 
-  /** \brief Codes one decision with the first of its contexts alone, and adapts that. */
+  /** \brief Codes one decision with the first of its contexts alone, and adapts
+   * that. */
   template <typename ModelT>
   PCL_EXT_ALWAYS_INLINE bool
   codeFirst(ModelT& model, std::uint32_t context, bool bit)

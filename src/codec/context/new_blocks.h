@@ -16,9 +16,9 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Codes the voxels of blocks that the history does not have, for either direction: as
- * an octree, level by level, so that the nodes around a node are known one level above its
- * children.
+/** \brief Codes the voxels of blocks that the history does not have, for either
+ * direction: as an octree, level by level, so that the nodes around a node are known
+ * one level above its children.
  * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>

@@ -17,7 +17,8 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of new voxels in tracked blocks (doc/bitstream_context.md, "New voxels"). */
+/** \brief Models of new voxels in tracked blocks (doc/bitstream_context.md, "New
+ * voxels"). */
 struct NewVoxelModels {
   /** \brief Classes of cells, by their neighbours.
    *
@@ -42,7 +43,8 @@ struct NewVoxelModels {
   Cells cell;             ///< which cell is the next of these
 };
 
-/** \brief Codes the voxels without a record in blocks of the history, for either direction.
+/** \brief Codes the voxels without a record in blocks of the history, for either
+ * direction.
  * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>

@@ -16,15 +16,15 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief 4 x 4 x 4 nodes of one octree level, the grandchildren of one node: a block where
- * the nodes are voxels. Nodes are numbered as the cells of a block. */
+/** \brief 4 x 4 x 4 nodes of one octree level, the grandchildren of one node: a block
+ * where the nodes are voxels. Nodes are numbered as the cells of a block. */
 struct NodeBlock {
   std::uint64_t present = 0; ///< nodes that have voxels, as far as they are coded
   std::uint8_t pending = 0;  ///< octants whose nodes will be coded
 };
 
-/** \brief The node blocks of one level while its nodes are coded. Kept so that its memory is
- * reused. */
+/** \brief The node blocks of one level while its nodes are coded. Kept so that its
+ * memory is reused. */
 class NodeBlockLevel {
 public:
   /** \brief Removes all node blocks.
@@ -148,8 +148,8 @@ struct NodeSurroundings {
    *     axis    x  y  z     x  y  z
    *             1  1  1     1  1  1    present
    *             1  1  1     0  0  0    pending
-   *             0  0  0     1  1  1    absent, but one of the four nodes that share this
-   *                                    face of the parent is present
+   *             0  0  0     1  1  1    absent, but one of the four nodes that share
+   *                                    this face of the parent is present
    *             0  0  0     0  0  0    absent, and so are these
    */
   std::uint64_t outside = 0;
@@ -162,7 +162,8 @@ struct NodeSurroundings {
   unsigned int nodes = 0; ///< children that are present, a mask
 };
 
-/** \brief A node block of a level and those around it, of which each is looked up once. */
+/** \brief A node block of a level and those around it, of which each is looked up
+ * once. */
 class NodeBlockCursor {
 public:
   /** \param[in] node_blocks of the level
@@ -229,8 +230,8 @@ public:
   }
 
 private:
-  /** \brief The nodes of an octant as two masks of eight bits: in the lower one those that
-   * are present, in the upper one those that are present or pending. */
+  /** \brief The nodes of an octant as two masks of eight bits: in the lower one those
+   * that are present, in the upper one those that are present or pending. */
   static unsigned int
   nodesOf(const NodeBlock& node_block, unsigned int octant)
   {
@@ -257,8 +258,8 @@ private:
     around.outside |= bytesOfBits(not_absent) * (8 * Axis) | bytesOfBits(low) * Axis;
   }
 
-  /** \brief For the nodes of an octant the next one outside their parent, along some axes at
-   * once.
+  /** \brief For the nodes of an octant the next one outside their parent, along some
+   * axes at once.
    * \tparam Axes sum of 4, 2, 1 for x, y, z
    * \return two masks as nodesOf()
    */
@@ -269,8 +270,8 @@ private:
     return exchanged<Axes>(acrossFrom<Axes, Axes>(octant, 0, 0xffff, node_blocks));
   }
 
-  /** \brief Some of the nodes that across() finds, before they are exchanged: those in a node block
-   * beside this one as far as the axes are decided. */
+  /** \brief Some of the nodes that across() finds, before they are exchanged: those in
+   * a node block beside this one as far as the axes are decided. */
   template <unsigned int Axes, unsigned int UndecidedAxes>
   PCL_EXT_ALWAYS_INLINE static unsigned int
   acrossFrom(unsigned int octant,
@@ -292,7 +293,8 @@ private:
     }
   }
 
-  /** \brief The node block that is on the octant's side beside this one on some axes. */
+  /** \brief The node block that is on the octant's side beside this one on some
+   * axes. */
   template <unsigned int Axes>
   const NodeBlock*
   blockBeside(unsigned int octant)

@@ -280,7 +280,8 @@ Payload::codeOccupancy(CodingT& coding,
   return new_blocks.run();
 }
 
-/** \brief Codes the residuals of a depth model, if there is one, after the base symbols. */
+/** \brief Codes the residuals of a depth model, if there is one, after the base
+ * symbols. */
 template <typename CodingT>
 bool
 Payload::codeResiduals(CodingT& coding,

@@ -19,8 +19,9 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): a frame is a
- * sequence of binary decisions, each coded with an adaptive probability of its context. */
+/** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): a
+ * frame is a sequence of binary decisions, each coded with an adaptive probability of
+ * its context. */
 class Payload : public PayloadCoder {
 public:
   /** \brief A coder at the start of a stream.
@@ -141,8 +142,8 @@ private:
 
   bool is_small_;
   Models models_;
-  /** \brief Decoder: after the frame, until learn(). Encoder: before a frame that tries the
-   * history. */
+  /** \brief Decoder: after the frame, until learn(). Encoder: before a frame that tries
+   * the history. */
   Models trial_models_;
   History history_;
   History empty_history_; // for frames without, as a failure must not clear history_

@@ -23,7 +23,8 @@ struct TrackedVoxelModels {
   DecisionModel<2> voxel; ///< a tracked voxel is occupied
 };
 
-/** \brief For each cell of a block how many of its neighbours are in a set: 0, 1, or more. */
+/** \brief For each cell of a block how many of its neighbours are in a set: 0, 1, or
+ * more. */
 struct FewNeighbours {
   std::uint64_t one = 0; ///< cells with at least one
   std::uint64_t two = 0; ///< cells with at least two
@@ -44,8 +45,8 @@ struct FewNeighbours {
   }
 };
 
-/** \brief Codes the occupancy of the tracked voxels, which have a record in the history, for
- * either direction.
+/** \brief Codes the occupancy of the tracked voxels, which have a record in the
+ * history, for either direction.
  * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
@@ -130,7 +131,8 @@ private:
     return occupied;
   }
 
-  /** \brief Context from the record alone: probability, last two frames, age and mean. */
+  /** \brief Context from the record alone: probability, last two frames, age and
+   * mean. */
   std::uint32_t
   recordContext(const VoxelRecord& record, std::uint32_t age_class) const
   {
@@ -141,7 +143,8 @@ private:
            mean_class;
   }
 
-  /** \brief Classes of a mean in quarters of a point: bounds at 1.5, 2, 3 and 5 points. */
+  /** \brief Classes of a mean in quarters of a point: bounds at 1.5, 2, 3 and 5
+   * points. */
   static constexpr std::array<std::uint8_t, 21> mean_classes = {
       0, 0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 4};
   static constexpr std::array<std::uint8_t, 6> age_classes = {0, 0, 1, 1, 1, 2};

@@ -44,8 +44,8 @@ private:
   std::array<std::uint8_t, probability_one + fill_size> symbols_;
 };
 
-/** \brief The probability of the table for a probability, of which 2^16 is 1: in units of
- * 2^-7, in coarser steps in the middle. */
+/** \brief The probability of the table for a probability, of which 2^16 is 1: in units
+ * of 2^-7, in coarser steps in the middle. */
 constexpr unsigned int
 tableProbability(unsigned int probability)
 {
@@ -53,8 +53,8 @@ tableProbability(unsigned int probability)
   return fine < 1 ? 1 : fine >= 8 && fine < 120 ? fine / 4 * 4 + 2 : fine;
 }
 
-/** \brief Table of the occupancy pattern of eight voxels that are occupied independently with
- * the same probability.
+/** \brief Table of the occupancy pattern of eight voxels that are occupied
+ * independently with the same probability.
  * \param[in] probability 2^16 is 1
  */
 const ByteTable&

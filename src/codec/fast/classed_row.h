@@ -13,9 +13,9 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes rows of small numbers, each with a class that encoder and decoder know, such
- * as the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each class has
- * an adaptive model of numbers up to 14; larger ones are escaped.
+/** \brief Codes rows of small numbers, each with a class that encoder and decoder know,
+ * such as the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each
+ * class has an adaptive model of numbers up to 14; larger ones are escaped.
  */
 class ClassedRow {
 public:

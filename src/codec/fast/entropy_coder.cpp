@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t state_bytes = 4;
 
-// The reciprocal of a width w is 2^43 / w, rounded up. Multiplying by it divides a number x
-// below 2^19 w exactly by w, as the error is below x / 2^43 < 1 / w.
+// The reciprocal of a width w is 2^43 / w, rounded up. Multiplying by it divides a
+// number x below 2^19 w exactly by w, as the error is below x / 2^43 < 1 / w.
 constexpr unsigned int reciprocal_bits = 43;
 
 constexpr std::array<std::uint64_t, probability_one>

@@ -20,8 +20,8 @@ namespace fast {
  * (doc/implementation_notes.md, "Four rANS states"). */
 enum class Interleaving { One, Four };
 
-/** \brief The interleaving of a row of so many elements. In a short row the bytes of three
- * more states matter more than time. */
+/** \brief The interleaving of a row of so many elements. In a short row the bytes of
+ * three more states matter more than time. */
 constexpr Interleaving
 interleavingOf(std::size_t element_count)
 {
@@ -44,11 +44,11 @@ struct NoVisit {
   {}
 };
 
-/** \brief Collects symbols in the order of decoding. rANS encodes the last symbol first, so
- * that finish() generates the bytes.
+/** \brief Collects symbols in the order of decoding. rANS encodes the last symbol
+ * first, so that finish() generates the bytes.
  *
- * Same interface as NibbleDecoder, so that the stages of a frame are written once for both
- * directions.
+ * Same interface as NibbleDecoder, so that the stages of a frame are written once for
+ * both directions.
  */
 class NibbleEncoder {
 public:
@@ -206,7 +206,8 @@ public:
   reserve(std::size_t)
   {}
 
-  /** \brief Whether more bytes were read than there are, or an initial state is invalid. */
+  /** \brief Whether more bytes were read than there are, or an initial state is
+   * invalid. */
   bool
   isOverrun() const
   {
@@ -253,8 +254,8 @@ public:
     return number;
   }
 
-  /** \brief Decodes nibbles, each with the model of its context. As no context depends on a
-   * nibble of the row, four nibbles are decoded at a time.
+  /** \brief Decodes nibbles, each with the model of its context. As no context depends
+   * on a nibble of the row, four nibbles are decoded at a time.
    * \param[in] contexts one for each nibble
    * \param[out] nibbles `count` of them
    * \param[in] prefetched returns the addresses to prefetch with the i-th nibble

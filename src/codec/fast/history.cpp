@@ -225,8 +225,8 @@ HistoryUpdate::addNewVoxels(const History& before,
     tracked[number] |= cells;
     const std::uint32_t first = number * block_cells;
     const unsigned int count = bitCount(cells);
-    // Two at a time, the highest one twice if the count is odd: such a loop is predicted
-    // better (doc/implementation_notes.md, "Branches").
+    // Two at a time, the highest one twice if the count is odd: such a loop is
+    // predicted better (doc/implementation_notes.md, "Branches").
     for (unsigned int done = 0; done < count; done += 2)
       for (unsigned int k = 0; k < 2; ++k) {
         const CellIndex added = first + lowestBit(cells);
@@ -247,8 +247,8 @@ HistoryUpdate::addNewVoxels(const History& before,
       static_cast<std::uint32_t>(index - after.cell_indices.data()) - after.first[past];
 }
 
-/** \brief Merges tracked and new blocks to the ascending blocks of the frame and of the history
- * after it.
+/** \brief Merges tracked and new blocks to the ascending blocks of the frame and of the
+ * history after it.
  * \return false if a new block is in the history
  */
 bool

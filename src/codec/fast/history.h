@@ -15,8 +15,8 @@ namespace fast {
 
 struct FrameBlocks;
 
-/** \brief The past of a voxel: a 1, and below it its occupancy in the last frames, one bit
- * for each of at most seven, the last one lowest.
+/** \brief The past of a voxel: a 1, and below it its occupancy in the last frames, one
+ * bit for each of at most seven, the last one lowest.
  *
  * New voxels of an I-frame start as if they had been occupied once before, which
  * distinguishes them from those of P-frames, most of which are noise.
@@ -50,8 +50,9 @@ isForgotten(unsigned int past)
   return (past >= 64 && (past & 63) == 0);
 }
 
-/** \brief Initial probability, 2^16 is 1, that a voxel with this past is occupied: a running
- * mean that starts at 0.4 and has a rate of 1/2 for two frames, 1/4 for three, then 1/8. */
+/** \brief Initial probability, 2^16 is 1, that a voxel with this past is occupied: a
+ * running mean that starts at 0.4 and has a rate of 1/2 for two frames, 1/4 for three,
+ * then 1/8. */
 std::uint32_t
 firstProbability(unsigned int past);
 
@@ -60,8 +61,8 @@ firstProbability(unsigned int past);
 /** \brief Index of a voxel: the number of its block times 64 plus its cell. */
 using CellIndex = std::uint32_t;
 
-/** \brief Allocates memory aligned to cache lines, so that the statistics of half a block are
- * one line. */
+/** \brief Allocates memory aligned to cache lines, so that the statistics of half a
+ * block are one line. */
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -101,8 +102,8 @@ struct CacheLineAllocator {
  * symbol_statistics. */
 using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
-/** \brief Resizes a vector that is shorter than this, to a quarter more, 2^16 elements more
- * at most. */
+/** \brief Resizes a vector that is shorter than this, to a quarter more, 2^16 elements
+ * more at most. */
 template <class Vector>
 void
 ensureSize(Vector& vector, std::size_t size)
@@ -111,12 +112,12 @@ ensureSize(Vector& vector, std::size_t size)
     vector.resize(size + std::min(size / 4, std::size_t{1} << 16));
 }
 
-/** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder
- * (doc/bitstream_fast.md, "History").
+/** \brief Statistics of the frames since the last I-frame, the same in encoder and
+ * decoder (doc/bitstream_fast.md, "History").
  *
- * Tracked voxels are stored in buckets, one for each past, which each frame splits in two
- * (doc/implementation_notes.md, "Buckets"), intensity statistics by block, 64 each. A block
- * keeps its number as long as it has tracked voxels.
+ * Tracked voxels are stored in buckets, one for each past, which each frame splits in
+ * two (doc/implementation_notes.md, "Buckets"), intensity statistics by block, 64 each.
+ * A block keeps its number as long as it has tracked voxels.
  */
 struct History {
   /** \brief Statistics of a voxel that has none yet. */
@@ -171,8 +172,8 @@ struct History {
   releaseMemory();
 };
 
-/** \brief Computes the history after a frame whose occupancy is coded, and the ascending
- * blocks of the frame. */
+/** \brief Computes the history after a frame whose occupancy is coded, and the
+ * ascending blocks of the frame. */
 class HistoryUpdate {
 public:
   /** \brief Updates the history with one frame.

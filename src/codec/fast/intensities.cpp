@@ -14,9 +14,9 @@ static_assert(History::no_statistics == symbol_statistics::none,
 
 namespace {
 
-/** \brief Not 0 if a nibble does not say all of a symbol: it is the escape, 15, or the bin is
- * one of those from 16 on, which have low bits. Both are seen in bit 4 and above, so that it
- * is one test, also for many voxels at once. */
+/** \brief Not 0 if a nibble does not say all of a symbol: it is the escape, 15, or the
+ * bin is one of those from 16 on, which have low bits. Both are seen in bit 4 and
+ * above, so that it is one test, also for many voxels at once. */
 constexpr unsigned int
 moreThanNibble(unsigned int nibble, unsigned int bin)
 {
@@ -122,8 +122,8 @@ Intensities::codeRunning(Coder& coder_now,
   return true;
 }
 
-/** \brief Codes the voxels of a P-frame, each relative to its own statistics. The loops are
- * such that compilers vectorise them. */
+/** \brief Codes the voxels of a P-frame, each relative to its own statistics. The loops
+ * are such that compilers vectorise them. */
 template <class Coder, class Symbol>
 bool
 Intensities::codeRow(Coder& coder,

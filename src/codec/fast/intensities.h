@@ -13,8 +13,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the symbols of a frame, of intensities or of numbers of points, relative to statistics
- * (doc/bitstream_fast.md, "Symbols").
+/** \brief Codes the symbols of a frame, of intensities or of numbers of points,
+ * relative to statistics (doc/bitstream_fast.md, "Symbols").
  *
  * A Coder is NibbleEncoder or NibbleDecoder; a Symbol is constant for an encoder.
  */
@@ -25,8 +25,8 @@ public:
    * \param[in,out] statistics of the history, 64 a block
    * \param[in] bits of a symbol, 1..16
    * \param[in,out] symbols one for each voxel; set by a decoder
-   * \return false if the bytes are invalid, never in an encoder; the caller then has to call
-   * restore()
+   * \return false if the bytes are invalid, never in an encoder; the caller then has to
+   * call restore()
    */
   template <class Coder, class Symbol>
   bool

@@ -14,8 +14,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Models of a mask of eight children: low nibble, then high nibble. The context is the
- * mask of the children that are likely. */
+/** \brief Models of a mask of eight children: low nibble, then high nibble. The context
+ * is the mask of the children that are likely. */
 struct MaskModels {
   std::array<NibbleModel, 16> low; ///< by the likely ones of children 0 to 3
   std::array<NibbleModel, 64>

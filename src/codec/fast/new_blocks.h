@@ -14,8 +14,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the blocks that are not in the history (doc/bitstream_fast.md, "New blocks"):
- * an octree from the root to the voxels, level by level.
+/** \brief Codes the blocks that are not in the history (doc/bitstream_fast.md, "New
+ * blocks"): an octree from the root to the voxels, level by level.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
@@ -23,16 +23,16 @@ class NewBlocks {
 public:
   /** \brief Codes a frame whose voxels in tracked blocks are coded.
    * \param[in,out] frame a decoder sets the new blocks
-   * \return false if the bytes are invalid, or decode to more voxels than the frame has;
-   * never in an encoder
+   * \return false if the bytes are invalid, or decode to more voxels than the frame
+   * has; never in an encoder
    */
   template <class Coder>
   bool
   code(Coder& coder, Models& models, FrameBlocks& frame);
 
 private:
-  /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and is the
-   * neighbour of nodes that have no other. */
+  /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and
+   * is the neighbour of nodes that have no other. */
   struct Level {
     std::size_t count = 0; ///< with node 0; elements from here on are unused
     std::vector<std::uint64_t> keys;

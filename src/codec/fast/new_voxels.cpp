@@ -20,7 +20,8 @@ constexpr unsigned int several_cells = 8;
 
 constexpr unsigned int all_ones = ~0u;
 
-/** \brief Rank of one of some children: the likely ones come first, both groups ascending.
+/** \brief Rank of one of some children: the likely ones come first, both groups
+ * ascending.
  *
  *     child       0  1  2  3  4  5  6  7
  *     children    x  x  .  x  x  .  x  x
@@ -70,8 +71,8 @@ makeCellContexts()
 
 constexpr auto cell_contexts = makeCellContexts();
 
-/** \brief The two cache lines with the statistics of a block. A line without occupied cells
- * is replaced by that of the first block, without branches. */
+/** \brief The two cache lines with the statistics of a block. A line without occupied
+ * cells is replaced by that of the first block, without branches. */
 inline std::array<const void*, 2>
 statisticsLines(const std::uint16_t* statistics,
                 std::uint32_t number,
@@ -142,8 +143,8 @@ NewVoxels::codeOctants(Coder& coder,
   return true;
 }
 
-/** \brief For an encoder: lists the blocks with new voxels, and chooses the symbols of all
- * blocks. */
+/** \brief For an encoder: lists the blocks with new voxels, and chooses the symbols of
+ * all blocks. */
 void
 NewVoxels::chooseOctants(const History& before, FrameBlocks& frame)
 {
@@ -250,7 +251,8 @@ NewVoxels::codeCells(Coder& coder,
   ensureSize(surroundings_, count);
   const CellIndex* const octants = octants_.data();
   const std::uint64_t* const all_tracked = before.tracked.data();
-  // Octants outside of the grid have no open cells, so that all their symbols are invalid.
+  // Octants outside of the grid have no open cells, so that all their symbols are
+  // invalid.
   const std::uint64_t in_grid = cellsInGrid(frame.depth);
   std::uint64_t* const all_occupied = frame.occupied.data();
   std::uint8_t* const contexts = contexts_.data();
@@ -289,8 +291,8 @@ NewVoxels::codeCells(Coder& coder,
   return codeSeveralCells(coder, models, several_count, before, frame);
 }
 
-/** \brief Lists the octants with several new voxels and, in a decoder, sets the cells of
- * single new voxels. \return false if a symbol is invalid */
+/** \brief Lists the octants with several new voxels and, in a decoder, sets the cells
+ * of single new voxels. \return false if a symbol is invalid */
 template <bool is_decoder>
 bool
 NewVoxels::setSingleCells(FrameBlocks& frame, std::size_t& several_count)

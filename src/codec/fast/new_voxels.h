@@ -15,7 +15,8 @@ namespace io {
 namespace fast {
 
 /** \brief Codes the new voxels in tracked blocks (doc/bitstream_fast.md, "New voxels in
- * tracked blocks"): which blocks and octants have new voxels, then which cells they are.
+ * tracked blocks"): which blocks and octants have new voxels, then which cells they
+ * are.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */

@@ -18,8 +18,8 @@ namespace fast {
 constexpr unsigned int probability_bits = 12;
 constexpr std::uint32_t probability_one = 1u << probability_bits;
 
-/** \brief Symbol of a nibble that stands for all numbers above 14, which are then coded in
- * another way. */
+/** \brief Symbol of a nibble that stands for all numbers above 14, which are then coded
+ * in another way. */
 constexpr unsigned int escape = 15;
 
 /** \brief The slots of a symbol among 2^12: from `start` to before `start + width`. */
@@ -30,8 +30,9 @@ struct ProbabilityRange {
 
 /** \brief Adaptive probabilities of the sixteen values of a nibble.
  *
- * The symbols are counted. After the first 4, the next 8, the next 16 and then after every
- * 32 symbols the probabilities adapt to the counts, at a rate of 1/2, in the end 1/4.
+ * The symbols are counted. After the first 4, the next 8, the next 16 and then after
+ * every 32 symbols the probabilities adapt to the counts, at a rate of 1/2, in the end
+ * 1/4.
  */
 class alignas(64) NibbleModel {
 public:

@@ -13,11 +13,12 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-// A list of the occupied octants of many blocks: its elements are 8 times the index of the
-// block plus the octant. A loop over it has no loops over octants or cells inside, whose ends
-// would be mispredicted (doc/implementation_notes.md, "Branches").
+// A list of the occupied octants of many blocks: its elements are 8 times the index of
+// the block plus the octant. A loop over it has no loops over octants or cells inside,
+// whose ends would be mispredicted (doc/implementation_notes.md, "Branches").
 
-/** \brief Elements or cells that are written at a time, also beyond the end of a list. */
+/** \brief Elements or cells that are written at a time, also beyond the end of a
+ * list. */
 constexpr std::size_t list_excess = 8;
 
 /** \brief Appends the occupied octants of a block.
@@ -46,7 +47,8 @@ cellsOfOctant(std::uint32_t element, const std::uint64_t* cells)
 /** \brief Adds the cells of an octant to a number.
  * \param[in] cells occupied ones
  * \param[in] number index or key of the octant's first cell
- * \param[out] sums `list_excess` of them; those beyond the number of cells have any value
+ * \param[out] sums `list_excess` of them; those beyond the number of cells have any
+ * value
  */
 template <class Number>
 void

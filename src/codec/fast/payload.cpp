@@ -18,8 +18,8 @@ namespace {
 
 const History no_history;
 
-/** \brief Lists the indices of the voxels of the frame's blocks and, for a decoder, their
- * keys. */
+/** \brief Lists the indices of the voxels of the frame's blocks and, for a decoder,
+ * their keys. */
 template <bool with_keys>
 void
 expandBlocks(FrameBlocks& frame, std::vector<std::uint64_t>* keys)
@@ -222,7 +222,8 @@ Payload::decodeResiduals(const std::uint8_t* begin,
   return true;
 }
 
-/** \brief Codes which voxels are occupied, stage by stage, and computes the next history. */
+/** \brief Codes which voxels are occupied, stage by stage, and computes the next
+ * history. */
 template <class Coder>
 bool
 Payload::codeOccupancy(Coder& coder, Models& models)
@@ -334,8 +335,8 @@ Payload::statistics() noexcept
   return work_->frame.is_i_frame ? work_->next_history.statistics : history_.statistics;
 }
 
-/** \brief The statistics of numbers of points, with none for new voxels. Also an I-frame
- * changes those of the history, which saves memory. */
+/** \brief The statistics of numbers of points, with none for new voxels. Also an
+ * I-frame changes those of the history, which saves memory. */
 StatisticsTable&
 Payload::beginPointStatistics()
 {
@@ -385,8 +386,8 @@ Payload::forget() noexcept
   residuals_.reset();
 }
 
-/** \brief Collects the classes of the residuals: the fraction of the prediction, and the size
- * of the symbol, of which most are large. */
+/** \brief Collects the classes of the residuals: the fraction of the prediction, and
+ * the size of the symbol, of which most are large. */
 void
 Payload::collectClasses()
 {

@@ -21,8 +21,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Memory for a frame while it is coded, and the state after it until learn(). May be
- * used by several streams in turn. */
+/** \brief Memory for a frame while it is coded, and the state after it until learn().
+ * May be used by several streams in turn. */
 struct Workspace {
   FrameBlocks frame;
   TrackedVoxels tracked_voxels;
@@ -32,11 +32,11 @@ struct Workspace {
   Intensities intensities;
   Intensities points; ///< numbers of points beside intensities
   std::vector<std::uint16_t> point_symbols;
-  /** \brief Decoder only: the models after the frame, exchanged with those of the stream by
-   * learn(). */
+  /** \brief Decoder only: the models after the frame, exchanged with those of the
+   * stream by learn(). */
   std::unique_ptr<Models> models = std::make_unique<Models>();
-  /** \brief The history after the frame; in a P-frame without statistics, which are updated
-   * in the history of the stream. */
+  /** \brief The history after the frame; in a P-frame without statistics, which are
+   * updated in the history of the stream. */
   History next_history;
   std::vector<std::uint32_t> ranges; ///< encoder only: symbols
   std::vector<std::uint16_t> words;  ///< encoder only: words of the rANS states
@@ -115,8 +115,8 @@ private:
   const History&
   before() const;
 
-  /** \brief The statistics of the current frame: not those of the history in an I-frame, as
-   * it may be invalid. */
+  /** \brief The statistics of the current frame: not those of the history in an
+   * I-frame, as it may be invalid. */
   StatisticsTable&
   statistics() noexcept;
 

@@ -12,9 +12,9 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Bins of intensity values; above 15 there are eight an octave, and low bits select
- * the value within the bin. The highest value of all, at which sensors saturate, has a bin of
- * its own.
+/** \brief Bins of intensity values; above 15 there are eight an octave, and low bits
+ * select the value within the bin. The highest value of all, at which sensors saturate,
+ * has a bin of its own.
  *
  *     values      0..15  16..31  32..63  64..127  ...  the highest one
  *     bins        0..15  16..23  24..31  32..39   ...  one more than it would have else
@@ -51,8 +51,8 @@ binOf(unsigned int value)
 
 } // namespace intensity_bins
 
-/** \brief Running mean and mean deviation of the bins of a voxel in 16 bits: the mean in the
- * higher ten, the deviation in the lower six, both in eighths. */
+/** \brief Running mean and mean deviation of the bins of a voxel in 16 bits: the mean
+ * in the higher ten, the deviation in the lower six, both in eighths. */
 namespace symbol_statistics {
 
 constexpr int fraction = 8; ///< 1, in eighths
@@ -63,8 +63,9 @@ constexpr unsigned int mean_count = 1024;
 /** \brief Statistics of a voxel without symbols; no others have this mean. */
 constexpr std::uint16_t none = 0xffff;
 
-// In the functions below a Number is a type of 16 bits or more. With std::int16_t, and only
-// with it, compilers vectorise a loop over many voxels for eight of them at a time.
+// In the functions below a Number is a type of 16 bits or more. With std::int16_t, and
+// only with it, compilers vectorise a loop over many voxels for eight of them at a
+// time.
 
 template <class Number = int>
 constexpr Number
@@ -114,8 +115,8 @@ next(std::uint16_t statistics, unsigned int bin)
   return statistics == none ? first<Number>(bin) : further;
 }
 
-/** \brief The bin of symbol 0 in the model of a voxel. The fifteen bins of the model are
- * 0..14 up to a mean of 7, then those around the mean. */
+/** \brief The bin of symbol 0 in the model of a voxel. The fifteen bins of the model
+ * are 0..14 up to a mean of 7, then those around the mean. */
 template <class Number = int>
 constexpr std::uint16_t
 lowestBin(std::uint16_t statistics)
@@ -142,8 +143,8 @@ contextOf(std::uint16_t statistics)
   return static_cast<std::uint16_t>(level * 5 + spread + is_none);
 }
 
-/** \brief As contextOf and lowestBin of statistics other than `none`; faster for a single
- * voxel. */
+/** \brief As contextOf and lowestBin of statistics other than `none`; faster for a
+ * single voxel. */
 class Tables {
 public:
   constexpr Tables()
@@ -193,9 +194,9 @@ private:
 
 inline constexpr Tables tables;
 
-/** \brief Running statistics of an I-frame, as of `first` and `next`. Not in 16 bits, since
- * each voxel waits for the statistics after the one before it: that is 6 % of an encoder's
- * time. */
+/** \brief Running statistics of an I-frame, as of `first` and `next`. Not in 16 bits,
+ * since each voxel waits for the statistics after the one before it: that is 6 % of an
+ * encoder's time. */
 class Running {
 public:
   explicit Running(unsigned int first_bin)

@@ -30,7 +30,8 @@ collectBlocks(const std::vector<std::uint64_t>& voxel_keys, FrameBlocks& frame)
   std::uint64_t mask = 0;
   std::size_t count = 0;
   for (const std::uint64_t voxel : voxel_keys) {
-    // Without a branch: key and mask of a block are written again for each of its voxels.
+    // Without a branch: key and mask of a block are written again for each of its
+    // voxels.
     const std::uint64_t key = voxel >> block_key_bits;
     const std::uint64_t is_other = key != last ? 1 : 0;
     count += is_other;
@@ -68,8 +69,8 @@ nextProbability(std::uint16_t probability, std::uint32_t occupied, std::uint32_t
 struct SplitRule {
   static constexpr unsigned int pairs = 4;
 
-  // By pair: index of its first empty voxel among the eight, or of the other voxel if there
-  // is none; the same for occupied ones.
+  // By pair: index of its first empty voxel among the eight, or of the other voxel if
+  // there is none; the same for occupied ones.
   std::array<std::uint8_t, pairs> first_empty{};
   std::array<std::uint8_t, pairs> first_occupied{};
   // By pair: number of voxels up to the end of the pair.
@@ -111,8 +112,8 @@ struct BucketSplit {
   {
     prefetch(from + ahead);
     const SplitRule& rule = split_rules[byte];
-    // Two voxels are copied to both buckets, from the first one that belongs there on; what
-    // does not is overwritten later.
+    // Two voxels are copied to both buckets, from the first one that belongs there on;
+    // what does not is overwritten later.
     copyTwo(from + rule.first_empty[0], if_empty);
     copyTwo(from + rule.first_occupied[0], if_occupied);
     for (unsigned int pair = 1; pair < SplitRule::pairs; ++pair) {

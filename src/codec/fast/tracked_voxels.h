@@ -14,8 +14,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief For an encoder: groups the voxels into blocks, and divides these into tracked and new
- * ones.
+/** \brief For an encoder: groups the voxels into blocks, and divides these into tracked
+ * and new ones.
  * \param[in] history before the frame
  * \param[in] keys Morton keys of the voxels, ascending, at least one
  * \param[out] frame occupied cells of tracked blocks, and the new blocks
@@ -29,8 +29,8 @@ matchHistory(const History& history,
 std::size_t
 trackedVoxelCount(const History& history, const FrameBlocks& frame);
 
-/** \brief Codes the occupancy of the tracked voxels (doc/bitstream_fast.md, "Tracked voxels")
- * bucket by bucket, and splits the buckets.
+/** \brief Codes the occupancy of the tracked voxels (doc/bitstream_fast.md, "Tracked
+ * voxels") bucket by bucket, and splits the buckets.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */

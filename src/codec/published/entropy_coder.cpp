@@ -15,8 +15,8 @@ constexpr std::uint32_t top = std::uint32_t{1} << 24;
 constexpr std::uint32_t bottom = std::uint32_t{1} << 16;
 constexpr unsigned int alphabet_size = 256;
 
-/** \brief Cumulative frequencies: entry s is the number of symbols below s, scaled. Every
- * symbol has a frequency of at least 1, also if it does not occur. */
+/** \brief Cumulative frequencies: entry s is the number of symbols below s, scaled.
+ * Every symbol has a frequency of at least 1, also if it does not occur. */
 using CumulativeTable = std::array<std::uint32_t, alphabet_size + 1>;
 
 CumulativeTable
@@ -51,8 +51,8 @@ public:
     size_ = unit * frequency;
   }
 
-  /** \brief True while the first byte is the same in the whole interval. An interval that is
-   * too small without that is cut off at the next carry. */
+  /** \brief True while the first byte is the same in the whole interval. An interval
+   * that is too small without that is cut off at the next carry. */
   bool
   hasByte()
   {
@@ -97,9 +97,9 @@ isTable(const CumulativeTable& table)
 
 /** \brief False if no row of that many symbols has the table.
  *
- * In a table that was not scaled the frequency of a symbol is its count, or 1 if it does not
- * occur. A scaled table has a total of at least bottom / 2, and before scaling symbols that
- * do not occur contributed less than 256 to the total.
+ * In a table that was not scaled the frequency of a symbol is its count, or 1 if it
+ * does not occur. A scaled table has a total of at least bottom / 2, and before scaling
+ * symbols that do not occur contributed less than 256 to the total.
  */
 bool
 allowsCount(const CumulativeTable& table, std::size_t count)

@@ -15,8 +15,8 @@ namespace published {
 /** \brief Encodes symbols as pcl::StaticRangeCoder::encodeCharVectorToStream does: 257
  * cumulative frequencies of four bytes, then the output of a carryless range coder.
  *
- * PCL's coder writes the same bytes, but does not check what it reads, and needs PCL's io
- * module.
+ * PCL's coder writes the same bytes, but does not check what it reads, and needs PCL's
+ * io module.
  * \param[in] symbols any number of them, which is not coded
  * \param[in,out] bytes where to append
  */
@@ -26,11 +26,11 @@ encodeStaticRange(const std::vector<std::uint8_t>& symbols,
 
 /** \brief Inverse of encodeStaticRange.
  *
- * The layout has no checksum, but redundancy, which is checked: the frequencies have to be
- * those of the decoded symbols, and the last four bytes the end of the range. A count that
- * does not fit the frequencies is refused before any symbol is decoded.
- * \param[in,out] source where to read; after false its failure() distinguishes too few bytes
- * from invalid ones
+ * The layout has no checksum, but redundancy, which is checked: the frequencies have to
+ * be those of the decoded symbols, and the last four bytes the end of the range. A
+ * count that does not fit the frequencies is refused before any symbol is decoded.
+ * \param[in,out] source where to read; after false its failure() distinguishes too few
+ * bytes from invalid ones
  * \param[in] count number of symbols, within the caller's limits
  * \param[out] symbols the symbols
  * \return false if there are too few bytes, or an encoder does not write them

@@ -18,8 +18,8 @@ namespace published {
 
 namespace {
 
-/** \brief CRC-32 of a frame's symbols, and of an I-frame's grid; the layout has no checksum
- * to distinguish frames of the same number.
+/** \brief CRC-32 of a frame's symbols, and of an I-frame's grid; the layout has no
+ * checksum to distinguish frames of the same number.
  * \param[in] grid null for a P-frame
  */
 std::uint32_t
@@ -39,8 +39,8 @@ checksumOf(const VoxelGrid* grid,
   return chainedChecksum(checksum, intensities.data(), intensities.size());
 }
 
-/** \brief The most branches that a frame of so many voxels may have: those of its voxels,
- * and some without voxels. */
+/** \brief The most branches that a frame of so many voxels may have: those of its
+ * voxels, and some without voxels. */
 std::size_t
 mostBranches(std::uint64_t voxels, unsigned int depth)
 {
@@ -162,8 +162,8 @@ decodeFrame(ByteSource& source,
     return status;
   statistics.intensity_bytes = magic_size + source.consumed() -
                                statistics.header_bytes - statistics.occupancy_bytes;
-  // A frame is refused only when all of it was read, so that the next call continues after
-  // it.
+  // A frame is refused only when all of it was read, so that the next call continues
+  // after it.
   const std::uint32_t checksum =
       checksumOf(is_i_frame ? &frame.grid : nullptr, occupancy, intensities);
   if (!is_i_frame && order.isOld(header.frame_number, checksum, false))

@@ -42,8 +42,8 @@ struct OccupancyLevel {
 
 /** \brief An octree as levels of occupancy bytes, without pointers.
  *
- * Level 0 is the root; the children on the last level are voxels. An empty octree has no
- * nodes.
+ * Level 0 is the root; the children on the last level are voxels. An empty octree has
+ * no nodes.
  */
 class OccupancyTree {
 public:
@@ -83,14 +83,14 @@ private:
   std::array<OccupancyLevel, max_grid_depth> levels_;
 };
 
-/** \brief The most branch nodes that a decoder accepts in a frame of so many voxels: for each
- * of up to 2^20 voxels one a level, for each further voxel two; and one more a level for the
- * branch without voxels that remains where PCL enlarged an octree. */
+/** \brief The most branch nodes that a decoder accepts in a frame of so many voxels:
+ * for each of up to 2^20 voxels one a level, for each further voxel two; and one more a
+ * level for the branch without voxels that remains where PCL enlarged an octree. */
 std::size_t
 maxBranchNodes(std::uint64_t voxels, unsigned int depth);
 
-/** \brief Looks up the occupancy of nodes of a level in ascending order; 0 for a node that
- * does not exist. */
+/** \brief Looks up the occupancy of nodes of a level in ascending order; 0 for a node
+ * that does not exist. */
 class OccupancyCursor {
 public:
   OccupancyCursor() = default;

@@ -71,9 +71,9 @@ public:
   /** \brief Reads a node and all below it; false if the symbols are not a tree or its
    * voxels too many.
    *
-   * A branch may have no children: where PCL enlarges an octree that has no voxel of the
-   * frame yet, the old root stays below the new one. Such a branch is not kept: the next
-   * frame's differences to it are the same as to a branch that does not exist.
+   * A branch may have no children: where PCL enlarges an octree that has no voxel of
+   * the frame yet, the old root stays below the new one. Such a branch is not kept: the
+   * next frame's differences to it are the same as to a branch that does not exist.
    */
   bool
   read(unsigned int level, std::uint64_t node)

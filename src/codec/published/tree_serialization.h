@@ -13,7 +13,8 @@ namespace published {
 /** \brief Writes an octree as PCL serializes it: depth first, for each branch node its
  * occupancy byte, XOR-ed with that of the same node in the reference.
  * \param[in] tree may be empty, which is one byte 0
- * \param[in] reference tree of the previous frame, of the same depth; null for an I-frame
+ * \param[in] reference tree of the previous frame, of the same depth; null for an
+ * I-frame
  * \param[out] symbols the bytes
  */
 void

@@ -32,7 +32,8 @@ chooseRefinement(const VoxelFrame& frame)
   if (frame.grid.resolution > largest_edge || count < least_voxels ||
       5 * countCoarseVoxels(frame.keys, 1) < 4 * count)
     return 0;
-  // Smaller coarse voxels take fewer bytes, and more time where many levels are above them.
+  // Smaller coarse voxels take fewer bytes, and more time where many levels are above
+  // them.
   constexpr double smallest_edge_of_few_levels = 0.001;
   const std::size_t halves_of_voxels_in_a_coarse_one =
       frame.grid.resolution < smallest_edge_of_few_levels ? 8 : 3;

@@ -9,11 +9,11 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-/** \brief For how many of the lowest levels of the octree its voxels are better coded within
- * coarse voxels of 2^levels voxels along each axis.
+/** \brief For how many of the lowest levels of the octree its voxels are better coded
+ * within coarse voxels of 2^levels voxels along each axis.
  *
- * 0 unless most voxels are alone among their siblings, and voxels are no larger than 5 mm:
- * those are within the noise of sensors, and do not come again in the next frame.
+ * 0 unless most voxels are alone among their siblings, and voxels are no larger than
+ * 5 mm: those are within the noise of sensors, and do not come again in the next frame.
  * \param[in] frame consistent
  * \return 0..depth of the grid - 1
  */

@@ -24,8 +24,8 @@ struct ColourModels {
   std::array<std::array<ResidualModels, 3>, 2> residuals;
 };
 
-/** \brief Codes the colours of a frame's voxels, for either direction: green as a residual
- * of its prediction, red and blue with that of green added to theirs. */
+/** \brief Codes the colours of a frame's voxels, for either direction: green as a
+ * residual of its prediction, red and blue with that of green added to theirs. */
 class ColourPass {
 public:
   /** \brief A pass over one frame.
@@ -42,8 +42,8 @@ public:
     last_.fill(middle);
   }
 
-  /** \brief Codes the colours of voxels that have few neighbours: each is predicted from
-   * the voxel before.
+  /** \brief Codes the colours of voxels that have few neighbours: each is predicted
+   * from the voxel before.
    * \param[in,out] coding a NumberCoding
    * \param[in,out] colours one for each voxel; the decoder fills them
    * \return false if what was decoded are no colours

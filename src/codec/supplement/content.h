@@ -13,8 +13,8 @@ struct Content {
   unsigned int colour_bits = 0; ///< of a channel, 1..8; 0: no colours
   bool has_point_counts = false;
 
-  /** \brief Whether there is a supplement. Numbers of points are in it only if the voxels
-   * are, too. */
+  /** \brief Whether there is a supplement. Numbers of points are in it only if the
+   * voxels are, too. */
   bool
   hasSupplement() const
   {

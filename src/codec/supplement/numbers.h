@@ -14,9 +14,9 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-/** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their context,
- * larger ones after an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a
- * copy, which stays in registers.
+/** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their
+ * context, larger ones after an escape (doc/bitstream_supplement.md, "Numbers"). Loops
+ * use a copy, which stays in registers.
  * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
  */
 template <class Coder>
@@ -35,8 +35,8 @@ public:
     return coder_;
   }
 
-  /** \brief Makes room for this many more symbols: 8 for a call of code() or codeBits(),
-   * 1 for codeBit(). */
+  /** \brief Makes room for this many more symbols: 8 for a call of code() or
+   * codeBits(), 1 for codeBit(). */
   PCL_EXT_ALWAYS_INLINE void
   reserve(std::size_t symbols)
   {
@@ -83,8 +83,8 @@ public:
     return coder_.code(model, bit ? 1u : 0u) != 0;
   }
 
-  /** \brief Whether more bytes were read than there are. To be asked at least every eight
-   * calls of code() and codeBits(), or every 63 of codeBit(). */
+  /** \brief Whether more bytes were read than there are. To be asked at least every
+   * eight calls of code() and codeBits(), or every 63 of codeBit(). */
   bool
   isOverrun() const
   {

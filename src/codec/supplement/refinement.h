@@ -16,7 +16,8 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-/** \brief Models of the voxels within coarse voxels (doc/bitstream_supplement.md, "Refinement"). */
+/** \brief Models of the voxels within coarse voxels (doc/bitstream_supplement.md,
+ * "Refinement"). */
 struct RefinementModels {
   static constexpr std::size_t largest_count = 14;
   static constexpr std::size_t count_classes = 16;
@@ -32,11 +33,12 @@ struct RefinementModels {
   std::array<std::array<fast::BitModel, 4>, 63> single;
 };
 
-/** \brief Codes the voxels of coarse voxels, each a cube of 2^levels voxels along its axes, for
- * either direction.
+/** \brief Codes the voxels of coarse voxels, each a cube of 2^levels voxels along its
+ * axes, for either direction.
  *
- * A coarse voxel is divided in half along x, y and z in turn, and the number of voxels in the lower
- * half is coded, until a single voxel is left, whose remaining bits follow.
+ * A coarse voxel is divided in half along x, y and z in turn, and the number of voxels
+ * in the lower half is coded, until a single voxel is left, whose remaining bits
+ * follow.
  * \tparam CodingT a NumberCoding
  */
 template <typename CodingT>
@@ -44,8 +46,8 @@ class RefinementPass {
 public:
   /** \brief A pass over one frame.
    * \param[in] levels of a coarse voxel, 1..20
-   * \param[in] models_singles whether the bits of single voxels have models, which takes
-   * fewer bytes and more time; else they are raw
+   * \param[in] models_singles whether the bits of single voxels have models, which
+   * takes fewer bytes and more time; else they are raw
    */
   RefinementPass(RefinementModels& models, unsigned int levels, bool models_singles)
   : models_(models), coarse_voxel_bits_(3 * levels), models_singles_(models_singles)

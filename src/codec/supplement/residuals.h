@@ -23,8 +23,8 @@ struct ResidualModels {
   std::array<fast::NibbleModel, class_count> folded;
 };
 
-/** \brief 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ...; where the values of one side are used
- * up, those of the other one follow each other.
+/** \brief 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ...; where the values of one side are
+ * used up, those of the other one follow each other.
  * \param[in] residual of the prediction; their sum is within 0..highest
  * \param[in] predicted 0..highest
  * \param[in] highest value, below 2^16

@@ -37,11 +37,13 @@ struct Parameters {
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within coarse voxels, with their intensities and numbers of points, and colours (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
- * exception it can only be destroyed. */
+ * within coarse voxels, with their intensities and numbers of points, and colours
+ * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After
+ * an exception it can only be destroyed. */
 class SupplementCoder {
 public:
-  /** \brief Appends the supplement of the next frame of the stream, and learns the frame.
+  /** \brief Appends the supplement of the next frame of the stream, and learns the
+   * frame.
    * \param[in] parameters of the frame
    * \param[in] frame consistent
    * \param[in,out] bytes where to append
@@ -51,8 +53,8 @@ public:
          const VoxelFrame& frame,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
-   * nothing if it is not.
+  /** \brief Decodes what encode() appended. learn() has to follow if the frame is
+   * valid, nothing if it is not.
    * \param[in] parameters as for encode
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used

@@ -6,8 +6,8 @@ namespace mcap {
 
 namespace {
 
-/** \brief Bytes of all channels with their schemas. Many channels may have one schema, of
- * which each gets a copy. */
+/** \brief Bytes of all channels with their schemas. Many channels may have one schema,
+ * of which each gets a copy. */
 constexpr std::size_t max_channel_bytes = std::size_t{1} << 27;
 
 } // namespace

@@ -16,7 +16,8 @@ namespace mcap {
 /** \brief The channels of a file with their schemas, as their records are found. */
 class ChannelList {
 public:
-  /** \param[in] wants channels whose messages are wanted; empty: all; must outlive this */
+  /** \param[in] wants channels whose messages are wanted; empty: all; must outlive
+   * this */
   explicit ChannelList(const McapReader::ChannelFilter& wants) : wants_(wants) {}
 
   /** \brief Adds a schema, unless there is one of its id.

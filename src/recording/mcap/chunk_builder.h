@@ -28,7 +28,8 @@ public:
   /** \brief Takes the chunk and its message indexes, and begins another one.
    * \param[in] is_compressed compress the records, if that saves bytes
    * \param[in] offset of the chunk in the file
-   * \param[out] bytes fields of the chunk, its records and its message indexes are appended
+   * \param[out] bytes fields of the chunk, its records and its message indexes are
+   * appended
    * \return the index of the chunk
    */
   ChunkIndex

@@ -13,8 +13,8 @@ namespace pcl_ext {
 namespace recording {
 namespace mcap {
 
-/** \brief Keeps the last chunks that were read, as frames of several streams are read in
- * turn, each from a chunk of its own. */
+/** \brief Keeps the last chunks that were read, as frames of several streams are read
+ * in turn, each from a chunk of its own. */
 class ChunkCache {
 public:
   /** \brief Most bytes to keep, apart from the last chunk. */
@@ -26,8 +26,8 @@ public:
     std::vector<std::uint64_t> offsets; // of the messages
     std::string failure;                // empty, or what is wrong with the chunk
 
-    /** \brief True if a message begins at an offset. Within another message there may be
-     * bytes that look like one. */
+    /** \brief True if a message begins at an offset. Within another message there may
+     * be bytes that look like one. */
     bool
     hasMessageAt(std::uint64_t offset) const;
   };

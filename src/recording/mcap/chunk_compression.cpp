@@ -33,8 +33,8 @@ struct FreeLz4 {
 };
 
 /** \brief Decompresses pieces until the input or the room for the output ends.
- * \param[in] step takes the output of a piece, its size, the input and its size; sets both
- * sizes to what it used; returns false if the bytes are invalid
+ * \param[in] step takes the output of a piece, its size, the input and its size; sets
+ * both sizes to what it used; returns false if the bytes are invalid
  */
 template <typename StepT>
 std::string

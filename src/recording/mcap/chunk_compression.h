@@ -16,13 +16,14 @@ constexpr char no_compression[] = "";
 constexpr char zstd_compression[] = "zstd";
 constexpr char lz4_compression[] = "lz4";
 
-/** \brief Decompresses the records of a chunk, as far as they are whole. Memory is allocated
- * as bytes appear, not for the size that the chunk declares.
+/** \brief Decompresses the records of a chunk, as far as they are whole. Memory is
+ * allocated as bytes appear, not for the size that the chunk declares.
  * \param[in] compression name of the compression
  * \param[in] bytes the compressed bytes, of which the end may be missing
  * \param[in] size number of bytes
  * \param[in] max_size more uncompressed bytes are an error
- * \param[out] records its memory is reused; what could be decompressed, also after an error
+ * \param[out] records its memory is reused; what could be decompressed, also after an
+ * error
  * \return empty, or what is wrong
  */
 std::string

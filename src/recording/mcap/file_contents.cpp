@@ -15,7 +15,8 @@ namespace mcap {
 namespace {
 
 /** \brief A file may have so many messages, and one more for each of its bytes that
- * plausible_bytes says: compressed empty messages would take far more memory than the file. */
+ * plausible_bytes says: compressed empty messages would take far more memory than the
+ * file. */
 constexpr std::uint64_t plausible_messages = std::uint64_t{1} << 20;
 constexpr std::uint64_t plausible_bytes = 8; // of a message: times hardly compress
 
@@ -128,8 +129,8 @@ ContentsFinder::hasWanted(const ChunkIndex& chunk)
              [this](const auto& offset) { return channels_.isWanted(offset.first); });
 }
 
-/** \brief Adds the chunks in the order of the file. Chunks that overlap, which could be read
- * any number of times, are damage. */
+/** \brief Adds the chunks in the order of the file. Chunks that overlap, which could be
+ * read any number of times, are damage. */
 void
 ContentsFinder::addIndexedChunks(std::vector<ChunkIndex>& chunks)
 {
@@ -167,8 +168,8 @@ ContentsFinder::addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chun
   addByRecords(section);
 }
 
-/** \brief Adds the messages that the indexes after a chunk list. They end before the next
- * chunk, so that no bytes are read for several chunks.
+/** \brief Adds the messages that the indexes after a chunk list. They end before the
+ * next chunk, so that no bytes are read for several chunks.
  * \return false if they are invalid
  */
 bool

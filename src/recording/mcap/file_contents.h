@@ -44,8 +44,8 @@ struct FileContents {
 bool
 isMcapFile(const InputFile& file);
 
-/** \brief Finds the contents of a file: by its summary, and if that is missing or does not
- * tell of all messages, by reading all of the file.
+/** \brief Finds the contents of a file: by its summary, and if that is missing or does
+ * not tell of all messages, by reading all of the file.
  * \param[in] file the file
  * \param[in] wants channels whose messages are wanted; empty: all
  * \param[out] contents also of a damaged file

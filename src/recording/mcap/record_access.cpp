@@ -13,8 +13,8 @@ namespace mcap {
 
 namespace {
 
-/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed one,
- * which bounds the time to read a file that was made to take long. */
+/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed
+ * one, which bounds the time to read a file that was made to take long. */
 constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
 constexpr std::uint64_t plausible_compression_ratio = 1000;
 

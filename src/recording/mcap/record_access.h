@@ -12,7 +12,8 @@ namespace pcl_ext {
 namespace recording {
 namespace mcap {
 
-/** \brief A part of a file with messages: a chunk, or the file itself for messages without a chunk. */
+/** \brief A part of a file with messages: a chunk, or the file itself for messages
+ * without a chunk. */
 struct Section {
   bool is_chunk = true;
   std::uint64_t offset = 0; // of the record of the chunk
@@ -28,7 +29,8 @@ using ReadAt =
 /** \brief Loads the records of a chunk, as far as they can be read.
  * \param[in] read the file
  * \param[in] section a chunk
- * \param[out] records uncompressed; its memory is reused; empty if the checksum is wrong
+ * \param[out] records uncompressed; its memory is reused; empty if the checksum is
+ * wrong
  * \return empty, or what is wrong
  */
 std::string

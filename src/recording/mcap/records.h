@@ -1,5 +1,6 @@
 /** \file
- * The records of MCAP files, version 0 of the format (https://mcap.dev/spec), field by field.
+ * The records of MCAP files, version 0 of the format (https://mcap.dev/spec), field by
+ * field.
  */
 #pragma once
 
@@ -136,10 +137,10 @@ struct RecordExtent {
   std::uint64_t length = 0; // of the record with its prefix
 };
 
-/** \brief Parses the content of a record, without its prefix. Later versions of the format may
- * append fields, which are ignored.
- * \tparam RecordT one of the records above but a chunk, McapMetadata or McapAttachment. Of an
- * index of attachments or metadata a RecordExtent is parsed.
+/** \brief Parses the content of a record, without its prefix. Later versions of the
+ * format may append fields, which are ignored.
+ * \tparam RecordT one of the records above but a chunk, McapMetadata or McapAttachment.
+ * Of an index of attachments or metadata a RecordExtent is parsed.
  * \return false if the content is too short or contradicts itself
  */
 template <class RecordT>
@@ -197,8 +198,8 @@ appendDataEnd(std::uint32_t data_checksum, std::vector<std::uint8_t>& bytes);
 void
 appendFooter(const Footer& footer, std::vector<std::uint8_t>& bytes);
 
-/** \brief The time of a message. Those beyond the range of Time, the year 2262, are its last
- * one. */
+/** \brief The time of a message. Those beyond the range of Time, the year 2262, are its
+ * last one. */
 Time
 messageTime(std::uint64_t nanoseconds);
 

@@ -100,8 +100,8 @@ constexpr CompressionCode corrupt = CompressionCode::Corrupt;
 
 TEST(ScriptedContextPayloads, ANewBlockThatIsTracked)
 {
-  // The one block of a grid. Said to be new, it has the voxel below the tracked one: the keys
-  // ascend.
+  // The one block of a grid. Said to be new, it has the voxel below the tracked one:
+  // the keys ascend.
   const Stream stream(2, {5});
   EXPECT_EQ(stream.answerToPFrame(2,
                                   [&](ContextScript& script) {
@@ -187,7 +187,8 @@ public:
     class_ = split.classes()[0];
   }
 
-  /** \param[in] end first decision of the residual that is a no; 32: an escape follows */
+  /** \param[in] end first decision of the residual that is a no; 32: an escape
+   * follows */
   CompressionCode
   answer(std::uint32_t end, const Choices& escape) const
   {

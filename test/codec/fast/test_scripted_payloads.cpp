@@ -15,8 +15,8 @@ constexpr CompressionCode ok = CompressionCode::Ok;
 
 TEST(ScriptedFastPayloads, NewVoxelsInTrackedBlocks)
 {
-  // In block 2 first: bit 0 of the tracked voxels is cell 0, whose octant has the place 0;
-  // three open cells lie beside it.
+  // In block 2 first: bit 0 of the tracked voxels is cell 0, whose octant has the place
+  // 0; three open cells lie beside it.
   const auto frame = [](bool has_cell_0, const Choices& octants) {
     return [=](FastScript& script) {
       script.trackedVoxels(3, 10, has_cell_0 ? 0x3ff : 0x3fe);

@@ -118,8 +118,8 @@ TEST(PublishedBoxes, CornersWithinTheLargestLattice)
 
 TEST(PublishedBoxes, CubesWithinPclsTolerance)
 {
-  // PCL leaves out an epsilon where it enlarges a box, and leaves a box alone that is off
-  // by less than one at either end.
+  // PCL leaves out an epsilon where it enlarges a box, and leaves a box alone that is
+  // off by less than one at either end.
   constexpr double epsilon = std::numeric_limits<float>::epsilon();
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {

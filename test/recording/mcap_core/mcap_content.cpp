@@ -31,7 +31,8 @@ hexOf(const Bytes& bytes)
   return text;
 }
 
-/** \brief The beginning of a line about a message; names and topics have no quotes here. */
+/** \brief The beginning of a line about a message; names and topics have no quotes
+ * here. */
 void
 printMessage(const McapChannel& channel, const McapMessage& message)
 {

@@ -29,7 +29,8 @@ struct DemoReport {
   DenoisingReport denoising;
 };
 
-/** \brief What the demonstration does with each cloud of one sensor of the robot cell. */
+/** \brief What the demonstration does with each cloud of one sensor of the robot
+ * cell. */
 class DemoStream {
 public:
   /** \param[in] options must outlive this
@@ -55,8 +56,10 @@ public:
     return law_;
   }
 
-  /** \brief Takes the next cloud through all stages: captures, encodes, decodes, denoises.
-   * \throws std::runtime_error if one fails, or what was decoded is not what was encoded
+  /** \brief Takes the next cloud through all stages: captures, encodes, decodes,
+   * denoises.
+   * \throws std::runtime_error if one fails, or what was decoded is not what was
+   * encoded
    */
   void
   run(std::size_t frame);

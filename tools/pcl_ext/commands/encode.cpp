@@ -135,7 +135,8 @@ private:
 
   /** \brief Does a step on a stream. If the command line is not one for it, the other
    * streams go on.
-   * \throws UsageError if that is noticed before the first frame; nothing is written then
+   * \throws UsageError if that is noticed before the first frame; nothing is written
+   * then
    */
   template <typename StepT>
   void

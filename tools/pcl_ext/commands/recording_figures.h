@@ -23,8 +23,8 @@ struct StreamFigures {
   recording::Time first_time{0};
   recording::Time last_time{0};
   std::uint64_t bytes = 0;
-  /** \brief Of the frames whose headers tell their voxels: in the published layout I-frames
-   * alone. */
+  /** \brief Of the frames whose headers tell their voxels: in the published layout
+   * I-frames alone. */
   std::size_t frames_with_voxels = 0;
   std::uint64_t voxels = 0;
   double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
@@ -78,7 +78,8 @@ struct StreamFigures {
   }
 };
 
-/** \brief Reads the headers of the chosen frames of a recording, without decoding them. */
+/** \brief Reads the headers of the chosen frames of a recording, without decoding
+ * them. */
 std::vector<StreamFigures>
 figuresOf(RecordingInput& input, Console& console);
 

@@ -9,15 +9,17 @@ namespace tools {
 
 /** \brief Prints one line on standard error: an error or a remark.
  * \param[in] command whose it is, such as "pcl_ext encode"
- * \param[in] message may name files and streams by any bytes, and settings by their fields
+ * \param[in] message may name files and streams by any bytes, and settings by their
+ * fields
  */
 void
 printError(const std::string& command, const std::string& message);
 
 /** \brief What a command prints while it works: errors, remarks, and how far it is.
  *
- * Progress goes to standard error: on a terminal a bar with rate and remaining time, else
- * lines, the first after ten seconds and each after twice the time of the one before.
+ * Progress goes to standard error: on a terminal a bar with rate and remaining time,
+ * else lines, the first after ten seconds and each after twice the time of the one
+ * before.
  */
 class Console {
 public:

@@ -13,8 +13,8 @@ enum ExitStatus : int {
   interrupted = 130 ///< by SIGINT or SIGTERM; what was done until then is complete
 };
 
-/** \brief What ends a command with something_failed is any other exception; this one ends
- * it with wrong_command_line. */
+/** \brief What ends a command with something_failed is any other exception; this one
+ * ends it with wrong_command_line. */
 class UsageError : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;

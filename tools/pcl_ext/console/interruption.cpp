@@ -29,7 +29,8 @@ noteInterruption(int signal)
     first_second = secondNow();
     is_interrupted = 1;
   }
-  // The command timeout sends its signal twice at once, and the kernel SIGXCPU each second.
+  // The command timeout sends its signal twice at once, and the kernel SIGXCPU each
+  // second.
   else if (signal != SIGXCPU && secondNow() - first_second >= patience_s) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);

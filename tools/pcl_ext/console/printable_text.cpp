@@ -8,8 +8,8 @@ namespace tools {
 
 namespace {
 
-/** \brief True if a character changes the direction of the text: U+202A to U+202E, U+2066 to
- * U+2069. */
+/** \brief True if a character changes the direction of the text: U+202A to U+202E,
+ * U+2066 to U+2069. */
 bool
 isDirection(const std::string& text, std::size_t at)
 {
@@ -18,8 +18,8 @@ isDirection(const std::string& text, std::size_t at)
          (character >= "\xe2\x81\xa6" && character <= "\xe2\x81\xa9");
 }
 
-/** \brief Bytes of the character of UTF-8 that begins somewhere; 0: there is none, or it
- * controls the terminal. */
+/** \brief Bytes of the character of UTF-8 that begins somewhere; 0: there is none, or
+ * it controls the terminal. */
 std::size_t
 lengthOfCharacter(const std::string& text, std::size_t at)
 {
@@ -31,8 +31,8 @@ lengthOfCharacter(const std::string& text, std::size_t at)
     return first >= 0x20 && first != 0x7f ? 1 : 0;
   if (first < 0xc2 || first > 0xf4)
     return 0;
-  // What the second byte is at least and at most: no controls of U+0080 to U+009F, longer
-  // forms of other characters, surrogates, or numbers above U+10FFFF.
+  // What the second byte is at least and at most: no controls of U+0080 to U+009F,
+  // longer forms of other characters, surrogates, or numbers above U+10FFFF.
   const unsigned int least = first == 0xc2 || first == 0xe0 ? 0xa0
                              : first == 0xf0                ? 0x90
                                                             : 0x80;

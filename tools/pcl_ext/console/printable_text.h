@@ -5,9 +5,9 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief A text for a terminal. Names from files may have any bytes: control characters,
- * line ends among them, and bytes that are not UTF-8 become \\x1b and so on, so that a name
- * cannot move the cursor or look like another line. */
+/** \brief A text for a terminal. Names from files may have any bytes: control
+ * characters, line ends among them, and bytes that are not UTF-8 become \\x1b and so
+ * on, so that a name cannot move the cursor or look like another line. */
 std::string
 printable(const std::string& text);
 

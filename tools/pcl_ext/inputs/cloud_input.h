@@ -43,15 +43,15 @@ public:
   virtual const std::vector<std::string>&
   streams() const = 0;
 
-  /** \brief Number of clouds and messages in all, for progress; 0: it is not known yet. */
+  /** \brief Number of clouds and messages in all, for progress; 0: it is not known
+   * yet. */
   virtual std::size_t
   size() const = 0;
 
   /** \brief Reads what is next in time.
    * \param[out] cloud with Cloud
-   * \param[out] other with OtherMessage: a message to pass through; its channel is an index
-   * in channels()
-   * With Extra copyExtra() has what was found.
+   * \param[out] other with OtherMessage: a message to pass through; its channel is an
+   * index in channels() With Extra copyExtra() has what was found.
    */
   virtual Found
   next(InputCloud& cloud, recording::McapMessage& other) = 0;
@@ -116,8 +116,8 @@ public:
     return {};
   }
 
-  /** \brief What of the input was left out, or may be another than the user thinks, a line
-   * each. */
+  /** \brief What of the input was left out, or may be another than the user thinks, a
+   * line each. */
   virtual std::vector<std::string>
   remarks() const
   {

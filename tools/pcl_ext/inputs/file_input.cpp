@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 using clouds::CloudSequence;
 using recording::Time;
 
-/** \brief Files and folders: the first cloud of each stream, the second of each, and so on.
+/** \brief Files and folders: the first cloud of each stream, the second of each, and so
+ * on.
  */
 class FileInput : public CloudInput {
 public:
@@ -127,7 +128,8 @@ private:
   std::size_t index_;      // of the next cloud in its stream
 };
 
-/** \brief What is left out of folders, and whether files of several folders are one stream.
+/** \brief What is left out of folders, and whether files of several folders are one
+ * stream.
  */
 std::vector<std::string>
 remarksOn(const std::vector<clouds::SequenceInput>& paths, bool may_have_streams)

@@ -43,8 +43,8 @@ public:
 protected:
   static constexpr std::size_t none = ~std::size_t{0};
 
-  /** \brief Makes streams of the channels with clouds that are wanted. Channels of one topic,
-   * as of two publishers, are one stream.
+  /** \brief Makes streams of the channels with clouds that are wanted. Channels of one
+   * topic, as of two publishers, are one stream.
    * \param[in] channels that were known before come first
    */
   void
@@ -84,8 +84,8 @@ protected:
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
   }
 
-  /** \brief True if a stream may have clouds that are wanted, of those that are known or
-   * named by --topics. */
+  /** \brief True if a stream may have clouds that are wanted, of those that are known
+   * or named by --topics. */
   bool
   wantsMore() const
   {

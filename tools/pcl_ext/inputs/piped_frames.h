@@ -15,16 +15,16 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Shows the frames of the standard input as they arrive: those of one stream, one
- * after the other. */
+/** \brief Shows the frames of the standard input as they arrive: those of one stream,
+ * one after the other. */
 class PipedFrames {
 public:
   PipedFrames(view::ViewServer& server, Console& console)
   : server_(server), console_(console)
   {}
 
-  /** \brief Publishes frames until the input ends or the program is interrupted, and then
-   * the end.
+  /** \brief Publishes frames until the input ends or the program is interrupted, and
+   * then the end.
    * \throws std::runtime_error if the input has no frame
    */
   void

@@ -27,13 +27,14 @@ toCloud(recording::PointCloudMessage& message, pcl::PCLPointCloud2& cloud);
 recording::PointCloudMessage
 describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp);
 
-/** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity and rgb;
- * a voxel with a number of points has as many. Coordinates are FLOAT64 where
+/** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity
+ * and rgb; a voxel with a number of points has as many. Coordinates are FLOAT64 where
  * VoxelGrid::needsDoubles(), else FLOAT32. */
 void
 toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud);
 
-/** \brief What point_cloud_transport adds to the topic of clouds that are compressed. */
+/** \brief What point_cloud_transport adds to the topic of clouds that are
+ * compressed. */
 constexpr const char* compressed_suffix = "/pcl_ext";
 
 /** \brief The topic of the clouds that a stream was made of: without that suffix. */

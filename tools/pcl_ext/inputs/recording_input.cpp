@@ -53,8 +53,8 @@ secondsOf(Time time)
   return std::chrono::duration<double>(time).count();
 }
 
-/** \brief True if a user means a stream: by its name, or by that of its clouds' topic, with
- * the slash at its beginning or without. */
+/** \brief True if a user means a stream: by its name, or by that of its clouds' topic,
+ * with the slash at its beginning or without. */
 bool
 isMeant(const std::string& given, const std::string& stream)
 {

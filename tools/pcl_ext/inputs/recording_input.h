@@ -35,8 +35,8 @@ struct Selection {
 void
 addSelection(CLI::App& app, Selection& selection);
 
-/** \brief The wanted frames of a recording, and the other messages of a bag, in the order of
- * their times. Failures throw std::exception. */
+/** \brief The wanted frames of a recording, and the other messages of a bag, in the
+ * order of their times. Failures throw std::exception. */
 class RecordingInput {
 public:
   /** \brief A frame, or another message of the bag. */
@@ -55,7 +55,8 @@ public:
    */
   explicit RecordingInput(const std::string& path);
 
-  /** \brief The same with messages of the streams and of other topics, if it is a bag. */
+  /** \brief The same with messages of the streams and of other topics, if it is a
+   * bag. */
   static RecordingInput
   openBag(const std::string& path);
 
@@ -69,7 +70,8 @@ public:
   std::string
   shownPath() const;
 
-  /** \brief Name of a stream; that of a copied input follows from what the user gave. */
+  /** \brief Name of a stream; that of a copied input follows from what the user
+   * gave. */
   const std::string&
   nameOf(std::size_t stream) const
   {
@@ -103,8 +105,8 @@ public:
     return stream_of_channel_[channel] != none;
   }
 
-  /** \brief Chooses frames; without, all are chosen. Messages of other topics are those of
-   * the same time.
+  /** \brief Chooses frames; without, all are chosen. Messages of other topics are those
+   * of the same time.
    * \throws UsageError if there are no such frames
    */
   void

@@ -23,7 +23,8 @@ namespace {
 
 constexpr const char* standard_input = "-";
 
-/** \brief Paths of copies by the path that the user gave: a pipe can be read once only. */
+/** \brief Paths of copies by the path that the user gave: a pipe can be read once
+ * only. */
 std::map<std::string, std::string> copies;
 
 std::string

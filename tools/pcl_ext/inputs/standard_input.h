@@ -29,16 +29,17 @@ private:
   int number_; // -1: none
 };
 
-/** \brief A path at which an input can be read at any place and more than once: its own; for
- * the standard input, which is "-", and for a pipe that of a copy without a name, which is
- * there until the program ends.
+/** \brief A path at which an input can be read at any place and more than once: its
+ * own; for the standard input, which is "-", and for a pipe that of a copy without a
+ * name, which is there until the program ends.
  * \throws std::runtime_error if it cannot be copied
  */
 std::string
 pathOfInput(const std::string& path);
 
 /** \brief An MCAP file that comes through a pipe or a socket can be read as it comes.
- * \return the descriptor of such an input, of which 8 bytes were read; nothing for other inputs
+ * \return the descriptor of such an input, of which 8 bytes were read; nothing for
+ * other inputs
  * \throws std::runtime_error if it cannot be read
  */
 std::optional<Descriptor>

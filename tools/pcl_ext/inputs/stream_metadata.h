@@ -18,7 +18,8 @@ constexpr char pose_metadata[] = "sensor_pose";
 /** \brief The name of the law that the intensities have. */
 constexpr char law_metadata[] = "intensity_law";
 
-/** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world, metres. */
+/** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world,
+ * metres. */
 constexpr char crop_box_metadata[] = "crop_box";
 
 /** \brief The VIEWPOINTs of the PCD files of its clouds, where they have some: stamp in
@@ -37,8 +38,8 @@ lawOf(const StreamMetadata& metadata)
   return std::nullopt;
 }
 
-/** \brief Adds what a channel tells in both of its forms, compressed or not, such as the QoS
- * that its publisher offered. */
+/** \brief Adds what a channel tells in both of its forms, compressed or not, such as
+ * the QoS that its publisher offered. */
 inline void
 addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
 {

@@ -1,5 +1,6 @@
 /** \file
- * \brief VIEWPOINTs of PCD files, which a recording keeps for the files that it is decoded to.
+ * \brief VIEWPOINTs of PCD files, which a recording keeps for the files that it is
+ * decoded to.
  */
 #pragma once
 
@@ -32,7 +33,8 @@ public:
 
   /** \brief Adds that of the next cloud.
    * \param[in] time of the cloud
-   * \param[in] text line VIEWPOINT of its file, x y z qw qx qy qz; ignored if it is invalid
+   * \param[in] text line VIEWPOINT of its file, x y z qw qx qy qz; ignored if it is
+   * invalid
    */
   void
   add(recording::Time time, const std::string& text);

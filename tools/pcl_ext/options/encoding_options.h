@@ -54,8 +54,8 @@ public:
   void
   addCropOption(CLI::App& app);
 
-  /** \brief Checks all settings against their ranges and each other, and refuses options
-   * that have no effect.
+  /** \brief Checks all settings against their ranges and each other, and refuses
+   * options that have no effect.
    * \throws UsageError
    */
   void
@@ -94,8 +94,8 @@ public:
   bool
   hasPose(const std::string& stream) const;
 
-  /** \brief What a recording keeps of a stream's settings that frames do not have: the law,
-   * and the pose if there is one. */
+  /** \brief What a recording keeps of a stream's settings that frames do not have: the
+   * law, and the pose if there is one. */
   StreamMetadata
   metadataOf(const std::string& stream, IntensityLaw law) const;
 

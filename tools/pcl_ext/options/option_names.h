@@ -5,8 +5,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief A message of the library with the options of the program in place of the names of
- * settings: --intensity-range for intensity_range. */
+/** \brief A message of the library with the options of the program in place of the
+ * names of settings: --intensity-range for intensity_range. */
 std::string
 withOptionNames(const std::string& message);
 

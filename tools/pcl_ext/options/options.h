@@ -77,7 +77,8 @@ addChoice(CLI::App& app,
       ->type_name(joined);
 }
 
-/** \brief Refuses what is no number, such as 5cm, and nan, which CLI11 finds in any range. */
+/** \brief Refuses what is no number, such as 5cm, and nan, which CLI11 finds in any
+ * range. */
 inline std::string
 refuseNan(const std::string& text)
 {
@@ -113,7 +114,8 @@ addNumber(CLI::App& app,
       ->type_name(type);
 }
 
-/** \brief Adds an option whose text is parsed by a function, which throws UsageError. */
+/** \brief Adds an option whose text is parsed by a function, which throws
+ * UsageError. */
 template <typename ParseT>
 CLI::Option*
 addParsed(CLI::App& app,
@@ -128,8 +130,8 @@ addParsed(CLI::App& app,
       ->type_name(type);
 }
 
-/** \brief Adds an option that takes names with commas between them. It does not take the
- * words after them, which may be inputs. */
+/** \brief Adds an option that takes names with commas between them. It does not take
+ * the words after them, which may be inputs. */
 inline CLI::Option*
 addNames(CLI::App& app,
          const std::string& name,

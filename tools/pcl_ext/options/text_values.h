@@ -42,9 +42,9 @@ parsePosition(const std::string& option, const std::string& text);
 RuntimeSensor
 parseSensor(const std::string& text);
 
-/** \brief Reads a pose: x,y,z,roll,pitch,yaw in metres and degrees (about the fixed axes x,
- * y and z, in this order, as in ROS); x,y,z,qx,qy,qz,qw; or the 12 or 16 numbers of a matrix
- * of 3 or 4 rows.
+/** \brief Reads a pose: x,y,z,roll,pitch,yaw in metres and degrees (about the fixed
+ * axes x, y and z, in this order, as in ROS); x,y,z,qx,qy,qz,qw; or the 12 or 16
+ * numbers of a matrix of 3 or 4 rows.
  * \throws UsageError if the numbers are no rigid transform
  */
 WorldPose

@@ -95,8 +95,8 @@ writeFile(const std::string& path,
   return -1;
 }
 
-/** \brief Adds the clouds in a folder that decoding may have written; none if it does not
- * exist. */
+/** \brief Adds the clouds in a folder that decoding may have written; none if it does
+ * not exist. */
 void
 addCloudsIn(const fs::path& folder, std::vector<fs::path>& clouds)
 {
@@ -106,8 +106,8 @@ addCloudsIn(const fs::path& folder, std::vector<fs::path>& clouds)
       clouds.push_back(entry.path());
 }
 
-/** \brief Refuses a folder with clouds of other streams, which would seem to be of the new
- * recording, and which may be the user's.
+/** \brief Refuses a folder with clouds of other streams, which would seem to be of the
+ * new recording, and which may be the user's.
  * \param[in] folders of the streams in it
  */
 void
@@ -129,9 +129,9 @@ checkForOtherStreams(const fs::path& path, const std::vector<std::string>& folde
   }
 }
 
-/** \brief Creates a folder of a name for files until they are complete. What has the name
- * already, as another run may be writing there or the user called something so, stays as it
- * is. */
+/** \brief Creates a folder of a name for files until they are complete. What has the
+ * name already, as another run may be writing there or the user called something so,
+ * stays as it is. */
 fs::path
 makeFolderBeside(const fs::path& path)
 {
@@ -161,8 +161,8 @@ canMove(const fs::path& from, const fs::path& to)
   return !error;
 }
 
-/** \brief Creates a folder for files until they are complete: beside the output, or in it
- * where it is on another file system than its parent. */
+/** \brief Creates a folder for files until they are complete: beside the output, or in
+ * it where it is on another file system than its parent. */
 fs::path
 makeUnfinishedFolder(const fs::path& path)
 {
@@ -296,8 +296,8 @@ CloudFolder::keepUnfinished()
   return std::exchange(unfinished_, fs::path());
 }
 
-/** \brief Clouds of an earlier run in the folders of the streams. Files of other names are
- * the user's. */
+/** \brief Clouds of an earlier run in the folders of the streams. Files of other names
+ * are the user's. */
 std::vector<fs::path>
 CloudFolder::earlierClouds() const
 {
@@ -340,8 +340,8 @@ CloudFolder::finish()
   return describeInterruption(path_.string(), false);
 }
 
-/** \brief Moves the new clouds to their folders; then removes those of the earlier clouds
- * that no new one has replaced. */
+/** \brief Moves the new clouds to their folders; then removes those of the earlier
+ * clouds that no new one has replaced. */
 void
 CloudFolder::moveClouds(const fs::path& from,
                         const std::vector<fs::path>& earlier) const

@@ -18,19 +18,20 @@ namespace tools {
 /** \brief How the files of clouds are written. */
 enum class CloudFormat { PcdBinary, PcdCompressed, PcdAscii, Ply };
 
-/** \brief Names of folders for streams, without any character that is special in paths; no
- * two are the same. */
+/** \brief Names of folders for streams, without any character that is special in paths;
+ * no two are the same. */
 std::vector<std::string>
 folderNames(const std::vector<std::string>& streams);
 
-/** \brief A folder that gets a file for each cloud, in a folder for each stream if there are
- * several. The files are written beside it, or in a folder in it where it is a mount of its
- * own, and get their place when all are complete. Failures throw std::exception. */
+/** \brief A folder that gets a file for each cloud, in a folder for each stream if
+ * there are several. The files are written beside it, or in a folder in it where it is
+ * a mount of its own, and get their place when all are complete. Failures throw
+ * std::exception. */
 class CloudFolder {
 public:
   /** \param[in] path of the folder
-   * \param[in] may_replace clouds that are there are replaced, unless there are some of other
-   * streams; else the folder must be new or empty
+   * \param[in] may_replace clouds that are there are replaced, unless there are some of
+   * other streams; else the folder must be new or empty
    * \param[in] folders of the streams in it; one stream alone has none
    */
   CloudFolder(const std::string& path,
@@ -60,9 +61,9 @@ public:
         recording::Time stamp = {},
         const Viewpoint& viewpoint = {});
 
-  /** \brief Moves all files to their place, and then removes the other clouds of an earlier
-   * run there. After an interruption these stay. Where that or a failure keeps files from
-   * their place, they stay in the unfinished folder, which is named.
+  /** \brief Moves all files to their place, and then removes the other clouds of an
+   * earlier run there. After an interruption these stay. Where that or a failure keeps
+   * files from their place, they stay in the unfinished folder, which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
   std::string

@@ -17,8 +17,8 @@ namespace tools {
 std::string
 topicName(const std::string& prefix, const std::string& name);
 
-/** \brief Copies encoded frames and messages of recordings into another one. The bytes of
- * frames and messages do not change. */
+/** \brief Copies encoded frames and messages of recordings into another one. The bytes
+ * of frames and messages do not change. */
 class CopiedStreams {
 public:
   /** \brief Opens the output.
@@ -30,8 +30,8 @@ public:
                 const recording::McapReader* bag,
                 Console& console);
 
-  /** \brief Adds a recording, whose chosen streams get this prefix. A stream that is there
-   * already goes on; so does another topic.
+  /** \brief Adds a recording, whose chosen streams get this prefix. A stream that is
+   * there already goes on; so does another topic.
    * \param[in] input must outlive this
    */
   void

@@ -14,12 +14,12 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief A bag with the decoded clouds of a recording as sensor_msgs/msg/PointCloud2, and
- * with all other messages of a bag. Failures throw std::runtime_error. */
+/** \brief A bag with the decoded clouds of a recording as sensor_msgs/msg/PointCloud2,
+ * and with all other messages of a bag. Failures throw std::runtime_error. */
 class DecodedBag {
 public:
-  /** \brief Opens the bag, with a topic for each stream that was chosen: its name without
-   * /pcl_ext at its end. */
+  /** \brief Opens the bag, with a topic for each stream that was chosen: its name
+   * without /pcl_ext at its end. */
   DecodedBag(const Output& output, RecordingInput& input);
 
   /** \brief Writes a decoded cloud. */

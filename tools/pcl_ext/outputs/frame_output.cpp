@@ -58,7 +58,8 @@ describeInterruption(const std::string& path, bool keeps_earlier)
                        : "; interrupted, and complete up to there";
 }
 
-/** \brief \throws std::runtime_error after a failure, with what is left of the output */
+/** \brief \throws std::runtime_error after a failure, with what is left of the
+ * output */
 void
 FrameOutput::check(const RecordingStatus& status)
 {

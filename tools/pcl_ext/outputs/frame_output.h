@@ -21,8 +21,8 @@ struct OutputFrame {
   std::vector<std::uint8_t> bytes;
 };
 
-/** \brief Writes encoded frames, and for bags all that is passed through. Failures throw
- * std::runtime_error. */
+/** \brief Writes encoded frames, and for bags all that is passed through. Failures
+ * throw std::runtime_error. */
 class FrameOutput {
 public:
   /** \brief Opens an output.
@@ -80,8 +80,8 @@ public:
   void
   copyExtras(recording::McapReader& bag);
 
-  /** \brief Completes the output and gives it its name. After an interruption an earlier
-   * output keeps that, and this one stays unfinished.
+  /** \brief Completes the output and gives it its name. After an interruption an
+   * earlier output keeps that, and this one stays unfinished.
    * \return what the interruption left, for the summary; empty if there was none
    */
   std::string
@@ -108,8 +108,8 @@ copyExtras(recording::McapReader& from, recording::McapWriter& to);
 std::string
 describeUnfinished(const std::string& path);
 
-/** \brief True if the program was interrupted, and an output would replace an earlier one,
- * which is complete. */
+/** \brief True if the program was interrupted, and an output would replace an earlier
+ * one, which is complete. */
 bool
 keepsEarlierOutput(const std::string& path);
 

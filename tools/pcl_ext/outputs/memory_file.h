@@ -5,8 +5,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief A file in memory. PCL writes clouds into it: on a full disk it would crash, or not
- * notice. */
+/** \brief A file in memory. PCL writes clouds into it: on a full disk it would crash,
+ * or not notice. */
 class MemoryFile {
 public:
   /** \throws std::runtime_error if there is no memory */

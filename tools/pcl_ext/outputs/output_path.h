@@ -51,9 +51,9 @@ refuseDevice(const std::string& path);
 /** \brief What is added to the name of an output until it is complete. */
 constexpr const char* unfinished_suffix = ".unfinished";
 
-/** \brief Refuses an output that is an input, as reading it would fail half way, or a file
- * in the folder of an input bag, whose part it would be; and a file that exists, unless it
- * may be replaced.
+/** \brief Refuses an output that is an input, as reading it would fail half way, or a
+ * file in the folder of an input bag, whose part it would be; and a file that exists,
+ * unless it may be replaced.
  * \throws UsageError
  */
 void

@@ -10,8 +10,9 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Prints failures of frames. Of those of a stream that are alike it prints the first
- * one, and at the end how many more there were: thousands of lines hide the others. */
+/** \brief Prints failures of frames. Of those of a stream that are alike it prints the
+ * first one, and at the end how many more there were: thousands of lines hide the
+ * others. */
 class FrameFailures {
 public:
   /** \param[in] print takes a line */

@@ -10,14 +10,15 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Finds frames of a stream that are missing, by the numbers that the encoder gave. */
+/** \brief Finds frames of a stream that are missing, by the numbers that the encoder
+ * gave. */
 class LossCount {
 public:
   /** \brief How many frames are missing between the last frame and this one. Those that
    * were there and unreadable are not missing.
    *
-   * An I-frame of a lower or much higher number begins a stream anew, as after a restart of
-   * the encoder.
+   * An I-frame of a lower or much higher number begins a stream anew, as after a
+   * restart of the encoder.
    * \param[in] frame the next frame of the stream; its status tells if it is readable
    */
   std::size_t

@@ -10,8 +10,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Why a frame was not decoded, without the number that the encoder gave it, which
- * is not that of the frame in its recording. */
+/** \brief Why a frame was not decoded, without the number that the encoder gave it,
+ * which is not that of the frame in its recording. */
 std::string
 reasonOf(const io::CompressionStatus& status);
 
@@ -45,8 +45,8 @@ public:
     return decoded_voxels_;
   }
 
-  /** \brief Why outliers were not removed from some frame, or hardly any; empty if there is
-   * nothing to say. */
+  /** \brief Why outliers were not removed from some frame, or hardly any; empty if
+   * there is nothing to say. */
   std::string
   remark() const;
 

@@ -37,8 +37,8 @@ public:
    */
   StreamEncoder(const EncodingOptions& options, std::string name);
 
-  /** \brief True if a cloud does not tell which law suits its stream, and none was chosen
-   * yet: it has neither points nor fields. */
+  /** \brief True if a cloud does not tell which law suits its stream, and none was
+   * chosen yet: it has neither points nor fields. */
   bool
   leavesLawOpen(const pcl::PCLPointCloud2& cloud) const
   {
@@ -97,8 +97,8 @@ public:
     return sums_;
   }
 
-  /** \brief Where the points of the first cloud are, if none was inside the crop box; empty
-   * if points were encoded, or the clouds have none. */
+  /** \brief Where the points of the first cloud are, if none was inside the crop box;
+   * empty if points were encoded, or the clouds have none. */
   std::string
   whyNothingWasEncoded() const;
 
@@ -110,7 +110,8 @@ public:
     return frame_id_remark_;
   }
 
-  /** \brief What is not encoded of the first clouds with points; empty if that is all. */
+  /** \brief What is not encoded of the first clouds with points; empty if that is
+   * all. */
   const std::string&
   leftOut() const
   {
@@ -125,7 +126,8 @@ public:
   }
 
 private:
-  /** \brief Corners of the finite points of a cloud in the world; false: there are none. */
+  /** \brief Corners of the finite points of a cloud in the world; false: there are
+   * none. */
   bool
   findCorners(const pcl::PCLPointCloud2& cloud,
               Eigen::Vector4f& min,

@@ -5,7 +5,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Opens a page in the user's browser, if there is a desktop; does not wait for it.
+/** \brief Opens a page in the user's browser, if there is a desktop; does not wait for
+ * it.
  * \return true if a program was started
  */
 bool

@@ -22,12 +22,12 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief The sensors of the simulated robot cell, live: they are captured and encoded at
- * their rate, as long as somebody looks. */
+/** \brief The sensors of the simulated robot cell, live: they are captured and encoded
+ * at their rate, as long as somebody looks. */
 class LiveCell {
 public:
-  /** \param[in] options of encoding; must outlive this. Crop box and sensor are the cell's
-   * unless they are set; poses are added
+  /** \param[in] options of encoding; must outlive this. Crop box and sensor are the
+   * cell's unless they are set; poses are added
    * \param[in] sensors their number, 1 to 6
    * \param[in] seed of the random errors
    */
@@ -40,12 +40,13 @@ public:
     sensors_[stream]->wants_i_frame = true;
   }
 
-  /** \brief Adds the streams, so that the first viewer finds them: before the server starts. */
+  /** \brief Adds the streams, so that the first viewer finds them: before the server
+   * starts. */
   void
   addStreams(view::ViewServer& server);
 
-  /** \brief Publishes frames until the program is interrupted. If the machine is too slow
-   * frames are left out; those that are made are of their time.
+  /** \brief Publishes frames until the program is interrupted. If the machine is too
+   * slow frames are left out; those that are made are of their time.
    * \throws std::exception if a frame cannot be encoded
    */
   void

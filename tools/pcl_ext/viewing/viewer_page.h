@@ -6,11 +6,12 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Largest recording that is put into a page, bytes. It is a text there, and browsers
- * have none of more than 2^29 characters; four of these are three bytes. */
+/** \brief Largest recording that is put into a page, bytes. It is a text there, and
+ * browsers have none of more than 2^29 characters; four of these are three bytes. */
 constexpr std::uint64_t max_embedded_bytes = 384'000'000;
 
-/** \brief Refuses a recording that is too large for a page; a folder is not looked into.
+/** \brief Refuses a recording that is too large for a page; a folder is not looked
+ * into.
  * \throws std::runtime_error
  */
 void

@@ -3,8 +3,8 @@
  * frames, removal of outliers. Called by the TypeScript beside it only.
  *
  * Compiled for wasm32 without exceptions. Results lie in memory of this module and hold
- * until the next call. Where memory runs out the module traps, and must not be used again:
- * is_out_of_memory() then tells this from other traps.
+ * until the next call. Where memory runs out the module traps, and must not be used
+ * again: is_out_of_memory() then tells this from other traps.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>

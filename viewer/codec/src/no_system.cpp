@@ -1,10 +1,11 @@
 /** \file
- * \brief What the standard libraries want of a system that a page does not have, so that
- * the module imports nothing but its memory and random bytes, and is half as large.
+ * \brief What the standard libraries want of a system that a page does not have, so
+ * that the module imports nothing but its memory and random bytes, and is half as
+ * large.
  *
- * std::streambuf has a locale, although the codec reads bytes only. The standard library's
- * own constructor of it would link all facets of all locales, 150 kB; these need none. It
- * has to be instantiated here, with _LIBCPP_DISABLE_EXTERN_TEMPLATE.
+ * std::streambuf has a locale, although the codec reads bytes only. The standard
+ * library's own constructor of it would link all facets of all locales, 150 kB; these
+ * need none. It has to be instantiated here, with _LIBCPP_DISABLE_EXTERN_TEMPLATE.
  */
 #include <wasi/api.h>
 

@@ -1,6 +1,6 @@
 /** \file
- * \brief Layouts of the results in the module's memory, which instance.ts and others read
- * by the offsets of their members.
+ * \brief Layouts of the results in the module's memory, which instance.ts and others
+ * read by the offsets of their members.
  */
 #pragma once
 

@@ -7,8 +7,8 @@
 namespace pcl_ext {
 namespace viewer {
 
-/** \brief Bytes to decode, in which the decoder goes back after a failure to where the next
- * frame may begin. */
+/** \brief Bytes to decode, in which the decoder goes back after a failure to where the
+ * next frame may begin. */
 class SeekableBytes : public std::streambuf {
 public:
   SeekableBytes(const std::uint8_t* bytes, std::size_t size)

@@ -4,10 +4,10 @@
  *     reference dump FILE UNIT    writes all frames, and the noise in them, for codec.test
  *     reference time FILE         prints milliseconds of the processor a frame
  *
- * A frame is: number of voxels, whether there are intensities, colours, numbers of points
- * (std::uint32_t each), then for all voxels x, y, z (float), intensity (float), red, green,
- * blue (std::uint8_t), number of points (std::uint32_t), and whether a VoxelOutlierRemoval
- * removes the voxel (std::uint8_t; 2: it judged none).
+ * A frame is: number of voxels, whether there are intensities, colours, numbers of
+ * points (std::uint32_t each), then for all voxels x, y, z (float), intensity (float),
+ * red, green, blue (std::uint8_t), number of points (std::uint32_t), and whether a
+ * VoxelOutlierRemoval removes the voxel (std::uint8_t; 2: it judged none).
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -94,8 +94,8 @@ writeFrame(const io::VoxelFrame& frame, VoxelOutlierRemoval& filter)
   write(noise.data(), noise.size());
 }
 
-/** \brief Calls a function with each frame of a stream that is decoded; ends the program if
- * one is not. */
+/** \brief Calls a function with each frame of a stream that is decoded; ends the
+ * program if one is not. */
 template <typename VisitT>
 void
 decodeAll(const Bytes& bytes, VisitT visit)

@@ -28,11 +28,12 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-/** \brief One stream of clouds in each direction, written to and read from iostreams. */
+/** \brief One stream of clouds in each direction, written to and read from
+ * iostreams. */
 class PCL_EXT_EXPORT CloudStreams {
 public:
-  /** \param[in] settings checked here; if they are invalid encode() fails, and decode() if
-   * the limits are
+  /** \param[in] settings checked here; if they are invalid encode() fails, and decode()
+   * if the limits are
    * \param[in] model_law depth law of the intensity model, if its intensities depend on
    * the depth; it replaces that of the settings
    * \param[in] unit unit of the point intensities
@@ -118,7 +119,8 @@ public:
   CompressionStatus
   decode(const std::uint8_t* bytes, std::size_t size);
 
-  /** \brief Sets stamp and frame_id to those of the last decoded frame, if it has them. */
+  /** \brief Sets stamp and frame_id to those of the last decoded frame, if it has
+   * them. */
   void
   copyStampTo(pcl::PCLHeader& header) const;
 

@@ -34,8 +34,8 @@ constexpr bool has_float_intensity<
     PointT,
     std::enable_if_t<std::is_same<decltype(PointT::intensity), float>::value>> = true;
 
-/** \brief Takes the points' own intensities where the model keeps them as they are. Returns
- * false if they have to be computed. */
+/** \brief Takes the points' own intensities where the model keeps them as they are.
+ * Returns false if they have to be computed. */
 template <typename IntensityModelT, typename PointT>
 bool
 useOwnIntensities([[maybe_unused]] const IntensityModelT& model,
@@ -50,15 +50,16 @@ useOwnIntensities([[maybe_unused]] const IntensityModelT& model,
   return false;
 }
 
-/** \brief A point at the centre of each voxel of a frame, in its order, or as many as the
- * voxel had. */
+/** \brief A point at the centre of each voxel of a frame, in its order, or as many as
+ * the voxel had. */
 template <typename PointT>
 void
 fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
   cloud.resize(frame.pointCount());
   // Static: g++ would build a local one member by member for each point, and copying it
-  // immediately afterwards stalls the processor. White, as PCL has points without a colour.
+  // immediately afterwards stalls the processor. White, as PCL has points without a
+  // colour.
   static const PointT blank = [] {
     PointT point;
     setColour(point, {255, 255, 255});

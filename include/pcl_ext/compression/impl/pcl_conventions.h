@@ -18,8 +18,8 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-/** \brief The arguments of PCL's constructor that a profile replaces, with PCL's names, as in
- * pcl::io::configurationProfile_t. */
+/** \brief The arguments of PCL's constructor that a profile replaces, with PCL's names,
+ * as in pcl::io::configurationProfile_t. */
 struct ProfileArguments {
   unsigned int i_frame_rate;
   double octree_resolution;
@@ -44,8 +44,8 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
 PCL_EXT_EXPORT double
 octreeResolution(const IntensityCompressionSettings& settings);
 
-/** \brief Pose of the sensor in the coordinate frame of a cloud, sensor -> cloud: that of the settings
- * or the cloud's own. */
+/** \brief Pose of the sensor in the coordinate frame of a cloud, sensor -> cloud: that
+ * of the settings or the cloud's own. */
 PCL_EXT_EXPORT SensorPose
 sensorPose(const IntensityCompressionSettings& settings,
            const Eigen::Vector4f& sensor_origin,
@@ -59,9 +59,9 @@ struct OctreeBox {
 
 /** \brief The box of an octree for a grid, metres.
  *
- * PCL divides the distance of a point from the corner, the codec its coordinate. The lower
- * corner is moved outwards by the difference in rounding, so that a point on a voxel's
- * boundary is in the same voxel for both.
+ * PCL divides the distance of a point from the corner, the codec its coordinate. The
+ * lower corner is moved outwards by the difference in rounding, so that a point on a
+ * voxel's boundary is in the same voxel for both.
  */
 PCL_EXT_EXPORT OctreeBox
 octreeBox(const VoxelGrid& grid);

@@ -23,8 +23,8 @@ struct VoxelCentres {
   std::array<float, capacity> intensity; ///< in the unit of the frame's scale
 };
 
-/** \brief Positions of a grid of three levels, by Morton key: x from bit 0, y from bit 9, z
- * from bit 18 on. */
+/** \brief Positions of a grid of three levels, by Morton key: x from bit 0, y from bit
+ * 9, z from bit 18 on. */
 constexpr std::array<std::uint32_t, 512>
 makePositionsOfKeys()
 {
@@ -37,8 +37,8 @@ makePositionsOfKeys()
 
 inline constexpr auto positions_of_keys = makePositionsOfKeys();
 
-/** \brief Coordinates of the voxels' centres along each axis, metres, by their position in
- * a grid of up to nine levels. */
+/** \brief Coordinates of the voxels' centres along each axis, metres, by their position
+ * in a grid of up to nine levels. */
 struct VoxelCentreTables {
   static constexpr std::size_t size = 512;
 

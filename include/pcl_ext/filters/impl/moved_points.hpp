@@ -12,7 +12,8 @@ namespace detail {
 
 /** \brief A rigid transformation followed by a crop box. */
 struct PointMove {
-  /** \brief The rows of [rotation | translation], metres: sensor -> global coordinate frame. */
+  /** \brief The rows of [rotation | translation], metres: sensor -> global coordinate
+   * frame. */
   std::array<std::array<float, 4>, 3> rows;
   std::array<float, 3> min; ///< corners of the crop box, global coordinates, metres,
   std::array<float, 3> max; ///< both ends included; infinite: no crop box
@@ -39,11 +40,12 @@ struct MovedPoints {
  * pcl::PointXYZI. */
 constexpr std::size_t moved_point_floats = 8;
 
-/** \brief Moves points and drops those that are then not finite or outside the crop box.
+/** \brief Moves points and drops those that are then not finite or outside the crop
+ * box.
  * \param[in] points the input
  * \param[in] move transformation and crop box
- * \param[out] output x, y, z and 1 of each point that was kept, moved_point_floats apart;
- * needs space for all points, and is unspecified beyond those kept
+ * \param[out] output x, y, z and 1 of each point that was kept, moved_point_floats
+ * apart; needs space for all points, and is unspecified beyond those kept
  * \param[out] moved indices and depths of the points that were kept
  */
 PCL_EXT_EXPORT void

@@ -346,8 +346,8 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::finishChunk(
   statistics_.points_cropped += count - moved.count - moved.not_finite;
 }
 
-/** \brief Whether floats would cost precision: those of the global coordinate frame have steps of
- * 0.1 mm and more beyond 1024 m. */
+/** \brief Whether floats would cost precision: those of the global coordinate frame
+ * have steps of 0.1 mm and more beyond 1024 m. */
 template <typename IntensityModelT, typename OutputPointT>
 bool
 SensorPreprocessor<IntensityModelT, OutputPointT>::movesDoubles(

@@ -19,11 +19,12 @@ namespace pcl_ext {
 namespace nodes {
 namespace detail {
 
-/** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For one
- * thread at a time. Needs OctoMap, as insertVoxels does. */
+/** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For
+ * one thread at a time. Needs OctoMap, as insertVoxels does. */
 class MergedMap {
 public:
-  /** \brief Finds the position of a stream's sensor at a time; none: no rays are taken. */
+  /** \brief Finds the position of a stream's sensor at a time; none: no rays are
+   * taken. */
   using FindSensor = std::function<std::optional<octomap::point3d>(Time)>;
 
   /** \brief Outcome of writing. */

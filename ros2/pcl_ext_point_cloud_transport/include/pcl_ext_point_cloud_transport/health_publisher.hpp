@@ -23,7 +23,8 @@ toMessage(const std::string& node,
           const std::string& name,
           const pcl_ext::nodes::HealthReport& report);
 
-/** \brief Publishes the health of streams on /diagnostics, once a second of wall time. */
+/** \brief Publishes the health of streams on /diagnostics, once a second of wall
+ * time. */
 class HealthPublisher {
 public:
   /** \brief An entry's name, to which that of the node is added, and its report. */

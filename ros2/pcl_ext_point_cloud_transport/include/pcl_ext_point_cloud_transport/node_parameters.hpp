@@ -11,12 +11,12 @@
 
 namespace pcl_ext_point_cloud_transport {
 
-/** \brief Parameters of a node that are described by a table: declared with descriptors,
- * checked when they are set, before and while the node runs.
+/** \brief Parameters of a node that are described by a table: declared with
+ * descriptors, checked when they are set, before and while the node runs.
  *
- * A value that is not allowed at the start is reported as an error, and the default holds. One
- * that is set later is refused with the reason, and nothing changes. Values that contradict
- * each other at the start are not checked here.
+ * A value that is not allowed at the start is reported as an error, and the default
+ * holds. One that is set later is refused with the reason, and nothing changes. Values
+ * that contradict each other at the start are not checked here.
  */
 class NodeParameters {
 public:
@@ -29,8 +29,9 @@ public:
     Optional ///< may be set at any time; has no value, not even a default, until it is
   };
 
-  /** \brief What is wrong with values that are allowed one by one, in one line that begins
-   * with the name of a parameter; empty if nothing. Called for values that are set later. */
+  /** \brief What is wrong with values that are allowed one by one, in one line that
+   * begins with the name of a parameter; empty if nothing. Called for values that are
+   * set later. */
   using Check = std::function<std::string(const pcl_ext::nodes::ParameterValues&)>;
 
   /** \brief Called with all values after some have changed. */
@@ -51,8 +52,8 @@ public:
                  Listener listener,
                  Kind kind = Kind::Changeable);
 
-  /** \brief The values by their names without prefix, each as convertedValue() returns it;
-   * without those of optional parameters that are not set. */
+  /** \brief The values by their names without prefix, each as convertedValue() returns
+   * it; without those of optional parameters that are not set. */
   pcl_ext::nodes::ParameterValues
   values() const;
 

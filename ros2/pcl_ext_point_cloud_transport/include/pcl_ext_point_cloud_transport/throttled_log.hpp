@@ -10,9 +10,9 @@
 
 namespace pcl_ext_point_cloud_transport {
 
-/** \brief Messages of one kind of one node or topic, of which few are logged. The macros of
- * rclcpp would share the time of the last one with all others of the process, and would stop
- * where simulated time does. Thread-safe. */
+/** \brief Messages of one kind of one node or topic, of which few are logged. The
+ * macros of rclcpp would share the time of the last one with all others of the process,
+ * and would stop where simulated time does. Thread-safe. */
 class ThrottledLog {
 public:
   explicit ThrottledLog(const rclcpp::Logger& logger) : logger_(logger) {}

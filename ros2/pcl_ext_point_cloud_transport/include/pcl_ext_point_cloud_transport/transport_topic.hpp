@@ -17,8 +17,8 @@ requestTopic(const std::string& topic)
   return topic + "/request_i_frame";
 }
 
-/** \brief What goes before the names of a topic's parameters: the topic within the node's
- * namespace, with dots, as point_cloud_transport has it. */
+/** \brief What goes before the names of a topic's parameters: the topic within the
+ * node's namespace, with dots, as point_cloud_transport has it. */
 inline std::string
 parameterPrefix(const rclcpp::Node& node, const std::string& topic)
 {
