@@ -33,7 +33,7 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-// `namespace pcl_ext { namespace io {` continues these from here on.
+// `namespace pcl_ext { namespace io {` continues these, also in a program: include it first.
 namespace detail {}
 namespace io {}
 namespace nodes {}
