@@ -130,6 +130,10 @@ private:
     if (settings_.unit != DensityUnit::Automatic ||
         densities_.unit() != DensityUnit::Voxels)
       return {};
+    if (!frame.hasIntensities() && frame.has_point_counts)
+      return {OutlierRemovalCode::Ok,
+              "voxels were judged without the number of their points; choose the unit "
+              "Points for those of a depth camera, else Voxels"};
     if (!frame.hasIntensities())
       return {
           OutlierRemovalCode::Ok,

@@ -28,6 +28,31 @@ usableSettings(const EncoderSettings& settings)
   return checkSettings(settings).ok() ? settings : EncoderSettings();
 }
 
+/** \brief Checks that a view of several points says where they are. */
+CompressionStatus
+checkView(const PointView& points)
+{
+  const auto invalid = [](const std::string& message) {
+    return CompressionStatus(CompressionCode::InvalidInput, message);
+  };
+  if (points.count == 0)
+    return {};
+  const bool are_doubles = points.double_coordinates != nullptr;
+  if (points.coordinates == nullptr && !are_doubles)
+    return invalid("the view has points, but coordinates is null");
+  const std::size_t number = are_doubles ? sizeof(double) : sizeof(float);
+  if (points.count > 1 &&
+      (points.coordinate_stride < 3 * number || points.coordinate_stride % number != 0))
+    return invalid("coordinate_stride is " + std::to_string(points.coordinate_stride) +
+                   "; it must be the bytes from one point to the next, a multiple of " +
+                   std::to_string(number) + " of at least " +
+                   std::to_string(3 * number));
+  if (points.intensities != nullptr && points.intensity_stride % sizeof(float) != 0)
+    return invalid("intensity_stride is " + std::to_string(points.intensity_stride) +
+                   "; it must be a multiple of 4 bytes");
+  return {};
+}
+
 /** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
 constexpr unsigned int most_doublings = 4;
 
@@ -154,8 +179,10 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
                                        const WorldPose& sensor_pose,
                                        VoxelFrame& frame)
 {
-  if (!settings_status_.ok())
+  if (!settings_status_.ok()) {
+    frame.clearVoxels();
     return settings_status_;
+  }
   const auto voxelize = [&] {
     if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
         unit_ == IntensityUnit::Share)
@@ -166,7 +193,10 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     return CompressionStatus();
   };
   const auto voxelize_or_throw = [&] {
-    return callOrCleanUp(voxelize, [this] { encoder_.requestIFrame(); });
+    return callOrCleanUp(voxelize, [&] {
+      frame.clearVoxels(); // they may be those of the previous cloud
+      encoder_.requestIFrame();
+    });
   };
   if (CompressionStatus status =
           callOrNoMemory(voxelize_or_throw, outOfMemoryStatus<CompressionStatus>);
@@ -341,6 +371,10 @@ CloudEncoder::voxelize(const PointView& points,
                        VoxelFrame& frame,
                        std::size_t points_behind_sensor)
 {
+  if (CompressionStatus status = checkView(points); !status.ok()) {
+    frame.clearVoxels();
+    return status;
+  }
   SingleBatch batch(points, points_behind_sensor);
   return implementation_->voxelize(batch, sensor_pose, frame);
 }

@@ -445,12 +445,37 @@ TEST(CloudEncoder, PassesOnWhatBatchesThrowButForMemory)
   expectIFrame(false);
   FailingBatches unreadable(std::runtime_error("the file is gone"));
   EXPECT_THROW(encoder.voxelize(unreadable, pose, frame), std::runtime_error);
+  EXPECT_EQ(frame.size(), 0u);
   expectIFrame(true);
   expectIFrame(false);
   FailingBatches too_large{std::bad_alloc()};
   EXPECT_EQ(encoder.voxelize(too_large, pose, frame).code(),
             CompressionCode::OutOfMemory);
   expectIFrame(true);
+}
+
+TEST(CloudEncoder, ViewsWithoutCoordinatesOrStridesAreRefused)
+{
+  const std::vector<double> coordinates(9);
+  CloudEncoder encoder(EncoderSettings(), IntensityUnit::None);
+  VoxelFrame frame;
+  PointView view;
+  view.count = 3;
+  const auto expectRefused = [&](const char* name) {
+    frame.keys.assign(1, 0);
+    const auto status = encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame);
+    EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
+    EXPECT_NE(status.message().find(name), std::string::npos) << status;
+    EXPECT_EQ(frame.size(), 0u);
+  };
+  expectRefused("coordinates is null");
+  view.double_coordinates = coordinates.data();
+  for (const std::size_t stride : {0, 3, 12, 23, 28}) {
+    view.coordinate_stride = stride;
+    expectRefused("coordinate_stride is ");
+  }
+  view.coordinate_stride = 24;
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
 }
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)

@@ -100,7 +100,7 @@ class PCL_EXT_CODEC_EXPORT CloudEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] settings checked here; see settingsStatus()
-   * \param[in] unit unit of the point intensities
+   * \param[in] unit unit of the point intensities; those of Share are 0 to 1
    * \param[in] depth_law law of the point intensities, if they follow one, see depthLawOf()
    */
   CloudEncoder(const EncoderSettings& settings,
@@ -135,9 +135,10 @@ public:
    * they are encoded.
    * \param[in] points the cloud, in the coordinates of the grid
    * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
-   * \param[out] frame the voxels; its memory is reused
+   * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
-   * \return Ok; InvalidSettings; OutOfMemory, after which the next frame is an I-frame
+   * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a stride
+   * that is none; OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
   voxelize(const PointView& points,
@@ -157,7 +158,7 @@ public:
    * \return InvalidSettings, or what FrameEncoder::encode returns. Ok has a message with
    * numbers (Status::hasWarning) if points were left out of the last voxelized cloud, lie
    * behind the sensor, or have an intensity or colour that the scale or the format cannot
-   * hold, and if decoders with the default limits refuse the frame
+   * hold, and if decoders with the decoder_limits of the settings refuse the frame
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

@@ -193,7 +193,7 @@ struct IntensityCompressionSettings : EncoderSettings {
   IncompleteFrame incomplete_frame = IncompleteFrame::Skip;
 
   /** \brief Keep the last encoded or decoded frame as an octree for the inherited octree
-   * queries. */
+   * queries. A leaf has one point, its voxel, with the voxel's intensity, or 1 without. */
   bool retain_octree = false;
 
   /** \brief Print the statistics of each frame on PCL's console. */

@@ -201,9 +201,10 @@ public:
    * \param[in] cloud in the coordinates of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
    * \return Ok; InvalidSettings; InvalidInput for a null cloud, or if the intensity model
-   * uses the depth and the cloud's pose is not finite; OutputFailed or OutOfMemory, after which the next frame is an I-frame. Ok has a message with numbers
-   * (Status::hasWarning) if not all of the cloud is in the frame, see CloudEncoder::encode;
-   * the first of each kind is also printed on PCL's console
+   * uses the depth and the cloud's pose is not finite; OutputFailed or OutOfMemory, after
+   * which the next frame is an I-frame. Ok has a message with numbers (Status::hasWarning) if
+   * not all finite points are in the frame as they are, see CloudEncoder::encode; the first
+   * of each kind is also printed on PCL's console
    */
   CompressionStatus
   encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);

@@ -44,11 +44,12 @@ public:
   hasColours() const = 0;
 
   /** \brief Begins with the first points again: some clouds are read more than once, as
-   * those that the grid has to be fitted to. */
+   * those that the grid has to be fitted to, and the first one far from the world's origin
+   * about ten times, unless the settings have an origin. Called before each reading. */
   virtual void
   restart() = 0;
 
-  /** \brief The next points, at the beginning and after restart() the first ones.
+  /** \brief The next points, after restart() the first ones.
    * \param[out] points valid until the next call
    * \return false if there are none left
    */

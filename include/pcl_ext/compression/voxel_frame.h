@@ -192,8 +192,9 @@ struct FrameStamp {
 
 /** \brief Calls a function for each voxel of a frame, in the order of the keys.
  *
- * Gives VoxelGrid::centre and IntensityScale::value, rounded to float, faster than
- * these.
+ * Gives VoxelGrid::centre and IntensityScale::value, rounded to float, faster than these. Far
+ * from the world's origin see forEachPreciseCentre(). Colours and numbers of points are those
+ * of the same place in the order of the keys.
  * \code
  * io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
  *   cloud.push_back({x, y, z, intensity});
@@ -202,7 +203,8 @@ struct FrameStamp {
  * \param[in] frame as isConsistent() demands; must not change meanwhile. With a companded
  * scale of more than 8 bits memory is allocated
  * \param[in] visit callable as visit(x, y, z, intensity): the voxel's centre in world
- * coordinates, metres, and its intensity in the unit of the frame's scale
+ * coordinates, metres, and its intensity in the unit of the frame's scale; 0 without
+ * intensities
  */
 template <typename VisitT>
 void

@@ -91,7 +91,7 @@ voxelPosition(std::uint64_t morton_key)
  *
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
  * the origin. The grid has 2^depth voxels along each axis, from `first_index` on. In
- * stream version 1 it is the world's origin, so that the voxels coincide with those
+ * stream version 1 that is the world's origin, so that the voxels coincide with those
  * of a map, or for far clouds another corner of those voxels; in the published layout it is
  * the lower corner of PCL's octree.
  */

@@ -24,7 +24,7 @@ namespace nodes {
 /** \brief All settings of a CentralNode, with their units, defaults and ranges. */
 struct CentralNodeSettings {
   /** \brief Voxel edge of the common grid that streams are merged on, metres. 1e-6 to
-   * 1e6; by default that of the sensors' settings. */
+   * 1e6. Not finer than that of the streams, whose voxels lie apart otherwise. */
   double resolution = io::GridSettings().resolution;
 
   /** \brief Origin of the common grid: world position, metres, from which its voxels
@@ -40,7 +40,8 @@ struct CentralNodeSettings {
    * refused, which bounds the memory of a stream that is too fast. */
   std::size_t max_waiting_frames = 40;
 
-  /** \brief Streams whose last frame is older do not take part in merging. Above 0. */
+  /** \brief Streams whose last frame was decoded earlier do not take part in merging. Above
+   * 0. */
   Time max_merge_age = std::chrono::seconds(1);
 
   /** \brief Limits of decoding, for each stream. */
@@ -66,12 +67,13 @@ using CentralNodeStatus = Status<CentralNodeCode>;
 /** \brief A frame that was received, decoded or not. Valid during the listener's call. */
 struct ReceivedFrame {
   const std::string& stream;
-  Time stamp;                          ///< that given with the frame
+  Time stamp;                          ///< given with it, else in it; 0: none
   const io::CompressionStatus& status; ///< Ok, or why there are no voxels
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
-  /** \brief True to request an I-frame from the sender of the stream. Set for the first frame
+  /** \brief True to request an I-frame from the sender of the stream, by CloudSender, which
+   * is thread-safe as the listener has to be, or from the thread of the SensorNode. Set for the first frame
    * that fails and for every third after it until one is decoded; also for every third of
    * consecutive late frames, as all frames of a restarted sender may look late. */
   bool wants_i_frame;
@@ -79,7 +81,7 @@ struct ReceivedFrame {
 
 /** \brief The frame that the latest voxels of a stream are from. */
 struct LatestFrame {
-  Time stamp{0};          ///< that given with the frame; 0: none
+  Time stamp{0};          ///< given with it, else in it; 0: none
   std::size_t number = 0; ///< decoded frames of the stream up to and including it
 };
 

@@ -36,7 +36,7 @@ struct SensorNodeSettings {
   IntensityLaw law = automaticLaw(false);
 
   /** \brief Field of view and size of the depth image; needed by the quadratic and the
-   * linear law only. */
+   * linear law only. As runtimeSensor(KinectV2()). */
   std::optional<RuntimeSensor> sensor;
 
   /** \brief Field that the native law reads. */
@@ -84,7 +84,8 @@ enum class SensorNodeCode {
   OutOfMemory        ///< not encoded: memory ran out; the next frame is an I-frame
 };
 
-/** \brief Outcome of encoding a cloud. */
+/** \brief Outcome of encoding a cloud. With UsedLastTransform there is a frame, too: hasFrame()
+ * and not ok() says whether there is something to send. */
 struct SensorNodeStatus : Status<SensorNodeCode> {
   using Status<SensorNodeCode>::Status;
 
