@@ -164,66 +164,6 @@ TEST(ForgedStreams, EmptyFramesWithAPayload)
   }
 }
 
-TEST(ForgedStreams, PayloadsOfConstantBits)
-{
-  std::mt19937_64 random(2);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
-  const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
-  DecoderLimits limits;
-  limits.max_voxels = 20000;
-  // All decisions are 1, or 0: every voxel of the grid, or as few as there can be.
-  for (const unsigned int depth : {1u, 2u, 3u, 4u, 8u, 21u})
-    for (const std::uint64_t voxels : {std::uint64_t{2},
-                                       std::uint64_t{8},
-                                       std::uint64_t{64},
-                                       std::uint64_t{512},
-                                       std::uint64_t{4096},
-                                       std::uint64_t{20000}})
-      for (const Bytes& payload : {Bytes{},
-                                   Bytes{0},
-                                   Bytes(1, 0xff),
-                                   Bytes(100, 0xff),
-                                   Bytes(5000, 0xff),
-                                   Bytes(5000, 0)}) {
-        Parts parts = good;
-        parts.header.grid.depth = depth;
-        parts.header.grid.first_index.fill(-(1 << (depth - 1)));
-        parts.header.voxel_count = voxels;
-        parts.payload = payload;
-        // Nothing but ones, which no bytes are, is how a full grid of the highest symbols
-        // is coded.
-        if (depth <= 4 && voxels == std::uint64_t{1} << (3 * depth) &&
-            std::count(payload.begin(), payload.end(), 0) ==
-                static_cast<std::ptrdiff_t>(payload.size()))
-          continue;
-        expectRefused(putTogetherSized(parts), 100 * limits.max_voxels, limits);
-      }
-}
-
-TEST(ForgedStreams, BytesBehindAPayload)
-{
-  std::mt19937_64 random(3);
-  for (const unsigned int depth : {1u, 2u, 6u, 21u})
-    for (const bool is_i_frame : {true, false}) {
-      FrameEncoder encoder(StreamFormat::Version1, 10);
-      const VoxelFrame frame = randomFrame(random, depth, 5);
-      const Bytes first = encoded(encoder, frame);
-      Parts parts = takeApart(is_i_frame ? first : encoded(encoder, frame));
-      const std::uint32_t reference = is_i_frame ? 0 : takeApart(first).checksum;
-      FrameDecoder decoder;
-      VoxelFrame back;
-      ASSERT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
-      // A row of bits is shorter than what is read of it by its last zeros, four bytes
-      // at most.
-      parts.payload.resize(parts.payload.size() + 4, 0);
-      for (std::size_t more = 1; more < 40; ++more) {
-        parts.payload.push_back(static_cast<std::uint8_t>(more % 3));
-        EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
-                  CompressionCode::Corrupt);
-      }
-    }
-}
-
 TEST(ForgedStreams, PFramesThatContradictTheirReference)
 {
   std::mt19937_64 random(4);

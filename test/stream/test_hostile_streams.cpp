@@ -2,9 +2,6 @@
  * \brief The time and memory that forged bytes and huge frames take: linear time, and
  * memory that is released.
  */
-#include "bytes/byte_writer.h"
-#include "codec/published/entropy_coder.h"
-#include "codec/published/frame.h"
 #include "support/forged_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -269,38 +266,6 @@ TEST(HostileStreams, FramesWithAForgedVoxelCountKeepNoMemory)
     }
     EXPECT_LE(memory_use.live(), std::size_t{1} << 22);
   }
-}
-
-/** \brief Appends a branch and all below it, of which those of some level have no children.
- */
-void
-appendBranches(unsigned int levels, Bytes& branches)
-{
-  branches.push_back(levels == 0 ? 0 : 0xff);
-  for (int child = 0; child < 8 && levels > 0; ++child)
-    appendBranches(levels - 1, branches);
-}
-
-TEST(HostileStreams, PublishedFramesWithTooManyBranchesAreRefused)
-{
-  // 4681 branches without a voxel, in an octree of six levels.
-  Bytes bytes(published::magic, published::magic + published::magic_size);
-  ByteWriter writer(bytes);
-  writer.u32(1);
-  writer.u8(1);
-  writer.u64(0);
-  writer.f64(1.0);
-  for (const double corner : {0.0, 0.0, 0.0, 64.0, 64.0, 64.0})
-    writer.f64(corner);
-  Bytes branches;
-  appendBranches(4, branches);
-  writer.u64(branches.size());
-  published::encodeStaticRange(branches, bytes);
-  writer.u64(0);
-  published::encodeStaticRange({}, bytes);
-  FrameDecoder decoder;
-  VoxelFrame frame;
-  EXPECT_EQ(decoded(decoder, bytes, frame), CompressionCode::LimitExceeded);
 }
 
 TEST(HostileStreams, UnverifiableHeadersHideNoFrame)

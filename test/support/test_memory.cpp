@@ -1,11 +1,8 @@
 #include "support/test_memory.h"
 
 #include <malloc.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
@@ -79,83 +76,11 @@ isToFail()
   return own == number || (own > number && failing.do_later_ones_fail.load(relaxed));
 }
 
-/** \brief Allocations at the end of pages of their own. */
-class Fences {
-public:
-  std::atomic<bool> is_wanted{false};
-
-  /** \brief Memory, or null if there is no room in the table. */
-  void*
-  take(std::size_t size, std::size_t alignment)
-  {
-    Block* const block = find(nullptr);
-    if (block == nullptr)
-      return nullptr;
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const std::size_t used = (size + alignment - 1) / alignment * alignment;
-    const std::size_t before = (used + page - 1) / page * page;
-    void* const pages = mmap(nullptr,
-                             before + page,
-                             PROT_READ | PROT_WRITE,
-                             MAP_PRIVATE | MAP_ANONYMOUS,
-                             -1,
-                             0);
-    if (pages == MAP_FAILED)
-      return nullptr;
-    char* const end = static_cast<char*>(pages) + before;
-    if (mprotect(end, page, PROT_NONE) != 0)
-      std::abort();
-    *block = {end - used, pages, before + page};
-    count_.fetch_add(1, relaxed);
-    return block->begin;
-  }
-
-  /** \brief Gives memory back. \return false if it is none of these */
-  bool
-  giveBack(void* memory)
-  {
-    if (memory == nullptr || count_.load(relaxed) == 0)
-      return false;
-    Block* const block = find(memory);
-    if (block == nullptr)
-      return false;
-    munmap(block->pages, block->size);
-    *block = Block();
-    count_.fetch_sub(1, relaxed);
-    return true;
-  }
-
-private:
-  struct Block {
-    void* begin = nullptr;
-    void* pages = nullptr;
-    std::size_t size = 0;
-  };
-
-  Block*
-  find(const void* begin)
-  {
-    Block* const block =
-        std::find_if(blocks_.begin(), blocks_.end(), [begin](const Block& b) {
-          return b.begin == begin;
-        });
-    return block == blocks_.end() ? nullptr : block;
-  }
-
-  std::array<Block, 512> blocks_{};
-  std::atomic<int> count_{0}; // of blocks in use
-};
-
-Fences fences;
-
 void*
 takeMemory(std::size_t size, std::size_t alignment)
 {
   if (isToFail())
     throw std::bad_alloc();
-  if (fences.is_wanted.load(relaxed))
-    if (void* const memory = fences.take(size, alignment))
-      return memory;
   void* const memory =
       alignment <= alignof(std::max_align_t)
           ? std::malloc(size)
@@ -181,8 +106,6 @@ takeMemoryOrNull(std::size_t size, std::size_t alignment) noexcept
 void
 giveBackMemory(void* memory) noexcept
 {
-  if (fences.giveBack(memory))
-    return;
   countGivenBack(memory);
   std::free(memory);
 }
@@ -244,10 +167,6 @@ FailingAllocation::hasFailed() const
 Exemption::Exemption() : was_exempt_(is_exempt) { is_exempt = true; }
 
 Exemption::~Exemption() { is_exempt = was_exempt_; }
-
-FencedMemory::FencedMemory() { fences.is_wanted.store(true, relaxed); }
-
-FencedMemory::~FencedMemory() { fences.is_wanted.store(false, relaxed); }
 
 } // namespace test
 } // namespace pcl_ext

@@ -1,6 +1,5 @@
 /** \file
- * \brief What a test can ask of operator new: how much was taken, that it fails, and that
- * nothing after a block can be read. Without one of these objects it is plain malloc.
+ * \brief What a test can ask of operator new: how much was taken, and that it fails. Without one of these objects it is plain malloc.
  *
  * Needs support/test_memory.cpp, which replaces the global operators.
  */
@@ -73,17 +72,6 @@ public:
 
 private:
   bool was_exempt_;
-};
-
-/** \brief While it lives, blocks end at a page that cannot be read: a read after a
- * vector ends the program, without a sanitizer, too. For tests of one thread. */
-class FencedMemory {
-public:
-  FencedMemory();
-  ~FencedMemory();
-  FencedMemory(const FencedMemory&) = delete;
-  FencedMemory&
-  operator=(const FencedMemory&) = delete;
 };
 
 /** \brief Has each allocation of each frame of a stream fail, alone and with all later ones.

@@ -141,32 +141,6 @@ TEST(StaticRangeCoder, CorruptTablesAreRefused)
   }
 }
 
-TEST(StaticRangeCoder, FlipsTruncationsAndWrongCountsAreRefused)
-{
-  for (const Bytes& row :
-       {Bytes{}, Bytes{3}, Bytes(30, 9), randomRow(7, 60, 256, 2.0)}) {
-    Bytes bytes;
-    encodeStaticRange(row, bytes);
-    Bytes symbols;
-    Failure failure;
-    for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
-      Bytes flipped = bytes;
-      flipped[bit / 8] = static_cast<std::uint8_t>(flipped[bit / 8] ^ 1u << bit % 8);
-      EXPECT_FALSE(decodesRange(flipped, row.size(), symbols, failure)) << bit;
-    }
-    for (std::size_t size = 0; size < bytes.size(); ++size) {
-      const Bytes truncated(bytes.begin(),
-                            bytes.begin() + static_cast<std::ptrdiff_t>(size));
-      EXPECT_FALSE(decodesRange(truncated, row.size(), symbols, failure)) << size;
-      EXPECT_EQ(failure, Failure::EndOfInput);
-    }
-    EXPECT_FALSE(decodesRange(bytes, row.size() + 1, symbols, failure));
-    if (!row.empty()) {
-      EXPECT_FALSE(decodesRange(bytes, row.size() - 1, symbols, failure));
-    }
-  }
-}
-
 TEST(StaticRangeCoder, CountsThatContradictTheTableAreRefusedEarly)
 {
   constexpr std::size_t table_size = 257 * 4;

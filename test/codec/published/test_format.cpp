@@ -182,36 +182,6 @@ TEST(PublishedFormat, AllLawsMakeTheReferencesBytes)
   expectLaw(pcl_ext::NativeLaw());
 }
 
-/** \brief The published layout's grid, counted from its lower corner. */
-VoxelFrame
-publishedFrame(std::mt19937_64& random, unsigned int depth, std::size_t count)
-{
-  VoxelFrame frame = randomFrame(random, depth, count);
-  frame.grid.first_index = {0, 0, 0};
-  frame.grid.origin = {-1.25, 0.5, 33.0};
-  return frame;
-}
-
-TEST(PublishedFormat, TheReferenceReadsWalksOfVoxels)
-{
-  for (const unsigned int depth : {1u, 2u, 5u, 10u}) {
-    std::mt19937_64 random(depth);
-    FrameEncoder encoder(StreamFormat::Published, 6);
-    FrameDecoder decoder;
-    PublishedReferenceDecoder reference;
-    VoxelFrame back;
-    VoxelFrame frame =
-        publishedFrame(random, depth, depth == 1 ? 4 : std::size_t{1} << depth);
-    for (int i = 0; i < 20; ++i) {
-      const Bytes bytes = encoded(encoder, frame);
-      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-      expectSameVoxels(back, frame);
-      expectSameCloud(back, reference.decode(textOf(bytes)));
-      walk(random, static_cast<unsigned int>(frame.size() / 4 + 1), frame);
-    }
-  }
-}
-
 TEST(PublishedFormat, AWorldGridIsPlacedWithinAMicrometre)
 {
   std::mt19937_64 random(3);

@@ -109,27 +109,6 @@ TEST(PublishedGrowth, OctreesThatGrowFromAnEmptyBox)
     }
 }
 
-TEST(PublishedGrowth, OctreesThatGrowFromACropBox)
-{
-  std::mt19937_64 random(4);
-  for (const BoundingBox& box : boxes) {
-    constexpr double resolution = 0.1;
-    GrowingStream stream(resolution, 100, box);
-    Cloud cloud = randomCloud(random, box, 100);
-    for (int i = 0; i < 12; ++i) {
-      if (i % 3 == 2) { // further and further out, on all sides
-        pcl::PointXYZI point = cloud[0];
-        point.data[i / 3 % 3] +=
-            (i % 2 == 0 ? 1.5f : -1.5f) * static_cast<float>(resolution * (1 << i));
-        cloud.push_back(point);
-      }
-      ASSERT_NO_FATAL_FAILURE(stream.send(cloud)) << "frame " << i;
-    }
-    EXPECT_GT(stream.pFrames(), 0u);
-    EXPECT_LT(stream.pFrames(), 11u); // I-frames where the octree grew
-  }
-}
-
 TEST(PublishedGrowth, OctreesThatGrowRepeatedly)
 {
   std::mt19937_64 random(2);
@@ -164,14 +143,6 @@ TEST(PublishedGrowth, EmptyCloudsRestartTheOctree)
       EXPECT_EQ(stream.pFrames() > 0, period > 2);
       EXPECT_EQ(stream.emptyBranches() > 1, growsOctree(box));
     }
-}
-
-TEST(PublishedGrowth, FramesWithoutVoxelsBeforeTheOctreeGrows)
-{
-  std::mt19937_64 random(4);
-  GrowingStream stream(0.04, 3);
-  for (const std::size_t points : {0u, 0u, 40u, 40u, 0u, 40u, 40u, 40u, 40u, 0u})
-    ASSERT_NO_FATAL_FAILURE(stream.send(randomCloud(random, boxes[1], points)));
 }
 
 TEST(PublishedGrowth, TheBranchWithoutVoxelsIsWithinTheLimit)

@@ -93,16 +93,6 @@ TEST(Supplements, WhatIsEncodedIsDecoded)
     }
 }
 
-TEST(Supplements, FramesWithoutOneHaveTheBytesThatTheyHadBefore)
-{
-  // Nothing is paid for what is not there: the flags of the header, byte 9, are unchanged.
-  FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
-  RoomStream room(roomSettings(6, 20));
-  const Bytes bytes = encoded(encoder, room.next());
-  EXPECT_EQ(bytes[9], 1); // an I-frame of effort fast
-  EXPECT_EQ(encoder.statistics().attribute_bytes, 0u);
-}
-
 TEST(Supplements, ColoursOfAnUnchangedRoomCostNearlyNothing)
 {
   std::mt19937_64 random(5);
@@ -115,28 +105,6 @@ TEST(Supplements, ColoursOfAnUnchangedRoomCostNearlyNothing)
   for (int i = 0; i < 12; ++i)
     encoded(encoder, frame);
   EXPECT_LT(10 * encoder.statistics().attribute_bytes, first);
-}
-
-TEST(Supplements, ACutOrChangedFrameIsRefusedAndLeavesTheStreamDecodable)
-{
-  for (const ContentCase& content :
-       {ContentCase{false, false, 5, true}, ContentCase{true, true, 7, true}})
-    for (const Effort effort : all_efforts) {
-      SCOPED_TRACE(descriptionOf(content) + ", " + nameOf(effort));
-      const std::vector<VoxelFrame> frames = framesOf(content);
-      FrameEncoder encoder(StreamFormat::Version1, 30, effort);
-      FrameDecoder decoder;
-      VoxelFrame after;
-      ASSERT_EQ(decoded(decoder, encoded(encoder, frames[0]), after),
-                CompressionCode::Ok);
-      const Bytes second = encoded(encoder, frames[1]);
-      for (std::size_t size = 0; size < second.size(); size += 1 + size / 16)
-        EXPECT_NE(decoded(decoder, prefixOf(second, size), after), CompressionCode::Ok);
-      for (std::size_t bit = 0; bit < 8 * second.size(); bit += 1 + bit / 64)
-        EXPECT_NE(decoded(decoder, flipped(second, bit), after), CompressionCode::Ok);
-      ASSERT_EQ(decoded(decoder, second, after), CompressionCode::Ok);
-      expectSameFrame(after, frames[1]);
-    }
 }
 
 /** \brief Ten voxels of so many points each. */
@@ -258,15 +226,6 @@ TEST(Refinement, IsChosenWhereVoxelsAreAlone)
   other = fine;
   other.keys.resize(1023);
   EXPECT_EQ(supplement::chooseRefinement(other), 0u);
-}
-
-TEST(Refinement, CellsAreTheKeysWithoutTheirLowestLevels)
-{
-  std::vector<std::uint64_t> cells;
-  supplement::coarseVoxelsOf({0, 7, 8, 63, 64, 4096}, 2, cells);
-  EXPECT_EQ(cells, (std::vector<std::uint64_t>{0, 1, 64}));
-  supplement::coarseVoxelsOf({}, 2, cells);
-  EXPECT_TRUE(cells.empty());
 }
 
 TEST(Refinement, EndsWhereVoxelsComeAgain)
