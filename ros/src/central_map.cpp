@@ -9,28 +9,30 @@
 namespace pcl_ext_ros {
 
 using pcl_ext::nodes::detail::MergedMap;
+using pcl_ext::nodes::valueOf;
 
 CentralMap::CentralMap(const ros::NodeHandle& private_node,
                        const DecompressorParameters& parameters,
                        const pcl_ext::nodes::CentralNode& central_node)
-: parameters_(parameters.map)
+: path_(valueOf<std::string>(parameters.node, "map_path"))
 , central_node_(central_node)
 , node_(private_node)
 , spinner_(1, &queue_)
 {
   node_.setCallbackQueue(&queue_);
   service_ = node_.advertiseService("write_map", &CentralMap::write, this);
-  if (parameters_.path.empty())
+  if (path_.empty())
     return;
-  map_.emplace(parameters.node.resolution, parameters_.full_intensity);
+  map_.emplace(valueOf<double>(parameters.node, "resolution"),
+               valueOf<double>(parameters.node, "map_full_intensity"));
   const bool takes_rays = std::any_of(
       parameters.streams.begin(),
       parameters.streams.end(),
       [](const StreamParameters& stream) { return !stream.sensor_frame.empty(); });
   if (takes_rays)
-    transforms_.emplace(parameters.global_frame, parameters_.tf_timeout);
+    transforms_.emplace(parameters.global_frame, parameters.tf_timeout);
   timer_ = node_.createWallTimer(
-      ros::WallDuration(1.0 / parameters_.rate),
+      ros::WallDuration(1.0 / valueOf<double>(parameters.node, "map_rate")),
       boost::function<void(const ros::WallTimerEvent&)>(
           [this](const ros::WallTimerEvent&) { update(Rays::Yes); }));
 }
@@ -47,7 +49,7 @@ CentralMap::finish()
     std::cout << "The map is empty and is not written\n";
     return 0;
   }
-  const MergedMap::Written written = map_->write(parameters_.path);
+  const MergedMap::Written written = map_->write(path_);
   (written.ok ? std::cout : std::cerr) << written.message << '\n';
   return written.ok ? 0 : 1;
 }
@@ -97,7 +99,7 @@ CentralMap::write(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& resp
     return true;
   }
   update(Rays::Yes);
-  const MergedMap::Written written = map_->write(parameters_.path);
+  const MergedMap::Written written = map_->write(path_);
   response.success = written.ok ? 1 : 0;
   response.message = written.message;
   return true;

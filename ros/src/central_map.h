@@ -23,7 +23,7 @@ namespace pcl_ext_ros {
 class CentralMap {
 public:
   /** \param[in] private_node whose service writes the map
-   * \param[in] parameters of the node; without map.path there is no map
+   * \param[in] parameters of the node; without map_path there is no map
    * \param[in] central_node that decodes the streams; must exist until finish()
    */
   CentralMap(const ros::NodeHandle& private_node,
@@ -81,7 +81,7 @@ private:
   bool
   write(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
-  const MapParameters parameters_;
+  const std::string path_; // empty: no map
   const pcl_ext::nodes::CentralNode& central_node_;
   std::vector<std::pair<std::string, std::string>> streams_; // topic and sensor frame
   // Used by callbacks of queue_ only, except for finish().

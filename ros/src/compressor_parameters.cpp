@@ -1,8 +1,27 @@
+#include <pcl_ext/nodes/cloud_messages.h>
+
 #include "message_conversions.h"
 #include "node_parameters.h"
 #include "parameter_reader.h"
 
 namespace pcl_ext_ros {
+
+using pcl_ext::nodes::valueOf;
+using pcl_ext::nodes::withoutLeadingSlash;
+
+namespace {
+
+pcl_ext::nodes::ParameterDescription
+statisticsParameter()
+{
+  pcl_ext::nodes::ParameterDescription parameter;
+  parameter.name = "statistics";
+  parameter.default_value = false;
+  parameter.description = "Print a line of statistics each second.";
+  return parameter;
+}
+
+} // namespace
 
 std::unique_ptr<pcl_ext::nodes::CloudSender>
 senderOf(const CompressorParameters& parameters)
@@ -23,10 +42,11 @@ readCompressorParameters()
   ParameterReader reader;
   CompressorParameters parameters;
   parameters.encoding = reader.values(pcl_ext::nodes::encodingParameters());
-  parameters.global_frame = reader.frame("global_frame", "world");
-  parameters.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
-  parameters.queue_size = reader.count("queue_size", 5, 1, 1000);
-  parameters.statistics = reader.flag("statistics", false);
+  parameters.node = reader.values(pcl_ext::nodes::sensorNodeParameters());
+  parameters.global_frame =
+      withoutLeadingSlash(valueOf<std::string>(parameters.node, "global_frame"));
+  parameters.statistics =
+      valueOf<bool>(reader.values({statisticsParameter()}), "statistics");
   reader.refuseUnknownNames();
   return parameters;
 }

@@ -28,6 +28,7 @@ namespace pcl_ext_ros {
 using pcl_ext::nodes::SenderHealth;
 using pcl_ext::nodes::SensorNodeCode;
 using pcl_ext::nodes::SensorNodeStatistics;
+using pcl_ext::nodes::valueOf;
 
 /** \brief Compresses the clouds of one sensor. README.md has the topics and parameters.
  * All callbacks run in the thread of run(). */
@@ -38,7 +39,8 @@ public:
    */
   IntensityCompressor()
   : sender_(senderOf(parameters_))
-  , transforms_(parameters_.global_frame, parameters_.tf_timeout)
+  , transforms_(parameters_.global_frame,
+                valueOf<double>(parameters_.node, "tf_timeout"))
   {
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
     frames_ = node_.advertise<CompressedPointCloud2>(output_topic, 40);
@@ -49,7 +51,8 @@ public:
                                 &IntensityCompressor::receiveRequest,
                                 this);
     clouds_ = node_.subscribe(input_topic_,
-                              parameters_.queue_size,
+                              static_cast<std::uint32_t>(valueOf<std::int64_t>(
+                                  parameters_.node, "queue_size")),
                               &IntensityCompressor::compress,
                               this,
                               ros::TransportHints().tcpNoDelay());

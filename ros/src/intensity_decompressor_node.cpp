@@ -21,6 +21,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -38,6 +39,7 @@ using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
 using pcl_ext::nodes::ReceiverHealth;
 using pcl_ext::nodes::StreamHealth;
+using pcl_ext::nodes::valueOf;
 
 constexpr double seconds_between_noise_updates = 0.2;
 constexpr std::uint32_t frame_queue_size = 40;
@@ -56,6 +58,7 @@ struct Stream {
   const std::string topic; ///< resolved; the stream's name in the central node
   std::size_t number = 0;  ///< in the order of ~streams
   StreamNoise noise;
+  pcl_ext::nodes::NoiseSettings noise_in_force; ///< of the timer of noise
   ros::Publisher voxels;
   ros::Publisher i_frame_requests;
   ros::Subscriber frames;
@@ -80,7 +83,7 @@ public:
   IntensityDecompressor()
   {
     central_node_.emplace(
-        parameters_.node,
+        pcl_ext::nodes::readCentralNodeParameters(parameters_.node, rosTimeNow),
         [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
     if (!central_node_->settingsStatus().ok())
       throw WrongParameter("Parameters contradict each other: " +
@@ -88,7 +91,7 @@ public:
     map_.emplace(private_node_, parameters_, *central_node_);
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-    if (parameters_.merge_rate > 0) {
+    if (merge_rate_ > 0) {
       merged_ = private_node_.advertise<sensor_msgs::PointCloud2>("merged",
                                                                   voxels_queue_size);
       merged_streams_ = private_node_.advertise<diagnostic_msgs::DiagnosticArray>(
@@ -96,7 +99,7 @@ public:
     }
     for (const StreamParameters& stream : parameters_.streams)
       addStream(stream);
-    if (parameters_.view.port != 0)
+    if (valueOf<std::int64_t>(parameters_.node, "view_port") != 0)
       showStreams();
     // Frames arrive from here on. The members above do not change any more.
     for (const auto& stream : streams_)
@@ -122,10 +125,11 @@ private:
     streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
     Stream& stream = *streams_.back();
     stream.number = streams_.size() - 1;
-    if (!central_node_->addStream(topic, stream.noise.minIntensity()).ok())
+    stream.noise_in_force = stream.noise.settings();
+    if (!central_node_->addStream(topic, stream.noise_in_force.min_intensity).ok())
       ParameterReader::refuse(
           "streams", "a list with " + topic + " twice", "a list of different topics");
-    central_node_->setOutlierRemoval(topic, stream.noise.outlierRemoval());
+    central_node_->setOutlierRemoval(topic, stream.noise_in_force.outlier_removal);
     streams_by_topic_[topic] = &stream;
     map_->addStream(topic, parameters.sensor_frame);
     stream.voxels =
@@ -140,7 +144,7 @@ private:
     std::vector<std::string> topics;
     for (const auto& stream : streams_)
       topics.push_back(stream->topic);
-    view_.emplace(parameters_.view, topics, [this](std::size_t number) {
+    view_.emplace(parameters_.node, topics, [this](std::size_t number) {
       streams_[number]->i_frame_requests.publish(std_msgs::Empty());
     });
   }
@@ -171,9 +175,10 @@ private:
                               this);
     report_timer_ = node_.createWallTimer(
         ros::WallDuration(1.0), &IntensityDecompressor::reportHealth, this);
-    if (parameters_.merge_rate > 0)
+    constexpr double longest = 1e6; // seconds, so that a timer can count them
+    if (merge_rate_ > 0)
       merge_timer_ =
-          node_.createWallTimer(ros::WallDuration(1.0 / parameters_.merge_rate),
+          node_.createWallTimer(ros::WallDuration(std::min(1.0 / merge_rate_, longest)),
                                 &IntensityDecompressor::publishMerged,
                                 this);
   }
@@ -183,21 +188,14 @@ private:
   receive(Stream& stream, const CompressedPointCloud2& message)
   {
     stream.last_arrival = pcl_ext::nodes::steadyTime();
-    if (withoutLeadingSlash(message.header.frame_id) != parameters_.global_frame) {
+    if (const std::string fault =
+            pcl_ext::nodes::faultOfMessage(message, parameters_.global_frame);
+        !fault.empty()) {
       ++stream.left_out;
       ROS_WARN_THROTTLE(seconds_between_warnings,
-                        "A frame of %s is dropped: its frame_id is '%s', not '%s'",
+                        "A frame of %s is dropped: %s",
                         stream.topic.c_str(),
-                        message.header.frame_id.c_str(),
-                        parameters_.global_frame.c_str());
-      return;
-    }
-    if (!pcl_ext::nodes::isMessageFormat(message.format)) {
-      ++stream.left_out;
-      ROS_WARN_THROTTLE(seconds_between_warnings,
-                        "A frame of %s is dropped: unknown format '%s'",
-                        stream.topic.c_str(),
-                        message.format.c_str());
+                        fault.c_str());
       return;
     }
     if (view_)
@@ -239,23 +237,32 @@ private:
   updateNoise(const ros::WallTimerEvent&)
   {
     for (const auto& stream : streams_) {
-      const char* const topic = stream->topic.c_str();
-      if (stream->noise.updateMinIntensity()) {
-        const float min_intensity = stream->noise.minIntensity();
-        central_node_->setMinIntensity(stream->topic, min_intensity);
-        ROS_INFO("%s: min_intensity is now %g", topic, double{min_intensity});
-      }
-      if (stream->noise.updateOutlierRemoval()) {
-        const auto removal = stream->noise.outlierRemoval();
-        central_node_->setOutlierRemoval(stream->topic, removal);
-        if (removal)
-          ROS_INFO("%s: outliers below log-odds %g are removed from now on",
-                   topic,
-                   double{removal->min_log_odds});
-        else
-          ROS_INFO("%s: outliers are not removed from now on", topic);
-      }
+      stream->noise.update();
+      setNoise(*stream, stream->noise.settings());
     }
+  }
+
+  void
+  setNoise(Stream& stream, const pcl_ext::nodes::NoiseSettings& noise)
+  {
+    const pcl_ext::nodes::NoiseSettings before =
+        std::exchange(stream.noise_in_force, noise);
+    const char* const topic = stream.topic.c_str();
+    if (noise.min_intensity != before.min_intensity) {
+      central_node_->setMinIntensity(stream.topic, noise.min_intensity);
+      ROS_INFO("%s: min_intensity is now %g", topic, double{noise.min_intensity});
+    }
+    const auto& removal = noise.outlier_removal;
+    if (removal.has_value() == before.outlier_removal.has_value() &&
+        (!removal || removal->min_log_odds == before.outlier_removal->min_log_odds))
+      return;
+    central_node_->setOutlierRemoval(stream.topic, removal);
+    if (removal)
+      ROS_INFO("%s: outliers below log-odds %g are removed from now on",
+               topic,
+               double{removal->min_log_odds});
+    else
+      ROS_INFO("%s: outliers are not removed from now on", topic);
   }
 
   void
@@ -286,27 +293,18 @@ private:
   {
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
-    HealthReport all;
-    double frames_per_second = 0.0;
-    double bytes_per_second = 0.0;
-    std::size_t in_sync = 0;
-    for (const StreamHealth& health : central_node_->health()) {
+    const std::vector<StreamHealth> streams = central_node_->health();
+    bool are_ok = true;
+    for (const StreamHealth& health : streams) {
       Stream& stream = *streams_by_topic_.at(health.name);
       const ReceiverHealth now = healthOf(stream, health);
       const HealthReport report = pcl_ext::nodes::describeHealth(
           now, std::exchange(stream.reported, now), pcl_ext::nodes::steadyTime());
-      frames_per_second += health.rates.frames_per_second;
-      bytes_per_second += health.rates.bytes_per_second;
-      in_sync += health.in_sync ? 1 : 0;
-      if (report.level() != HealthLevel::Ok)
-        all.raise(HealthLevel::Warning, "Not all streams are OK");
+      are_ok &= report.level() == HealthLevel::Ok;
       message.status.push_back(toMessage(stream.topic, report));
     }
-    all.add("streams", streams_.size());
-    all.add("streams in sync", in_sync);
-    all.add("frames per second", frames_per_second);
-    all.add("bytes per second", bytes_per_second);
-    all.add("map nodes", map_->nodes());
+    const HealthReport all =
+        pcl_ext::nodes::describeTogether(streams, are_ok, map_->nodes());
     message.status.push_back(toMessage("all streams", all));
     diagnostics_.publish(message);
   }
@@ -314,19 +312,21 @@ private:
   ReceiverHealth
   healthOf(const Stream& stream, const StreamHealth& health) const
   {
-    const bool is_merged = parameters_.merge_rate > 0 || map_->exists();
+    const bool is_merged = merge_rate_ > 0 || map_->exists();
     const pcl_ext::nodes::Time last_arrival = stream.last_arrival;
     return {health,
             stream.left_out,
-            stream.noise.minIntensity(),
+            stream.noise.settings().min_intensity,
             last_arrival == pcl_ext::nodes::Time(0) ? std::nullopt
                                                     : std::optional(last_arrival),
-            is_merged ? parameters_.node.resolution : 0.0};
+            is_merged ? valueOf<double>(parameters_.node, "resolution") : 0.0};
   }
 
   ros::NodeHandle node_;
   ros::NodeHandle private_node_{"~"};
   const DecompressorParameters parameters_ = readDecompressorParameters();
+  const double merge_rate_ =
+      valueOf<double>(parameters_.node, "merge_rate"); // 0: no merging
   std::vector<std::unique_ptr<Stream>> streams_;
   std::unordered_map<std::string, Stream*> streams_by_topic_;
   std::optional<CentralMap> map_; // none only before the constructor makes it

@@ -28,13 +28,6 @@ rosTimeNow()
   return toNodeTime(ros::Time::now());
 }
 
-std::string
-withoutLeadingSlash(const std::string& frame_id)
-{
-  const bool has_slash = !frame_id.empty() && frame_id.front() == '/';
-  return frame_id.substr(has_slash ? 1 : 0);
-}
-
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
 {

@@ -22,10 +22,6 @@ toRosTime(pcl_ext::nodes::Time time);
 pcl_ext::nodes::Time
 rosTimeNow();
 
-/** \brief A frame id as TF2 needs it. */
-std::string
-withoutLeadingSlash(const std::string& frame_id);
-
 /** \brief A cloud of the voxel centres, see pcl_ext::nodes::describeVoxels. */
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame);

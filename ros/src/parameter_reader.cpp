@@ -1,7 +1,5 @@
 #include "parameter_reader.h"
 
-#include "message_conversions.h"
-
 #include <sstream>
 
 namespace pcl_ext_ros {
@@ -10,6 +8,21 @@ using pcl_ext::nodes::ParameterDescription;
 using pcl_ext::nodes::ParameterValue;
 using pcl_ext::nodes::ParameterValues;
 using XmlRpc::XmlRpcValue;
+
+namespace {
+
+/** \brief Nothing unless the value is an integer or a floating-point number. */
+std::optional<double>
+toNumber(XmlRpcValue value)
+{
+  if (value.getType() == XmlRpcValue::TypeInt)
+    return static_cast<int>(value);
+  if (value.getType() == XmlRpcValue::TypeDouble)
+    return static_cast<double>(value);
+  return std::nullopt;
+}
+
+} // namespace
 
 std::string
 toText(const XmlRpcValue& value)
@@ -60,34 +73,13 @@ convertedValue(const ParameterDescription& parameter, const XmlRpcValue& value)
   return known ? pcl_ext::nodes::convertedValue(parameter, *known) : std::nullopt;
 }
 
-std::optional<double>
-toNumber(XmlRpcValue value)
-{
-  if (value.getType() == XmlRpcValue::TypeInt)
-    return static_cast<int>(value);
-  if (value.getType() == XmlRpcValue::TypeDouble)
-    return static_cast<double>(value);
-  return std::nullopt;
-}
-
-std::optional<std::uint32_t>
-toCount(XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest)
-{
-  if (value.getType() != XmlRpcValue::TypeInt || static_cast<int>(value) < 0)
-    return std::nullopt;
-  const auto count = static_cast<std::uint32_t>(static_cast<int>(value));
-  if (count < lowest || count > highest)
-    return std::nullopt;
-  return count;
-}
-
 ParameterValues
 ParameterReader::values(const std::vector<ParameterDescription>& parameters)
 {
   ParameterValues values;
   for (const ParameterDescription& parameter : parameters)
-    if (const auto set = value(parameter.name, parameter))
-      values[parameter.name] = *set;
+    values[parameter.name] =
+        value(parameter.name, parameter).value_or(parameter.default_value);
   return values;
 }
 
@@ -101,70 +93,6 @@ ParameterReader::value(const std::string& name, const ParameterDescription& desc
   if (!converted)
     refuse(name, toText(*found), allowedValues(description));
   return converted;
-}
-
-double
-ParameterReader::number(const std::string& name,
-                        double default_value,
-                        double lowest,
-                        double highest)
-{
-  const std::string allowed =
-      "a number from " + toText(lowest) + " to " + toText(highest);
-  return read(name, default_value, allowed, [&](const XmlRpcValue& value) {
-    const std::optional<double> number = toNumber(value);
-    // The comparisons are false for NaN, too.
-    const bool is_allowed = number && *number >= lowest && *number <= highest;
-    return is_allowed ? number : std::nullopt;
-  });
-}
-
-std::uint32_t
-ParameterReader::count(const std::string& name,
-                       std::uint32_t default_value,
-                       std::uint32_t lowest,
-                       std::uint32_t highest)
-{
-  const std::string allowed = "a whole number from " + std::to_string(lowest) + " to " +
-                              std::to_string(highest);
-  return read(name, default_value, allowed, [&](const XmlRpcValue& value) {
-    return toCount(value, lowest, highest);
-  });
-}
-
-bool
-ParameterReader::flag(const std::string& name, bool default_value)
-{
-  return read(name, default_value, "true or false", [](XmlRpcValue value) {
-    return value.getType() == XmlRpcValue::TypeBoolean
-               ? std::optional<bool>(static_cast<bool>(value))
-               : std::nullopt;
-  });
-}
-
-std::string
-ParameterReader::text(const std::string& name, const std::string& default_value)
-{
-  return read(name, default_value, "a text", [](XmlRpcValue value) {
-    return value.getType() == XmlRpcValue::TypeString
-               ? std::optional<std::string>(static_cast<std::string>(value))
-               : std::nullopt;
-  });
-}
-
-std::string
-ParameterReader::nonEmptyText(const std::string& name, const std::string& default_value)
-{
-  const std::string found = text(name, default_value);
-  if (found.empty())
-    refuse(name, "''", "a text that is not empty");
-  return found;
-}
-
-std::string
-ParameterReader::frame(const std::string& name, const std::string& default_value)
-{
-  return withoutLeadingSlash(nonEmptyText(name, default_value));
 }
 
 std::optional<std::vector<XmlRpcValue>>

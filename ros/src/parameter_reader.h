@@ -5,8 +5,6 @@
 #include <ros/node_handle.h>
 #include <XmlRpcValue.h>
 
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -14,8 +12,6 @@
 #include <vector>
 
 namespace pcl_ext_ros {
-
-constexpr std::uint32_t largest_int = std::numeric_limits<std::int32_t>::max();
 
 /** \brief A parameter that the node cannot use. The message has the name, the value and
  * the allowed values in one line. */
@@ -38,21 +34,13 @@ std::optional<pcl_ext::nodes::ParameterValue>
 convertedValue(const pcl_ext::nodes::ParameterDescription& parameter,
                const XmlRpc::XmlRpcValue& value);
 
-/** \brief Nothing unless the value is an integer or a floating-point number. */
-std::optional<double>
-toNumber(XmlRpc::XmlRpcValue value);
-
-/** \brief Nothing unless the value is an integer within [lowest, highest]. */
-std::optional<std::uint32_t>
-toCount(XmlRpc::XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest);
-
 /** \brief Reads private parameters of this node and checks type and range.
  *
- * All members throw WrongParameter. The default of a parameter is not checked.
+ * All members throw WrongParameter.
  */
 class ParameterReader {
 public:
-  /** \brief The values of a table's parameters; those that are not set are left out. */
+  /** \brief The values of a table's parameters, the defaults of those that are not set. */
   pcl_ext::nodes::ParameterValues
   values(const std::vector<pcl_ext::nodes::ParameterDescription>& parameters);
 
@@ -62,31 +50,6 @@ public:
   std::optional<pcl_ext::nodes::ParameterValue>
   value(const std::string& name,
         const pcl_ext::nodes::ParameterDescription& description);
-
-  /** \brief A number within [lowest, highest]. */
-  double
-  number(const std::string& name, double default_value, double lowest, double highest);
-
-  /** \brief An integer within [lowest, highest]; highest is at most largest_int. */
-  std::uint32_t
-  count(const std::string& name,
-        std::uint32_t default_value,
-        std::uint32_t lowest,
-        std::uint32_t highest);
-
-  bool
-  flag(const std::string& name, bool default_value);
-
-  std::string
-  text(const std::string& name, const std::string& default_value);
-
-  /** \brief A text that is not empty. */
-  std::string
-  nonEmptyText(const std::string& name, const std::string& default_value);
-
-  /** \brief The name of a TF frame, without a leading slash. */
-  std::string
-  frame(const std::string& name, const std::string& default_value);
 
   /** \brief The elements of a list; nothing if the parameter is not set. */
   std::optional<std::vector<XmlRpc::XmlRpcValue>>
@@ -109,25 +72,6 @@ private:
   /** \brief The value of a parameter; nothing if it is not set. */
   std::optional<XmlRpc::XmlRpcValue>
   find(const std::string& name);
-
-  /** \brief A converted parameter.
-   * \param[in] convert returns nothing for a value that is not allowed
-   */
-  template <typename ValueT, typename ConvertT>
-  ValueT
-  read(const std::string& name,
-       const ValueT& default_value,
-       const std::string& allowed,
-       const ConvertT& convert)
-  {
-    const auto value = find(name);
-    if (!value)
-      return default_value;
-    const std::optional<ValueT> converted = convert(*value);
-    if (!converted)
-      refuse(name, toText(*value), allowed);
-    return *converted;
-  }
 
   ros::NodeHandle private_node_{"~"};
   std::set<std::string> known_names_;

@@ -3,6 +3,7 @@
  */
 #include "node_main.h"
 #include "parameter_reader.h"
+#include "simulator/cell_parameters.h"
 #include "simulator/robot_cell.h"
 
 #include <geometry_msgs/TransformStamped.h>
@@ -20,52 +21,16 @@ namespace pcl_ext_ros {
 
 namespace {
 
-using pcl_ext::cell::RobotCell;
-
-/** \brief The parameters of the node; see README.md. */
-struct CellParameters {
-  std::vector<unsigned int> sensors;
-  double rate = RobotCell::frame_rate;
-  std::uint32_t seed = 1;
-  std::uint32_t frames = 0;          ///< 0: no limit
-  std::uint32_t captured_frames = 0; ///< 0: each frame is captured when it is sent
-  bool wait_for_subscribers = false;
-  std::string global_frame;
-};
-
-std::vector<unsigned int>
-readSensors(ParameterReader& reader)
-{
-  const auto elements = reader.list("sensors");
-  if (!elements)
-    return {1, 2, 3, 4, 5, 6};
-  const std::string allowed = "a list of numbers from 1 to 6";
-  std::vector<unsigned int> sensors;
-  for (const XmlRpc::XmlRpcValue& element : *elements) {
-    const auto sensor = toCount(element, 1, RobotCell::sensor_count);
-    if (!sensor)
-      ParameterReader::refuse("sensors", toText(element) + " in one entry", allowed);
-    sensors.push_back(*sensor);
-  }
-  if (sensors.empty())
-    ParameterReader::refuse("sensors", "an empty list", allowed);
-  return sensors;
-}
-
-CellParameters
-readCellParameters()
+pcl_ext::cell::CellSettings
+readSettings()
 {
   ParameterReader reader;
-  CellParameters parameters;
-  parameters.sensors = readSensors(reader);
-  parameters.rate = reader.number("rate", RobotCell::frame_rate, 0.01, 1000);
-  parameters.seed = reader.count("seed", 1, 0, largest_int);
-  parameters.frames = reader.count("frames", 0, 0, largest_int);
-  parameters.captured_frames = reader.count("captured_frames", 0, 0, 300);
-  parameters.wait_for_subscribers = reader.flag("wait_for_subscribers", false);
-  parameters.global_frame = reader.frame("global_frame", "world");
+  const auto values = reader.values(pcl_ext::cell::cellParameters());
   reader.refuseUnknownNames();
-  return parameters;
+  const auto settings = pcl_ext::cell::readCellParameters(values);
+  if (settings.sensors.empty())
+    ParameterReader::refuse("sensors", "an empty list", "a list of numbers");
+  return settings;
 }
 
 } // namespace
@@ -73,27 +38,27 @@ readCellParameters()
 /** \brief Sends the clouds of all sensors of a frame with the same stamp. */
 class SimulatedCell {
 public:
-  SimulatedCell() : parameters_(readCellParameters()), cell_(parameters_.seed)
+  SimulatedCell() : settings_(readSettings()), cell_(settings_.seed)
   {
-    for (const unsigned int sensor : parameters_.sensors)
+    for (const unsigned int sensor : settings_.sensors)
       clouds_.push_back(
           node_.advertise<sensor_msgs::PointCloud2>(frameOf(sensor) + "/points", 2));
     sendTransforms();
-    for (std::uint32_t frame = 0; frame < parameters_.captured_frames; ++frame)
-      for (const unsigned int sensor : parameters_.sensors)
+    for (std::uint32_t frame = 0; frame < settings_.captured_frames; ++frame)
+      for (const unsigned int sensor : settings_.sensors)
         captured_.push_back(capture(sensor, frame));
   }
 
   int
   run()
   {
-    ros::Rate rate(parameters_.rate);
-    while (ros::ok() && parameters_.wait_for_subscribers && !allHaveSubscribers()) {
+    ros::Rate rate(settings_.rate);
+    while (ros::ok() && settings_.waits_for_subscribers && !allHaveSubscribers()) {
       ros::spinOnce();
       ros::WallDuration(0.02).sleep();
     }
     for (std::uint32_t frame = 0;
-         ros::ok() && (parameters_.frames == 0 || frame < parameters_.frames);
+         ros::ok() && (settings_.frames == 0 || frame < settings_.frames);
          ++frame) {
       send(frame);
       ros::spinOnce();
@@ -115,11 +80,11 @@ private:
   sendTransforms()
   {
     std::vector<geometry_msgs::TransformStamped> transforms;
-    for (const unsigned int sensor : parameters_.sensors) {
+    for (const unsigned int sensor : settings_.sensors) {
       geometry_msgs::TransformStamped transform =
           tf2::eigenToTransform(cell_.sensorPose(sensor));
       transform.header.stamp = ros::Time::now();
-      transform.header.frame_id = parameters_.global_frame;
+      transform.header.frame_id = settings_.global_frame;
       transform.child_frame_id = frameOf(sensor);
       transforms.push_back(transform);
     }
@@ -156,21 +121,21 @@ private:
       if (clouds_[i].getNumSubscribers() == 0)
         continue;
       sensor_msgs::PointCloud2 cloud;
-      if (parameters_.captured_frames == 0)
-        cloud = capture(parameters_.sensors[i], frame);
+      if (settings_.captured_frames == 0)
+        cloud = capture(settings_.sensors[i], frame);
       else
-        cloud = captured_[frame % parameters_.captured_frames * clouds_.size() + i];
+        cloud = captured_[frame % settings_.captured_frames * clouds_.size() + i];
       cloud.header.stamp = stamp;
       clouds_[i].publish(cloud);
     }
   }
 
   ros::NodeHandle node_;
-  CellParameters parameters_;
-  RobotCell cell_;
+  pcl_ext::cell::CellSettings settings_;
+  pcl_ext::cell::RobotCell cell_;
   pcl_ext::cell::CellFrame captured_frame_;
   std::vector<sensor_msgs::PointCloud2> captured_; // by frame, then by sensor
-  std::vector<ros::Publisher> clouds_;             // as parameters_.sensors
+  std::vector<ros::Publisher> clouds_;             // as settings_.sensors
   tf2_ros::StaticTransformBroadcaster broadcaster_;
 };
 

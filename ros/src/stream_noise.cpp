@@ -6,126 +6,87 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
+#include <utility>
+
 namespace pcl_ext_ros {
 
 using pcl_ext::nodes::noiseParameters;
-using pcl_ext::nodes::ParameterValue;
+using pcl_ext::nodes::ParameterDescription;
 using pcl_ext::nodes::ParameterValues;
 
 namespace {
 
-/** \brief A value from several sources, of which the first that has it counts. */
-ParameterValue
-firstOf(const std::string& name,
-        const ParameterValues& from_streams,
-        const ParameterValues& for_all)
+bool
+isConstant(const ParameterDescription& parameter)
 {
-  for (const ParameterValues* const values : {&from_streams, &for_all})
-    if (const auto value = values->find(name); value != values->end())
-      return value->second;
-  return descriptionOf(noiseParameters(), name).default_value;
+  return parameter.name == "density_unit";
+}
+
+std::string
+ownName(const ParameterDescription& parameter, const std::string& topic)
+{
+  return parameter.name + "_of" + topic;
 }
 
 } // namespace
 
-template <typename ValueT>
-StreamSetting<ValueT>::StreamSetting(const std::string& name,
-                                     const std::string& topic,
-                                     const ParameterValues& from_streams,
-                                     const ParameterValues& for_all)
-: parameter_(descriptionOf(noiseParameters(), name))
-, own_name_(ros::this_node::getName() + "/" + name + "_of" + topic)
-, name_for_all_(ros::this_node::getName() + "/" + name)
-{
-  if (const auto value = from_streams.find(name); value != from_streams.end())
-    from_streams_ = std::get<ValueT>(value->second);
-  const auto own = ParameterReader().value(name + "_of" + topic, parameter_);
-  current_ = std::get<ValueT>(own ? *own : firstOf(name, from_streams, for_all));
-}
-
-template <typename ValueT>
-bool
-StreamSetting<ValueT>::update()
-{
-  std::optional<ValueT> value = read(own_name_);
-  if (!value)
-    value = from_streams_;
-  if (!value)
-    value = read(name_for_all_);
-  if (!value || *value == current_)
-    return false;
-  current_ = *value;
-  return true;
-}
-
-template <typename ValueT>
-std::optional<ValueT>
-StreamSetting<ValueT>::read(const std::string& name)
-{
-  XmlRpc::XmlRpcValue value;
-  if (!ros::param::getCached(name, value))
-    return std::nullopt;
-  // A deleted parameter is an empty struct in roscpp's cache.
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeStruct && value.size() == 0)
-    return std::nullopt;
-  if (const auto converted = convertedValue(parameter_, value))
-    return std::get<ValueT>(*converted);
-  const std::string warning = "Parameter " + name + " is " + toText(value) +
-                              "; it must be " + allowedValues(parameter_) +
-                              ". It is ignored";
-  if (warning != last_warning_)
-    ROS_WARN("%s", warning.c_str());
-  last_warning_ = warning;
-  return current_;
-}
-
-template class StreamSetting<double>;
-template class StreamSetting<bool>;
-
-StreamNoise::StreamNoise(const std::string& topic,
+StreamNoise::StreamNoise(std::string topic,
                          const ParameterValues& from_streams,
                          const ParameterValues& for_all)
-: min_intensity_("min_intensity", topic, from_streams, for_all)
-, remove_outliers_("remove_outliers", topic, from_streams, for_all)
-, min_log_odds_("min_log_odds", topic, from_streams, for_all)
-, constant_values_{{"density_unit", firstOf("density_unit", from_streams, for_all)}}
-{}
-
-float
-StreamNoise::minIntensity() const
+: topic_(std::move(topic)), from_streams_(from_streams), values_(from_streams)
 {
-  return settings().min_intensity;
-}
-
-std::optional<pcl_ext::VoxelOutlierRemovalSettings>
-StreamNoise::outlierRemoval() const
-{
-  return settings().outlier_removal;
-}
-
-bool
-StreamNoise::updateOutlierRemoval()
-{
-  // Both are read in any case.
-  const bool is_switched = remove_outliers_.update();
-  const bool is_moved = min_log_odds_.update();
-  return is_switched || (is_moved && remove_outliers_.current());
-}
-
-bool
-StreamNoise::updateMinIntensity()
-{
-  return min_intensity_.update();
+  values_.insert(for_all.begin(), for_all.end());
+  ParameterReader reader;
+  for (const ParameterDescription& parameter : noiseParameters())
+    if (!isConstant(parameter))
+      if (const auto own = reader.value(ownName(parameter, topic_), parameter))
+        values_[parameter.name] = *own;
 }
 
 pcl_ext::nodes::NoiseSettings
 StreamNoise::settings() const
 {
-  ParameterValues values = constant_values_;
-  values["min_intensity"] = min_intensity_.current();
-  values["remove_outliers"] = remove_outliers_.current();
-  values["min_log_odds"] = min_log_odds_.current();
-  return pcl_ext::nodes::readNoiseParameters(values);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return pcl_ext::nodes::readNoiseParameters(values_);
+}
+
+void
+StreamNoise::update()
+{
+  for (const ParameterDescription& parameter : noiseParameters()) {
+    if (isConstant(parameter) || take(ownName(parameter, topic_), parameter))
+      continue;
+    const auto from_streams = from_streams_.find(parameter.name);
+    if (from_streams == from_streams_.end()) {
+      take(parameter.name, parameter);
+      continue;
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    values_[parameter.name] = from_streams->second;
+  }
+}
+
+bool
+StreamNoise::take(const std::string& name, const ParameterDescription& description)
+{
+  const std::string full_name = ros::this_node::getName() + "/" + name;
+  XmlRpc::XmlRpcValue value;
+  if (!ros::param::getCached(full_name, value))
+    return false;
+  // A deleted parameter is an empty struct in roscpp's cache.
+  if (value.getType() == XmlRpc::XmlRpcValue::TypeStruct && value.size() == 0)
+    return false;
+  if (const auto converted = convertedValue(description, value)) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    values_[description.name] = *converted;
+    return true;
+  }
+  const std::string warning = "Parameter " + full_name + " is " + toText(value) +
+                              "; it must be " + allowedValues(description) +
+                              ". It is ignored";
+  if (warnings_.insert(warning).second)
+    ROS_WARN("%s", warning.c_str());
+  return true;
 }
 
 } // namespace pcl_ext_ros

@@ -5,19 +5,42 @@
 #include <ros/console.h>
 
 #include <chrono>
+#include <fstream>
+#include <iterator>
 
 namespace pcl_ext_ros {
 
+using pcl_ext::nodes::valueOf;
+
 namespace {
 
+/** \brief The viewer's page.
+ * \throws WrongParameter if it cannot be read or is empty
+ */
+std::string
+readPage(const std::string& parameter)
+{
+  const std::string path = parameter.empty() ? PCL_EXT_ROS_VIEW_PAGE : parameter;
+  std::ifstream file(path, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(file),
+                      std::istreambuf_iterator<char>()};
+  if (!file || content.empty())
+    ParameterReader::refuse("view_page",
+                            "'" + path + "'",
+                            "the viewer's page, viewer.html, which viewer/build.sh of "
+                            "pcl_ext makes");
+  return content;
+}
+
 pcl_ext::view::ViewServerSettings
-settingsOf(const ViewParameters& parameters,
+settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
            const std::function<void(std::size_t)>& request_i_frame)
 {
   pcl_ext::view::ViewServerSettings settings;
-  settings.address = parameters.address;
-  settings.port = parameters.port;
-  settings.page = parameters.page;
+  settings.address = valueOf<std::string>(parameters, "view_address");
+  settings.port =
+      static_cast<std::uint16_t>(valueOf<std::int64_t>(parameters, "view_port"));
+  settings.page = readPage(valueOf<std::string>(parameters, "view_page"));
   settings.name = "ROS";
   settings.request_i_frame = request_i_frame;
   return settings;
@@ -33,7 +56,7 @@ check(const pcl_ext::view::ViewServerStatus& status)
 
 } // namespace
 
-StreamView::StreamView(const ViewParameters& parameters,
+StreamView::StreamView(const pcl_ext::nodes::ParameterValues& parameters,
                        const std::vector<std::string>& topics,
                        const std::function<void(std::size_t)>& request_i_frame)
 : server_(settingsOf(parameters, request_i_frame))

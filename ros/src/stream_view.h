@@ -1,8 +1,7 @@
 #pragma once
 
+#include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/view/view_server.h>
-
-#include "node_parameters.h"
 
 #include <ros/time.h>
 
@@ -18,12 +17,13 @@ namespace pcl_ext_ros {
 class StreamView {
 public:
   /** \brief Begins to serve.
+   * \param[in] parameters of centralNodeParameters()
    * \param[in] topics of the streams
    * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
    * by a thread of this
-   * \throws WrongParameter if the port is taken or the address is wrong
+   * \throws WrongParameter if there is no page, the port is taken or the address is wrong
    */
-  StreamView(const ViewParameters& parameters,
+  StreamView(const pcl_ext::nodes::ParameterValues& parameters,
              const std::vector<std::string>& topics,
              const std::function<void(std::size_t)>& request_i_frame);
 

@@ -1,5 +1,7 @@
 #include "transform_lookup.h"
 
+#include <pcl_ext/nodes/cloud_messages.h>
+
 #include "message_conversions.h"
 
 #include <tf2_eigen/tf2_eigen.h>
@@ -19,7 +21,7 @@ FoundTransform
 TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
 {
   FoundTransform found;
-  const std::string frame_id = withoutLeadingSlash(header.frame_id);
+  const std::string frame_id = pcl_ext::nodes::withoutLeadingSlash(header.frame_id);
   if (frame_id == global_frame_) {
     found.pose = pcl_ext::WorldPose::Identity();
     return found;

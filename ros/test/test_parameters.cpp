@@ -89,7 +89,7 @@ const std::vector<Refusal> refused_by_decompressor{
     {{{"global_frame", ""}}, "~global_frame is ''; it must be"}};
 
 const std::vector<Refusal> refused_by_cell{
-    {{{"sensors", listOf({7})}}, "~sensors is 7 in one entry; it must be"},
+    {{{"sensors", listOf({7})}}, "~sensors is [7]; it must be"},
     {{{"sensors", listOf({})}}, "~sensors is an empty list; it must be"},
     {{{"rate", 0}}, "~rate is 0; it must be"},
     {{{"global_frame", ""}}, "~global_frame is ''; it must be"},

@@ -20,10 +20,18 @@ messageFormat(io::StreamFormat format)
                                                : format_of_version1;
 }
 
-bool
-isMessageFormat(const std::string& format)
+std::string
+withoutLeadingSlash(const std::string& frame_id)
 {
-  return format == format_of_version1 || format == format_of_published;
+  return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
+}
+
+std::string
+faultOfFormat(const std::string& format)
+{
+  return format == format_of_version1 || format == format_of_published
+             ? ""
+             : "unknown format '" + format + "'";
 }
 
 void

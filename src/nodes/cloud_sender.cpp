@@ -28,15 +28,13 @@ public:
       changed[name] = value;
     if (changed == values_)
       return {};
-    SensorNodeSettings settings = settings_;
     // Whichever of the two laws auto becomes.
-    for (const bool has_intensities : {true, false})
-      if (std::string fault =
-              readEncodingParameters(changed, has_intensities, settings);
-          !fault.empty())
-        return fault;
+    if (std::string fault = faultOfEncodingParameters(changed); !fault.empty())
+      return fault;
+    if (std::string fault = readEncodingParameters(changed, false, settings_);
+        !fault.empty())
+      return fault;
     values_ = std::move(changed);
-    settings_ = settings;
     node_.reset();
     return {};
   }

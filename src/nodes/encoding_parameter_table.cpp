@@ -8,8 +8,6 @@ namespace nodes {
 
 namespace {
 
-constexpr std::int32_t largest_integer = std::numeric_limits<std::int32_t>::max();
-
 using Descriptions = std::vector<ParameterDescription>;
 
 void
@@ -111,14 +109,12 @@ describeIntensities(Descriptions& parameters)
                      0,
                      16,
                      "Bits of an intensity; 0: automatic; published: 0 or 8."));
-  // Below the largest float.
-  constexpr double largest_range = 3.4e38;
   parameters.push_back(
       numberParameter("intensity_range",
                       "of the intensity",
                       defaults.intensity_range,
                       0.0,
-                      largest_range,
+                      largest_intensity,
                       "Top of the scale; 0: automatic; published: 0 or 255."));
   parameters.push_back(
       wordParameter("intensity_curve",
@@ -177,14 +173,7 @@ describeFilters(Descriptions& parameters)
       SensorNodeSettings().outlier_removal.has_value(),
       "Remove voxels that are noise, judged by their surroundings in this "
       "frame and the last ones, before they are encoded."));
-  parameters.push_back(
-      numberParameter("min_log_odds",
-                      "",
-                      VoxelOutlierRemovalSettings().min_log_odds,
-                      -largest_float_value,
-                      largest_float_value,
-                      "Log-odds of surface against noise, natural logarithm; voxels of "
-                      "lower ones are outliers."));
+  parameters.push_back(descriptionOf(noiseParameters(), "min_log_odds"));
 }
 
 Descriptions

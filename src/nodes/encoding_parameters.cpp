@@ -81,24 +81,13 @@ readCropBox(const ParameterAccess& access, std::optional<io::BoundingBox>& crop_
   return {};
 }
 
-/** \brief Outliers are judged at some resolutions only.
- * \return what is wrong; empty if nothing
- */
-std::string
+void
 readOutlierRemoval(const ParameterAccess& access,
                    std::optional<VoxelOutlierRemovalSettings>& removal)
 {
   removal.reset();
-  if (!access.get<bool>("remove_outliers"))
-    return {};
-  removal.emplace();
-  removal->min_log_odds = access.number("min_log_odds");
-  const double resolution = access.get<double>("resolution");
-  if (VoxelOutlierRemoval::isMadeFor(resolution))
-    return {};
-  return "resolution is " + textOf(resolution) + "; it must be a number from " +
-         textOf(VoxelOutlierRemoval::min_resolution) + " to " +
-         textOf(VoxelOutlierRemoval::max_resolution) + " for remove_outliers";
+  if (access.get<bool>("remove_outliers"))
+    removal.emplace().min_log_odds = access.number("min_log_odds");
 }
 
 IntensityLaw
@@ -149,12 +138,22 @@ readEncodingParameters(const ParameterValues& values,
            nameOf(read.law);
   if (const std::string fault = readCropBox(access, read.crop_box); !fault.empty())
     return fault;
-  if (const std::string fault = readOutlierRemoval(access, read.outlier_removal);
-      !fault.empty())
-    return fault;
+  readOutlierRemoval(access, read.outlier_removal);
   if (const SensorNodeStatus status = checkSettings(read); !status.ok())
     return status.message();
   settings = std::move(read);
+  return {};
+}
+
+std::string
+faultOfEncodingParameters(const ParameterValues& values)
+{
+  for (const bool has_intensities : {true, false}) {
+    SensorNodeSettings settings;
+    if (std::string fault = readEncodingParameters(values, has_intensities, settings);
+        !fault.empty())
+      return fault;
+  }
   return {};
 }
 

@@ -83,6 +83,9 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
     report.raise(HealthLevel::Warning, "Frames are lost");
   if (!stream.outlier_removal.ok())
     report.raise(HealthLevel::Warning, "Outliers: " + stream.outlier_removal.message());
+  if (now.min_intensity > 0.0f && stream.voxels > 0 && !stream.has_intensities)
+    report.raise(HealthLevel::Warning,
+                 "min_intensity has no effect: the frames have no intensities");
   if (stream.voxels > 0 && stream.kept_voxels == 0)
     report.raise(HealthLevel::Warning, "All voxels are removed as noise");
   // As where a lidar is judged as a depth camera.
@@ -184,6 +187,30 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
   report.add("resolution, m", stream.resolution);
   report.add("min_intensity", now.min_intensity);
   report.add("in sync", stream.in_sync ? "yes" : "no");
+  return report;
+}
+
+HealthReport
+describeTogether(const std::vector<StreamHealth>& streams,
+                 bool are_ok,
+                 std::size_t map_nodes)
+{
+  HealthReport report;
+  double frames_per_second = 0.0;
+  double bytes_per_second = 0.0;
+  std::size_t in_sync = 0;
+  for (const StreamHealth& stream : streams) {
+    frames_per_second += stream.rates.frames_per_second;
+    bytes_per_second += stream.rates.bytes_per_second;
+    in_sync += stream.in_sync ? 1 : 0;
+  }
+  if (!are_ok)
+    report.raise(HealthLevel::Warning, "Not all streams are OK");
+  report.add("streams", streams.size());
+  report.add("streams in sync", in_sync);
+  report.add("frames per second", frames_per_second);
+  report.add("bytes per second", bytes_per_second);
+  report.add("map nodes", map_nodes);
   return report;
 }
 

@@ -28,7 +28,8 @@ describeNoiseParameters()
                       NoiseSettings().min_intensity,
                       -largest_float_value,
                       largest_float_value,
-                      "Voxels of lower intensity are noise and are removed."),
+                      "Voxels of lower intensity are noise and are removed; no effect "
+                      "on streams without intensities."),
       flagParameter(
           "remove_outliers",
           false,

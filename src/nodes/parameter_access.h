@@ -21,6 +21,12 @@ using Words = std::vector<std::pair<std::string, MeaningT>>;
 /** \brief Largest value of a setting of type float. */
 constexpr double largest_float_value = std::numeric_limits<float>::max();
 
+/** \brief Largest intensity that a parameter sets; just below it, as decimals. */
+constexpr double largest_intensity = 3.4e38;
+
+/** \brief Largest value of an integer parameter. */
+constexpr std::int32_t largest_integer = std::numeric_limits<std::int32_t>::max();
+
 inline ParameterDescription
 numberParameter(const std::string& name,
                 const std::string& unit,

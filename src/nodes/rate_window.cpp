@@ -18,7 +18,7 @@ steadyTime()
 }
 
 void
-RateWindow::add(const Frame& frame)
+RateWindow::add(const CodedFrame& frame)
 {
   // If the clock was set back, frames newer than its time would not be removed.
   while (!frames_.empty() && frames_.back().ready > frame.ready)
@@ -38,7 +38,7 @@ RateWindow::rates(Time now) const
   std::size_t bytes_behind_first = 0;
   Time first{0};
   Time last{0};
-  for (const Frame& frame : frames_) {
+  for (const CodedFrame& frame : frames_) {
     if (frame.ready < now - StreamRates::window || frame.ready > now)
       continue;
     if (frames++ == 0)

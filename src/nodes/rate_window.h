@@ -12,7 +12,7 @@ namespace nodes {
 class RateWindow {
 public:
   /** \brief A frame that has just been coded. */
-  struct Frame {
+  struct CodedFrame {
     Time ready{0}; ///< when it was ready
     std::size_t bytes = 0;
     double cycle_seconds = 0.0;
@@ -21,7 +21,7 @@ public:
 
   /** \brief Adds a frame and removes those that are older than the window. */
   void
-  add(const Frame& frame);
+  add(const CodedFrame& frame);
 
   /** \brief The rates at a time, which may be before the last frame. */
   StreamRates
@@ -31,7 +31,7 @@ private:
   // Limits the memory if the clock does not advance.
   static constexpr std::size_t most_frames = 4096;
 
-  std::deque<Frame> frames_; // by time
+  std::deque<CodedFrame> frames_; // by time
 };
 
 } // namespace nodes

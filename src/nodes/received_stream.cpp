@@ -169,6 +169,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     health_.voxels = coding.voxels;
     health_.kept_voxels = kept_.size();
     health_.resolution = kept_.grid.resolution;
+    health_.has_intensities = kept_.hasIntensities();
     health_.outliers_removed = outliers.removed;
     health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;

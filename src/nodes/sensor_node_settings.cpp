@@ -1,5 +1,7 @@
 #include "nodes/sensor_node_settings.h"
 
+#include <pcl_ext/nodes/node_parameters.h>
+
 #include "stream/setting_checks.h"
 #include "stream/version1_header.h"
 
@@ -60,10 +62,10 @@ outlierRemovalFault(const SensorNodeSettings& settings)
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
     return "outlier_removal: " + status.message();
   if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
-    return "outlier_removal is set and compression.resolution is " +
-           std::to_string(settings.compression.resolution) + "; it must be " +
-           std::to_string(VoxelOutlierRemoval::min_resolution) + " to " +
-           std::to_string(VoxelOutlierRemoval::max_resolution) + " for that";
+    return "resolution is " + textOf(settings.compression.resolution) +
+           "; it must be a number from " + textOf(VoxelOutlierRemoval::min_resolution) +
+           " to " + textOf(VoxelOutlierRemoval::max_resolution) +
+           " for outliers to be removed";
   return {};
 }
 

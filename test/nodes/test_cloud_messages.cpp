@@ -52,10 +52,26 @@ TEST(CloudMessages, NamesOfFormats)
 {
   EXPECT_STREQ(messageFormat(StreamFormat::Version1), "pcl_ext/version1");
   EXPECT_STREQ(messageFormat(StreamFormat::Published), "pcl_ext/published");
-  EXPECT_TRUE(isMessageFormat("pcl_ext/version1"));
-  EXPECT_TRUE(isMessageFormat("pcl_ext/published"));
-  EXPECT_FALSE(isMessageFormat("draco"));
-  EXPECT_FALSE(isMessageFormat(""));
+  EXPECT_EQ(faultOfFormat("pcl_ext/version1"), "");
+  EXPECT_EQ(faultOfFormat("pcl_ext/published"), "");
+  EXPECT_EQ(faultOfFormat("draco"), "unknown format 'draco'");
+  EXPECT_EQ(faultOfFormat(""), "unknown format ''");
+}
+
+TEST(CloudMessages, OfAnotherFrameOrFormatAreNotForACentralNode)
+{
+  struct {
+    pcl::PCLHeader header;
+    std::string format = "pcl_ext/version1";
+  } message;
+  message.header.frame_id = "/world";
+  EXPECT_EQ(faultOfMessage(message, "world"), "");
+  message.format = "draco";
+  EXPECT_EQ(faultOfMessage(message, "world"), "unknown format 'draco'");
+  message.header.frame_id = "//world";
+  EXPECT_EQ(faultOfMessage(message, "world"), "its frame_id is '//world', not 'world'");
+  message.header.frame_id = "";
+  EXPECT_EQ(faultOfMessage(message, "world"), "its frame_id is '', not 'world'");
 }
 
 TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)

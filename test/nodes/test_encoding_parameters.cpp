@@ -231,8 +231,8 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            "crop_box as bounding_box is 1000001.000000 m wide; it must be no wider "
            "than 2^21 - 1 voxels"},
           {{{"remove_outliers", true}, {"resolution", 0.25}},
-           "resolution is 0.25; it must be a number from 0.001 to 0.2 for "
-           "remove_outliers"},
+           "resolution is 0.25; it must be a number from 0.001 to 0.2 for outliers to "
+           "be removed"},
           {{{"format", "published"}, {"intensity_bits", 4}},
            "intensity_bits is 4; it must be 8, or 0 for automatic, in the published "
            "layout"},
@@ -249,7 +249,36 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
     EXPECT_EQ(readEncodingParameters(fault.values, false, settings), fault.line);
     EXPECT_EQ(textOfSettings(settings), before);
     EXPECT_EQ(readEncodingParameters(fault.values, true, settings), fault.line);
+    EXPECT_EQ(faultOfEncodingParameters(fault.values), fault.line);
   }
+}
+
+TEST(CentralNodeParameters, DefaultsGiveTheDefaultSettings)
+{
+  const CentralNodeSettings defaults;
+  for (const ParameterValues& values :
+       {ParameterValues{}, defaultsOf(centralNodeParameters())}) {
+    const CentralNodeSettings settings = readCentralNodeParameters(values, systemTime);
+    EXPECT_EQ(settings.resolution, defaults.resolution);
+    EXPECT_EQ(settings.threads, defaults.threads);
+    EXPECT_EQ(settings.max_waiting_frames, defaults.max_waiting_frames);
+    EXPECT_EQ(settings.max_merge_age, defaults.max_merge_age);
+  }
+}
+
+TEST(CentralNodeParameters, EachChangesTheSettingThatItNames)
+{
+  const CentralNodeSettings settings =
+      readCentralNodeParameters({{"resolution", 0.5},
+                                 {"threads", 3},
+                                 {"max_waiting_frames", 7},
+                                 {"max_merge_age", 0.25}},
+                                [] { return Time(5); });
+  EXPECT_EQ(settings.resolution, 0.5);
+  EXPECT_EQ(settings.threads, 3u);
+  EXPECT_EQ(settings.max_waiting_frames, 7u);
+  EXPECT_EQ(settings.max_merge_age, std::chrono::milliseconds(250));
+  EXPECT_EQ(settings.clock(), Time(5));
 }
 
 TEST(EncodingParameters, MinLogOddsWithoutOutlierRemovalHaveNoEffect)

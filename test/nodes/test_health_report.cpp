@@ -113,6 +113,14 @@ TEST(HealthReport, OfAReceiver)
   now.stream.bytes = 800;
   expectLevel(report_of(now), HealthLevel::Warning, "All voxels are removed as noise");
   EXPECT_EQ(valueOf(report_of(now), "compression ratio"), "40");
+  now.stream.kept_voxels = 1000;
+  now.stream.has_intensities = false;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  now.min_intensity = 2.0f;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "min_intensity has no effect: the frames have no intensities");
+  now.stream.has_intensities = true;
   now.stream.kept_voxels = 10;
   now.stream.outliers_removed = 501;
   expectLevel(
@@ -150,6 +158,24 @@ TEST(HealthReport, AnErrorIsSaidWhereNothingHasArrived)
   report.raise(HealthLevel::Error, "Two nodes");
   report.raise(HealthLevel::Stale, "Nothing");
   expectLevel(report, HealthLevel::Error, "Two nodes");
+}
+
+TEST(HealthReport, OfAllStreamsTogether)
+{
+  StreamHealth stream;
+  stream.rates.frames_per_second = 10.0;
+  stream.rates.bytes_per_second = 500.0;
+  StreamHealth other = stream;
+  other.in_sync = true;
+  HealthReport report = describeTogether({stream, other}, true, 7);
+  expectLevel(report, HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(report, "streams"), "2");
+  EXPECT_EQ(valueOf(report, "streams in sync"), "1");
+  EXPECT_EQ(valueOf(report, "frames per second"), "20");
+  EXPECT_EQ(valueOf(report, "bytes per second"), "1000");
+  EXPECT_EQ(valueOf(report, "map nodes"), "7");
+  expectLevel(
+      describeTogether({}, false, 0), HealthLevel::Warning, "Not all streams are OK");
 }
 
 TEST(HealthReport, OfAMergedFrame)

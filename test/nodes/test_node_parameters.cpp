@@ -61,6 +61,9 @@ TEST(NodeParameters, TablesHaveDifferentNamesAllowedDefaultsAndDescriptions)
 {
   expectTable(encodingParameters());
   expectTable(noiseParameters());
+  expectTable(sensorNodeParameters());
+  expectTable(centralNodeParameters());
+  expectTable(streamParameters());
 }
 
 TEST(NodeParameters, UnknownNamesHaveNoDescription)

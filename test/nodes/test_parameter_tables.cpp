@@ -1,13 +1,16 @@
 /** \file
- * The tables of parameters in README files are those of the library.
+ * The tables of parameters in doc/nodes.md are those of the sources.
  */
 #include <pcl_ext/nodes/node_parameters.h>
+
+#include "simulator/cell_parameters.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -45,11 +48,15 @@ section(const std::string& file, const std::string& name)
 
 TEST(ParameterTables, AreThoseOfTheLibrary)
 {
-  const std::string readme = "ros2/pcl_ext_point_cloud_transport/README.md";
-  EXPECT_EQ(section(readme, "encoding parameters"),
-            "\n" + tableOf(encodingParameters()) + "\n");
-  EXPECT_EQ(section(readme, "noise parameters"),
-            "\n" + tableOf(noiseParameters()) + "\n");
+  const std::vector<std::pair<std::string, std::vector<ParameterDescription>>> tables =
+      {{"encoding parameters", encodingParameters()},
+       {"sensor node parameters", sensorNodeParameters()},
+       {"noise parameters", noiseParameters()},
+       {"central node parameters", centralNodeParameters()},
+       {"stream parameters", streamParameters()},
+       {"cell parameters", pcl_ext::cell::cellParameters()}};
+  for (const auto& [name, parameters] : tables)
+    EXPECT_EQ(section("doc/nodes.md", name), "\n" + tableOf(parameters) + "\n");
 }
 
 } // namespace

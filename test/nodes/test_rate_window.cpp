@@ -13,7 +13,7 @@ using pcl_ext::nodes::RateWindow;
 using pcl_ext::nodes::StreamRates;
 using pcl_ext::nodes::Time;
 
-RateWindow::Frame
+RateWindow::CodedFrame
 frameAt(Time ready, std::size_t bytes = 100, double cycle = 0.01, double latency = 0.02)
 {
   return {ready, bytes, cycle, latency};
@@ -40,7 +40,7 @@ TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
 {
   struct Case {
     const char* name;
-    std::vector<RateWindow::Frame> frames;
+    std::vector<RateWindow::CodedFrame> frames;
     Time now;
     StreamRates expected;
   };
@@ -74,7 +74,7 @@ TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
   for (const Case& of_frames : cases) {
     SCOPED_TRACE(of_frames.name);
     RateWindow window;
-    for (const RateWindow::Frame& frame : of_frames.frames)
+    for (const RateWindow::CodedFrame& frame : of_frames.frames)
       window.add(frame);
     expectRates(window.rates(of_frames.now), of_frames.expected);
   }

@@ -122,8 +122,8 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
   settings.compression.resolution = 0.25;
   expectInvalidSettings(
       settings,
-      "outlier_removal is set and compression.resolution is 0.250000; it must be "
-      "0.001000 to 0.200000 for that");
+      "resolution is 0.25; it must be a number from 0.001 to 0.2 for outliers to be "
+      "removed");
 }
 
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)

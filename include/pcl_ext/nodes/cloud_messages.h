@@ -23,9 +23,28 @@ namespace nodes {
 PCL_EXT_EXPORT const char*
 messageFormat(io::StreamFormat format);
 
-/** \brief True for the names of messageFormat(). */
-PCL_EXT_EXPORT bool
-isMessageFormat(const std::string& format);
+/** \brief A frame id as TF needs it. */
+PCL_EXT_EXPORT std::string
+withoutLeadingSlash(const std::string& frame_id);
+
+/** \brief Why a CompressedPointCloud2 cannot be decoded, by its format; empty if it can. */
+PCL_EXT_EXPORT std::string
+faultOfFormat(const std::string& format);
+
+/** \brief Why a central node drops a CompressedPointCloud2, by its frame id and its format;
+ * empty if it does not.
+ * \param[in] message the message
+ * \param[in] global_frame frame id of the node, without a leading slash
+ */
+template <typename MessageT>
+std::string
+faultOfMessage(const MessageT& message, const std::string& global_frame)
+{
+  if (withoutLeadingSlash(message.header.frame_id) != global_frame)
+    return "its frame_id is '" + message.header.frame_id + "', not '" + global_frame +
+           "'";
+  return faultOfFormat(message.format);
+}
 
 /** \brief The points of a frame as the data of a PointCloud2 with the layout that
  * describeVoxels() writes: one for each voxel, or as many as it has where the frame has

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include <cstddef>
@@ -76,6 +77,17 @@ refusalOf(const ParameterDescription& parameter, const ParameterValue& value);
 PCL_EXT_EXPORT ParameterValues
 defaultsOf(const std::vector<ParameterDescription>& parameters);
 
+/** \brief The value of a parameter.
+ * \tparam ValueT the alternative of ParameterValue that the parameter has
+ * \throws std::out_of_range or std::bad_variant_access if there is no such value
+ */
+template <typename ValueT>
+const ValueT&
+valueOf(const ParameterValues& values, const std::string& name)
+{
+  return std::get<ValueT>(values.at(name));
+}
+
 /** \brief The parameters of encoding: all of SensorNodeSettings that users set, except for the
  * global coordinate frame. They have the names of the fields; `intensity` is the law, where the word
  * auto means native for clouds with the field `intensity_field`, else none. */
@@ -86,6 +98,22 @@ encodingParameters();
  * `remove_outliers`, `min_log_odds`, `density_unit`. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 noiseParameters();
+
+/** \brief The parameters of a sensor's node besides encodingParameters(): `global_frame`,
+ * `tf_timeout`, `queue_size`. Read at the start. */
+PCL_EXT_EXPORT const std::vector<ParameterDescription>&
+sensorNodeParameters();
+
+/** \brief The parameters of a central node besides its topics and noiseParameters(): those of
+ * CentralNodeSettings that users set, of merging, of the map and of the view. Read at the
+ * start. */
+PCL_EXT_EXPORT const std::vector<ParameterDescription>&
+centralNodeParameters();
+
+/** \brief The parameters of one stream of a central node besides noiseParameters():
+ * `sensor_frame`. Read at the start. */
+PCL_EXT_EXPORT const std::vector<ParameterDescription>&
+streamParameters();
 
 /** \brief The settings of a sensor's node.
  * \param[in] values of encodingParameters(); one that is missing has its default, and values
@@ -101,6 +129,20 @@ PCL_EXT_EXPORT std::string
 readEncodingParameters(const ParameterValues& values,
                        bool has_intensities,
                        SensorNodeSettings& settings);
+
+/** \brief What is wrong with values of encodingParameters(), as readEncodingParameters() says
+ * it, for clouds with or without intensities; empty if nothing. */
+PCL_EXT_EXPORT std::string
+faultOfEncodingParameters(const ParameterValues& values);
+
+/** \brief The settings of a central node.
+ * \param[in] values of centralNodeParameters(), each as convertedValue() returns it; one that
+ * is missing has its default
+ * \param[in] clock that stamps the clouds
+ * \throws std::bad_variant_access or std::out_of_range for a value that is not allowed
+ */
+PCL_EXT_EXPORT CentralNodeSettings
+readCentralNodeParameters(const ParameterValues& values, Clock clock);
 
 /** \brief What noiseParameters() say. */
 struct NoiseSettings {

@@ -34,15 +34,14 @@ public:
     refusals_.emplace(node->get_logger());
     prefix_ = parameterPrefix(*node, topic);
     const std::weak_ptr<Stream> stream = weak_from_this();
-    parameters_.emplace(
-        *node,
-        prefix_,
-        pcl_ext::nodes::encodingParameters(),
-        [](const ParameterValues& values) { return faultOf(values); },
-        [stream](const ParameterValues& values) {
-          if (const auto alive = stream.lock())
-            alive->setParameters(values);
-        });
+    parameters_.emplace(*node,
+                        prefix_,
+                        pcl_ext::nodes::encodingParameters(),
+                        pcl_ext::nodes::faultOfEncodingParameters,
+                        [stream](const ParameterValues& values) {
+                          if (const auto alive = stream.lock())
+                            alive->setParameters(values);
+                        });
     setParameters(parameters_->values());
     requests_ = node->create_subscription<std_msgs::msg::Empty>(
         requestTopic(topic), 10, [stream](const std_msgs::msg::Empty&) {
@@ -115,13 +114,6 @@ private:
     pcl_ext::nodes::describeFrame(sender_.health().node, sender_.settings(), message);
     message.header = raw.header;
     return message;
-  }
-
-  static std::string
-  faultOf(const ParameterValues& values)
-  {
-    pcl_ext::nodes::CloudSender sender;
-    return sender.setParameters(values);
   }
 
   void

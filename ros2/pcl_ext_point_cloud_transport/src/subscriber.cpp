@@ -104,9 +104,10 @@ private:
                 bool& wants_i_frame)
   {
     const auto receiver = streams_.receiverOf(publisher);
-    if (!pcl_ext::nodes::isMessageFormat(message.format)) {
+    if (std::string fault = pcl_ext::nodes::faultOfFormat(message.format);
+        !fault.empty()) {
       receiver->countLeftOut();
-      return tl::make_unexpected("unknown format '" + message.format + "'");
+      return tl::make_unexpected(std::move(fault));
     }
     pcl_ext::io::VoxelFrame voxels;
     const auto status = receiver->receive(

@@ -1,6 +1,7 @@
 #include "central_map.h"
 
-#include "parameter_tables.h"
+#include <pcl_ext/nodes/cloud_messages.h>
+
 #include "weak_callback.h"
 
 #include <chrono>
@@ -10,6 +11,7 @@
 namespace pcl_ext_ros {
 
 using pcl_ext::nodes::detail::MergedMap;
+using pcl_ext::nodes::valueOf;
 using std_srvs::srv::Trigger;
 
 CentralMap::CentralMap(rclcpp::Node& node,
@@ -18,7 +20,8 @@ CentralMap::CentralMap(rclcpp::Node& node,
                        std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node)
 : logger_(node.get_logger())
 , clock_(node.get_clock())
-, global_frame_(withoutLeadingSlash(valueOf<std::string>(values, "global_frame")))
+, global_frame_(
+      pcl_ext::nodes::withoutLeadingSlash(valueOf<std::string>(values, "global_frame")))
 , path_(valueOf<std::string>(values, "map_path"))
 , fault_(path_.empty() ? "" : MergedMap::faultOf(path_))
 , seconds_between_updates_(1.0 / valueOf<double>(values, "map_rate"))

@@ -4,7 +4,6 @@
 #include <pcl_ext/nodes/cloud_messages.h>
 
 #include "central_map.h"
-#include "parameter_tables.h"
 #include "stream.h"
 #include "stream_view.h"
 #include "weak_callback.h"
@@ -29,27 +28,14 @@ using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
 using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::Time;
+using pcl_ext::nodes::valueOf;
+using pcl_ext::nodes::withoutLeadingSlash;
 using pcl_ext_point_cloud_transport::HealthPublisher;
 using pcl_ext_point_cloud_transport::NodeParameters;
 using pcl_ext_point_cloud_transport::ThrottledLog;
 using sensor_msgs::msg::PointCloud2;
 
 namespace {
-
-pcl_ext::nodes::CentralNodeSettings
-settingsOf(const ParameterValues& values, const rclcpp::Clock::SharedPtr& clock)
-{
-  pcl_ext::nodes::CentralNodeSettings settings;
-  settings.resolution = valueOf<double>(values, "resolution");
-  settings.threads =
-      static_cast<unsigned int>(valueOf<std::int64_t>(values, "threads"));
-  settings.max_waiting_frames =
-      static_cast<std::size_t>(valueOf<std::int64_t>(values, "max_waiting_frames"));
-  settings.max_merge_age =
-      Time(static_cast<Time::rep>(1e9 * valueOf<double>(values, "max_merge_age")));
-  settings.clock = [clock] { return Time(clock->now().nanoseconds()); };
-  return settings;
-}
 
 /** \brief Resolves the topics of `streams`.
  * \param[in] node whose topics they are
@@ -89,7 +75,7 @@ rclcpp::ParameterValue
 declareStreams(rclcpp::Node& node)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
-  descriptor.description = description_of_streams;
+  descriptor.description = "Topics of the streams.";
   descriptor.read_only = true;
   descriptor.dynamic_typing = true;
   const std::vector<std::string> by_default{"input"};
@@ -121,7 +107,7 @@ public:
   , clock_(node.get_clock())
   , constants_(node,
                "",
-               centralNodeParameters(),
+               pcl_ext::nodes::centralNodeParameters(),
                NodeParameters::Check(),
                NodeParameters::Listener(),
                NodeParameters::Kind::ReadOnly)
@@ -129,7 +115,8 @@ public:
   , global_frame_(withoutLeadingSlash(valueOf<std::string>(values_, "global_frame")))
   {
     central_node_ = std::make_shared<pcl_ext::nodes::CentralNode>(
-        settingsOf(values_, clock_),
+        pcl_ext::nodes::readCentralNodeParameters(
+            values_, [clock = clock_] { return Time(clock->now().nanoseconds()); }),
         [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
     if (!central_node_->settingsStatus().ok())
       throw std::invalid_argument(central_node_->settingsStatus().message());
@@ -163,12 +150,12 @@ public:
     mergePeriodically(node);
     for (const auto& stream : streams_) {
       // The stream is that of an implementation that is alive.
-      stream->subscribe(
-          node,
-          [self, number = stream->number()](std::unique_ptr<Stream::Frame> frame) {
-            if (const auto alive = self.lock())
-              alive->receive(*alive->streams_[number], std::move(*frame));
-          });
+      stream->subscribe(node,
+                        [self, number = stream->number()](
+                            std::unique_ptr<Stream::FrameMessage> frame) {
+                          if (const auto alive = self.lock())
+                            alive->receive(*alive->streams_[number], std::move(*frame));
+                        });
       RCLCPP_INFO(logger_, "Decompressing %s", stream->topic().c_str());
     }
     health_.emplace(node, [self] {
@@ -211,18 +198,13 @@ private:
   void
   showStreams()
   {
-    ViewParameters parameters;
-    parameters.port =
-        static_cast<std::uint16_t>(valueOf<std::int64_t>(values_, "view_port"));
-    parameters.address = valueOf<std::string>(values_, "view_address");
-    parameters.page = valueOf<std::string>(values_, "view_page");
-    if (parameters.port == 0)
+    if (valueOf<std::int64_t>(values_, "view_port") == 0)
       return;
     std::vector<std::string> topics;
     for (const auto& stream : streams_)
       topics.push_back(stream->topic());
     try {
-      view_.emplace(parameters, topics, [this](std::size_t number) {
+      view_.emplace(values_, topics, [this](std::size_t number) {
         streams_[number]->requestIFrame();
       });
       RCLCPP_INFO(logger_, "The streams are shown at %s", view_->url().c_str());
@@ -267,18 +249,16 @@ private:
 
   /** \brief Passes a frame to the central node if it is in the global frame. */
   void
-  receive(Stream& stream, Stream::Frame message)
+  receive(Stream& stream, Stream::FrameMessage message)
   {
     stream.countArrival();
-    const auto leaveOut = [&](const std::string& reason) {
+    if (const std::string fault =
+            pcl_ext::nodes::faultOfMessage(message, global_frame_);
+        !fault.empty()) {
       stream.countLeftOut();
-      left_out_.warn("A frame of " + stream.topic() + " is dropped: " + reason);
-    };
-    if (withoutLeadingSlash(message.header.frame_id) != global_frame_)
-      return leaveOut("its frame_id is '" + message.header.frame_id + "', not '" +
-                      global_frame_ + "'");
-    if (!pcl_ext::nodes::isMessageFormat(message.format))
-      return leaveOut("unknown format '" + message.format + "'");
+      left_out_.warn("A frame of " + stream.topic() + " is dropped: " + fault);
+      return;
+    }
     const Time stamp = pcl_ext_point_cloud_transport::toTime(message.header.stamp);
     if (view_)
       view_->show(stream.number(), stamp, message.compressed_data);
@@ -337,27 +317,17 @@ private:
   describeHealth()
   {
     std::vector<HealthPublisher::Entry> entries;
-    HealthReport all;
-    double frames_per_second = 0.0;
-    double bytes_per_second = 0.0;
-    std::size_t in_sync = 0;
-    if (!faults_.empty())
-      all.raise(HealthLevel::Error, faults_);
-    for (const pcl_ext::nodes::StreamHealth& health : central_node_->health()) {
+    const std::vector<pcl_ext::nodes::StreamHealth> streams = central_node_->health();
+    bool are_ok = true;
+    for (const pcl_ext::nodes::StreamHealth& health : streams) {
       HealthReport report =
           streams_by_topic_.at(health.name)->describeHealth(health, mergedResolution());
-      frames_per_second += health.rates.frames_per_second;
-      bytes_per_second += health.rates.bytes_per_second;
-      in_sync += health.in_sync ? 1 : 0;
-      if (report.level() != HealthLevel::Ok)
-        all.raise(HealthLevel::Warning, "Not all streams are OK");
+      are_ok &= report.level() == HealthLevel::Ok;
       entries.emplace_back(health.name, std::move(report));
     }
-    all.add("streams", streams_.size());
-    all.add("streams in sync", in_sync);
-    all.add("frames per second", frames_per_second);
-    all.add("bytes per second", bytes_per_second);
-    all.add("map nodes", map_->nodes());
+    HealthReport all = pcl_ext::nodes::describeTogether(streams, are_ok, map_->nodes());
+    if (!faults_.empty())
+      all.raise(HealthLevel::Error, faults_);
     entries.emplace_back("all streams", std::move(all));
     return entries;
   }

@@ -3,7 +3,6 @@
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 
-#include "parameter_tables.h"
 #include "transform_lookup.h"
 #include "weak_callback.h"
 
@@ -31,6 +30,8 @@ namespace pcl_ext_ros {
 using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::SensorNodeCode;
 using pcl_ext::nodes::Time;
+using pcl_ext::nodes::valueOf;
+using pcl_ext::nodes::withoutLeadingSlash;
 using pcl_ext_point_cloud_transport::HealthPublisher;
 using pcl_ext_point_cloud_transport::NodeParameters;
 using pcl_ext_point_cloud_transport::ThrottledLog;
@@ -63,7 +64,7 @@ public:
   , clock_(node.get_clock())
   , constants_(node,
                "",
-               sensorNodeParameters(),
+               pcl_ext::nodes::sensorNodeParameters(),
                NodeParameters::Check(),
                NodeParameters::Listener(),
                NodeParameters::Kind::ReadOnly)
@@ -81,14 +82,11 @@ public:
   connect(rclcpp::Node& node)
   {
     const std::weak_ptr<Implementation> self = weak_from_this();
-    parameters_.emplace(
-        node,
-        "",
-        pcl_ext::nodes::encodingParameters(),
-        [](const ParameterValues& values) {
-          return pcl_ext::nodes::CloudSender().setParameters(values);
-        },
-        weakCallback(self, &Implementation::setParameters));
+    parameters_.emplace(node,
+                        "",
+                        pcl_ext::nodes::encodingParameters(),
+                        pcl_ext::nodes::faultOfEncodingParameters,
+                        weakCallback(self, &Implementation::setParameters));
     setParameters(parameters_->values());
     const std::string input =
         node.get_node_topics_interface()->resolve_topic_name("input");

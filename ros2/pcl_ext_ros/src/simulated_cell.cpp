@@ -1,6 +1,6 @@
 #include "pcl_ext_ros/simulated_cell.hpp"
 
-#include "parameter_tables.h"
+#include "simulator/cell_parameters.h"
 #include "simulator/robot_cell.h"
 #include "weak_callback.h"
 
@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -43,28 +42,23 @@ public:
   : clock_(node.get_clock())
   , constants_(node,
                "",
-               cellParameters(),
+               pcl_ext::cell::cellParameters(),
                NodeParameters::Check(),
                NodeParameters::Listener(),
                NodeParameters::Kind::ReadOnly)
-  , frames_(count("frames"))
-  , captured_frames_(count("captured_frames"))
-  , waits_(valueOf<bool>(constants_.values(), "wait_for_subscribers"))
-  , cell_(count("seed"))
+  , settings_(pcl_ext::cell::readCellParameters(constants_.values()))
+  , cell_(settings_.seed)
   , broadcaster_(node)
   {
-    const pcl_ext::nodes::ParameterValues values = constants_.values();
-    for (const double sensor : valueOf<std::vector<double>>(values, "sensors"))
-      sensors_.push_back(static_cast<unsigned int>(std::lround(sensor)));
     rclcpp::PublisherOptions options;
     options.qos_overriding_options =
         rclcpp::QosOverridingOptions::with_default_policies();
-    for (const unsigned int sensor : sensors_)
+    for (const unsigned int sensor : settings_.sensors)
       clouds_.push_back(node.create_publisher<PointCloud2>(
           frameOf(sensor) + "/points", rclcpp::SensorDataQoS(), options));
     sendTransforms();
-    for (std::uint32_t frame = 0; frame < captured_frames_; ++frame)
-      for (const unsigned int sensor : sensors_)
+    for (std::uint32_t frame = 0; frame < settings_.captured_frames; ++frame)
+      for (const unsigned int sensor : settings_.sensors)
         captured_.push_back(capture(sensor, frame));
   }
 
@@ -72,28 +66,20 @@ public:
   connect(rclcpp::Node& node)
   {
     timer_ =
-        node.create_wall_timer(std::chrono::duration<double>(
-                                   1.0 / valueOf<double>(constants_.values(), "rate")),
+        node.create_wall_timer(std::chrono::duration<double>(1.0 / settings_.rate),
                                weakCallback(weak_from_this(), &Implementation::send));
   }
 
 private:
-  std::uint32_t
-  count(const std::string& name) const
-  {
-    return static_cast<std::uint32_t>(valueOf<std::int64_t>(constants_.values(), name));
-  }
-
   void
   sendTransforms()
   {
     std::vector<geometry_msgs::msg::TransformStamped> transforms;
-    for (const unsigned int sensor : sensors_) {
+    for (const unsigned int sensor : settings_.sensors) {
       geometry_msgs::msg::TransformStamped transform =
           tf2::eigenToTransform(cell_.sensorPose(sensor));
       transform.header.stamp = clock_->now();
-      transform.header.frame_id = withoutLeadingSlash(
-          valueOf<std::string>(constants_.values(), "global_frame"));
+      transform.header.frame_id = settings_.global_frame;
       transform.child_frame_id = frameOf(sensor);
       transforms.push_back(transform);
     }
@@ -129,10 +115,10 @@ private:
   void
   send()
   {
-    if (waits_ && !allHaveSubscribers())
+    if (settings_.waits_for_subscribers && !allHaveSubscribers())
       return;
-    waits_ = false;
-    if (frames_ != 0 && frame_ == frames_) {
+    settings_.waits_for_subscribers = false;
+    if (settings_.frames != 0 && frame_ == settings_.frames) {
       timer_->cancel();
       return;
     }
@@ -142,9 +128,9 @@ private:
       if (clouds_[i]->get_subscription_count() == 0)
         continue;
       auto cloud = std::make_unique<PointCloud2>(
-          captured_frames_ == 0
-              ? capture(sensors_[i], frame_)
-              : captured_[frame_ % captured_frames_ * clouds_.size() + i]);
+          settings_.captured_frames == 0
+              ? capture(settings_.sensors[i], frame_)
+              : captured_[frame_ % settings_.captured_frames * clouds_.size() + i]);
       cloud->header.stamp = stamp;
       clouds_[i]->publish(std::move(cloud));
     }
@@ -153,15 +139,13 @@ private:
 
   rclcpp::Clock::SharedPtr clock_;
   NodeParameters constants_;
-  const std::uint32_t frames_;          // 0: no limit
-  const std::uint32_t captured_frames_; // 0: each frame is captured when it is sent
-  bool waits_;                          // for subscribers
-  std::vector<unsigned int> sensors_;
+  pcl_ext::cell::CellSettings settings_;
   pcl_ext::cell::RobotCell cell_;
   pcl_ext::cell::CellFrame captured_frame_;
   std::vector<PointCloud2> captured_; // by frame, then by sensor
   std::uint32_t frame_ = 0;           // that comes next
-  std::vector<rclcpp::Publisher<PointCloud2>::SharedPtr> clouds_; // as sensors_
+  std::vector<rclcpp::Publisher<PointCloud2>::SharedPtr>
+      clouds_; // as settings_.sensors
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   rclcpp::TimerBase::SharedPtr timer_;
 };

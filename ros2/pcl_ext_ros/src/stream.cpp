@@ -1,6 +1,7 @@
 #include "stream.h"
 
-#include "parameter_tables.h"
+#include <pcl_ext/nodes/cloud_messages.h>
+
 #include "weak_callback.h"
 
 #include <pcl_ext_point_cloud_transport/transport_topic.hpp>
@@ -26,12 +27,12 @@ Stream::Stream(rclcpp::Node& node,
 {
   constants_.emplace(node,
                      parameterPrefix(node, topic),
-                     streamParameters(),
+                     pcl_ext::nodes::streamParameters(),
                      NodeParameters::Check(),
                      NodeParameters::Listener(),
                      NodeParameters::Kind::ReadOnly);
-  sensor_frame_ =
-      withoutLeadingSlash(valueOf<std::string>(constants_->values(), "sensor_frame"));
+  sensor_frame_ = pcl_ext::nodes::withoutLeadingSlash(
+      pcl_ext::nodes::valueOf<std::string>(constants_->values(), "sensor_frame"));
 
   constexpr std::size_t voxels_queue_size = 10;
   rclcpp::PublisherOptions options;

@@ -24,7 +24,7 @@ namespace pcl_ext_ros {
  * subscribe(). */
 class Stream : public std::enable_shared_from_this<Stream> {
 public:
-  using Frame = point_cloud_interfaces::msg::CompressedPointCloud2;
+  using FrameMessage = point_cloud_interfaces::msg::CompressedPointCloud2;
 
   /** \brief Creates the publishers of the stream.
    * \param[in] node that publishes
@@ -43,7 +43,7 @@ public:
 
   /** \brief Subscribes to the stream.
    * \param[in] node that subscribes
-   * \param[in] callback takes a std::unique_ptr<Frame>
+   * \param[in] callback takes a std::unique_ptr<FrameMessage>
    */
   template <typename CallbackT>
   void
@@ -55,7 +55,7 @@ public:
         rclcpp::QosOverridingOptions::with_default_policies();
     // Frames of one stream stay in their order; those of others do not wait for them.
     options.callback_group = group_;
-    frames_ = node.create_subscription<Frame>(
+    frames_ = node.create_subscription<FrameMessage>(
         topic_, rclcpp::QoS(frame_queue_size), callback, options);
   }
 
@@ -144,7 +144,7 @@ private:
   rclcpp::Publisher<sensor_msgs::msg::PointCloud2>::SharedPtr voxels_;
   rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr i_frame_requests_;
   rclcpp::CallbackGroup::SharedPtr group_;
-  rclcpp::Subscription<Frame>::SharedPtr frames_;
+  rclcpp::Subscription<FrameMessage>::SharedPtr frames_;
 };
 
 } // namespace pcl_ext_ros

@@ -8,6 +8,8 @@
 
 namespace pcl_ext_ros {
 
+using pcl_ext::nodes::valueOf;
+
 namespace {
 
 std::string
@@ -25,13 +27,14 @@ pageOf(const std::string& parameter)
 }
 
 pcl_ext::view::ViewServerSettings
-settingsOf(const ViewParameters& parameters,
+settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
            const std::function<void(std::size_t)>& request_i_frame)
 {
   pcl_ext::view::ViewServerSettings settings;
-  settings.address = parameters.address;
-  settings.port = parameters.port;
-  settings.page = pageOf(parameters.page);
+  settings.address = valueOf<std::string>(parameters, "view_address");
+  settings.port =
+      static_cast<std::uint16_t>(valueOf<std::int64_t>(parameters, "view_port"));
+  settings.page = pageOf(valueOf<std::string>(parameters, "view_page"));
   settings.name = "ROS";
   settings.request_i_frame = request_i_frame;
   return settings;
@@ -55,7 +58,7 @@ public:
   pcl_ext::view::ViewServer server;
 };
 
-StreamView::StreamView(const ViewParameters& parameters,
+StreamView::StreamView(const pcl_ext::nodes::ParameterValues& parameters,
                        const std::vector<std::string>& topics,
                        const std::function<void(std::size_t)>& request_i_frame)
 : implementation_(

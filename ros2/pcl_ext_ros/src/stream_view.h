@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <cstddef>
@@ -11,24 +12,19 @@
 
 namespace pcl_ext_ros {
 
-struct ViewParameters {
-  std::uint16_t port = 0;
-  std::string address; ///< empty: this machine alone
-  std::string page;    ///< file of the viewer's page; empty: the installed one
-};
-
 /** \brief Shows compressed streams in browsers, where the package was built with the
  * library's component view. Thread-safe. */
 class StreamView {
 public:
   /** \brief Begins to serve.
+   * \param[in] parameters of centralNodeParameters()
    * \param[in] topics of the streams
    * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
    * by a thread of this
    * \throws std::runtime_error if there is no page, the port is taken or the address is
    * wrong
    */
-  StreamView(const ViewParameters& parameters,
+  StreamView(const pcl_ext::nodes::ParameterValues& parameters,
              const std::vector<std::string>& topics,
              const std::function<void(std::size_t)>& request_i_frame);
   ~StreamView();

@@ -9,7 +9,7 @@ namespace pcl_ext_ros {
 
 class StreamView::Implementation {};
 
-StreamView::StreamView(const ViewParameters&,
+StreamView::StreamView(const pcl_ext::nodes::ParameterValues&,
                        const std::vector<std::string>&,
                        const std::function<void(std::size_t)>&)
 {

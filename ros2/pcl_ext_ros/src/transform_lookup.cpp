@@ -1,6 +1,6 @@
 #include "transform_lookup.h"
 
-#include "parameter_tables.h"
+#include <pcl_ext/nodes/cloud_messages.h>
 
 #include <tf2_eigen/tf2_eigen.hpp>
 #include <tf2_ros/buffer_interface.h>
@@ -9,6 +9,8 @@
 #include <utility>
 
 namespace pcl_ext_ros {
+
+using pcl_ext::nodes::withoutLeadingSlash;
 
 TransformLookup::TransformLookup(rclcpp::Node& node, std::string global_frame)
 : global_frame_(std::move(global_frame))
