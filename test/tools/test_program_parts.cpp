@@ -135,6 +135,21 @@ TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
   expectSameFrames(all[0], 0, of_files);
 }
 
+TEST(ProgramMerge, PartsOfOneStreamThatBecomeTwoAreNamed)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o a.pcxi --streams /sensor_0 --frames :23");
+  expectRun(folder, "cut x.mcap -o b.pcxi --streams /sensor_0 --frames 23:");
+  expectRun(folder, "cut x.mcap -o c.pcxi --streams /sensor_1 --frames :23");
+  const ProgramRun result = run(folder, "merge b.pcxi c.pcxi a.pcxi -o abc.mcap");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.errors,
+            "pcl_ext merge: 'a.pcxi' ends with frames that 'b.pcxi' begins with, and "
+            "both become streams: name x.pcxi as the output to join them\n");
+  EXPECT_EQ(decode(folder / "abc.mcap").size(), 3u);
+}
+
 TEST(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
 {
   const TestFolder folder;

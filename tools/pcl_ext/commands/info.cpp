@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <ctime>
 #include <iostream>
 #include <memory>
@@ -305,7 +306,12 @@ info(const InfoOptions& options)
     printJson(options.input, summary, streams);
   else
     printTable(options.input, summary, streams);
-  return all_done;
+  const bool is_damaged =
+      !summary.damage.empty() ||
+      std::any_of(streams.begin(), streams.end(), [](const StreamFigures& stream) {
+        return stream.missing + stream.unreadable > 0;
+      });
+  return is_damaged ? something_failed : all_done;
 }
 
 } // namespace

@@ -125,6 +125,25 @@ leaveOutRepetition(const Part& before,
   return true;
 }
 
+/** \brief Says where two files of frames, which become streams of their own, are overlapping
+ * parts of one stream. */
+void
+noteSeparateParts(const std::vector<Part>& files, Console& console)
+{
+  for (const Part& before : files)
+    for (const Part& after : files) {
+      if (&before == &after || before.recorded().frames == 0)
+        continue;
+      const std::optional<std::size_t> begin = beginOfRepetition(before, after);
+      // Recordings of a still scene may begin with the same frames.
+      if (begin && *begin > 0)
+        console.remark("'" + before.input->shownPath() + "' ends with frames that '" +
+                       after.input->shownPath() +
+                       "' begins with, and both become streams: name x.pcxi as the "
+                       "output to join them");
+    }
+}
+
 /** \brief Puts the parts of one stream one after the other.
  * \throws UsageError if they are of the same time
  */
@@ -266,6 +285,11 @@ private:
             {inputs_[i].get(), stream});
     for (const auto& [name, of_name] : parts)
       joinParts(name, of_name, options_.output.path, console_);
+    std::vector<Part> files; // of streams of their own
+    for (const auto& [name, of_name] : parts)
+      if (of_name.size() == 1 && of_name.front().input->bag() == nullptr)
+        files.push_back(of_name.front());
+    noteSeparateParts(files, console_);
     if (kindOfOutput(options_.output.path) == OutputKind::Frames && parts.size() > 1)
       throw UsageError("'" + options_.output.path +
                        "' takes one stream, and there are " +

@@ -13,7 +13,7 @@ namespace {
  * them. */
 constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"settings.resolution", "--resolution"},
-    {"compression.resolution", "--resolution"},
+    {"resolution is", "--resolution is"},
     {"larger resolution", "larger --resolution"},
     {"set origin", "set --origin"},
     {"origin is", "--origin is"},

@@ -186,7 +186,7 @@ StreamEncoder::whyNothingWasEncoded() const
   if (sums_.all_points == 0 || sums_.encoded_points > 0)
     return {};
   if (extent_.empty())
-    return name_ + ": no cloud has a point that is finite";
+    return name_ + ": no cloud has a point with finite coordinates below 3.4e38 m";
   return name_ + ": no point is inside the box; " + extent_ +
          ": choose --crop, --bounding-box or --origin to hold some of them";
 }
