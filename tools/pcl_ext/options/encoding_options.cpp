@@ -1,5 +1,6 @@
 #include "options/encoding_options.h"
 
+#include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "console/exit_status.h"
@@ -16,8 +17,6 @@ namespace tools {
 
 namespace {
 
-constexpr unsigned int largest_count = std::numeric_limits<std::int32_t>::max();
-
 std::vector<std::pair<std::string, std::optional<IntensityLaw>>>
 lawChoices()
 {
@@ -26,6 +25,29 @@ lawChoices()
   for (const NamedIntensityLaw& named : intensity_laws)
     choices.emplace_back(named.name, named.law);
   return choices;
+}
+
+/** \brief Adds an option for a number that is a parameter of the nodes, too, with its range.
+ * \param[in] parameter its name there
+ */
+template <typename NumberT>
+void
+addParameter(CLI::App& app,
+             const std::string& name,
+             NumberT& value,
+             const std::string& parameter,
+             const std::string& type,
+             const std::string& description)
+{
+  const nodes::ParameterDescription& known =
+      nodes::descriptionOf(nodes::encodingParameters(), parameter);
+  addNumber(app,
+            name,
+            value,
+            static_cast<NumberT>(known.lowest),
+            static_cast<NumberT>(known.highest),
+            type,
+            description);
 }
 
 /** \brief The name of a stream before a pose, and the pose. */
@@ -94,13 +116,12 @@ void
 EncodingOptions::addCodecOptions(CLI::App& app)
 {
   app_ = &app;
-  addNumber(app,
-            "-r,--resolution",
-            codec_.resolution,
-            1e-6,
-            1e6,
-            "M",
-            "edge of a voxel, metres, such as 0.05");
+  addParameter(app,
+               "-r,--resolution",
+               codec_.resolution,
+               "resolution",
+               "M",
+               "edge of a voxel, metres, such as 0.05");
   addChoice(app,
             "-l,--law",
             lawChoices(),
@@ -119,40 +140,36 @@ EncodingOptions::addCodecOptions(CLI::App& app)
                          {"small", io::Effort::Small}},
                         codec_.effort,
                         "time against size");
-  addNumber(app,
-            "--i-frame-rate",
-            codec_.i_frame_rate,
-            0u,
-            largest_count,
-            "N",
-            "frames from one I-frame to the next");
-  addNumber(app,
-            "--colour-bits",
-            codec_.colour_bits,
-            0u,
-            8u,
-            "N",
-            "of a channel, where clouds have colours; 0: none");
+  addParameter(app,
+               "--i-frame-rate",
+               codec_.i_frame_rate,
+               "i_frame_rate",
+               "N",
+               "frames from one I-frame to the next");
+  addParameter(app,
+               "--colour-bits",
+               codec_.colour_bits,
+               "colour_bits",
+               "N",
+               "of a channel, where clouds have colours; 0: none");
   addScaleOptions(app);
 }
 
 void
 EncodingOptions::addScaleOptions(CLI::App& app)
 {
-  addNumber(app,
-            "--intensity-bits",
-            codec_.intensity_bits,
-            0u,
-            16u,
-            "N",
-            "1 to 16; 0: automatic");
-  addNumber(app,
-            "--intensity-range",
-            codec_.intensity_range,
-            0.0f,
-            std::numeric_limits<float>::max(),
-            "I",
-            "top of the scale; 0: automatic");
+  addParameter(app,
+               "--intensity-bits",
+               codec_.intensity_bits,
+               "intensity_bits",
+               "N",
+               "1 to 16; 0: automatic");
+  addParameter(app,
+               "--intensity-range",
+               codec_.intensity_range,
+               "intensity_range",
+               "I",
+               "top of the scale; 0: automatic");
   addChoice<io::IntensityCurve>(app,
                                 "--intensity-curve",
                                 {{"linear", io::IntensityCurve::Linear},
