@@ -8,8 +8,8 @@
 
 namespace pcl_ext_ros {
 
-using pcl_ext::nodes::detail::MergedMap;
 using pcl_ext::nodes::valueOf;
+using pcl_ext::nodes::detail::MergedMap;
 
 CentralMap::CentralMap(const ros::NodeHandle& private_node,
                        const DecompressorParameters& parameters,

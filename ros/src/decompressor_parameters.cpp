@@ -106,7 +106,8 @@ readDecompressorParameters()
   // Checked at the start, as the map may be written hours later.
   const auto& map_path = valueOf<std::string>(parameters.node, "map_path");
   if (!map_path.empty())
-    if (const auto fault = pcl_ext::nodes::detail::MergedMap::faultOf(map_path); !fault.empty())
+    if (const auto fault = pcl_ext::nodes::detail::MergedMap::faultOf(map_path);
+        !fault.empty())
       throw WrongParameter("Parameter ~" + fault);
   return parameters;
 }

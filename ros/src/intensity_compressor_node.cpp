@@ -30,7 +30,7 @@ using pcl_ext::nodes::SensorNodeCode;
 using pcl_ext::nodes::SensorNodeStatistics;
 using pcl_ext::nodes::valueOf;
 
-/** \brief Compresses the clouds of one sensor. README.md has the topics and parameters.
+/** \brief Compresses the clouds of one sensor. doc/nodes.md has the topics and parameters.
  * All callbacks run in the thread of run(). */
 class IntensityCompressor {
 public:

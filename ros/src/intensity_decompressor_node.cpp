@@ -73,7 +73,7 @@ struct Stream {
 
 } // namespace
 
-/** \brief Decompresses, denoises, merges and maps streams. README.md has the topics,
+/** \brief Decompresses, denoises, merges and maps streams. doc/nodes.md has the topics,
  * services and parameters. */
 class IntensityDecompressor {
 public:

@@ -166,7 +166,7 @@ TEST(WrongParameters, NamesThatAreInvalidInRosEndTheNodes)
 
 class RightParameters : public StreamScenario {};
 
-TEST_F(RightParameters, AllOfTheReadmeAreAccepted)
+TEST_F(RightParameters, AllAreAccepted)
 {
   startBoth({{"resolution", 1},
              {"intensity", "count"},

@@ -10,8 +10,8 @@
 
 namespace pcl_ext_ros {
 
-using pcl_ext::nodes::detail::MergedMap;
 using pcl_ext::nodes::valueOf;
+using pcl_ext::nodes::detail::MergedMap;
 using std_srvs::srv::Trigger;
 
 CentralMap::CentralMap(rclcpp::Node& node,

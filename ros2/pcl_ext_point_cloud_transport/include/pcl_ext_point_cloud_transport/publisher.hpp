@@ -9,7 +9,7 @@
 namespace pcl_ext_point_cloud_transport {
 
 /** \brief Publishes clouds as compressed voxels with intensity, on `<base topic>/pcl_ext`.
- * README.md has the parameters. The stream's history is that of the instance. */
+ * doc/nodes.md has the parameters. The stream's history is that of the instance. */
 class Publisher : public point_cloud_transport::SimplePublisherPlugin<
                       point_cloud_interfaces::msg::CompressedPointCloud2> {
 public:

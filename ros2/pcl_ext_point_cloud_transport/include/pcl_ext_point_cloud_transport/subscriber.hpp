@@ -10,7 +10,7 @@
 namespace pcl_ext_point_cloud_transport {
 
 /** \brief Decompresses the voxels of `<base topic>/pcl_ext` to clouds of their centres.
- * README.md has the parameters.
+ * doc/nodes.md has the parameters.
  *
  * Each publisher of the topic has a decoder of its own. Where a frame was lost no cloud is
  * delivered until the next I-frame, which is requested on `<base

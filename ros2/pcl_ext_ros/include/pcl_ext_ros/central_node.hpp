@@ -7,7 +7,7 @@
 namespace pcl_ext_ros {
 
 /** \brief The node of the central computer: compressed frames of many streams in; voxels
- * without noise of each stream, merged voxels and a map out. README.md has its topics,
+ * without noise of each stream, merged voxels and a map out. doc/nodes.md has its topics,
  * services and parameters. */
 class CentralNode : public rclcpp::Node {
 public:

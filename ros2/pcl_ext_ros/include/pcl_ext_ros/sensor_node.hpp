@@ -6,7 +6,7 @@
 
 namespace pcl_ext_ros {
 
-/** \brief The node of a sensor: clouds in, compressed frames out. README.md has its topics,
+/** \brief The node of a sensor: clouds in, compressed frames out. doc/nodes.md has its topics,
  * services and parameters. */
 class SensorNode : public rclcpp::Node {
 public:

@@ -6,7 +6,7 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Sends the clouds of the simulated robot cell in real time. README.md has the topics
+/** \brief Sends the clouds of the simulated robot cell in real time. doc/nodes.md has the topics
  * and parameters. */
 class SimulatedCell : public rclcpp::Node {
 public:
