@@ -3,8 +3,8 @@
 #include <pcl_ext/export.h>
 
 /** \file
- * \brief The version of these headers, and that of the library which a program has loaded.
- * Libraries of one minor version can take each other's place.
+ * \brief The version of these headers, and that of the library which a program has
+ * loaded. Libraries of one minor version can take each other's place.
  */
 #define PCL_EXT_VERSION_MAJOR 0
 #define PCL_EXT_VERSION_MINOR 2
@@ -24,8 +24,8 @@
   PCL_EXT_TEXT_OF_VERSION(                                                             \
       PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR, PCL_EXT_VERSION_PATCH)
 
-/** \brief Inline namespace of all names: libraries whose binary interfaces differ have other
- * symbols, so that one of them is never taken for another. */
+/** \brief Inline namespace of all names: libraries whose binary interfaces differ have
+ * other symbols, so that one of them is never taken for another. */
 #define PCL_EXT_ABI PCL_EXT_ABI_OF_VERSION(PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR)
 #define PCL_EXT_ABI_OF_VERSION(major, minor) PCL_EXT_ABI_OF_NUMBERS(major, minor)
 #define PCL_EXT_ABI_OF_NUMBERS(major, minor) v##major##_##minor
@@ -33,7 +33,8 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-// `namespace pcl_ext { namespace io {` continues these, also in a program: include it first.
+// `namespace pcl_ext { namespace io {` continues these, also in a program: include it
+// first.
 namespace detail {}
 namespace io {}
 namespace nodes {}

@@ -206,8 +206,8 @@ private:
       computeEvidence(block, evidence_.data() + first_voxels_[block]);
   }
 
-  /** \brief Finds the coarse voxels of the voxels; adds those of one voxel to the blocks, and
-   * else the density of the voxel to the sum of its coarse voxel. */
+  /** \brief Finds the coarse voxels of the voxels; adds those of one voxel to the
+   * blocks, and else the density of the voxel to the sum of its coarse voxel. */
   void
   addVoxels(const io::VoxelFrame& frame)
   {
@@ -244,7 +244,8 @@ private:
     }
   }
 
-  /** \brief Adds coarse voxels of several voxels, whose sums are complete, to the blocks. */
+  /** \brief Adds coarse voxels of several voxels, whose sums are complete, to the
+   * blocks. */
   void
   addSums()
   {
@@ -257,8 +258,8 @@ private:
       }
   }
 
-  /** \brief What a coarse voxel of the frame had in previous frames, with the unit Voxels, in
-   * history_steps steps. */
+  /** \brief What a coarse voxel of the frame had in previous frames, with the unit
+   * Voxels, in history_steps steps. */
   std::size_t
   historyStep(std::uint32_t block, unsigned int cell) const
   {
@@ -364,7 +365,8 @@ private:
   std::vector<std::uint32_t> frame_blocks_; // blocks with voxels
   std::vector<std::uint32_t> first_voxels_; // of each block, index into evidence_
   std::vector<float> evidence_;             // of each coarse voxel, by block and cell
-  /** \brief Sums of the densities of the voxels in each coarse voxel, if it has several. */
+  /** \brief Sums of the densities of the voxels in each coarse voxel, if it has
+   * several. */
   std::vector<std::array<std::uint32_t, 64>> sums_of_voxels_;
   std::array<float, history_steps> history_factors_{}; // by historyStep()
   DensityWindow window_;

@@ -20,8 +20,8 @@ namespace io {
 
 namespace {
 
-/** \brief The settings, or the defaults if they are invalid, to construct members that are
- * then not used. */
+/** \brief The settings, or the defaults if they are invalid, to construct members that
+ * are then not used. */
 EncoderSettings
 usableSettings(const EncoderSettings& settings)
 {
@@ -56,8 +56,8 @@ checkView(const PointView& points)
 /** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
 constexpr unsigned int most_doublings = 4;
 
-/** \brief How often a resolution has to be doubled until a grid may hold all points; above
- * most_doublings if that is not enough. */
+/** \brief How often a resolution has to be doubled until a grid may hold all points;
+ * above most_doublings if that is not enough. */
 unsigned int
 doublingsForAll(PointBatches& points, double resolution)
 {
@@ -213,8 +213,8 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
   return {};
 }
 
-/** \brief Fits the scale of native intensities again if an earlier cloud had such high ones
- * that most of this cloud's become 0. */
+/** \brief Fits the scale of native intensities again if an earlier cloud had such high
+ * ones that most of this cloud's become 0. */
 void
 CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame& frame)
 {
@@ -230,8 +230,8 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
   voxelization_ = voxelizer_.voxelize(points, true, frame);
 }
 
-/** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are such
- * multiples.
+/** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
+ * such multiples.
  * \return false if they are not
  */
 bool
@@ -260,8 +260,8 @@ CloudEncoder::Implementation::fitCoordinateStep(PointBatches& points)
   return coordinate_step_ > 0.0;
 }
 
-/** \brief Voxelizes with so few doublings that all points are on the grid, or, if some are
- * far out, all but a sixteenth; without doublings if there are none such. */
+/** \brief Voxelizes with so few doublings that all points are on the grid, or, if some
+ * are far out, all but a sixteenth; without doublings if there are none such. */
 void
 CloudEncoder::Implementation::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 {

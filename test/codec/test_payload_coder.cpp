@@ -165,7 +165,8 @@ TEST_P(PayloadCoding, OddFramesComeBack)
       }
 }
 
-/** \brief A depth model with any of its numbers, among them the ends of their ranges. */
+/** \brief A depth model with any of its numbers, among them the ends of their
+ * ranges. */
 DepthModel
 anyDepthModel(std::mt19937_64& random)
 {

@@ -95,7 +95,8 @@ TEST(Allocations, CodingAllocatesNothingAfterWarmUp)
   }
 }
 
-/** \brief A cloud of so many points, in voxels of 4 cm, with up to 300 points in one. */
+/** \brief A cloud of so many points, in voxels of 4 cm, with up to 300 points in
+ * one. */
 Cloud
 cloudOf(std::uint64_t seed)
 {

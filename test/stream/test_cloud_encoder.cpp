@@ -59,8 +59,8 @@ TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
   EXPECT_EQ(intensities[3], 0.0f);
 }
 
-/** \brief Points along a line, up to a distance on both sides, and the frames of a stream that
- * coarsens. */
+/** \brief Points along a line, up to a distance on both sides, and the frames of a
+ * stream that coarsens. */
 class WideClouds : public ::testing::Test {
 protected:
   WideClouds()
@@ -180,8 +180,8 @@ TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
   EXPECT_GT(statistics().points_outside_grid, 0u);
 }
 
-/** \brief Points with coordinates that are multiples of a step, and the frames of a stream
- * that looks for steps. */
+/** \brief Points with coordinates that are multiples of a step, and the frames of a
+ * stream that looks for steps. */
 class CoordinateSteps : public ::testing::Test {
 protected:
   CoordinateSteps()

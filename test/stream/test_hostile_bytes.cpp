@@ -1,8 +1,8 @@
 /** \file
- * \brief Hostile bytes in the place of a frame, for all coders and all that frames have: cut
- * off, changed, random, with forged counts, with and without a valid checksum. What is
- * accepted is a whole frame, what is refused leaves the stream as it was, and neither takes
- * more memory than it may.
+ * \brief Hostile bytes in the place of a frame, for all coders and all that frames
+ * have: cut off, changed, random, with forged counts, with and without a valid
+ * checksum. What is accepted is a whole frame, what is refused leaves the stream as it
+ * was, and neither takes more memory than it may.
  */
 #include "support/forged_frames.h"
 #include "support/supplement_frames.h"
@@ -127,8 +127,8 @@ looksLike(const VoxelFrame& frame, const VoxelFrame& expected)
   return true;
 }
 
-/** \brief A stream of four frames, of which a receiver has decoded two. The third is replaced
- * by hostile bytes. */
+/** \brief A stream of four frames, of which a receiver has decoded two. The third is
+ * replaced by hostile bytes. */
 class HostileBytes : public testing::TestWithParam<HostileKind> {
 protected:
   static constexpr std::size_t replaced = 2;
@@ -165,8 +165,8 @@ protected:
         parts, parts.header.is_i_frame ? 0 : takeApart(bytes_[replaced - 1]).checksum);
   }
 
-  /** \brief The answer to hostile bytes. After a frame that was accepted the receiver begins
-   * anew. */
+  /** \brief The answer to hostile bytes. After a frame that was accepted the receiver
+   * begins anew. */
   CompressionCode
   take(const Bytes& bytes)
   {
@@ -191,7 +191,8 @@ protected:
     return status.code();
   }
 
-  /** \brief The answer to a frame with a valid checksum and the size that its payload has. */
+  /** \brief The answer to a frame with a valid checksum and the size that its payload
+   * has. */
   CompressionCode
   takeForged(Parts parts)
   {
@@ -251,7 +252,8 @@ TEST_P(HostileBytes, FlippedFramesAreRefusedOrHarmless)
   for (std::size_t bit = 0; bit < bits; bit += 1 + bits / 3000) {
     if (take(flipped(genuine(), bit)) != CompressionCode::Ok)
       continue;
-    // It has no checksum: the number of an I-frame and the last bits of its box may change.
+    // It has no checksum: the number of an I-frame and the last bits of its box may
+    // change.
     ASSERT_EQ(GetParam().format, StreamFormat::Published) << "bit " << bit;
     ASSERT_TRUE(GetParam().is_i_frame && bit / 8 >= 6 && bit / 8 < 75) << bit;
     ASSERT_TRUE(looksLike(back_, frames_[replaced])) << "bit " << bit;
@@ -294,8 +296,8 @@ TEST_P(HostilePayloads, TruncationsAreRefusedOrFrames)
     parts.payload.resize(end);
     takeForged(parts);
   }
-  // After the end the context coder reads zeros, which may be the intensities; the number of
-  // voxels is hardly ever right.
+  // After the end the context coder reads zeros, which may be the intensities; the
+  // number of voxels is hardly ever right.
   EXPECT_LT(4 * accepted_, 3 * size);
   EXPECT_TRUE(!isFast() || accepted_ == 0);
   expectUnharmed();
@@ -303,7 +305,8 @@ TEST_P(HostilePayloads, TruncationsAreRefusedOrFrames)
 
 TEST_P(HostilePayloads, LongerOnesAreRefused)
 {
-  // A row of bits is shorter than what is read of it by its last zeros, four bytes at most.
+  // A row of bits is shorter than what is read of it by its last zeros, four bytes at
+  // most.
   Parts parts = genuineParts();
   parts.payload.resize(parts.payload.size() + 4, 0);
   for (std::size_t more = 1; more < 40; ++more) {
@@ -324,8 +327,8 @@ TEST_P(HostilePayloads, FlipsAreRefusedOrFrames)
       parts.payload = flipped(parts.payload, below(random, 8 * parts.payload.size()));
     takeForged(parts);
   }
-  // The last state of rANS shows most of what is wrong, but is no checksum. Within coarse
-  // voxels any bits are positions.
+  // The last state of rANS shows most of what is wrong, but is no checksum. Within
+  // coarse voxels any bits are positions.
   if (isFast() && GetParam().content != HostileContent::FineVoxels) {
     EXPECT_GT(10 * refused_, 9 * rounds);
   }

@@ -97,7 +97,8 @@ TEST(HostileStreams, SearchingIsLinearInTheBytes)
           expectSameVoxels(back, frame);
         }
       }
-      // Each byte once, and sixteen times again, besides those that may be read at first.
+      // Each byte once, and sixteen times again, besides those that may be read at
+      // first.
       EXPECT_LE(buffer.bytesRead(), 17 * stream.size() + limits.max_frame_bytes);
       EXPECT_GE(good_frames, 1u);
     }

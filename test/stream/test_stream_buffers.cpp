@@ -1,6 +1,6 @@
 /** \file
- * \brief Decoding from stream buffers that cannot seek, fail or throw; any bytes come to their
- * end.
+ * \brief Decoding from stream buffers that cannot seek, fail or throw; any bytes come
+ * to their end.
  */
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"

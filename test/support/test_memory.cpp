@@ -13,8 +13,8 @@ namespace test {
 
 namespace {
 
-// Relaxed everywhere: allocations must not order the threads of a program, or the thread
-// sanitizer would see fewer races than there are.
+// Relaxed everywhere: allocations must not order the threads of a program, or the
+// thread sanitizer would see fewer races than there are.
 constexpr std::memory_order relaxed = std::memory_order_relaxed;
 
 struct Counts {

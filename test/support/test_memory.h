@@ -1,5 +1,6 @@
 /** \file
- * \brief What a test can ask of operator new: how much was taken, and that it fails. Without one of these objects it is plain malloc.
+ * \brief What a test can ask of operator new: how much was taken, and that it fails.
+ * Without one of these objects it is plain malloc.
  *
  * Needs support/test_memory.cpp, which replaces the global operators.
  */
@@ -74,9 +75,10 @@ private:
   bool was_exempt_;
 };
 
-/** \brief Has each allocation of each frame of a stream fail, alone and with all later ones.
- * \param[in] run called with a frame, the number of the allocation, and whether later ones
- * fail, too; false if the frame has fewer allocations
+/** \brief Has each allocation of each frame of a stream fail, alone and with all later
+ * ones.
+ * \param[in] run called with a frame, the number of the allocation, and whether later
+ * ones fail, too; false if the frame has fewer allocations
  * \param[in] step from one allocation to the next where later ones fail, too
  */
 template <typename RunT>
@@ -95,8 +97,8 @@ expectFailuresHandled(std::size_t frame_count, std::size_t step, const RunT& run
   EXPECT_GT(failures, 100u);
 }
 
-/** \brief Repeats a call, of which first the first allocation fails, then the second, until
- * none does. It must throw std::bad_alloc where one fails.
+/** \brief Repeats a call, of which first the first allocation fails, then the second,
+ * until none does. It must throw std::bad_alloc where one fails.
  * \param[in] check called after each failure
  * \return number of failures
  */

@@ -21,7 +21,8 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief The depth law of an intensity model, for the encoder; none if its
- * intensities are not a power of the depth. Decoded shares are 255 for a full voxel face. */
+ * intensities are not a power of the depth. Decoded shares are 255 for a full voxel
+ * face. */
 template <typename IntensityModelT>
 std::optional<DepthLaw>
 depthLawOf([[maybe_unused]] const IntensityModelT& model)
@@ -34,8 +35,8 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
     return std::nullopt;
 }
 
-/** \brief Computes the intensities of a cloud's points by an intensity model; see the paper,
- * equations 1 to 3.
+/** \brief Computes the intensities of a cloud's points by an intensity model; see the
+ * paper, equations 1 to 3.
  * \param[in] model the intensity model
  * \param[in] sensor_pose sensor -> cloud, metres; used if the model uses the depth
  * \param[in] native_intensity called with the index of a point
@@ -84,24 +85,26 @@ setIntensities(const IntensityModelT& model,
 
 /** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
  *
- * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed in
- * double precision from the coordinates. Points more than 2^20 voxels from the origin,
- * outside the fixed box, or not finite are counted and left out. The origin is the world's,
- * unless the settings have another one or clouds lie further out: then it is a corner of a
- * voxel of the world's origin amid the points. Without a fixed box the grid is fitted to the
- * points. It grows where later points require it, which takes an I-frame, and is fitted
- * again where an I-frame is due; so is the scale of native intensities.
+ * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed
+ * in double precision from the coordinates. Points more than 2^20 voxels from the
+ * origin, outside the fixed box, or not finite are counted and left out. The origin is
+ * the world's, unless the settings have another one or clouds lie further out: then it
+ * is a corner of a voxel of the world's origin amid the points. Without a fixed box the
+ * grid is fitted to the points. It grows where later points require it, which takes an
+ * I-frame, and is fitted again where an I-frame is due; so is the scale of native
+ * intensities.
  *
- * Does not need PCL. An instance is for one stream and one thread; one that was moved from
- * may only be destroyed or assigned to. A cloud takes time and memory in proportion to its
- * number of points, for any coordinates and intensities.
+ * Does not need PCL. An instance is for one stream and one thread; one that was moved
+ * from may only be destroyed or assigned to. A cloud takes time and memory in
+ * proportion to its number of points, for any coordinates and intensities.
  */
 class PCL_EXT_CODEC_EXPORT CloudEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] settings checked here; see settingsStatus()
    * \param[in] unit unit of the point intensities; those of Share are 0 to 1
-   * \param[in] depth_law law of the point intensities, if they follow one, see depthLawOf()
+   * \param[in] depth_law law of the point intensities, if they follow one, see
+   * depthLawOf()
    */
   CloudEncoder(const EncoderSettings& settings,
                IntensityUnit unit,
@@ -111,8 +114,8 @@ public:
   CloudEncoder&
   operator=(CloudEncoder&&) noexcept;
 
-  /** \brief Ok, or InvalidSettings with the field and its value; voxelize() and encode()
-   * then return the same. */
+  /** \brief Ok, or InvalidSettings with the field and its value; voxelize() and
+   * encode() then return the same. */
   const CompressionStatus&
   settingsStatus() const;
 
@@ -127,7 +130,8 @@ public:
   void
   setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
 
-  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a frame. */
+  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a
+   * frame. */
   void
   requestIFrame();
 
@@ -137,8 +141,8 @@ public:
    * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
    * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
-   * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a stride
-   * that is none; OutOfMemory, after which the next frame is an I-frame
+   * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a
+   * stride that is none; OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
   voxelize(const PointView& points,
@@ -146,8 +150,8 @@ public:
            VoxelFrame& frame,
            std::size_t points_behind_sensor = 0);
 
-  /** \brief The same for a cloud in batches. What their functions throw is passed on, except
-   * std::bad_alloc, which is OutOfMemory; the next frame is then an I-frame. */
+  /** \brief The same for a cloud in batches. What their functions throw is passed on,
+   * except std::bad_alloc, which is OutOfMemory; the next frame is then an I-frame. */
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
@@ -155,10 +159,11 @@ public:
    * \param[in] frame the voxels
    * \param[in] stamp see FrameEncoder::encode
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \return InvalidSettings, or what FrameEncoder::encode returns. Ok has a message with
-   * numbers (Status::hasWarning) if points were left out of the last voxelized cloud, lie
-   * behind the sensor, or have an intensity or colour that the scale or the format cannot
-   * hold, and if decoders with the decoder_limits of the settings refuse the frame
+   * \return InvalidSettings, or what FrameEncoder::encode returns. Ok has a message
+   * with numbers (Status::hasWarning) if points were left out of the last voxelized
+   * cloud, lie behind the sensor, or have an intensity or colour that the scale or the
+   * format cannot hold, and if decoders with the decoder_limits of the settings refuse
+   * the frame
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

@@ -13,8 +13,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Trade-off of time against size, for encoder and decoder alike. For figures see
- * doc/benchmarks.md. For single or unrelated frames the order of the sizes may differ. */
+/** \brief Trade-off of time against size, for encoder and decoder alike. For figures
+ * see doc/benchmarks.md. For single or unrelated frames the order of the sizes may
+ * differ. */
 enum class Effort {
   Fast,     ///< hundreds of streams on one computer; a quarter of Balanced's time
   Balanced, ///< a sensor node
@@ -51,15 +52,15 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 24;
 
-  /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values above
-   * 2^24 count as 2^24. A frame takes less than 600 bytes of memory for each of its voxels,
-   * or 2000 and 16 MiB in a stream constructed to fill the history; the memory is released
-   * a few frames later. retain_octree, which builds PCL's octree of pointers, at least
-   * doubles this. */
+  /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values
+   * above 2^24 count as 2^24. A frame takes less than 600 bytes of memory for each of
+   * its voxels, or 2000 and 16 MiB in a stream constructed to fill the history; the
+   * memory is released a few frames later. retain_octree, which builds PCL's octree of
+   * pointers, at least doubles this. */
   std::size_t max_voxels = std::size_t{1} << 20;
 
-  /** \brief Points of one frame, where the stream has the number of points of each voxel;
-   * a decoded cloud has as many. Values above 16 max_voxels count as that. */
+  /** \brief Points of one frame, where the stream has the number of points of each
+   * voxel; a decoded cloud has as many. Values above 16 max_voxels count as that. */
   std::size_t max_points = std::size_t{1} << 24;
 };
 
@@ -83,18 +84,18 @@ struct GridSettings {
    * out. None: the grid follows the points. min < max on each axis. */
   std::optional<BoundingBox> bounding_box;
 
-  /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
-   * to 16-fold, instead of leaving points out; the status warns of it. If that is not
-   * enough, up to a sixteenth of the points is left out, or with more far ones the
+  /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed,
+   * up to 16-fold, instead of leaving points out; the status warns of it. If that is
+   * not enough, up to a sixteenth of the points is left out, or with more far ones the
    * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
   bool coarsen_wide_clouds = false;
 
-  /** \brief Where all coordinates of a cloud are, to a quarter of the resolution, multiples
-   * of a larger step, as of sensors whose coordinates are whole millimetres, take voxels
-   * of that edge, centred on the multiples: fewer bytes, and coordinates as they were.
-   * Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice the
-   * resolution. Not for shares of a voxel face, nor with an origin or a bounding box.
-   * Version1 only. */
+  /** \brief Where all coordinates of a cloud are, to a quarter of the resolution,
+   * multiples of a larger step, as of sensors whose coordinates are whole millimetres,
+   * take voxels of that edge, centred on the multiples: fewer bytes, and coordinates as
+   * they were. Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice
+   * the resolution. Not for shares of a voxel face, nor with an origin or a bounding
+   * box. Version1 only. */
   bool use_coordinate_step = false;
 };
 
@@ -115,20 +116,19 @@ struct IntensitySettings {
   /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
    *
    * Automatic is 8, except for native intensities: whole numbers get the 8 to 16 bits
-   * that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that make
-   * that step, others 16. On a companded scale automatic is 4. Published: 0
-   * or 8.
+   * that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that
+   * make that step, others 16. On a companded scale automatic is 4. Published: 0 or 8.
    */
   unsigned int intensity_bits = 0;
 
-  /** \brief Linear or companded. The noise of a count grows with its square root, so that
-   * 3 or 4 companded bits suffice, and thresholds of 2 to 5 points have the same result as
-   * without loss.
+  /** \brief Linear or companded. The noise of a count grows with its square root, so
+   * that 3 or 4 companded bits suffice, and thresholds of 2 to 5 points have the same
+   * result as without loss.
    *
-   * Companding applies to whole numbers of a step and keeps small ones exact: counts from 1
-   * to 255 or intensity_range; shares in steps of 1/255 of the range; native whole numbers
-   * in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. If the bits suffice
-   * for all numbers, the scale is linear. Version1 only.
+   * Companding applies to whole numbers of a step and keeps small ones exact: counts
+   * from 1 to 255 or intensity_range; shares in steps of 1/255 of the range; native
+   * whole numbers in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. If
+   * the bits suffice for all numbers, the scale is linear. Version1 only.
    */
   IntensityCurve intensity_curve = IntensityCurve::Linear;
 };
@@ -141,59 +141,64 @@ struct StreamSettings {
   /** \brief Time against size; Version1 only. A decoder reads all three. */
   Effort effort = Effort::Balanced;
 
-  /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
-   * With effort fast there are more I-frames where P-frames take more bytes, as those of
-   * some moving sensors. */
+  /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an
+   * I-frame. With effort fast there are more I-frames where P-frames take more bytes,
+   * as those of some moving sensors. */
   unsigned int i_frame_rate = 30;
 
-  /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the mean
-   * colour of its points. Where clouds have no colour it has no effect. Published: not
-   * coded, about which the status of each coloured cloud warns unless this is 0. */
+  /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the
+   * mean colour of its points. Where clouds have no colour it has no effect. Published:
+   * not coded, about which the status of each coloured cloud warns unless this is 0. */
   unsigned int colour_bits = 6;
 
-  /** \brief Code the number of points of each voxel, so that a decoded cloud has as many
-   * points as the encoded one: each of them at its voxel's centre, and with its voxel's
-   * intensity, which for sums is that of all of them. Version1 only. */
+  /** \brief Code the number of points of each voxel, so that a decoded cloud has as
+   * many points as the encoded one: each of them at its voxel's centre, and with its
+   * voxel's intensity, which for sums is that of all of them. Version1 only. */
   bool keep_point_counts = false;
 };
 
 /** \brief All that CloudEncoder can be set to.
  *
- * The published layout refuses settings that change what is decoded and that it has no field
- * for; effort and depth law, which change bytes and time only, have no effect there.
+ * The published layout refuses settings that change what is decoded and that it has no
+ * field for; effort and depth law, which change bytes and time only, have no effect
+ * there.
  */
 struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings {
-  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768 points a
-   * thread use fewer. The bytes do not depend on it. */
+  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768
+   * points a thread use fewer. The bytes do not depend on it. */
   unsigned int threads = 1;
 
   /** \brief Limits of the stream's decoders: a frame beyond them has a warning. */
   DecoderLimits decoder_limits;
 };
 
-/** \brief All settings of OctreePointCloudIntensityCompression, with their units, defaults and
- * ranges: those of its encoder, whose decoder_limits are those of its decoder, too, and more. */
+/** \brief All settings of OctreePointCloudIntensityCompression, with their units,
+ * defaults and ranges: those of its encoder, whose decoder_limits are those of its
+ * decoder, too, and more. */
 struct IntensityCompressionSettings : EncoderSettings {
-  /** \brief Pose of the sensor in the coordinate frame of the clouds that are encoded (sensor ->
-   * cloud), for the depth of the points. None: the cloud's own
+  /** \brief Pose of the sensor in the coordinate frame of the clouds that are encoded
+   * (sensor -> cloud), for the depth of the points. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;
 
-  /** \brief The law of the clouds' own intensities, as computed by SensorPreprocessor. With
-   * it and the sensor's pose (above) frames take fewer bytes, see doc/benchmarks.md.
-   * A hint: a wrong law costs bytes, but no accuracy; it is ignored where it
-   * saves nothing. None: that of the class's intensity model, if it depends on the depth.
-   * Exponent 1 or 2; depth and intensity above 0. Linear scales of Version1 only. */
+  /** \brief The law of the clouds' own intensities, as computed by SensorPreprocessor.
+   * With it and the sensor's pose (above) frames take fewer bytes, see
+   * doc/benchmarks.md. A hint: a wrong law costs bytes, but no accuracy; it is ignored
+   * where it saves nothing. None: that of the class's intensity model, if it depends on
+   * the depth. Exponent 1 or 2; depth and intensity above 0. Linear scales of Version1
+   * only. */
   std::optional<DepthLaw> depth_law;
 
   /** \brief Code header.stamp and header.frame_id. Version1 only. */
   bool carry_header = false;
 
-  /** \brief What decoding does with a frame of which only the beginning is in the stream. */
+  /** \brief What decoding does with a frame of which only the beginning is in the
+   * stream. */
   IncompleteFrame incomplete_frame = IncompleteFrame::Skip;
 
-  /** \brief Keep the last encoded or decoded frame as an octree for the inherited octree
-   * queries. A leaf has one point, its voxel, with the voxel's intensity, or 1 without. */
+  /** \brief Keep the last encoded or decoded frame as an octree for the inherited
+   * octree queries. A leaf has one point, its voxel, with the voxel's intensity, or 1
+   * without. */
   bool retain_octree = false;
 
   /** \brief Print the statistics of each frame on PCL's console. */

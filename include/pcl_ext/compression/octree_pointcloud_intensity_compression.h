@@ -58,18 +58,19 @@ modelOf(double resolution)
 /** \brief Compresses streams of point clouds into voxels with an intensity; replaces
  * pcl::io::OctreePointCloudCompression.
  *
- * Encoding assigns the points to the voxels of a grid and keeps an intensity and the mean
- * colour of each voxel, if the point type has such fields; decoding returns one point at the
- * centre of each occupied voxel, or as many as the voxel had. A point moves by at most half
- * a voxel's diagonal; normals and other fields are not coded.
+ * Encoding assigns the points to the voxels of a grid and keeps an intensity and the
+ * mean colour of each voxel, if the point type has such fields; decoding returns one
+ * point at the centre of each occupied voxel, or as many as the voxel had. A point
+ * moves by at most half a voxel's diagonal; normals and other fields are not coded.
  *
  * Intended differences to PCL's class: both calls return a status; an empty cloud is an
- * ordinary frame; the grid is anchored at the world origin unless clouds lie far from it;
- * iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding never hangs, throws or
- * allocates without bound.
+ * ordinary frame; the grid is anchored at the world origin unless clouds lie far from
+ * it; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding never hangs,
+ * throws or allocates without bound.
  *
- * The library has no instantiations of this template: they are built with the flags of the
- * program, so that memory of clouds and octrees is allocated and freed in the same way.
+ * The library has no instantiations of this template: they are built with the flags of
+ * the program, so that memory of clouds and octrees is allocated and freed in the same
+ * way.
  *
  * An instance serves one stream in each direction; its encoder and its decoder are
  * independent of each other. Instances share nothing; one instance is for one thread.
@@ -113,16 +114,16 @@ public:
 
   /** \brief PCL's constructor: its arguments, order and defaults, and what they mean.
    *
-   * Where PCL keeps every point, voxels have the edge to which PCL keeps the points, below
-   * a millimetre 1.25 times that, and as many points as were in them. A profile also sets
-   * the effort: streams take fewer bytes than PCL's and no more time on the clouds of
-   * doc/benchmarks.md, which also tells where a single frame can take more. The arguments
-   * after show_statistics are used by MANUAL_CONFIGURATION only.
-   * Where octree_resolution is finer than point_resolution it is the voxel edge, and where
-   * both are the same there is one point for each voxel, as in PCL. Clouds wider than 2^21
-   * voxels get coarser ones (coarsen_wide_clouds), clouds whose coordinates are multiples of
-   * a larger step get voxels of that edge (use_coordinate_step), and the decoder takes 2^22
-   * voxels.
+   * Where PCL keeps every point, voxels have the edge to which PCL keeps the points,
+   * below a millimetre 1.25 times that, and as many points as were in them. A profile
+   * also sets the effort: streams take fewer bytes than PCL's and no more time on the
+   * clouds of doc/benchmarks.md, which also tells where a single frame can take more.
+   * The arguments after show_statistics are used by MANUAL_CONFIGURATION only. Where
+   * octree_resolution is finer than point_resolution it is the voxel edge, and where
+   * both are the same there is one point for each voxel, as in PCL. Clouds wider than
+   * 2^21 voxels get coarser ones (coarsen_wide_clouds), clouds whose coordinates are
+   * multiples of a larger step get voxels of that edge (use_coordinate_step), and the
+   * decoder takes 2^22 voxels.
    * \param[in] profile compression profile
    * \param[in] show_statistics print the statistics of each frame on PCL's console
    * \param[in] point_resolution voxel edge, metres, without down-sampling; see above
@@ -172,8 +173,8 @@ public:
 
   ~OctreePointCloudIntensityCompression() override = default;
 
-  /** \brief Takes over both streams. A retained octree is built again from its frame. The
-   * source may then only be destroyed or assigned to. */
+  /** \brief Takes over both streams. A retained octree is built again from its frame.
+   * The source may then only be destroyed or assigned to. */
   OctreePointCloudIntensityCompression(OctreePointCloudIntensityCompression&& source);
 
   /** \brief The same; source must be another instance. */
@@ -196,15 +197,15 @@ public:
 
   /** \brief Encodes the next cloud of the stream.
    *
-   * Points that are not finite, outside settings.bounding_box or more than 2^20 voxels from
-   * the origin are counted and left out.
+   * Points that are not finite, outside settings.bounding_box or more than 2^20 voxels
+   * from the origin are counted and left out.
    * \param[in] cloud in the coordinates of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
-   * \return Ok; InvalidSettings; InvalidInput for a null cloud, or if the intensity model
-   * uses the depth and the cloud's pose is not finite; OutputFailed or OutOfMemory, after
-   * which the next frame is an I-frame. Ok has a message with numbers (Status::hasWarning) if
-   * not all finite points are in the frame as they are, see CloudEncoder::encode; the first
-   * of each kind is also printed on PCL's console
+   * \return Ok; InvalidSettings; InvalidInput for a null cloud, or if the intensity
+   * model uses the depth and the cloud's pose is not finite; OutputFailed or
+   * OutOfMemory, after which the next frame is an I-frame. Ok has a message with
+   * numbers (Status::hasWarning) if not all finite points are in the frame as they are,
+   * see CloudEncoder::encode; the first of each kind is also printed on PCL's console
    */
   CompressionStatus
   encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
@@ -220,10 +221,10 @@ public:
   /** \brief Decodes the next frame of a stream, of either format.
    *
    * The stream must contain the complete frame. Never throws, hangs or exceeds
-   * settings.decoder_limits. Bytes before the frame are skipped. If no frame is decoded, the
-   * cloud is empty and the history unchanged, so that decoding recovers at the latest with
-   * the next I-frame. A stream of which only a part has arrived stays where the incomplete
-   * frame begins with settings.incomplete_frame = Keep.
+   * settings.decoder_limits. Bytes before the frame are skipped. If no frame is
+   * decoded, the cloud is empty and the history unchanged, so that decoding recovers at
+   * the latest with the next I-frame. A stream of which only a part has arrived stays
+   * where the incomplete frame begins with settings.incomplete_frame = Keep.
    * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
@@ -253,7 +254,8 @@ public:
   initialization()
   {}
 
-  /** \brief Makes the next encoded frame an I-frame, for a receiver that lost a frame. */
+  /** \brief Makes the next encoded frame an I-frame, for a receiver that lost a
+   * frame. */
   void
   requestIFrame()
   {
@@ -281,9 +283,9 @@ public:
     return intensity_model_;
   }
 
-  /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel i is
-   * point i of the cloud, unless the frame has numbers of points: then each voxel has that
-   * many points, in the same order. */
+  /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel
+   * i is point i of the cloud, unless the frame has numbers of points: then each voxel
+   * has that many points, in the same order. */
   const VoxelFrame&
   voxelFrame() const
   {

@@ -9,9 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A view of points: x, y, z as consecutive floats or doubles, metres, an intensity
- * and a colour. All may be in the same array or in several. Strides are bytes from one point
- * to the next, those of numbers a multiple of their size. */
+/** \brief A view of points: x, y, z as consecutive floats or doubles, metres, an
+ * intensity and a colour. All may be in the same array or in several. Strides are bytes
+ * from one point to the next, those of numbers a multiple of their size. */
 struct PointView {
   std::size_t count = 0;              ///< number of points
   const float* coordinates = nullptr; ///< x of the first point
@@ -27,8 +27,8 @@ struct PointView {
   std::size_t colour_stride = 0;
 };
 
-/** \brief The points of a cloud, some at a time: for points that are computed while they are
- * voxelized, so that the whole cloud is never in memory. */
+/** \brief The points of a cloud, some at a time: for points that are computed while
+ * they are voxelized, so that the whole cloud is never in memory. */
 class PCL_EXT_CODEC_EXPORT PointBatches {
 public:
   virtual ~PointBatches();
@@ -44,8 +44,9 @@ public:
   hasColours() const = 0;
 
   /** \brief Begins with the first points again: some clouds are read more than once, as
-   * those that the grid has to be fitted to, and the first one far from the world's origin
-   * about ten times, unless the settings have an origin. Called before each reading. */
+   * those that the grid has to be fitted to, and the first one far from the world's
+   * origin about ten times, unless the settings have an origin. Called before each
+   * reading. */
   virtual void
   restart() = 0;
 

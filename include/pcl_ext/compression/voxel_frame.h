@@ -17,9 +17,9 @@ namespace io {
 
 /** \brief Lowest number of a level of a companded scale.
  *
- * The numbers 0..range are divided into 2^bits levels of at least one number each. With 8
- * levels or more the levels 0..3 are the single numbers 0..3, and level 4 begins at 4;
- * further levels become wider in proportion to the square root of the number, as the
+ * The numbers 0..range are divided into 2^bits levels of at least one number each. With
+ * 8 levels or more the levels 0..3 are the single numbers 0..3, and level 4 begins at
+ * 4; further levels become wider in proportion to the square root of the number, as the
  * noise of a count does:
  *
  *     edge(4 + j) = 4 + j + (range - 3 - n) * j^2 / n^2,  n = 2^bits - 4,  j = 0..n
@@ -37,10 +37,11 @@ namespace io {
 PCL_EXT_CODEC_EXPORT std::uint32_t
 compandedEdge(unsigned int bits, std::uint32_t range, std::uint32_t level);
 
-/** \brief The number that a level is decoded as: the middle of its numbers, rounded down.
+/** \brief The number that a level is decoded as: the middle of its numbers, rounded
+ * down.
  *
- * It is within the level, so that a comparison "intensity >= threshold" has the same result
- * before and after coding if the threshold is the edge of a level.
+ * It is within the level, so that a comparison "intensity >= threshold" has the same
+ * result before and after coding if the threshold is the edge of a level.
  *
  * \param[in] bits 1..15
  * \param[in] range the highest number, 2^bits..65535
@@ -60,7 +61,8 @@ struct IntensityScale {
   float step = 1.0f;     ///< intensity from one number to the next, above 0
   unsigned int bits = 8; ///< symbols are below 2^bits; 1..16, or 0: no intensities
 
-  /** \brief The highest number of a companded scale, 2^bits..65535; 0: a linear scale. */
+  /** \brief The highest number of a companded scale, 2^bits..65535; 0: a linear
+   * scale. */
   std::uint32_t companded_range = 0;
 
   /** \brief The highest symbol. */
@@ -137,7 +139,8 @@ struct VoxelFrame {
     return intensity_scale.bits > 0;
   }
 
-  /** \brief Colour of a voxel in channels of 0 to 255; the frame has to have colours. */
+  /** \brief Colour of a voxel in channels of 0 to 255; the frame has to have
+   * colours. */
   VoxelColour
   fullColour(std::size_t voxel) const
   {
@@ -149,8 +152,8 @@ struct VoxelFrame {
     return {full(colour.r), full(colour.g), full(colour.b)};
   }
 
-  /** \brief Number of points that a decoded cloud has: one for each voxel, or as many as
-   * it had. */
+  /** \brief Number of points that a decoded cloud has: one for each voxel, or as many
+   * as it had. */
   std::size_t
   pointCount() const
   {
@@ -178,8 +181,8 @@ struct VoxelFrame {
   }
 };
 
-/** \brief True if a frame is valid: keys strictly ascending and within the grid, as many
- * intensities, colours and numbers of points as keys or none, all of them and all
+/** \brief True if a frame is valid: keys strictly ascending and within the grid, as
+ * many intensities, colours and numbers of points as keys or none, all of them and all
  * parameters within their ranges. Encoders refuse a frame that is not. */
 PCL_EXT_CODEC_EXPORT bool
 isConsistent(const VoxelFrame& frame);
@@ -192,16 +195,16 @@ struct FrameStamp {
 
 /** \brief Calls a function for each voxel of a frame, in the order of the keys.
  *
- * Gives VoxelGrid::centre and IntensityScale::value, rounded to float, faster than these. Far
- * from the world's origin see forEachPreciseCentre(). Colours and numbers of points are those
- * of the same place in the order of the keys.
+ * Gives VoxelGrid::centre and IntensityScale::value, rounded to float, faster than
+ * these. Far from the world's origin see forEachPreciseCentre(). Colours and numbers of
+ * points are those of the same place in the order of the keys.
  * \code
  * io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
  *   cloud.push_back({x, y, z, intensity});
  * });
  * \endcode
- * \param[in] frame as isConsistent() demands; must not change meanwhile. With a companded
- * scale of more than 8 bits memory is allocated
+ * \param[in] frame as isConsistent() demands; must not change meanwhile. With a
+ * companded scale of more than 8 bits memory is allocated
  * \param[in] visit callable as visit(x, y, z, intensity): the voxel's centre in world
  * coordinates, metres, and its intensity in the unit of the frame's scale; 0 without
  * intensities
@@ -210,9 +213,9 @@ template <typename VisitT>
 void
 forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit);
 
-/** \brief The same with visit(double, double, double, float) where VoxelGrid::needsDoubles();
- * else with visit(float, float, float, float), as above. For decoded clouds that may have
- * either type of coordinates.
+/** \brief The same with visit(double, double, double, float) where
+ * VoxelGrid::needsDoubles(); else with visit(float, float, float, float), as above. For
+ * decoded clouds that may have either type of coordinates.
  */
 template <typename VisitT>
 void

@@ -9,7 +9,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Bits of a Morton key for each axis, which is the depth of the deepest grid. */
+/** \brief Bits of a Morton key for each axis, which is the depth of the deepest
+ * grid. */
 constexpr unsigned int max_grid_depth = 21;
 
 /** \brief Range of the voxel edge, metres. */
@@ -53,8 +54,8 @@ mortonKey(const VoxelPosition& position)
 
 namespace detail {
 
-/** \brief Reorders the nine bits of three levels of a Morton key: three bits of x, then of
- * y, then of z, x the lowest. */
+/** \brief Reorders the nine bits of three levels of a Morton key: three bits of x, then
+ * of y, then of z, x the lowest. */
 constexpr std::array<std::uint16_t, 512>
 makeAxisBits()
 {
@@ -92,8 +93,8 @@ voxelPosition(std::uint64_t morton_key)
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
  * the origin. The grid has 2^depth voxels along each axis, from `first_index` on. In
  * stream version 1 that is the world's origin, so that the voxels coincide with those
- * of a map, or for far clouds another corner of those voxels; in the published layout it is
- * the lower corner of PCL's octree.
+ * of a map, or for far clouds another corner of those voxels; in the published layout
+ * it is the lower corner of PCL's octree.
  */
 struct VoxelGrid {
   double resolution = 0.0;                   ///< voxel edge d_v, metres
@@ -129,10 +130,10 @@ struct VoxelGrid {
     return static_cast<double>(first_index[axis]) * resolution + origin[axis];
   }
 
-  /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge: the
-   * grid has voxels whose centres are more than 2^20 edges from the world's origin on an
-   * axis, which are 42 km at 4 cm. The coordinates of decoded clouds are then given in double
-   * precision. */
+  /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge:
+   * the grid has voxels whose centres are more than 2^20 edges from the world's origin
+   * on an axis, which are 42 km at 4 cm. The coordinates of decoded clouds are then
+   * given in double precision. */
   bool
   needsDoubles() const
   {
@@ -159,10 +160,10 @@ struct VoxelGrid {
   }
 };
 
-/** \brief Offset to add to the coordinates of a voxel's centre, metres, to look up the voxel
- * that contains it in another grid. If the centre is on a face of the other grid, as with
- * voxels of twice the size, it is in the upper voxel, but rounded to float it may be just
- * below.
+/** \brief Offset to add to the coordinates of a voxel's centre, metres, to look up the
+ * voxel that contains it in another grid. If the centre is on a face of the other grid,
+ * as with voxels of twice the size, it is in the upper voxel, but rounded to float it
+ * may be just below.
  * \param[in] resolution voxel edge of the other grid, metres
  */
 constexpr float

@@ -36,12 +36,12 @@ struct CentralNodeSettings {
   /** \brief Threads that decode, up to 1024; 0: one for each core. */
   unsigned int threads = 0;
 
-  /** \brief Frames of one stream that may wait to be decoded, at least 1; further ones are
-   * refused, which bounds the memory of a stream that is too fast. */
+  /** \brief Frames of one stream that may wait to be decoded, at least 1; further ones
+   * are refused, which bounds the memory of a stream that is too fast. */
   std::size_t max_waiting_frames = 40;
 
-  /** \brief Streams whose last frame was decoded earlier do not take part in merging. Above
-   * 0. */
+  /** \brief Streams whose last frame was decoded earlier do not take part in merging.
+   * Above 0. */
   Time max_merge_age = std::chrono::seconds(1);
 
   /** \brief Limits of decoding, for each stream. */
@@ -64,7 +64,8 @@ enum class CentralNodeCode {
 /** \brief Outcome of a call to a CentralNode. */
 using CentralNodeStatus = Status<CentralNodeCode>;
 
-/** \brief A frame that was received, decoded or not. Valid during the listener's call. */
+/** \brief A frame that was received, decoded or not. Valid during the listener's
+ * call. */
 struct ReceivedFrame {
   const std::string& stream;
   Time stamp;                          ///< given with it, else in it; 0: none
@@ -72,10 +73,11 @@ struct ReceivedFrame {
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
-  /** \brief True to request an I-frame from the sender of the stream, by CloudSender, which
-   * is thread-safe as the listener has to be, or from the thread of the SensorNode. Set for the first frame
-   * that fails and for every third after it until one is decoded; also for every third of
-   * consecutive late frames, as all frames of a restarted sender may look late. */
+  /** \brief True to request an I-frame from the sender of the stream, by CloudSender,
+   * which is thread-safe as the listener has to be, or from the thread of the
+   * SensorNode. Set for the first frame that fails and for every third after it until
+   * one is decoded; also for every third of consecutive late frames, as all frames of a
+   * restarted sender may look late. */
   bool wants_i_frame;
 };
 
@@ -100,8 +102,8 @@ struct MergeStatus : CentralNodeStatus {
   /** \brief All streams, by name; empty unless ok(). */
   std::vector<MergedStream> streams;
 
-  /** \brief The oldest stamp of the merged frames: the age of the oldest voxels. Nothing
-   * if no frame has a stamp. */
+  /** \brief The oldest stamp of the merged frames: the age of the oldest voxels.
+   * Nothing if no frame has a stamp. */
   std::optional<Time>
   oldestStamp() const
   {
@@ -114,20 +116,22 @@ struct MergeStatus : CentralNodeStatus {
   }
 };
 
-/** \brief Called for every frame, in the order of its stream. Calls for different streams
- * come from several threads at once, those for one stream one at a time. Must not throw. */
+/** \brief Called for every frame, in the order of its stream. Calls for different
+ * streams come from several threads at once, those for one stream one at a time. Must
+ * not throw. */
 using FrameListener = std::function<void(const ReceivedFrame&)>;
 
-/** \brief The central computer's part: decodes many streams on all cores, denoises them and
- * merges them on a common grid (section 2.7 of the paper). Independent of ROS.
+/** \brief The central computer's part: decodes many streams on all cores, denoises them
+ * and merges them on a common grid (section 2.7 of the paper). Independent of ROS.
  *
- * Each stream has a decoder of its own; its frames are decoded in the order in which they
- * are received. Streams with waiting frames take turns of one frame each. All members are
- * thread-safe.
+ * Each stream has a decoder of its own; its frames are decoded in the order in which
+ * they are received. Streams with waiting frames take turns of one frame each. All
+ * members are thread-safe.
  *
  * An exception while a frame is decoded, std::bad_alloc included, becomes that frame's
- * status, and the stream continues. A call that runs out of memory throws std::bad_alloc,
- * except for receive() and merge(), which return a status; the node is then unchanged.
+ * status, and the stream continues. A call that runs out of memory throws
+ * std::bad_alloc, except for receive() and merge(), which return a status; the node is
+ * then unchanged.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:
@@ -144,8 +148,8 @@ public:
   CentralNode&
   operator=(const CentralNode&) = delete;
 
-  /** \brief Ok, or InvalidSettings with the setting and its value; every other call then
-   * returns the same, or does nothing. */
+  /** \brief Ok, or InvalidSettings with the setting and its value; every other call
+   * then returns the same, or does nothing. */
   const CentralNodeStatus&
   settingsStatus() const;
 
@@ -164,14 +168,14 @@ public:
   CentralNodeStatus
   setMinIntensity(const std::string& name, float min_intensity);
 
-  /** \brief Sets the outlier removal of a stream, from the next frame on that is decoded.
-   * It is applied before min_intensity and before merging. Off by default.
+  /** \brief Sets the outlier removal of a stream, from the next frame on that is
+   * decoded. It is applied before min_intensity and before merging. Off by default.
    *
    * The filter keeps a history of the decoded frames, see VoxelOutlierRemoval, across
    * I-frames and frames that fail. Other settings than before make a new filter with an
    * empty history. Where a frame cannot be judged it stays unchanged:
-   * StreamHealth::outlier_removal says why, and whether it was judged without intensities.
-   * Name DensityUnit::Points for counts of depth cameras.
+   * StreamHealth::outlier_removal says why, and whether it was judged without
+   * intensities. Name DensityUnit::Points for counts of depth cameras.
    * \param[in] name of the stream
    * \param[in] settings as checkSettings() accepts; none: no outliers are removed
    * \return InvalidSettings or UnknownStream if nothing was changed
@@ -183,7 +187,8 @@ public:
   /** \brief Takes a stream's next frame, to decode it as soon as there is a thread.
    * \param[in] name of the stream
    * \param[in] bytes one frame of any format; any other bytes count as a failed frame
-   * \param[in] stamp time of the cloud, for the latency; none: that in the frame, if any
+   * \param[in] stamp time of the cloud, for the latency; none: that in the frame, if
+   * any
    * \return Ok if the frame waits to be decoded
    */
   CentralNodeStatus
@@ -191,8 +196,8 @@ public:
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp = std::nullopt);
 
-  /** \brief Returns when no frame waits and the listener was called for all of them. Not to
-   * be called by the listener. */
+  /** \brief Returns when no frame waits and the listener was called for all of them.
+   * Not to be called by the listener. */
   void
   waitUntilDecoded();
 
@@ -206,22 +211,22 @@ public:
 
   /** \brief The latest voxels of all streams, merged.
    *
-   * A voxel of a stream is added to the voxel of the common grid that contains its centre,
-   * the upper one for a centre on the boundary, in double precision whatever the
-   * origins of the streams. Intensities are summed over the streams, as they are over
-   * points (section 2.5.4 of the paper); merge streams of one law only. Voxels of
+   * A voxel of a stream is added to the voxel of the common grid that contains its
+   * centre, the upper one for a centre on the boundary, in double precision whatever
+   * the origins of the streams. Intensities are summed over the streams, as they are
+   * over points (section 2.5.4 of the paper); merge streams of one law only. Voxels of
    * streams without intensities count 1. The colour is the mean of those voxels that
    * have one, each with the same weight, or black where no stream has one. Voxels
    * outside the common grid are left out. Where one of several streams has intensities
-   * beside which a typical one would be less than a step, above 65535 times it, they are
-   * reduced: to 1024 times the typical intensity, or to 65535 steps of the intensities if
-   * that is more. Typical is the median of the streams' medians, of two the lower one.
-   * health() has the number of both.
+   * beside which a typical one would be less than a step, above 65535 times it, they
+   * are reduced: to 1024 times the typical intensity, or to 65535 steps of the
+   * intensities if that is more. Typical is the median of the streams' medians, of two
+   * the lower one. health() has the number of both.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()
-   * \return Ok and what is merged, or OutOfMemory: the streams keep their voxels for the
-   * next call
+   * \return Ok and what is merged, or OutOfMemory: the streams keep their voxels for
+   * the next call
    */
   MergeStatus
   merge(io::VoxelFrame& merged);

@@ -48,26 +48,28 @@ struct SensorNodeSettings {
   std::optional<io::BoundingBox> crop_box;
 
   /** \brief Removes outliers from the voxels before they are encoded; noise is the most
-   * expensive part of a frame. None: all voxels are sent, and a receiver may remove outliers.
-   * The unit Automatic becomes that of the law, see densityUnitOf(): for counts of a lidar
-   * set it to Voxels. */
+   * expensive part of a frame. None: all voxels are sent, and a receiver may remove
+   * outliers. The unit Automatic becomes that of the law, see densityUnitOf(): for
+   * counts of a lidar set it to Voxels. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
-  /** \brief Code the stamp of the cloud and global_frame; not in the published layout. */
+  /** \brief Code the stamp of the cloud and global_frame; not in the published
+   * layout. */
   bool carry_header = false;
 
-  /** \brief Name of the world's coordinate frame, part of the frames if carry_header is set;
-   * at most 1024 bytes then. */
+  /** \brief Name of the world's coordinate frame, part of the frames if carry_header is
+   * set; at most 1024 bytes then. */
   std::string global_frame = "world";
 
   /** \brief Clock for rates and latencies. */
   Clock clock = systemTime;
 };
 
-/** \brief What of a cloud a SensorNode does not encode: fields besides coordinates, colour and
- * the intensity, on which the law decides, and the rows and columns of an organised cloud.
- * \return words for the user, the same for all clouds with these fields; empty if there is
- * nothing, or the cloud is invalid
+/** \brief What of a cloud a SensorNode does not encode: fields besides coordinates,
+ * colour and the intensity, on which the law decides, and the rows and columns of an
+ * organised cloud.
+ * \return words for the user, the same for all clouds with these fields; empty if there
+ * is nothing, or the cloud is invalid
  */
 PCL_EXT_EXPORT std::string
 describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings);
@@ -84,8 +86,8 @@ enum class SensorNodeCode {
   OutOfMemory        ///< not encoded: memory ran out; the next frame is an I-frame
 };
 
-/** \brief Outcome of encoding a cloud. With UsedLastTransform there is a frame, too: hasFrame()
- * and not ok() says whether there is something to send. */
+/** \brief Outcome of encoding a cloud. With UsedLastTransform there is a frame, too:
+ * hasFrame() and not ok() says whether there is something to send. */
 struct SensorNodeStatus : Status<SensorNodeCode> {
   using Status<SensorNodeCode>::Status;
 
@@ -97,8 +99,8 @@ struct SensorNodeStatus : Status<SensorNodeCode> {
   }
 };
 
-/** \brief Statistics of a SensorNode since its construction. Every cloud is counted as a
- * frame, as left out without a transform, or as refused. */
+/** \brief Statistics of a SensorNode since its construction. Every cloud is counted as
+ * a frame, as left out without a transform, or as refused. */
 struct SensorNodeStatistics {
   std::size_t frames = 0;
   std::size_t i_frames = 0;                   ///< of the frames
@@ -124,11 +126,11 @@ struct SensorNodeStatistics {
   }
 };
 
-/** \brief The part of the computer at one sensor: preprocesses, voxelizes and compresses each
- * cloud (sections 2.2 to 2.6 of the paper). Independent of ROS.
+/** \brief The part of the computer at one sensor: preprocesses, voxelizes and
+ * compresses each cloud (sections 2.2 to 2.6 of the paper). Independent of ROS.
  *
- * An instance serves one sensor and one thread at a time. A moved-from instance may only be
- * destroyed or assigned to.
+ * An instance serves one sensor and one thread at a time. A moved-from instance may
+ * only be destroyed or assigned to.
  */
 class PCL_EXT_EXPORT SensorNode {
 public:
@@ -141,29 +143,31 @@ public:
   SensorNode&
   operator=(SensorNode&&) noexcept;
 
-  /** \brief Ok, or InvalidSettings with the setting and its value; encode() then returns
-   * the same for every cloud. */
+  /** \brief Ok, or InvalidSettings with the setting and its value; encode() then
+   * returns the same for every cloud. */
   const SensorNodeStatus&
   settingsStatus() const;
 
   /** \brief Turns the sensor's next cloud into the stream's next frame.
    *
    * The transform is used for this cloud, and for following ones without a transform.
-   * Before the first transform nothing is encoded. Does not throw: after OutOfMemory the
-   * next frame is an I-frame.
+   * Before the first transform nothing is encoded. Does not throw: after OutOfMemory
+   * the next frame is an I-frame.
    * \param[in] cloud in the sensor's frame (x right, y down, z along the optical axis),
    * metres; fields as SensorPreprocessor::process finds them; stamp in microseconds
-   * \param[in] sensor_to_world rotation and translation at the time of the cloud, metres;
-   * none: unknown
+   * \param[in] sensor_to_world rotation and translation at the time of the cloud,
+   * metres; none: unknown
    * \param[out] bytes the frame; empty unless hasFrame() of the status
-   * \return see SensorNodeCode; a frame may come with a warning, see CloudEncoder::encode
+   * \return see SensorNodeCode; a frame may come with a warning, see
+   * CloudEncoder::encode
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,
          const std::optional<WorldPose>& sensor_to_world,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a frame. */
+  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a
+   * frame. */
   void
   requestIFrame();
 

@@ -1,6 +1,7 @@
 /** \file
- * \brief Payloads of the effort fast that end too soon, of symbols that take the most bytes:
- * no loop reads further past their end than it may. A sanitizer sees one that does.
+ * \brief Payloads of the effort fast that end too soon, of symbols that take the most
+ * bytes: no loop reads further past their end than it may. A sanitizer sees one that
+ * does.
  */
 #include "support/payload_frames.h"
 #include "support/scripted_fast_stream.h"

@@ -70,8 +70,8 @@ settingsOf(const Scene& scene)
   return settings;
 }
 
-/** \brief Encodes clouds with the library and with PCL's octree, and decodes both streams
- * with both. */
+/** \brief Encodes clouds with the library and with PCL's octree, and decodes both
+ * streams with both. */
 class BothEncoders {
 public:
   BothEncoders(const Scene& scene, unsigned int i_frame_rate)

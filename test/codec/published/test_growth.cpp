@@ -1,5 +1,6 @@
 /** \file
- * \brief Streams whose octree PCL enlarges: of the authors' program when it does not crop.
+ * \brief Streams whose octree PCL enlarges: of the authors' program when it does not
+ * crop.
  */
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
@@ -86,7 +87,8 @@ const BoundingBox boxes[] = {{{-1.9, -1.9, 0.0}, {1.9, 1.9, 1.9}},
                              {{-5.0, 7.0, -9.0}, {-4.5, 7.5, -8.5}},
                              {{-0.03, -0.03, -0.03}, {0.03, 0.03, 0.03}}};
 
-/** \brief True if a box reaches out of the two voxels of 4 cm that PCL makes of none. */
+/** \brief True if a box reaches out of the two voxels of 4 cm that PCL makes of
+ * none. */
 bool
 growsOctree(const BoundingBox& box)
 {

@@ -230,7 +230,8 @@ TEST(Refinement, IsChosenWhereVoxelsAreAlone)
 
 TEST(Refinement, EndsWhereVoxelsComeAgain)
 {
-  // The voxels of a frame that is repeated are tracked: a history is smaller than cells.
+  // The voxels of a frame that is repeated are tracked: a history is smaller than
+  // cells.
   std::mt19937_64 random(7);
   const VoxelFrame fine = fineFrame(random, 8);
   FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
