@@ -103,20 +103,6 @@ TEST(Sensor, OtherKinectsFollowTheFormulaWithTheirDataSheets)
                        1e-14L);
 }
 
-TEST(Sensor, FootprintMatchesAFaceCountedInPixels)
-{
-  // By geometry instead of the formula: at depth z the image is a plane of
-  // 2 z tan(FOV_x / 2) by 2 z tan(FOV_y / 2) metres, shared by W H pixels.
-  const double pi = std::acos(-1.0);
-  const double depth = 3.25;
-  const double plane_width = 2.0 * depth * std::tan(57.0 / 2.0 * pi / 180.0);
-  const double plane_height = 2.0 * depth * std::tan(43.0 / 2.0 * pi / 180.0);
-  const double pixel_area = plane_width * plane_height / (640.0 * 480.0);
-  EXPECT_NEAR(pixelFootprint(KinectV1()) * depth * depth, pixel_area, 1e-12);
-  const IntensityModel<KinectV1, QuadraticLaw> model(0.02);
-  EXPECT_NEAR(model.pointsPerVoxelFace(depth), 0.02 * 0.02 / pixel_area, 1e-8);
-}
-
 TEST(Sensor, RuntimeSensorWithKinectFiguresIsTheKinect)
 {
   const RuntimeSensor sensor = pcl_ext::runtimeSensor(KinectV2());
@@ -171,12 +157,6 @@ TEST(IntensityModel, KinectV2HasThePapersCutOffDepth)
   EXPECT_EQ(model.resolution(), 0.04);
 }
 
-TEST(IntensityModel, QuadraticLawHasThePapersWorstCase)
-{
-  const IntensityModel<KinectV2, QuadraticLaw> model(0.04);
-  EXPECT_NEAR(model(1.0f), 0.0047f, 0.00005f);
-}
-
 TEST(IntensityModel, LawsFollowTheirFormulasUpToTheCutOffDepth)
 {
   for (const double resolution : {0.005, 0.01, 0.04, 0.1}) {
@@ -198,17 +178,6 @@ TEST(IntensityModel, LawsFollowTheirFormulasUpToTheCutOffDepth)
       EXPECT_EQ(count(depth), 1.0f);
     }
   }
-}
-
-TEST(IntensityModel, AFullFaceOfPointsSumsToOne)
-{
-  const IntensityModel<KinectV2, QuadraticLaw> model(0.04);
-  for (const double depth : {0.5, 1.0, 4.5, 14.0})
-    EXPECT_NEAR(model.pointsPerVoxelFace(depth) *
-                    static_cast<double>(model(static_cast<float>(depth))),
-                1.0,
-                1e-6);
-  EXPECT_NEAR(model.pointsPerVoxelFace(model.cutOffDepth()), 1.0, 1e-12);
 }
 
 TEST(IntensityModel, DepthLawsAreCappedAtOneBeyondTheCutOffDepth)

@@ -28,15 +28,6 @@ leafOf(const std::vector<float>& intensities)
   return leaf;
 }
 
-TEST(IntensityLeaf, StartsEmpty)
-{
-  const IntensityLeaf leaf;
-  EXPECT_EQ(leaf.getPointCounter(), 0u);
-  EXPECT_EQ(leaf.getSize(), 0u);
-  EXPECT_EQ(leaf.getIntensity(), 0.0f);
-  EXPECT_EQ(leaf.getMeanIntensity(), 0.0f);
-}
-
 TEST(IntensityLeaf, SumsCountsAndAverages)
 {
   const IntensityLeaf leaf = leafOf({1.5f, -0.5f, 5.0f});
@@ -79,15 +70,6 @@ TEST(IntensityLeaf, PointIndicesCountWithoutIntensity)
   leaf.addPointIndex(4);
   EXPECT_EQ(leaf.getPointCounter(), 2u);
   EXPECT_EQ(leaf.getIntensity(), 0.0f);
-}
-
-TEST(IntensityLeaf, ResetForgetsSumAndCount)
-{
-  IntensityLeaf leaf = leafOf({2.0f, 3.0f});
-  static_cast<pcl::octree::OctreeContainerBase&>(leaf).reset();
-  EXPECT_EQ(leaf.getPointCounter(), 0u);
-  EXPECT_EQ(leaf.getIntensity(), 0.0f);
-  EXPECT_TRUE(leaf == IntensityLeaf());
 }
 
 TEST(IntensityLeaf, EqualityComparesSumAndCount)

@@ -9,32 +9,6 @@ namespace {
 
 using namespace pcl_ext;
 
-TEST(BitOperations, EverySingleBitIsFound)
-{
-  for (unsigned int bit = 0; bit < 64; ++bit) {
-    const std::uint64_t single = std::uint64_t{1} << bit;
-    EXPECT_EQ(lowestBit(single), bit);
-    EXPECT_EQ(lowestBit(~std::uint64_t{0} << bit), bit);
-    EXPECT_EQ(portable::lowestBit(single), bit);
-    EXPECT_EQ(portable::lowestBit(~std::uint64_t{0} << bit), bit);
-    EXPECT_EQ(bitCount(single), 1u);
-    EXPECT_EQ(bitCount(single - 1), bit);
-    EXPECT_EQ(bitCount(~std::uint64_t{0} << bit), 64 - bit);
-  }
-  EXPECT_EQ(bitCount(0), 0u);
-  for (unsigned int bit = 0; bit < 32; ++bit) {
-    const std::uint32_t single = std::uint32_t{1} << bit;
-    EXPECT_EQ(lowestBit(single), bit);
-    EXPECT_EQ(lowestBit(~std::uint32_t{0} << bit), bit);
-    EXPECT_EQ(highestBit(single), bit);
-    EXPECT_EQ(highestBit(single | (single - 1)), bit);
-    EXPECT_EQ(portable::lowestBit(single), bit);
-    EXPECT_EQ(portable::lowestBit(~std::uint32_t{0} << bit), bit);
-    EXPECT_EQ(portable::highestBit(single), bit);
-    EXPECT_EQ(portable::highestBit(single | (single - 1)), bit);
-  }
-}
-
 TEST(BitOperations, BuiltinsAgreeWithPortableCode)
 {
   std::mt19937_64 random(1);
@@ -83,23 +57,6 @@ TEST(BitOperations, ReplacesBelowALimitOnly)
   for (const std::uint32_t limit : {8u, 4095u << 3, 0x80000000u, 0xffffffffu})
     for (const std::uint32_t number : {0u, limit - 1, limit, limit + 1, 0xffffffffu})
       expect_replaced_below(limit, number);
-}
-
-TEST(BitOperations, IsNotZero)
-{
-  EXPECT_EQ(isNotZero(0), 0u);
-  for (unsigned int bit = 0; bit < 64; ++bit)
-    EXPECT_EQ(isNotZero(std::uint64_t{1} << bit), 1u);
-  EXPECT_EQ(isNotZero(~std::uint64_t{0}), 1u);
-}
-
-TEST(BitOperations, AnyAddressCanBePrefetched)
-{
-  const int here = 1;
-  prefetch(&here);
-  prefetch(&here + 1);
-  prefetch(nullptr);
-  EXPECT_EQ(here, 1);
 }
 
 } // namespace

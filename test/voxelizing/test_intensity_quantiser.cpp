@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 #include <vector>
 
 namespace {
@@ -159,43 +158,6 @@ TEST(IntensityQuantiser, TheStepIsThatOfAllValuesSinceTheLastIFrame)
   EXPECT_EQ(step({0.7182818f, 3.0f}, false), 4.0f / 65535.0f);
   EXPECT_EQ(step({0.5f, 1.0f}, false), 4.0f / 65535.0f);
   EXPECT_EQ(step({2.0f, 3.0f}, true), 1.0f);
-}
-
-TEST(IntensityQuantiser, NativeMeansAreWithinHalfAStep)
-{
-  struct Signal {
-    double low;
-    double high;
-    bool is_whole;
-    double largest_step;
-  };
-  for (const Signal& signal :
-       std::vector<Signal>{{0.0, 255.0, true, 1.0},
-                           {0.0, 65535.0, true, 1.0},
-                           {0.0, 4095.0, true, 1.0},
-                           {0.0, 1.0, false, 1.0 / 65535.0},
-                           {-30.0, 70.0, false, 256.0 / 65535.0}}) {
-    SCOPED_TRACE(signal.high);
-    std::mt19937_64 random(12);
-    Cloud cloud = randomCloud(13, -0.5, 0.5);
-    for (Point& point : cloud) {
-      point.intensity = uniform(random, signal.low, signal.high);
-      if (signal.is_whole)
-        point.intensity = std::round(point.intensity);
-    }
-    Stream stream(settingsOf(0.1), IntensityUnit::Native);
-    stream.add(cloud);
-    const double step = double{stream.frame.intensity_scale.step};
-    EXPECT_LE(step, signal.largest_step * 1.000001);
-    const auto values = stream.values();
-    const auto voxels = naiveVoxels(cloud, 0.1);
-    ASSERT_EQ(values.size(), voxels.size());
-    for (const auto& voxel : voxels) {
-      const double mean =
-          sumOf(voxel.second) / static_cast<double>(voxel.second.size());
-      EXPECT_LE(std::abs(double{values.at(voxel.first)} - mean), 0.501 * step);
-    }
-  }
 }
 
 TEST(IntensityQuantiser, NativeScalesOfExtremeIntensitiesAreConsistent)

@@ -41,14 +41,6 @@ TEST(MemoryRule, ReleasesWhenEightFramesNeededLessThanAQuarter)
   EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(40, large / 4 - 1)), kept(40));
 }
 
-TEST(MemoryRule, KeepsFourTimesTheNeed)
-{
-  MemoryRule rule(0);
-  std::vector<std::size_t> frames(100, large / 4);
-  frames.front() = large;
-  EXPECT_EQ(answersOf(rule, frames), kept(100));
-}
-
 TEST(MemoryRule, OneFrameOfEightKeepsTheMemory)
 {
   MemoryRule rule(0);
@@ -78,32 +70,6 @@ TEST(MemoryRule, TheDefaultFloorIs64KiB)
   EXPECT_EQ(answersOf(rule, frames), kept(20));
   frames.front() = 65537;
   EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(11));
-}
-
-TEST(MemoryRule, FollowsDecreasingNeeds)
-{
-  MemoryRule rule(0);
-  std::vector<std::size_t> frames(1, 10000);
-  frames.insert(frames.end(), 8, 2000);
-  frames.insert(frames.end(), 8, 400);
-  frames.insert(frames.end(), 8, 0);
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(7) + "r" + kept(7) + "r");
-}
-
-TEST(MemoryRule, ReleasesALaterPeak)
-{
-  MemoryRule rule(0);
-  for (int i = 0; i < 3; ++i) {
-    std::vector<std::size_t> frames(9, 10);
-    frames.front() = large;
-    EXPECT_EQ(answersOf(rule, frames), kept(8) + "r");
-  }
-}
-
-TEST(MemoryRule, FramesThatNeedNothing)
-{
-  MemoryRule rule(0);
-  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(20, 0)), kept(20));
 }
 
 TEST(MemoryRule, TheLargestNumbersDoNotOverflow)
