@@ -7,9 +7,11 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <random>
 #include <sstream>
@@ -116,6 +118,21 @@ writeClouds(const TestFolder& folder,
     std::snprintf(file, sizeof(file), "/%03zu.pcd", i);
     ASSERT_EQ(pcl::io::savePCDFileBinary(folder / (name + file), clouds[i]), 0);
   }
+}
+
+Bytes
+kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud, bool is_swapped)
+{
+  Bytes bytes;
+  for (const pcl::PointXYZI& point : cloud)
+    for (const float number : {point.x, point.y, point.z, point.intensity}) {
+      std::uint8_t of_number[4];
+      std::memcpy(of_number, &number, 4);
+      if (is_swapped)
+        std::reverse(of_number, of_number + 4);
+      bytes.insert(bytes.end(), of_number, of_number + 4);
+    }
+  return bytes;
 }
 
 pcl::PointCloud<pcl::PointXYZI>

@@ -23,6 +23,7 @@ using recording::test::KnownStream;
 using recording::test::record;
 using recording::test::TestFolder;
 using recording::test::writeBytes;
+using recording::test::writeMcap;
 
 /** \brief What a run of the program left. */
 struct ProgramRun {
@@ -65,6 +66,12 @@ void
 writeClouds(const TestFolder& folder,
             const std::string& name,
             const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds);
+
+/** \brief The points of a cloud as a file of KITTI has them.
+ * \param[in] is_swapped whether numbers are big-endian, as in no such file
+ */
+Bytes
+kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud, bool is_swapped = false);
 
 /** \brief Reads a PCD or PLY file. */
 pcl::PointCloud<pcl::PointXYZI>

@@ -333,19 +333,11 @@ TEST(ProgramBags, ByteOrderOfTheCloudsDoesNotMatter)
 TEST(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
 {
   const TestFolder folder;
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  std::size_t channel = 0;
-  ASSERT_TRUE(writer
-                  .addChannel(recording::pointCloudChannel("/points"),
-                              recording::McapChunking::Shared,
-                              channel)
-                  .ok());
   const auto clouds = roomClouds(3);
+  std::vector<McapMessage> messages;
   for (std::size_t i = 0; i < clouds.size(); ++i)
-    ASSERT_TRUE(
-        writer.write(cloudMessage(clouds[i], i, false, i < 2 ? "lidar" : "map")).ok());
-  ASSERT_TRUE(writer.finish().ok());
+    messages.push_back(cloudMessage(clouds[i], i, false, i < 2 ? "lidar" : "map"));
+  writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
   const ProgramRun encode = run(folder, "encode bag.mcap -o x.mcap");
   EXPECT_EQ(encode.status, 0);
   EXPECT_NE(encode.errors.find("/points, frame 2: its frame_id is 'map', that of the "
@@ -357,12 +349,7 @@ TEST(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
 TEST(ProgramBags, BagsThatCannotBeEncodedAreNamedWithARemedy)
 {
   const TestFolder folder;
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "imu.mcap", "ros2").ok());
-  std::size_t channel = 0;
-  ASSERT_TRUE(
-      writer.addChannel(imuChannel(), recording::McapChunking::Shared, channel).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "imu.mcap", {imuChannel()});
   expectFailure(folder,
                 "encode imu.mcap -o x.mcap",
                 1,

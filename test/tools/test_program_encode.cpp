@@ -10,8 +10,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <sstream>
@@ -38,24 +36,6 @@ bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& setti
   }
   const std::string text = file.str();
   return {text.begin(), text.end()};
-}
-
-/** \brief Writes the points of a cloud as KITTI does. */
-void
-writeKitti(const std::string& path,
-           const pcl::PointCloud<pcl::PointXYZI>& cloud,
-           bool is_swapped = false)
-{
-  Bytes bytes;
-  for (const pcl::PointXYZI& point : cloud)
-    for (const float number : {point.x, point.y, point.z, point.intensity}) {
-      std::uint8_t of_number[4];
-      std::memcpy(of_number, &number, 4);
-      if (is_swapped)
-        std::reverse(of_number, of_number + 4);
-      bytes.insert(bytes.end(), of_number, of_number + 4);
-    }
-  writeBytes(path, bytes);
 }
 
 } // namespace
@@ -227,7 +207,7 @@ TEST(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
   ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "room/0.pcd", clouds[0]), 0);
   ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "room/1.pcd", clouds[1]), 0);
   ASSERT_EQ(pcl::io::savePLYFileBinary(folder / "room/2.ply", clouds[2]), 0);
-  writeKitti(folder / "room/3.bin", clouds[3]);
+  writeBytes(folder / "room/3.bin", kittiBytes(clouds[3]));
   expectRun(folder, "encode 'room/*' -o pattern.pcxi --resolution 0.05");
   expectRun(folder, "encode room/ -o folder.pcxi --resolution 0.05");
   expectRun(folder,
@@ -277,55 +257,6 @@ TEST(ProgramEncode, MostPointsMayBeInfinite)
   clouds[0].is_dense = false;
   writeClouds(folder, "room", clouds);
   expectRun(folder, "encode room -o x.mcap");
-}
-
-TEST(ProgramEncode, FilesThatAreNoCloudsAreNamedWithARemedy)
-{
-  const TestFolder folder;
-  const Clouds clouds = roomClouds(1);
-  writeClouds(folder, "room", clouds);
-  writeBytes(folder / "empty.pcd", {});
-  const std::string pcl = "<PCL-OCT-COMPRESSED>x";
-  writeBytes(folder / "pcl.pcd", {pcl.begin(), pcl.end()});
-  writeKitti(folder / "swapped.bin", clouds[0], true);
-  writeBytes(folder / "odd.bin", Bytes(17));
-  const std::string huge = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 "
-                           "1 1\nWIDTH 4000000000\nHEIGHT 1\nDATA binary\n";
-  writeBytes(folder / "huge.pcd", {huge.begin(), huge.end()});
-  std::string large = huge;
-  large.replace(large.find("4000000000"), 10, "100000000");
-  writeBytes(folder / "large.pcd", {large.begin(), large.end()});
-  const std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex "
-                          "900000000\nproperty float x\nend_header\n";
-  writeBytes(folder / "huge.ply", {ply.begin(), ply.end()});
-  // PCL 1.13 would crash on these two.
-  std::string odd_line = huge;
-  odd_line.replace(odd_line.find("4000000000"), 10, "1");
-  odd_line.insert(odd_line.find("SIZE"), "size 4\n");
-  writeBytes(folder / "odd_line.pcd", {odd_line.begin(), odd_line.end()});
-  const std::string image =
-      "ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows "
-      "1\nelement vertex 1\nproperty float x\nend_header\n1\n";
-  writeBytes(folder / "image.ply", {image.begin(), image.end()});
-  const auto expectReason = [&](const std::string& file, const std::string& reason) {
-    const ProgramRun result = run(folder, "encode " + file + " -o x.pcxi");
-    EXPECT_EQ(result.status, 1) << file;
-    EXPECT_NE(result.errors.find("'" + file + "': " + reason), std::string::npos)
-        << result.errors;
-    EXPECT_NE(result.errors.find("'x.pcxi' was not written"), std::string::npos)
-        << result.errors;
-    EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi"));
-    EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi.unfinished"));
-  };
-  expectReason("odd_line.pcd", "its header has a line that PCD has not: 'size 4'");
-  expectReason("image.ply", "num_cols x num_rows and the number of vertices");
-  expectReason("empty.pcd", "it is empty");
-  expectReason("pcl.pcd", "it is a stream of PCL's own class");
-  expectReason("swapped.bin", "its coordinates are no lengths");
-  expectReason("odd.bin", "it has 17 bytes, which is no multiple of 16");
-  expectReason("huge.pcd", "its header promises 4000000000 x 1 points, which is too");
-  expectReason("large.pcd", "it was cut off: it has 0 bytes of points, not 1200000000");
-  expectReason("huge.ply", "it was cut off, or its header is wrong: it promises");
 }
 
 TEST(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)

@@ -173,17 +173,9 @@ TEST(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
   message.point_step = 24;
   message.row_step = 24 * message.width;
   message.bytes = bytesOfPoints(points);
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "in.mcap", "ros2").ok());
   recording::McapMessage written;
-  ASSERT_TRUE(writer
-                  .addChannel(recording::pointCloudChannel("/map"),
-                              recording::McapChunking::Shared,
-                              written.channel)
-                  .ok());
   recording::writePointCloud(message, false, written.bytes);
-  ASSERT_TRUE(writer.write(written).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "in.mcap", {recording::pointCloudChannel("/map")}, {written});
 
   // Back to the origin, and on to twice the distance.
   for (const double moved : {0.0, -1.0, 1.0}) {

@@ -1,5 +1,4 @@
 #include "recording/mcap_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/program.h"
 
@@ -215,18 +214,9 @@ TEST(ProgramInputs, AnEmptyCloudIsAFrame)
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   expectRun(folder, "verify x.mcap");
   // A topic whose messages have no fields either.
-  recording::McapWriter writer;
-  std::size_t channel = 0;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  ASSERT_TRUE(writer
-                  .addChannel(recording::pointCloudChannel("/empty"),
-                              recording::McapChunking::Shared,
-                              channel)
-                  .ok());
   recording::McapMessage message;
   recording::writePointCloud({}, false, message.bytes);
-  ASSERT_TRUE(writer.write(message).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/empty")}, {message});
   for (const std::string options :
        {"", " -l none", " -l native", " -l count", " --intensity-field a"}) {
     expectRun(folder, "encode bag.mcap -o small.mcap --overwrite" + options);
@@ -244,19 +234,10 @@ TEST(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapMessage cloud;
   ASSERT_TRUE(reader.read(reader.index()[0], cloud).ok());
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  ASSERT_TRUE(writer
-                  .addChannel(reader.channels()[0],
-                              recording::McapChunking::Shared,
-                              cloud.channel)
-                  .ok());
   recording::McapMessage empty = cloud;
   recording::writePointCloud({}, false, empty.bytes);
-  ASSERT_TRUE(writer.write(empty).ok());
   cloud.log_time += std::chrono::seconds(1);
-  ASSERT_TRUE(writer.write(cloud).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "bag.mcap", {reader.channels()[0]}, {empty, cloud});
   expectRun(folder, "encode bag.mcap -o small.mcap");
   recording::RecordingReader small;
   ASSERT_TRUE(small.open(folder / "small.mcap").ok());
