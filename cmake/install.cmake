@@ -38,8 +38,12 @@ endif()
 set(PCL_EXT_HEADERS_WITH_PCL
     nodes
     octree
-    impl
+    filters/impl
+    cloud_streams.h
+    colour_mean.h
     octree_pointcloud_intensity_compression.h
+    octree_pointcloud_intensity_compression.hpp
+    pcl_conventions.h
     point_intensity.h
     point_types.h
     preprocessed_batches.h
