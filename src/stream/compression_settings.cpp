@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/rigid_pose.h>
 
 #include "stream/setting_checks.h"
@@ -121,6 +122,13 @@ checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& de
     return invalid("colour_bits", settings.colour_bits, "1 to 8, or 0 for no colour");
   if (settings.threads < 1 || settings.threads > most_threads)
     return invalid("threads", settings.threads, "1 to 256");
+  if (settings.temporal_filter != 0 &&
+      (settings.temporal_filter < TemporalVoxelFilter::least_frames ||
+       settings.temporal_filter > TemporalVoxelFilter::most_frames))
+    return invalid(
+        "temporal_filter", settings.temporal_filter, "2 to 64 frames, or 0 for off");
+  if (settings.temporal_filter != 0 && settings.keep_point_counts)
+    return invalid("keep_point_counts", "on", "off with temporal_filter");
   if (settings.origin && !isOrigin(*settings.origin))
     return invalid("origin",
                    std::to_string((*settings.origin)[0]) + " " +
