@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/exceptions.h"
 #include "stream/coordinate_step.h"
@@ -92,7 +93,10 @@ public:
   , unit_(unit)
   , voxelizer_(usableSettings(settings), unit)
   , encoder_(settings.format, settings.i_frame_rate, settings.effort)
-  {}
+  {
+    if (settings_status_.ok() && settings.temporal_filter != 0)
+      temporal_filter_.emplace(settings.temporal_filter);
+  }
 
   const CompressionStatus&
   settingsStatus() const
@@ -130,6 +134,9 @@ public:
          std::vector<std::uint8_t>& bytes);
 
 private:
+  CompressionStatus
+  filter(VoxelFrame& frame, const WorldPose& sensor_pose);
+
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
@@ -149,6 +156,7 @@ private:
   Voxelizer voxelizer_;
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
+  std::optional<TemporalVoxelFilter> temporal_filter_;
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;
@@ -210,7 +218,22 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
                                      elementsOf(sensor_pose.linear().col(2)),
                                      frame.grid,
                                      frame.intensity_scale);
-  return {};
+  return temporal_filter_ ? filter(frame, sensor_pose) : CompressionStatus();
+}
+
+CompressionStatus
+CloudEncoder::Implementation::filter(VoxelFrame& frame, const WorldPose& sensor_pose)
+{
+  const auto filter = [&] {
+    static_cast<void>(
+        temporal_filter_->filter(frame, elementsOf(sensor_pose.translation())));
+    return CompressionStatus();
+  };
+  return callOrElse(filter, [&] {
+    frame.clearVoxels();
+    encoder_.requestIFrame();
+    return outOfMemoryStatus<CompressionStatus>();
+  });
 }
 
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high

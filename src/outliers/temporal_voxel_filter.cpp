@@ -1,0 +1,454 @@
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
+#include "bytes/reserve_ahead.h"
+#include "outliers/block_neighbours.h"
+#include "outliers/held_value.h"
+#include "outliers/seen_depths.h"
+#include "outliers/surface_density.h"
+#include "stream/setting_checks.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+constexpr std::uint32_t one = 0xffff; // of an occupancy
+
+/** \brief A voxel of the last frames. */
+struct TrackedVoxel {
+  std::uint64_t key;
+  std::uint16_t occupancy;   ///< running mean, 2^16 is 1
+  std::uint8_t empty_frames; ///< since the last one in which it was occupied
+  bool is_shown;
+  HeldValue intensity;
+};
+
+/** \brief Coarse voxels are up to 2^2 voxels wide; level 0: voxels. */
+constexpr unsigned int level_count = 3;
+
+/** \brief The occupied voxels or coarse voxels of a frame. */
+struct Neighbourhood {
+  BlockNeighbours occupied;
+  SurfaceDensity density;
+};
+
+/** \brief When a voxel is shown by its occupancy and hidden. */
+struct Persistence {
+  std::uint32_t shown_above;  ///< occupancy
+  std::uint32_t hidden_below; ///< occupancy
+  unsigned int eighths;       ///< of `frames`, that it may be empty
+};
+
+constexpr Persistence dense = {one * 3 / 5, one * 3 / 10, 5};
+
+/** \brief Where not each frame hits all voxels of a surface. */
+constexpr Persistence sparse = {one * 2 / 5, one / 7, 8};
+
+using HeldColour = std::array<HeldValue, 3>;
+
+constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+
+/** \brief With a depth model values are numbers of points, as the coders derive them
+ * (doc/bitstream.md, "Depth model"): a shown symbol is then what they predict. */
+std::uint16_t
+valueOf(const io::VoxelFrame& frame, std::size_t voxel)
+{
+  const std::uint64_t symbol = frame.intensities[voxel];
+  const std::uint64_t point =
+      frame.depth_model
+          ? frame.depth_model->pointSymbol(io::voxelPosition(frame.keys[voxel]))
+          : 0;
+  return static_cast<std::uint16_t>(
+      point < 0x10000 ? symbol : ((symbol << 16) + point / 2) / point);
+}
+
+/** \brief The symbol of a value at a voxel of the frame's grid. */
+std::uint16_t
+symbolOf(const io::VoxelFrame& frame, std::uint64_t key, std::uint16_t value)
+{
+  const std::uint64_t point =
+      frame.depth_model ? frame.depth_model->pointSymbol(io::voxelPosition(key)) : 0;
+  const std::uint64_t symbol = point < 0x10000 ? value : (value * point + 0x8000) >> 16;
+  return static_cast<std::uint16_t>(
+      std::min<std::uint64_t>(symbol, frame.intensity_scale.maxSymbol()));
+}
+
+} // namespace
+
+class TemporalVoxelFilter::Implementation {
+public:
+  explicit Implementation(unsigned int frames)
+  : frames_(frames), rate_(0x10000 / std::max(frames, 1u))
+  {}
+
+  TemporalFilterStatus
+  filter(io::VoxelFrame& frame,
+         const std::optional<std::array<double, 3>>& sensor_position)
+  {
+    TemporalFilterStatus status = check(frame);
+    if (!status.ok())
+      return status;
+    if (is_interrupted_)
+      reset();
+    is_interrupted_ = true;
+    follow(frame);
+    look(frame, sensor_position);
+    learnDensity(frame);
+    update(frame, status);
+    shown_.assign(shown_keys_, frame.grid.depth);
+    frame.keys.swap(shown_keys_);
+    frame.intensities.swap(shown_intensities_);
+    frame.colours.swap(shown_colours_);
+    is_interrupted_ = false;
+    return status;
+  }
+
+  void
+  reset()
+  {
+    *this = Implementation(frames_);
+  }
+
+  std::size_t
+  rememberedVoxels() const
+  {
+    return tracked_.size();
+  }
+
+private:
+  TemporalFilterStatus
+  check(const io::VoxelFrame& frame) const
+  {
+    if (frames_ < least_frames || frames_ > most_frames)
+      return {TemporalFilterCode::InvalidSettings,
+              io::invalidMessage("frames", frames_, "2 to 64")};
+    if (frame.has_point_counts)
+      return {TemporalFilterCode::HasPointCounts,
+              "the frame was not filtered: numbers of points are those of one cloud"};
+    return {};
+  }
+
+  void
+  follow(const io::VoxelFrame& frame);
+
+  void
+  moveTo(const io::VoxelGrid& grid);
+
+  void
+  look(const io::VoxelFrame& frame,
+       const std::optional<std::array<double, 3>>& sensor_position);
+
+  void
+  learnDensity(const io::VoxelFrame& frame);
+
+  void
+  update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
+
+  void
+  countHit(TrackedVoxel& voxel) const;
+
+  void
+  countMiss(TrackedVoxel& voxel) const;
+
+  unsigned int
+  levelAt(std::uint64_t distance) const;
+
+  enum class Support { None, Some, Enough };
+
+  Support
+  supportOf(std::uint64_t key) const;
+
+  std::uint64_t
+  distanceOf(std::uint64_t key) const
+  {
+    return has_depths_ ? depths_.squaredDistance(key) : 0;
+  }
+
+  unsigned int frames_;
+  std::uint32_t rate_;                // of the running means, 2^16 is 1
+  std::optional<io::VoxelGrid> grid_; // of the last frame
+  io::IntensityScale scale_;
+  unsigned int colour_bits_ = 0;
+  bool has_depth_model_ = false;
+  std::vector<TrackedVoxel> tracked_; // keys ascending
+  std::vector<HeldColour> colours_;   // of each, with colours
+  BlockNeighbours shown_;             // by the last frame
+  std::array<Neighbourhood, level_count> neighbourhoods_;
+  UsualDeviations usual_intensities_;
+  UsualDeviations usual_colours_;
+
+  // Of the current frame; members so that their memory is reused.
+  std::vector<std::uint64_t> coarse_keys_;
+  SeenDepths depths_;
+  bool has_depths_ = false;
+  std::vector<TrackedVoxel> next_;
+  std::vector<HeldColour> next_colours_;
+  std::vector<std::uint64_t> shown_keys_;
+  std::vector<std::uint16_t> shown_intensities_;
+  std::vector<io::VoxelColour> shown_colours_;
+  bool is_interrupted_ = false;
+};
+
+/** \brief Drops the history where the frame's values do not compare with it, and moves
+ * it to the frame's grid. */
+void
+TemporalVoxelFilter::Implementation::follow(const io::VoxelFrame& frame)
+{
+  const io::VoxelGrid& grid = frame.grid;
+  if (grid_ && (grid.resolution != grid_->resolution || grid.origin != grid_->origin ||
+                frame.intensity_scale != scale_ || frame.colour_bits != colour_bits_ ||
+                frame.depth_model.has_value() != has_depth_model_)) {
+    reset();
+    is_interrupted_ = true;
+  }
+  if (grid_ && grid != *grid_)
+    moveTo(grid);
+  grid_ = grid;
+  scale_ = frame.intensity_scale;
+  colour_bits_ = frame.colour_bits;
+  has_depth_model_ = frame.depth_model.has_value();
+}
+
+/** \brief Changes the keys of the tracked voxels to those of another grid of the same
+ * lattice, and drops those that are not in it. */
+void
+TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
+{
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
+  order.reserve(tracked_.size());
+  for (std::size_t i = 0; i < tracked_.size(); ++i) {
+    const io::VoxelPosition from = io::voxelPosition(tracked_[i].key);
+    std::array<std::int64_t, 3> to = {from.x, from.y, from.z};
+    bool is_inside = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      to[axis] += std::int64_t{grid_->first_index[axis]} - grid.first_index[axis];
+      is_inside = is_inside && to[axis] >= 0 && to[axis] < grid.size();
+    }
+    if (is_inside)
+      order.emplace_back(io::mortonKey({static_cast<std::uint32_t>(to[0]),
+                                        static_cast<std::uint32_t>(to[1]),
+                                        static_cast<std::uint32_t>(to[2])}),
+                         i);
+  }
+  std::sort(order.begin(), order.end());
+  next_.clear();
+  next_colours_.clear();
+  shown_keys_.clear();
+  for (const auto& [key, i] : order) {
+    next_.push_back(tracked_[i]);
+    next_.back().key = key;
+    if (!colours_.empty())
+      next_colours_.push_back(colours_[i]);
+    if (tracked_[i].is_shown)
+      shown_keys_.push_back(key);
+  }
+  tracked_.swap(next_);
+  colours_.swap(next_colours_);
+  shown_.assign(shown_keys_, grid.depth);
+}
+
+/** \brief Sets what the sensor sees, if it can be at its position. */
+void
+TemporalVoxelFilter::Implementation::look(
+    const io::VoxelFrame& frame,
+    const std::optional<std::array<double, 3>>& sensor_position)
+{
+  has_depths_ = false;
+  if (!sensor_position)
+    return;
+  depths_.assign(frame.keys, frame.grid, *sensor_position);
+  std::size_t behind = 0;
+  for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
+    behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
+  has_depths_ = 4 * SurfaceDensity::sample_step * behind <= frame.size();
+}
+
+/** \brief Learns how many neighbours surfaces have, in voxels and coarse voxels. */
+void
+TemporalVoxelFilter::Implementation::learnDensity(const io::VoxelFrame& frame)
+{
+  for (unsigned int level = 0; level < level_count; ++level) {
+    Neighbourhood& around = neighbourhoods_[level];
+    if (level > 0 && frame.grid.depth > level) {
+      coarse_keys_.clear();
+      for (const std::uint64_t key : frame.keys)
+        if (coarse_keys_.empty() || coarse_keys_.back() != key >> 3 * level)
+          coarse_keys_.push_back(key >> 3 * level);
+    }
+    around.occupied.assign(level == 0 ? frame.keys : coarse_keys_,
+                           frame.grid.depth - std::min(level, frame.grid.depth - 1));
+    around.density.age();
+    for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
+      around.density.add(distanceOf(frame.keys[i]),
+                         around.occupied.count(frame.keys[i] >> 3 * level));
+    around.density.update();
+  }
+}
+
+/** \brief The level at which surfaces at a distance have enough neighbours. */
+unsigned int
+TemporalVoxelFilter::Implementation::levelAt(std::uint64_t distance) const
+{
+  unsigned int level = 0;
+  while (level + 1 < level_count &&
+         neighbourhoods_[level].density.mean(distance) < 16 * 8)
+    ++level;
+  return level;
+}
+
+/** \brief How many neighbours of a voxel are occupied, in relation to those that a
+ * surface has at this distance. Where pixels are too far apart for voxels, coarse
+ * voxels count. */
+TemporalVoxelFilter::Implementation::Support
+TemporalVoxelFilter::Implementation::supportOf(std::uint64_t key) const
+{
+  const std::uint64_t distance = distanceOf(key);
+  const unsigned int level = levelAt(distance);
+  const Neighbourhood& around = neighbourhoods_[level];
+  const std::uint32_t mean = around.density.mean(distance);
+  const std::uint32_t needed =
+      std::clamp(mean * mean / (256 * 28), std::uint32_t{1}, std::uint32_t{5});
+  const unsigned int count = around.occupied.count(key >> 3 * level, needed);
+  return count >= needed ? Support::Enough : count > 0 ? Support::Some : Support::None;
+}
+
+void
+TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
+{
+  voxel.empty_frames = 0;
+  voxel.occupancy = static_cast<std::uint16_t>(
+      voxel.occupancy + (((one - voxel.occupancy) * rate_) >> 16));
+  if (voxel.is_shown)
+    return;
+  const bool is_frequent =
+      voxel.occupancy >
+      (levelAt(distanceOf(voxel.key)) > 0 ? sparse : dense).shown_above;
+  if (!is_frequent && shown_.count(voxel.key, 1) != 0)
+    return;
+  const Support support = supportOf(voxel.key);
+  if (support == Support::Enough && !is_frequent)
+    voxel.occupancy = one;
+  voxel.is_shown =
+      support == Support::Enough || (is_frequent && support == Support::Some);
+}
+
+void
+TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
+{
+  voxel.empty_frames =
+      static_cast<std::uint8_t>(std::min(voxel.empty_frames + 1, 0xff));
+  voxel.occupancy =
+      static_cast<std::uint16_t>(voxel.occupancy - ((voxel.occupancy * rate_) >> 16));
+  if (!voxel.is_shown)
+    return;
+  // Seen through in three frames it is hidden.
+  if (has_depths_ && depths_.isSeenThrough(voxel.key))
+    voxel.occupancy /= 2;
+  const bool is_sparse = levelAt(distanceOf(voxel.key)) > 0;
+  const Persistence& persistence = is_sparse ? sparse : dense;
+  if (voxel.occupancy < persistence.hidden_below ||
+      8 * voxel.empty_frames > persistence.eighths * frames_)
+    voxel.is_shown = false;
+}
+
+/** \brief Merges the frame's voxels with the tracked ones, and lists the shown ones. */
+void
+TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
+                                            TemporalFilterStatus& status)
+{
+  const bool has_intensities = frame.hasIntensities();
+  const bool has_colours = frame.colour_bits > 0;
+  const std::size_t most = tracked_.size() + frame.size();
+  next_.clear();
+  next_colours_.clear();
+  shown_keys_.clear();
+  shown_intensities_.clear();
+  shown_colours_.clear();
+  io::reserveAhead(next_, most);
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < tracked_.size() || j < frame.size()) {
+    const std::uint64_t tracked = i < tracked_.size() ? tracked_[i].key : no_key;
+    const std::uint64_t hit = j < frame.size() ? frame.keys[j] : no_key;
+    TrackedVoxel voxel{};
+    HeldColour colour{};
+    if (tracked <= hit) {
+      if (has_colours)
+        colour = colours_[i];
+      voxel = tracked_[i++];
+    }
+    else
+      voxel.key = hit;
+    if (hit <= tracked) {
+      countHit(voxel);
+      if (has_intensities)
+        voxel.intensity.add(valueOf(frame, j), usual_intensities_);
+      if (has_colours) {
+        colour[0].add(frame.colours[j].r, usual_colours_);
+        colour[1].add(frame.colours[j].g, usual_colours_);
+        colour[2].add(frame.colours[j].b, usual_colours_);
+      }
+      status.hidden += voxel.is_shown ? 0 : 1;
+      ++j;
+    }
+    else {
+      countMiss(voxel);
+      status.held += voxel.is_shown ? 1 : 0;
+      if (!voxel.is_shown && voxel.occupancy < one * 3 / 32)
+        continue;
+    }
+    if (voxel.is_shown) {
+      shown_keys_.push_back(voxel.key);
+      if (has_intensities)
+        shown_intensities_.push_back(
+            symbolOf(frame, voxel.key, voxel.intensity.shown()));
+      if (has_colours)
+        shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
+                                  static_cast<std::uint8_t>(colour[1].shown()),
+                                  static_cast<std::uint8_t>(colour[2].shown())});
+    }
+    next_.push_back(voxel);
+    if (has_colours)
+      next_colours_.push_back(colour);
+  }
+  tracked_.swap(next_);
+  colours_.swap(next_colours_);
+}
+
+TemporalVoxelFilter::TemporalVoxelFilter(unsigned int frames)
+: implementation_(std::make_unique<Implementation>(frames))
+{}
+
+TemporalVoxelFilter::~TemporalVoxelFilter() = default;
+TemporalVoxelFilter::TemporalVoxelFilter(TemporalVoxelFilter&&) noexcept = default;
+TemporalVoxelFilter&
+TemporalVoxelFilter::operator=(TemporalVoxelFilter&&) noexcept = default;
+
+TemporalFilterStatus
+TemporalVoxelFilter::filter(io::VoxelFrame& frame,
+                            const std::optional<std::array<double, 3>>& sensor_position)
+{
+  return implementation_->filter(frame, sensor_position);
+}
+
+void
+TemporalVoxelFilter::reset()
+{
+  implementation_->reset();
+}
+
+std::size_t
+TemporalVoxelFilter::rememberedVoxels() const
+{
+  return implementation_->rememberedVoxels();
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
