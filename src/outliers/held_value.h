@@ -2,6 +2,8 @@
 
 #include <pcl_ext/version.h>
 
+#include "simd/bit_operations.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -36,12 +38,10 @@ private:
   static std::size_t
   bandOf(std::uint32_t mean)
   {
-    std::size_t band = 0;
-    while (mean >= 4 && band < count - 2) {
-      mean >>= 1;
-      band += 2;
-    }
-    return band + (mean == 3 ? 1 : 0);
+    if (mean < 2)
+      return 0;
+    const unsigned int highest = highestBit(mean);
+    return 2 * (highest - 1) + (mean >> (highest - 1) & 1);
   }
 
   static std::array<std::uint64_t, count>
@@ -82,8 +82,9 @@ public:
       jumped_ = true;
       return;
     }
-    frames_ = static_cast<std::uint8_t>(std::min(frames_ + 1, most_frames));
-    const std::uint32_t step = distance / frames_;
+    frames_ = static_cast<std::uint8_t>(std::min(frames_ + 1u, most_frames));
+    const auto step = static_cast<std::uint32_t>(
+        std::uint64_t{distance} * reciprocals[frames_] >> 16);
     mean_ = scaled > mean_ ? mean_ + step : mean_ - step;
     deviation_ += distance / most_frames - deviation_ / most_frames;
   }
@@ -102,10 +103,18 @@ public:
   }
 
 private:
-  static constexpr int most_frames = 16;       // of the running mean
-  static constexpr int frames_until_usual = 4; // of the mean, to learn from it
-  static constexpr std::uint32_t jump = 5;     // mean deviations: 4 standard deviations
+  static constexpr unsigned int most_frames = 16; // of the running mean
+  static constexpr int frames_until_usual = 4;    // of the mean, to learn from it
+  static constexpr std::uint32_t jump = 5; // mean deviations: 4 standard deviations
   static constexpr std::uint32_t one = 1u << 8;
+
+  /** \brief 2^16 / i, so that a division is a multiplication. */
+  static constexpr std::array<std::uint32_t, most_frames + 1> reciprocals = [] {
+    std::array<std::uint32_t, most_frames + 1> values{};
+    for (std::uint32_t i = 1; i <= most_frames; ++i)
+      values[i] = 0x10000 / i;
+    return values;
+  }();
 
   std::uint32_t mean_ = 0;      // 2^-8
   std::uint32_t deviation_ = 0; // mean of the absolute ones, 2^-8

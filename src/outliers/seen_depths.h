@@ -29,7 +29,7 @@ public:
   /** \brief Sets the depths to those of a frame.
    * \param[in] keys its voxels
    * \param[in] grid of the frame
-   * \param[in] position of the sensor, in the grid's coordinates, metres
+   * \param[in] position of the sensor, in the grid's coordinates, metres; finite
    */
   void
   assign(const std::vector<std::uint64_t>& keys,
@@ -38,10 +38,12 @@ public:
   {
     clear();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double voxels = (position[axis] - grid.centre(axis, 0)) / grid.resolution;
+      const double voxels =
+          std::clamp((position[axis] - grid.centre(axis, 0)) / grid.resolution,
+                     -farthest,
+                     farthest);
       position_[axis] = static_cast<float>(voxels);
-      nearest_[axis] = static_cast<std::int64_t>(
-          std::round(std::clamp(voxels, -farthest, farthest)));
+      nearest_[axis] = static_cast<std::int64_t>(std::round(voxels));
     }
     squares_.reserve(keys.size());
     for (const std::uint64_t key : keys)
@@ -124,7 +126,7 @@ private:
       if (std::fabs(from_sensor[other]) > std::fabs(from_sensor[axis]))
         axis = other;
     const float depth = std::fabs(from_sensor[axis]);
-    if (!(depth >= 1.0f)) // also of positions that are not finite
+    if (depth < 1.0f)
       return std::nullopt;
     // -1..1 -> squares
     const auto square = [depth](float across) {

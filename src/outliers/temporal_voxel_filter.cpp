@@ -4,10 +4,11 @@
 #include "outliers/block_neighbours.h"
 #include "outliers/held_value.h"
 #include "outliers/seen_depths.h"
-#include "outliers/surface_density.h"
+#include "outliers/surface_support.h"
 #include "stream/setting_checks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -30,15 +31,6 @@ struct TrackedVoxel {
   HeldValue intensity;
 };
 
-/** \brief Coarse voxels are up to 2^2 voxels wide; level 0: voxels. */
-constexpr unsigned int level_count = 3;
-
-/** \brief The occupied voxels or coarse voxels of a frame. */
-struct Neighbourhood {
-  BlockNeighbours occupied;
-  SurfaceDensity density;
-};
-
 /** \brief When a voxel is shown by its occupancy and hidden. */
 struct Persistence {
   std::uint32_t shown_above;  ///< occupancy
@@ -53,6 +45,8 @@ constexpr Persistence sparse = {one * 2 / 5, one / 7, 8};
 
 using HeldColour = std::array<HeldValue, 3>;
 
+/** \brief One voxel of so many is asked whether the sensor can see it. */
+constexpr std::size_t behind_sample_step = 32;
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
 /** \brief With a depth model values are numbers of points, as the coders derive them
@@ -85,7 +79,9 @@ symbolOf(const io::VoxelFrame& frame, std::uint64_t key, std::uint16_t value)
 class TemporalVoxelFilter::Implementation {
 public:
   explicit Implementation(unsigned int frames)
-  : frames_(frames), rate_(0x10000 / std::max(frames, 1u))
+  : frames_(frames)
+  , rate_(0x10000 / std::max(frames, 1u))
+  , least_occupancy_(rate_ * 3 / 4)
   {}
 
   TemporalFilterStatus
@@ -100,7 +96,7 @@ public:
     is_interrupted_ = true;
     follow(frame);
     look(frame, sensor_position);
-    learnDensity(frame);
+    surfaces_.learn(frame, [this](std::uint64_t key) { return distanceOf(key); });
     update(frame, status);
     shown_.assign(shown_keys_, frame.grid.depth);
     frame.keys.swap(shown_keys_);
@@ -146,10 +142,13 @@ private:
        const std::optional<std::array<double, 3>>& sensor_position);
 
   void
-  learnDensity(const io::VoxelFrame& frame);
+  update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
 
   void
-  update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
+  learnValues(const io::VoxelFrame& frame, std::size_t voxel);
+
+  void
+  show(const io::VoxelFrame& frame);
 
   void
   countHit(TrackedVoxel& voxel) const;
@@ -157,14 +156,7 @@ private:
   void
   countMiss(TrackedVoxel& voxel) const;
 
-  unsigned int
-  levelAt(std::uint64_t distance) const;
-
-  enum class Support { None, Some, Enough };
-
-  Support
-  supportOf(std::uint64_t key) const;
-
+  /** \brief Square of the distance from the sensor, in voxels; 0 without one. */
   std::uint64_t
   distanceOf(std::uint64_t key) const
   {
@@ -172,7 +164,10 @@ private:
   }
 
   unsigned int frames_;
-  std::uint32_t rate_;                // of the running means, 2^16 is 1
+  std::uint32_t rate_; // of the running means, 2^16 is 1
+  /** \brief Empty voxels of a lower one are forgotten, those of a single frame so after
+   * three. */
+  std::uint32_t least_occupancy_;
   std::optional<io::VoxelGrid> grid_; // of the last frame
   io::IntensityScale scale_;
   unsigned int colour_bits_ = 0;
@@ -180,12 +175,11 @@ private:
   std::vector<TrackedVoxel> tracked_; // keys ascending
   std::vector<HeldColour> colours_;   // of each, with colours
   BlockNeighbours shown_;             // by the last frame
-  std::array<Neighbourhood, level_count> neighbourhoods_;
+  SurfaceSupport surfaces_;
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
 
   // Of the current frame; members so that their memory is reused.
-  std::vector<std::uint64_t> coarse_keys_;
   SeenDepths depths_;
   bool has_depths_ = false;
   std::vector<TrackedVoxel> next_;
@@ -261,62 +255,16 @@ TemporalVoxelFilter::Implementation::look(
     const std::optional<std::array<double, 3>>& sensor_position)
 {
   has_depths_ = false;
-  if (!sensor_position)
+  if (!sensor_position ||
+      !std::all_of(sensor_position->begin(), sensor_position->end(), [](double value) {
+        return std::isfinite(value);
+      }))
     return;
   depths_.assign(frame.keys, frame.grid, *sensor_position);
   std::size_t behind = 0;
-  for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
+  for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
     behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
-  has_depths_ = 4 * SurfaceDensity::sample_step * behind <= frame.size();
-}
-
-/** \brief Learns how many neighbours surfaces have, in voxels and coarse voxels. */
-void
-TemporalVoxelFilter::Implementation::learnDensity(const io::VoxelFrame& frame)
-{
-  for (unsigned int level = 0; level < level_count; ++level) {
-    Neighbourhood& around = neighbourhoods_[level];
-    if (level > 0 && frame.grid.depth > level) {
-      coarse_keys_.clear();
-      for (const std::uint64_t key : frame.keys)
-        if (coarse_keys_.empty() || coarse_keys_.back() != key >> 3 * level)
-          coarse_keys_.push_back(key >> 3 * level);
-    }
-    around.occupied.assign(level == 0 ? frame.keys : coarse_keys_,
-                           frame.grid.depth - std::min(level, frame.grid.depth - 1));
-    around.density.age();
-    for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
-      around.density.add(distanceOf(frame.keys[i]),
-                         around.occupied.count(frame.keys[i] >> 3 * level));
-    around.density.update();
-  }
-}
-
-/** \brief The level at which surfaces at a distance have enough neighbours. */
-unsigned int
-TemporalVoxelFilter::Implementation::levelAt(std::uint64_t distance) const
-{
-  unsigned int level = 0;
-  while (level + 1 < level_count &&
-         neighbourhoods_[level].density.mean(distance) < 16 * 8)
-    ++level;
-  return level;
-}
-
-/** \brief How many neighbours of a voxel are occupied, in relation to those that a
- * surface has at this distance. Where pixels are too far apart for voxels, coarse
- * voxels count. */
-TemporalVoxelFilter::Implementation::Support
-TemporalVoxelFilter::Implementation::supportOf(std::uint64_t key) const
-{
-  const std::uint64_t distance = distanceOf(key);
-  const unsigned int level = levelAt(distance);
-  const Neighbourhood& around = neighbourhoods_[level];
-  const std::uint32_t mean = around.density.mean(distance);
-  const std::uint32_t needed =
-      std::clamp(mean * mean / (256 * 28), std::uint32_t{1}, std::uint32_t{5});
-  const unsigned int count = around.occupied.count(key >> 3 * level, needed);
-  return count >= needed ? Support::Enough : count > 0 ? Support::Some : Support::None;
+  has_depths_ = 4 * behind_sample_step * behind <= frame.size();
 }
 
 void
@@ -329,10 +277,10 @@ TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
     return;
   const bool is_frequent =
       voxel.occupancy >
-      (levelAt(distanceOf(voxel.key)) > 0 ? sparse : dense).shown_above;
+      (surfaces_.isSparse(distanceOf(voxel.key)) ? sparse : dense).shown_above;
   if (!is_frequent && shown_.count(voxel.key, 1) != 0)
     return;
-  const Support support = supportOf(voxel.key);
+  const Support support = surfaces_.of(voxel.key, distanceOf(voxel.key));
   if (support == Support::Enough && !is_frequent)
     voxel.occupancy = one;
   voxel.is_shown =
@@ -348,14 +296,46 @@ TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
       static_cast<std::uint16_t>(voxel.occupancy - ((voxel.occupancy * rate_) >> 16));
   if (!voxel.is_shown)
     return;
-  // Seen through in three frames it is hidden.
+  // Seen through in two frames it is hidden.
   if (has_depths_ && depths_.isSeenThrough(voxel.key))
     voxel.occupancy /= 2;
-  const bool is_sparse = levelAt(distanceOf(voxel.key)) > 0;
+  const bool is_sparse = surfaces_.isSparse(distanceOf(voxel.key));
   const Persistence& persistence = is_sparse ? sparse : dense;
   if (voxel.occupancy < persistence.hidden_below ||
       8 * voxel.empty_frames > persistence.eighths * frames_)
     voxel.is_shown = false;
+}
+
+/** \brief Takes the intensity and the colour of a voxel of the frame for the last voxel
+ * of next_. */
+void
+TemporalVoxelFilter::Implementation::learnValues(const io::VoxelFrame& frame,
+                                                 std::size_t voxel)
+{
+  if (frame.hasIntensities())
+    next_.back().intensity.add(valueOf(frame, voxel), usual_intensities_);
+  if (frame.colour_bits > 0) {
+    HeldColour& colour = next_colours_.back();
+    colour[0].add(frame.colours[voxel].r, usual_colours_);
+    colour[1].add(frame.colours[voxel].g, usual_colours_);
+    colour[2].add(frame.colours[voxel].b, usual_colours_);
+  }
+}
+
+/** \brief Lists the last voxel of next_ as shown. */
+void
+TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame)
+{
+  TrackedVoxel& voxel = next_.back();
+  shown_keys_.push_back(voxel.key);
+  if (frame.hasIntensities())
+    shown_intensities_.push_back(symbolOf(frame, voxel.key, voxel.intensity.shown()));
+  if (frame.colour_bits > 0) {
+    HeldColour& colour = next_colours_.back();
+    shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
+                              static_cast<std::uint8_t>(colour[1].shown()),
+                              static_cast<std::uint8_t>(colour[2].shown())});
+  }
 }
 
 /** \brief Merges the frame's voxels with the tracked ones, and lists the shown ones. */
@@ -363,60 +343,45 @@ void
 TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
                                             TemporalFilterStatus& status)
 {
-  const bool has_intensities = frame.hasIntensities();
   const bool has_colours = frame.colour_bits > 0;
-  const std::size_t most = tracked_.size() + frame.size();
   next_.clear();
   next_colours_.clear();
   shown_keys_.clear();
   shown_intensities_.clear();
   shown_colours_.clear();
-  io::reserveAhead(next_, most);
+  io::reserveAhead(next_, tracked_.size() + frame.size());
   std::size_t i = 0;
   std::size_t j = 0;
   while (i < tracked_.size() || j < frame.size()) {
     const std::uint64_t tracked = i < tracked_.size() ? tracked_[i].key : no_key;
     const std::uint64_t hit = j < frame.size() ? frame.keys[j] : no_key;
-    TrackedVoxel voxel{};
-    HeldColour colour{};
+    // In place, as a copy of the record would wait for its members to be written.
+    TrackedVoxel& voxel = next_.emplace_back();
+    if (has_colours)
+      next_colours_.emplace_back();
     if (tracked <= hit) {
       if (has_colours)
-        colour = colours_[i];
+        next_colours_.back() = colours_[i];
       voxel = tracked_[i++];
     }
     else
       voxel.key = hit;
     if (hit <= tracked) {
       countHit(voxel);
-      if (has_intensities)
-        voxel.intensity.add(valueOf(frame, j), usual_intensities_);
-      if (has_colours) {
-        colour[0].add(frame.colours[j].r, usual_colours_);
-        colour[1].add(frame.colours[j].g, usual_colours_);
-        colour[2].add(frame.colours[j].b, usual_colours_);
-      }
+      learnValues(frame, j++);
       status.hidden += voxel.is_shown ? 0 : 1;
-      ++j;
     }
     else {
       countMiss(voxel);
       status.held += voxel.is_shown ? 1 : 0;
-      if (!voxel.is_shown && voxel.occupancy < one * 3 / 32)
-        continue;
     }
-    if (voxel.is_shown) {
-      shown_keys_.push_back(voxel.key);
-      if (has_intensities)
-        shown_intensities_.push_back(
-            symbolOf(frame, voxel.key, voxel.intensity.shown()));
+    if (voxel.is_shown)
+      show(frame);
+    else if (hit > tracked && voxel.occupancy < least_occupancy_) {
+      next_.pop_back();
       if (has_colours)
-        shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
-                                  static_cast<std::uint8_t>(colour[1].shown()),
-                                  static_cast<std::uint8_t>(colour[2].shown())});
+        next_colours_.pop_back();
     }
-    next_.push_back(voxel);
-    if (has_colours)
-      next_colours_.push_back(colour);
   }
   tracked_.swap(next_);
   colours_.swap(next_colours_);

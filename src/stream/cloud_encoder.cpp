@@ -94,7 +94,7 @@ public:
   , voxelizer_(usableSettings(settings), unit)
   , encoder_(settings.format, settings.i_frame_rate, settings.effort)
   {
-    if (settings_status_.ok() && settings.temporal_filter != 0)
+    if (settings.temporal_filter != 0)
       temporal_filter_.emplace(settings.temporal_filter);
   }
 
@@ -134,9 +134,6 @@ public:
          std::vector<std::uint8_t>& bytes);
 
 private:
-  CompressionStatus
-  filter(VoxelFrame& frame, const WorldPose& sensor_pose);
-
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
@@ -198,6 +195,17 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     else
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
+    const std::array<double, 3> sensor_position = elementsOf(sensor_pose.translation());
+    frame.depth_model.reset();
+    if (depth_law_ && settings_.format == StreamFormat::Version1 &&
+        frame.hasIntensities())
+      frame.depth_model = depthModelOf(*depth_law_,
+                                       sensor_position,
+                                       elementsOf(sensor_pose.linear().col(2)),
+                                       frame.grid,
+                                       frame.intensity_scale);
+    if (temporal_filter_)
+      static_cast<void>(temporal_filter_->filter(frame, sensor_position));
     return CompressionStatus();
   };
   const auto voxelize_or_throw = [&] {
@@ -206,34 +214,7 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
       encoder_.requestIFrame();
     });
   };
-  if (CompressionStatus status =
-          callOrNoMemory(voxelize_or_throw, outOfMemoryStatus<CompressionStatus>);
-      !status.ok())
-    return status;
-  frame.depth_model.reset();
-  if (depth_law_ && settings_.format == StreamFormat::Version1 &&
-      frame.hasIntensities())
-    frame.depth_model = depthModelOf(*depth_law_,
-                                     elementsOf(sensor_pose.translation()),
-                                     elementsOf(sensor_pose.linear().col(2)),
-                                     frame.grid,
-                                     frame.intensity_scale);
-  return temporal_filter_ ? filter(frame, sensor_pose) : CompressionStatus();
-}
-
-CompressionStatus
-CloudEncoder::Implementation::filter(VoxelFrame& frame, const WorldPose& sensor_pose)
-{
-  const auto filter = [&] {
-    static_cast<void>(
-        temporal_filter_->filter(frame, elementsOf(sensor_pose.translation())));
-    return CompressionStatus();
-  };
-  return callOrElse(filter, [&] {
-    frame.clearVoxels();
-    encoder_.requestIFrame();
-    return outOfMemoryStatus<CompressionStatus>();
-  });
+  return callOrNoMemory(voxelize_or_throw, outOfMemoryStatus<CompressionStatus>);
 }
 
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high

@@ -37,23 +37,23 @@ struct TemporalFilterStatus : Status<TemporalFilterCode> {
  * place of those that the sensor happened to hit. It is lossy: see
  * doc/temporal_filter.md for the rules, figures, and when not to use it.
  *
- * - A voxel is shown if it was occupied in more than half of the last frames, or at
- *   once if its neighbours are occupied, too, and none of them is shown. It is hidden
- *   if it was occupied in less than a quarter of them, or is empty for more frames than
- *   five eighths of `frames`.
- * - From the position of the sensor follows what a shown voxel that is empty hides: if
- *   the sensor sees through it, it is hidden at once.
+ * - A voxel is shown at once if as many of its neighbours are occupied as a surface
+ *   has at this distance, and none of them is shown; else when it is occupied in most
+ *   frames. It is hidden when it is empty in most, or for 5/8 of `frames`; far away,
+ *   where a frame does not hit all voxels of a surface, for `frames`.
+ * - From the position of the sensor follows whether it sees through an empty voxel that
+ *   is shown: then the voxel is hidden in the second frame.
  * - The intensity and the colour of a shown voxel are held while their running mean is
  *   within the noise of the shown value, and follow at once where the value jumps. The
- *   noise is learned from the stream, so that counts, shares and intensities of a
- *   sensor's own need no setting.
+ *   noise is learned from the stream, so that counts, shares and a sensor's own
+ *   intensities need no setting.
  *
  * One instance serves one stream: frames of one sensor in their order. The history is
  * kept where the grid moves on its lattice, and dropped where resolution, origin,
- * intensity scale, depth model's law or colour bits change. Memory: about 60 bytes for
- * each voxel of the last frames, 100 with colours, and 1.6 MB for the directions of the
- * sensor. The same voxels on all machines: arithmetic of integers, but for single
- * divisions. If memory runs out std::bad_alloc is thrown and the history is dropped.
+ * intensity scale or colour bits change, or a depth model begins or ends. Memory: 64
+ * bytes for each voxel of the last frames, 140 with colours, and up to 1.6 MB for the
+ * directions of the sensor. The voxels are the same on all machines. If memory runs out
+ * std::bad_alloc is thrown and the history is dropped.
  *
  * Instances are independent; calls of one instance must not overlap. A moved-from
  * instance may only be assigned to or destroyed.

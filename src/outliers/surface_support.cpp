@@ -1,0 +1,45 @@
+#include "outliers/surface_support.h"
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+void
+SurfaceSupport::assign(const io::VoxelFrame& frame, unsigned int level)
+{
+  if (level == 0) {
+    levels_[0].occupied.assign(frame.keys, frame.grid.depth);
+    return;
+  }
+  coarse_keys_.clear();
+  for (const std::uint64_t key : frame.keys)
+    if (coarse_keys_.empty() || coarse_keys_.back() != key >> 3 * level)
+      coarse_keys_.push_back(key >> 3 * level);
+  levels_[level].occupied.assign(coarse_keys_, frame.grid.depth - level);
+}
+
+/** \brief The level at which surfaces at a distance have enough neighbours. */
+unsigned int
+SurfaceSupport::levelAt(std::uint64_t distance) const
+{
+  unsigned int level = 0;
+  while (level < highest_ && levels_[level].density.mean(distance) < enough_neighbours)
+    ++level;
+  return level;
+}
+
+Support
+SurfaceSupport::of(std::uint64_t key, std::uint64_t distance) const
+{
+  const unsigned int level = levelAt(distance);
+  const std::uint32_t mean = levels_[level].density.mean(distance);
+  // A plane has 8 neighbours, of which its edges and corners have 5 and 3.
+  const std::uint32_t needed =
+      std::clamp(mean * mean / (256 * 28), std::uint32_t{1}, std::uint32_t{5});
+  const unsigned int count = levels_[level].occupied.count(key >> 3 * level, needed);
+  if (count >= needed)
+    return Support::Enough;
+  return count > 0 || mean < lone_neighbours ? Support::Some : Support::None;
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

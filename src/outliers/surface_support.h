@@ -1,0 +1,172 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "outliers/block_neighbours.h"
+#include "simd/bit_operations.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief How many occupied neighbours the voxels of surfaces have at each distance: where
+ * pixels are further apart than voxels it is few. Learned from a sample of the voxels.
+ */
+class SurfaceDensity {
+public:
+  /** \brief One voxel of so many is counted. */
+  static constexpr std::size_t sample_step = 32;
+
+  /** \brief Forgets a part of the earlier frames. */
+  void
+  age()
+  {
+    for (Band& band : bands_) {
+      band.voxels -= band.voxels / 8;
+      band.neighbours -= band.neighbours / 8;
+    }
+  }
+
+  /** \param[in] distance of a voxel from the sensor, squared, in voxels; 0 without one
+   * \param[in] neighbours its occupied neighbours, 0..26 */
+  void
+  add(std::uint64_t distance, unsigned int neighbours)
+  {
+    Band& band = bands_[bandOf(distance)];
+    band.voxels += unit;
+    band.neighbours += unit * neighbours;
+  }
+
+  /** \brief Computes mean() from what was added. Nearer surfaces are at least as dense,
+   * so that bands in which there is mostly noise do not count. */
+  void
+  update()
+  {
+    std::uint32_t mean = 0;
+    for (std::size_t i = bands_.size(); i-- > 0;) {
+      const Band& band = bands_[i];
+      if (band.voxels >= least_voxels * unit)
+        mean = std::max(mean,
+                        static_cast<std::uint32_t>(16 * band.neighbours / band.voxels));
+      means_[i] = mean;
+    }
+  }
+
+  /** \brief True if the mean is lower than this at a distance where voxels were seen. */
+  bool
+  isBelow(std::uint32_t mean) const
+  {
+    for (std::size_t i = 0; i < bands_.size(); ++i)
+      if (bands_[i].voxels >= least_voxels * unit && means_[i] < mean)
+        return true;
+    return false;
+  }
+
+  /** \brief Mean number of neighbours at a distance, in sixteenths. */
+  std::uint32_t
+  mean(std::uint64_t distance) const
+  {
+    return means_[bandOf(distance)];
+  }
+
+private:
+  static constexpr std::uint64_t unit = 64; // of the sums, as they are divided
+  static constexpr std::uint64_t least_voxels = 8;
+
+  /** \brief Four bands for each doubling of the distance. */
+  static std::size_t
+  bandOf(std::uint64_t distance)
+  {
+    const auto bounded = static_cast<std::uint32_t>(
+        std::clamp(distance, std::uint64_t{2}, std::uint64_t{0xffffffff}));
+    const unsigned int highest = highestBit(bounded);
+    return 2 * highest + (bounded >> (highest - 1) & 1);
+  }
+
+  struct Band {
+    std::uint64_t voxels = 0;
+    std::uint64_t neighbours = 0;
+  };
+
+  std::array<Band, 64> bands_{};
+  std::array<std::uint32_t, 64> means_{};
+};
+
+/** \brief How many neighbours of a voxel are occupied, in relation to those that surfaces
+ * have: enough for one, a few, or none. */
+enum class Support { None, Some, Enough };
+
+/** \brief Judges the voxels of a frame by their neighbours. Where pixels are too far
+ * apart for voxels, coarse voxels of 2 or 4 voxels along each axis count instead. */
+class SurfaceSupport {
+public:
+  /** \brief Takes the voxels of a frame, and learns how many neighbours they have.
+   * \param[in] frame with keys
+   * \param[in] distance_of called as distance_of(key): square of the distance of a voxel
+   * from the sensor, in voxels; 0 without a sensor
+   */
+  template <typename DistanceT>
+  void
+  learn(const io::VoxelFrame& frame, DistanceT&& distance_of)
+  {
+    for (unsigned int level = 0; level < level_count; ++level) {
+      if (level > 0 && (frame.grid.depth <= level ||
+                        !levels_[level - 1].density.isBelow(enough_neighbours)))
+        return;
+      highest_ = level;
+      assign(frame, level);
+      Level& around = levels_[level];
+      around.density.age();
+      for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
+        around.density.add(distance_of(frame.keys[i]),
+                           around.occupied.count(frame.keys[i] >> 3 * level));
+      around.density.update();
+    }
+  }
+
+  /** \brief True if a frame does not hit all voxels of a surface at a distance. */
+  bool
+  isSparse(std::uint64_t distance) const
+  {
+    return levelAt(distance) > 0;
+  }
+
+  /** \brief The support of a voxel.
+   * \param[in] key of the voxel, which need not be of the frame
+   * \param[in] distance as above
+   */
+  Support
+  of(std::uint64_t key, std::uint64_t distance) const;
+
+private:
+  static constexpr unsigned int level_count = 3;
+  /** \brief Mean number of neighbours, in sixteenths, from which voxels do without
+   * coarse voxels. */
+  static constexpr std::uint32_t enough_neighbours = 16 * 8;
+  /** \brief Below this mean, in sixteenths, surfaces have lone voxels. */
+  static constexpr std::uint32_t lone_neighbours = 16 * 2;
+
+  /** \brief The occupied voxels or coarse voxels of a frame. */
+  struct Level {
+    BlockNeighbours occupied;
+    SurfaceDensity density;
+  };
+
+  void
+  assign(const io::VoxelFrame& frame, unsigned int level);
+
+  unsigned int
+  levelAt(std::uint64_t distance) const;
+
+  std::array<Level, level_count> levels_; // coarse voxels are 2^level voxels wide
+  unsigned int highest_ = 0;              // that is in use
+  std::vector<std::uint64_t> coarse_keys_;
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
