@@ -42,19 +42,20 @@ public:
     band.neighbours += unit * neighbours;
   }
 
-  /** \brief Computes mean() from what was added. Nearer surfaces are at least as dense,
-   * so that bands in which there is mostly noise do not count. */
+  /** \brief Computes mean() from what was added. A distance where few voxels were seen
+   * has the mean of the next nearer one, and nearer surfaces are at least as dense:
+   * where there is mostly noise, its neighbours do not count. */
   void
   update()
   {
     std::uint32_t mean = 0;
-    for (std::size_t i = bands_.size(); i-- > 0;) {
-      const Band& band = bands_[i];
-      if (band.voxels >= least_voxels * unit)
-        mean = std::max(mean,
-                        static_cast<std::uint32_t>(16 * band.neighbours / band.voxels));
+    for (std::size_t i = 0; i < bands_.size(); ++i) {
+      if (isSeen(i))
+        mean = static_cast<std::uint32_t>(16 * bands_[i].neighbours / bands_[i].voxels);
       means_[i] = mean;
     }
+    for (std::size_t i = bands_.size() - 1; i > 0; --i)
+      means_[i - 1] = std::max(means_[i - 1], means_[i]);
   }
 
   /** \brief True if the mean is lower than this at a distance where voxels were seen. */
@@ -62,7 +63,7 @@ public:
   isBelow(std::uint32_t mean) const
   {
     for (std::size_t i = 0; i < bands_.size(); ++i)
-      if (bands_[i].voxels >= least_voxels * unit && means_[i] < mean)
+      if (isSeen(i) && means_[i] < mean)
         return true;
     return false;
   }
@@ -75,8 +76,14 @@ public:
   }
 
 private:
-  static constexpr std::uint64_t unit = 64; // of the sums, as they are divided
-  static constexpr std::uint64_t least_voxels = 8;
+  static constexpr std::uint64_t unit = 64;         // of the sums, as they are divided
+  static constexpr std::uint64_t least_voxels = 16; // of the last frames
+
+  bool
+  isSeen(std::size_t band) const
+  {
+    return bands_[band].voxels >= least_voxels * unit;
+  }
 
   /** \brief Four bands for each doubling of the distance. */
   static std::size_t
@@ -147,7 +154,7 @@ private:
   static constexpr unsigned int level_count = 3;
   /** \brief Mean number of neighbours, in sixteenths, from which voxels do without
    * coarse voxels. */
-  static constexpr std::uint32_t enough_neighbours = 16 * 8;
+  static constexpr std::uint32_t enough_neighbours = 16 * 7;
   /** \brief Below this mean, in sixteenths, surfaces have lone voxels. */
   static constexpr std::uint32_t lone_neighbours = 16 * 2;
 

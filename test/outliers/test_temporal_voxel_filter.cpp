@@ -1,0 +1,348 @@
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
+#include "support/outlier_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+using io::VoxelFrame;
+
+constexpr double voxel_edge = 0.04;
+constexpr std::int64_t wall_size = 48;
+constexpr std::int64_t wall_depth = 60;
+
+VoxelFrame
+scene(const Voxels& voxels)
+{
+  return frameOf(voxels, gridAt(0, 0, 0));
+}
+
+Voxels
+voxelsOf(const VoxelFrame& frame)
+{
+  Voxels voxels;
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    voxels[io::test::latticeIndex(frame, i)] = frame.intensities[i];
+  return voxels;
+}
+
+/** \brief A wall at right angles to z. */
+Voxels
+flatWall(std::int64_t depth = wall_depth, std::uint16_t symbol = 9)
+{
+  Voxels symbols;
+  for (std::int64_t x = 0; x < wall_size; ++x)
+    for (std::int64_t y = 0; y < wall_size; ++y)
+      symbols[{x, y, depth}] = symbol;
+  return symbols;
+}
+
+/** \brief In front of the middle of the wall, metres. */
+constexpr std::array<double, 3> in_front = {
+    wall_size * voxel_edge / 2, wall_size* voxel_edge / 2, -0.5};
+
+/** \brief Filters a frame, and returns what is shown. */
+Voxels
+shownOf(TemporalVoxelFilter& filter,
+        const Voxels& symbols,
+        const std::optional<std::array<double, 3>>& sensor = in_front)
+{
+  VoxelFrame frame = scene(symbols);
+  const TemporalFilterStatus status = filter.filter(frame, sensor);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_TRUE(isConsistent(frame));
+  const Voxels shown = voxelsOf(frame);
+  std::size_t both = 0;
+  for (const auto& [index, symbol] : symbols)
+    both += shown.count(index);
+  EXPECT_EQ(status.hidden, symbols.size() - both);
+  EXPECT_EQ(status.held, shown.size() - both);
+  return shown;
+}
+
+Voxels
+operator+(Voxels symbols, const Voxels& others)
+{
+  symbols.insert(others.begin(), others.end());
+  return symbols;
+}
+
+bool
+hasNear(const Voxels& symbols, const LatticeIndex& index)
+{
+  for (std::int64_t x = -1; x <= 1; ++x)
+    for (std::int64_t y = -1; y <= 1; ++y)
+      for (std::int64_t z = -1; z <= 1; ++z)
+        if (symbols.count({index[0] + x, index[1] + y, index[2] + z}) != 0)
+          return true;
+  return false;
+}
+
+TEST(TemporalVoxelFilter, ASurfaceOnTheFaceBetweenVoxelsComesToRest)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(1);
+  std::set<Voxels> shown_late;
+  for (int i = 0; i < 60; ++i) {
+    // Each voxel now in front of the face and now behind it, one frame of three.
+    Voxels symbols;
+    for (std::int64_t x = 0; x < wall_size; ++x)
+      for (std::int64_t y = 0; y < wall_size; ++y)
+        symbols[{x, y, wall_depth + (random() % 3 == 0 ? 1 : 0)}] = 9;
+    const Voxels shown = shownOf(filter, symbols);
+    for (const auto& [index, symbol] : symbols)
+      EXPECT_TRUE(hasNear(shown, index)) << i;
+    if (i >= 40)
+      shown_late.insert(shown);
+  }
+  // Few of 2304 voxels change in 20 frames; each frame had 1024 others than the last one.
+  EXPECT_LE(shown_late.size(), 20u);
+  std::size_t changed = 0;
+  for (auto i = shown_late.begin(), j = std::next(i); j != shown_late.end(); ++i, ++j)
+    for (const auto& [index, symbol] : *j)
+      changed += 1 - i->count(index);
+  EXPECT_LT(changed, 2304u);
+}
+
+TEST(TemporalVoxelFilter, ANewSurfaceIsShownAtOnceAndALoneVoxelIsNot)
+{
+  TemporalVoxelFilter filter;
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
+  const Voxels patch = {
+      {{5, 5, 20}, 3}, {{5, 6, 20}, 3}, {{6, 5, 20}, 3}, {{6, 6, 20}, 3}};
+  const Voxels lone = {{{15, 15, 30}, 1}};
+  EXPECT_EQ(shownOf(filter, flatWall() + patch + lone), flatWall() + patch);
+}
+
+TEST(TemporalVoxelFilter, AVoxelWithOneNeighbourIsShownWhenItWasInMostFrames)
+{
+  TemporalVoxelFilter filter;
+  for (int i = 0; i < 10; ++i)
+    shownOf(filter, flatWall());
+  const Voxels pair = {{{15, 15, 30}, 1}, {{15, 15, 31}, 1}};
+  // 1 - (7/8)^n exceeds .6 with the seventh frame.
+  for (int i = 1; i <= 6; ++i)
+    EXPECT_EQ(shownOf(filter, flatWall() + pair), flatWall()) << i;
+  EXPECT_EQ(shownOf(filter, flatWall() + pair), flatWall() + pair);
+}
+
+TEST(TemporalVoxelFilter, WhatIsNotSeenIsHiddenAfterFiveEighthsOfTheFrames)
+{
+  for (const unsigned int frames : {8u, 16u}) {
+    TemporalVoxelFilter filter(frames);
+    const Voxels all = flatWall();
+    Voxels some = all;
+    for (std::int64_t x = 20; x < 26; ++x)
+      for (std::int64_t y = 20; y < 26; ++y)
+        some.erase({x, y, wall_depth});
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, all);
+    for (unsigned int i = 1; i <= frames * 5 / 8; ++i)
+      EXPECT_EQ(shownOf(filter, some), all) << i;
+    EXPECT_EQ(shownOf(filter, some), some);
+  }
+}
+
+TEST(TemporalVoxelFilter, WhatTheSensorSeesThroughIsHiddenInTheSecondFrame)
+{
+  Voxels box;
+  for (std::int64_t x = 20; x < 26; ++x)
+    for (std::int64_t y = 20; y < 26; ++y)
+      box[{x, y, 30}] = 5;
+  // The box hides nothing of the wall that its frames lack.
+  TemporalVoxelFilter filter;
+  TemporalVoxelFilter without_sensor;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(shownOf(filter, flatWall() + box), flatWall() + box);
+    shownOf(without_sensor, flatWall() + box, std::nullopt);
+  }
+  EXPECT_EQ(shownOf(filter, flatWall()), flatWall() + box);
+  EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
+  for (int i = 1; i <= 5; ++i)
+    EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall() + box) << i;
+  EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall());
+}
+
+TEST(TemporalVoxelFilter, APositionThatMostVoxelsAreHiddenFromIsNotUsed)
+{
+  // From beside the scene all walls are behind the first one.
+  const std::array<double, 3> beside = {
+      -1.0, wall_size * voxel_edge / 2, wall_depth * voxel_edge};
+  Voxels walls;
+  for (std::int64_t depth = 40; depth <= 60; depth += 4)
+    walls = walls + flatWall(depth);
+  Voxels box;
+  for (std::int64_t x = 20; x < 26; ++x)
+    for (std::int64_t y = 20; y < 26; ++y)
+      box[{x, y, 10}] = 5;
+  const std::array<double, 3> wrong = {
+      wall_size * voxel_edge / 2, wall_size * voxel_edge / 2, -0.5};
+  for (const auto& position :
+       {wrong, beside, std::array<double, 3>{std::nan(""), 0.0, 0.0}}) {
+    TemporalVoxelFilter filter;
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, walls + box, position);
+    for (int i = 1; i <= 5; ++i)
+      EXPECT_EQ(shownOf(filter, walls, position).size(), walls.size() + box.size());
+    EXPECT_EQ(shownOf(filter, walls, position), walls);
+  }
+}
+
+TEST(TemporalVoxelFilter, NoiseOfIntensitiesIsHeldAndAJumpFollowsAtOnce)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(2);
+  std::poisson_distribution<int> noise(40);
+  double shown_error = 0.0;
+  double error = 0.0;
+  std::size_t changes = 0;
+  Voxels last;
+  for (int i = 0; i < 100; ++i) {
+    Voxels symbols = flatWall();
+    for (auto& [index, symbol] : symbols)
+      symbol = static_cast<std::uint16_t>(noise(random));
+    const Voxels shown = shownOf(filter, symbols);
+    for (const auto& [index, symbol] : shown)
+      if (i >= 50) {
+        shown_error += (symbol - 40.0) * (symbol - 40.0);
+        error += (symbols[index] - 40.0) * (symbols[index] - 40.0);
+        changes += symbol != last[index] ? 1 : 0;
+      }
+    last = shown;
+  }
+  EXPECT_LT(std::sqrt(shown_error / error), 0.5);
+  EXPECT_LT(changes, 50u * wall_size * wall_size / 10);
+  const Voxels brighter = flatWall(wall_depth, 140);
+  EXPECT_EQ(shownOf(filter, brighter), brighter);
+}
+
+TEST(TemporalVoxelFilter, WithADepthModelWholeNumbersOfPointsAreShown)
+{
+  TemporalVoxelFilter filter;
+  io::DepthModel model;
+  model.full_symbol = 255u << 8;
+  model.origin = std::int64_t{1} << 30;
+  std::mt19937 random(3);
+  for (int i = 0; i < 30; ++i) {
+    Voxels symbols = flatWall();
+    for (auto& [index, symbol] : symbols)
+      symbol = static_cast<std::uint16_t>(60 + random() % 9);
+    VoxelFrame frame = scene(symbols);
+    frame.depth_model = model;
+    ASSERT_TRUE(filter.filter(frame).ok());
+    ASSERT_EQ(frame.size(), symbols.size());
+    // A sixteenth of a share for each point: 15.94.
+    for (const std::uint16_t symbol : frame.intensities)
+      EXPECT_EQ(symbol, 64);
+  }
+}
+
+TEST(TemporalVoxelFilter, ColoursAreHeld)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(4);
+  std::vector<io::VoxelColour> last;
+  std::size_t changes = 0;
+  for (int i = 0; i < 100; ++i) {
+    VoxelFrame frame = scene(flatWall());
+    frame.intensity_scale.bits = 0;
+    frame.intensities.clear();
+    frame.colour_bits = 6;
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel)
+      frame.colours.push_back({static_cast<std::uint8_t>(30 + random() % 5),
+                               static_cast<std::uint8_t>(20 + random() % 5),
+                               static_cast<std::uint8_t>(10 + random() % 5)});
+    ASSERT_TRUE(filter.filter(frame).ok());
+    ASSERT_TRUE(isConsistent(frame));
+    for (std::size_t voxel = 0; voxel < frame.size() && i >= 70; ++voxel) {
+      EXPECT_NEAR(frame.colours[voxel].r, 32, 1);
+      EXPECT_NEAR(frame.colours[voxel].b, 12, 1);
+      changes += frame.colours[voxel] == last[voxel] ? 0 : 1;
+    }
+    last = frame.colours;
+  }
+  EXPECT_LT(changes, 30u * wall_size * wall_size / 10);
+}
+
+TEST(TemporalVoxelFilter, TheHistoryMovesWithTheGridAndEndsWithTheLattice)
+{
+  const auto filterAnother = [](auto change) {
+    TemporalVoxelFilter filter;
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall());
+    VoxelFrame frame = frameOf({{{3, 3, 3}, 1}}, gridAt(-5, 2, -9));
+    change(frame);
+    EXPECT_TRUE(filter.filter(frame, in_front).ok());
+    return voxelsOf(frame);
+  };
+  // Without the part of the wall that the moved grid does not have.
+  Voxels moved;
+  for (const auto& [index, symbol] : flatWall())
+    if (index[1] >= 2)
+      moved[index] = symbol;
+  EXPECT_EQ(filterAnother([](VoxelFrame&) {}), moved);
+  EXPECT_TRUE(
+      filterAnother([](VoxelFrame& frame) { frame.grid.resolution = 0.05; }).empty());
+  EXPECT_TRUE(
+      filterAnother([](VoxelFrame& frame) { frame.grid.origin[0] = 1.0; }).empty());
+  EXPECT_TRUE(filterAnother([](VoxelFrame& frame) {
+                frame.intensity_scale.step = 2.0f;
+              }).empty());
+}
+
+TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
+{
+  for (const unsigned int frames : {0u, 1u, 65u}) {
+    TemporalVoxelFilter filter(frames);
+    VoxelFrame frame = scene(flatWall());
+    const TemporalFilterStatus status = filter.filter(frame);
+    EXPECT_EQ(status.code(), TemporalFilterCode::InvalidSettings);
+    EXPECT_EQ(status.message(),
+              "frames is " + std::to_string(frames) + "; it must be 2 to 64");
+    EXPECT_EQ(voxelsOf(frame), flatWall());
+  }
+  TemporalVoxelFilter filter;
+  VoxelFrame frame = scene(flatWall());
+  frame.has_point_counts = true;
+  frame.point_counts.assign(frame.size(), 2);
+  EXPECT_EQ(filter.filter(frame).code(), TemporalFilterCode::HasPointCounts);
+  EXPECT_EQ(frame.size(), flatWall().size());
+  EXPECT_EQ(filter.rememberedVoxels(), 0u);
+}
+
+TEST(TemporalVoxelFilter, ForgetsNoiseAndWhatIsGone)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(5);
+  for (int i = 0; i < 50; ++i) {
+    Voxels symbols = flatWall();
+    for (int k = 0; k < 100; ++k)
+      symbols[{static_cast<std::int64_t>(random() % 64),
+               static_cast<std::int64_t>(random() % 64),
+               static_cast<std::int64_t>(random() % 50)}] = 1;
+    shownOf(filter, symbols);
+    EXPECT_LT(filter.rememberedVoxels(), flatWall().size() + 600);
+  }
+  for (int i = 0; i < 30; ++i)
+    shownOf(filter, {});
+  EXPECT_EQ(filter.rememberedVoxels(), 0u);
+  shownOf(filter, flatWall());
+  filter.reset();
+  EXPECT_EQ(filter.rememberedVoxels(), 0u);
+}
+
+} // namespace
