@@ -2,17 +2,20 @@
  * Fuzz target: any points, as a stream of clouds, come back as the voxels that went in,
  * in either format and with each effort, with and without a depth law; and encoding the
  * decoded frames again gives the same bytes. Of the decoded frames the
- * outlier filter keeps the voxels whose log-odds reach its threshold, and no others.
+ * outlier filter keeps the voxels whose log-odds reach its threshold, and no others;
+ * what the temporal filter shows of them is a valid frame.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "fuzz_input.h"
 #include "voxelizing/voxelizer.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -122,6 +125,20 @@ private:
   VoxelOutlierRemoval judge_;
 };
 
+/** \brief Filters a frame over time. */
+void
+requireShown(TemporalVoxelFilter& filter, VoxelFrame frame, std::uint8_t choice)
+{
+  const std::vector<std::uint64_t> keys = frame.keys;
+  std::optional<std::array<double, 3>> position;
+  if (choice % 4 != 0)
+    position = {0.1 * choice, -0.1 * choice, frame.grid.centre(2, 0)};
+  const TemporalFilterStatus status = filter.filter(frame, position);
+  require(status.ok() && isConsistent(frame));
+  require(status.hidden <= keys.size() && status.held <= frame.size());
+  require(keys.size() - status.hidden == frame.size() - status.held);
+}
+
 /** \brief Encodes, decodes and encodes again. */
 void
 requireRoundTrip(StreamFormat format,
@@ -191,6 +208,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
   FrameEncoder second_encoder(settings.format, settings.i_frame_rate, choices.effort);
   FrameDecoder decoder;
   CheckedRemoval removal(removalSettingsOf(data[1]));
+  TemporalVoxelFilter filter(2 + data[1] % 63);
   VoxelFrame frame;
   const std::size_t step = 4 * choices.points_per_cloud;
   for (std::size_t begin = 0; begin < numbers.size(); begin += step) {
@@ -210,6 +228,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     for (std::size_t i = 0; i < choices.repetitions; ++i) {
       requireRoundTrip(
           settings.format, frame, encoder, second_encoder, decoder, removal);
+      requireShown(filter, frame, data[2]);
       forgetOne(frame);
     }
   }

@@ -133,6 +133,12 @@ TEST(CompressionSettings, ResolutionMustBeALength)
 TEST(CompressionSettings, IFrameRatesAndSwitchesAreFree)
 {
   expectAccepted(&Settings::i_frame_rate, {0u, 1u, 2u, 30u, 4294967295u});
+  expectAccepted(&Settings::temporal_filter, {0u, 2u, 8u, 64u});
+  expectAccepted(&Settings::temporal_filter, {8u}, publishedSettings());
+  expectRefused("temporal_filter", &Settings::temporal_filter, {1u, 65u, 4294967295u});
+  Settings filtered;
+  filtered.temporal_filter = 8;
+  expectRefused("keep_point_counts", &Settings::keep_point_counts, {true}, filtered);
   expectAccepted(&Settings::retain_octree, {true});
   expectAccepted(&Settings::retain_octree, {true}, publishedSettings());
   expectAccepted(&Settings::show_statistics, {true});

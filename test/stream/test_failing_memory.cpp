@@ -2,6 +2,8 @@
  * \brief Memory that runs out at any point of encoding and decoding: a status says so,
  * and nothing wrong follows.
  */
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <new>
 #include <optional>
 #include <string>
 #include <vector>
@@ -217,6 +220,54 @@ TEST_P(FailingMemory, EncodersContinueWithAnIFrame)
   expectFailuresHandled(
       frames.size(), 1, [&](std::size_t frame, std::size_t n, bool do_later_ones_fail) {
         return sendWithFailure(GetParam(), frames, frame, n, do_later_ones_fail);
+      });
+}
+
+/** \brief Filters frames; an allocation of one of them fails, after which the filter
+ * shows what one shows that begins with the next frame. */
+bool
+filterWithFailure(const std::vector<VoxelFrame>& frames,
+                  std::size_t frame,
+                  std::size_t n,
+                  bool do_later_ones_fail)
+{
+  pcl_ext::TemporalVoxelFilter filter;
+  pcl_ext::TemporalVoxelFilter later;
+  bool has_failed = false;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    VoxelFrame shown = frames[i];
+    bool is_whole = true;
+    {
+      const FailingAllocation failing(i == frame ? n : 0, do_later_ones_fail);
+      try {
+        EXPECT_TRUE(filter.filter(shown).ok());
+      }
+      catch (const std::bad_alloc&) {
+        is_whole = false;
+      }
+      if (i == frame) {
+        has_failed = failing.hasFailed();
+        EXPECT_EQ(is_whole, !has_failed);
+      }
+    }
+    if (!is_whole) {
+      later.reset();
+      continue;
+    }
+    VoxelFrame expected = frames[i];
+    EXPECT_TRUE(later.filter(expected).ok());
+    expectSameVoxels(shown, expected);
+  }
+  return has_failed;
+}
+
+TEST(TemporalVoxelFilterMemory, FiltersBeginAnew)
+{
+  const std::vector<VoxelFrame> frames =
+      framesOf({StreamFormat::Version1, Effort::Fast, false});
+  expectFailuresHandled(
+      frames.size(), 1, [&](std::size_t frame, std::size_t n, bool do_later_ones_fail) {
+        return filterWithFailure(frames, frame, n, do_later_ones_fail);
       });
 }
 
