@@ -296,9 +296,13 @@ TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
       static_cast<std::uint16_t>(voxel.occupancy - ((voxel.occupancy * rate_) >> 16));
   if (!voxel.is_shown)
     return;
-  // Seen through in two frames it is hidden.
-  if (has_depths_ && depths_.isSeenThrough(voxel.key))
-    voxel.occupancy /= 2;
+  // From the second frame on, as most voxels that are empty in one are of a surface that
+  // is in the next voxel there.
+  if (has_depths_ && voxel.empty_frames > 1 && depths_.isSeenThrough(voxel.key)) {
+    voxel.is_shown = false;
+    voxel.occupancy = 0;
+    return;
+  }
   const bool is_sparse = surfaces_.isSparse(distanceOf(voxel.key));
   const Persistence& persistence = is_sparse ? sparse : dense;
   if (voxel.occupancy < persistence.hidden_below ||
