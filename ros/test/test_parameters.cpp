@@ -185,6 +185,7 @@ TEST_F(RightParameters, AllAreAccepted)
              {"threads", 2},
              {"remove_outliers", false},
              {"min_log_odds", 1},
+             {"temporal_filter", 8},
              {"global_frame", "world"},
              {"queue_size", 7},
              {"statistics", true}},
@@ -206,6 +207,7 @@ TEST_F(RightParameters, AllAreAccepted)
   settings.compression.resolution = 1.0;
   settings.compression.intensity_bits = 12;
   settings.compression.intensity_range = 4095.0f;
+  settings.compression.temporal_filter = 8;
   expectVoxels(cloud(0), DirectStream(settings).voxelsOf(cloud(0), pose));
   compressor->expectOutput("bytes per voxel"); // of ~statistics
 }

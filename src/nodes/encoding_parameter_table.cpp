@@ -1,6 +1,7 @@
 #include "nodes/encoding_parameter_table.h"
 
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/nodes/node_parameters.h>
 
 namespace pcl_ext {
@@ -174,6 +175,16 @@ describeFilters(Descriptions& parameters)
       "Remove voxels that are noise, judged by their surroundings in this "
       "frame and the last ones, before they are encoded."));
   parameters.push_back(descriptionOf(noiseParameters(), "min_log_odds"));
+  parameters.push_back(
+      countParameter("temporal_filter",
+                     "frames",
+                     io::EncoderSettings().temporal_filter,
+                     TemporalVoxelFilter::least_frames,
+                     TemporalVoxelFilter::most_frames,
+                     "Frames over which surfaces are told from noise before they are "
+                     "encoded, 8 for 10 "
+                     "to 30 Hz, so that a still scene takes few bytes; lossy; not with "
+                     "keep_point_counts; 0: off."));
 }
 
 Descriptions

@@ -30,6 +30,7 @@ readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
   settings.keep_point_counts = access.get<bool>("keep_point_counts");
   settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
   settings.threads = access.count("threads");
+  settings.temporal_filter = access.count("temporal_filter");
 }
 
 /** \brief The sensor by its name or by its four numbers, 0 of which are not set.

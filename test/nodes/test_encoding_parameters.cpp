@@ -60,6 +60,7 @@ textOfSettings(const SensorNodeSettings& settings)
   add("keep_point_counts", codec.keep_point_counts);
   add("coarsen_wide_clouds", codec.coarsen_wide_clouds);
   add("threads", codec.threads);
+  add("temporal_filter", codec.temporal_filter);
   if (settings.crop_box)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       add("min", settings.crop_box->min[axis]);
@@ -129,6 +130,8 @@ encodingChanges()
       {{{"coarsen_wide_clouds", true}},
        [](Settings& s) { s.compression.coarsen_wide_clouds = true; }},
       {{{"threads", 256}}, [](Settings& s) { s.compression.threads = 256; }},
+      {{{"temporal_filter", 64}},
+       [](Settings& s) { s.compression.temporal_filter = 64; }},
       {{{"crop_box", List{-1, -2, -3, 0, 0.5, 4}}},
        [](Settings& s) {
          s.crop_box.emplace();
@@ -242,7 +245,9 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
           {{{"format", "published"}, {"intensity_curve", "companded"}},
            "intensity_curve is companded; it must be linear in the published layout"},
           {{{"format", "published"}, {"keep_point_counts", true}},
-           "keep_point_counts is on; it must be off in the published layout"}}) {
+           "keep_point_counts is on; it must be off in the published layout"},
+          {{{"temporal_filter", 8}, {"keep_point_counts", true}},
+           "keep_point_counts is on; it must be off with temporal_filter"}}) {
     SensorNodeSettings settings;
     settings.compression.resolution = 0.125;
     const std::string before = textOfSettings(settings);

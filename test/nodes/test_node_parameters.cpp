@@ -145,7 +145,8 @@ TEST(NodeParameters, WholeNumbersEndAtTheirRange)
            {"i_frame_rate", 0, 2147483647, "a whole number from 0 to 2147483647"},
            {"intensity_bits", 0, 16, "a whole number from 0 to 16"},
            {"colour_bits", 0, 8, "a whole number from 0 to 8"},
-           {"threads", 1, 256, "a whole number from 1 to 256"}}) {
+           {"threads", 1, 256, "a whole number from 1 to 256"},
+           {"temporal_filter", 2, 64, "a whole number from 2 to 64, or 0"}}) {
     EXPECT_EQ(refusal(range.name, range.lowest), "");
     EXPECT_EQ(refusal(range.name, range.highest), "");
     for (const std::int64_t outside : {std::int64_t{-1},

@@ -138,7 +138,7 @@ public:
   /** \brief The first half of encoding: points -> voxels, which may be filtered before
    * they are encoded.
    * \param[in] points the cloud, in the coordinates of the grid
-   * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
+   * \param[in] sensor_pose sensor -> grid, metres; for a depth law and temporal_filter
    * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a

@@ -22,14 +22,14 @@ struct VoxelizationStatistics {
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
   std::size_t intensities_vanished = 0;     ///< voxels above 0 that became 0
   std::size_t colours_left_out = 0;         ///< points whose colour has no field
-  std::size_t voxels = 0;                   ///< occupied voxels
+  std::size_t voxels = 0;                   ///< occupied, before any filter
 };
 
 /** \brief Figures of an encoded frame. */
 struct CodedFrameStatistics {
   std::uint32_t frame_number = 0;  ///< number of the frame in the stream
   bool is_i_frame = false;         ///< decodes without any other frame
-  std::size_t voxels = 0;          ///< occupied voxels
+  std::size_t voxels = 0;          ///< occupied, after all filters
   std::size_t bytes = 0;           ///< the whole frame
   std::size_t header_bytes = 0;    ///< of these: frame header
   std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied

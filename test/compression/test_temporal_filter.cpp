@@ -1,0 +1,132 @@
+/** \file
+ * \brief settings.temporal_filter of OctreePointCloudIntensityCompression.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/cloud_streams.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace {
+
+namespace temporal_filter {
+
+using pcl_ext::io::FrameStatistics;
+using pcl_ext::io::IntensityCompressionSettings;
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+using Compression =
+    pcl_ext::io::OctreePointCloudIntensityCompression<pcl::PointXYZ,
+                                                      pcl_ext::CountIntensity>;
+
+const Eigen::Vector3f sensor(4.0f, -2.0f, 1.0f);
+constexpr float plate_depth = 1.5f;
+constexpr float wall_depth = 3.0f;
+constexpr float plate_slope = 0.2f; // half its width to its depth
+
+/** \brief What a sensor sees of a wall, and of a plate that hides a part of it. */
+Cloud::Ptr
+wallWith(bool has_plate, unsigned int seed = 1)
+{
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0f, 0.01f);
+  Cloud::Ptr cloud(new Cloud);
+  for (int column = -60; column <= 60; ++column)
+    for (int row = -60; row <= 60; ++row) {
+      const float x = 0.006f * static_cast<float>(column);
+      const float y = 0.006f * static_cast<float>(row);
+      const bool is_plate =
+          has_plate && std::abs(x) < plate_slope && std::abs(y) < plate_slope;
+      const float depth = (is_plate ? plate_depth : wall_depth) + noise(random);
+      cloud->emplace_back(
+          sensor.x() + depth * x, sensor.y() + depth * y, sensor.z() + depth);
+    }
+  cloud->sensor_origin_.head<3>() = sensor;
+  return cloud;
+}
+
+IntensityCompressionSettings
+filteringSettings(unsigned int frames)
+{
+  IntensityCompressionSettings settings =
+      pcl_ext::test::settingsWith(pcl_ext::test::usual_resolution);
+  settings.temporal_filter = frames;
+  return settings;
+}
+
+std::size_t
+voxelsOfThePlate(const Cloud& cloud)
+{
+  std::size_t number = 0;
+  for (const pcl::PointXYZ& point : cloud)
+    number += point.z - sensor.z() < (plate_depth + wall_depth) / 2.0f ? 1 : 0;
+  return number;
+}
+
+Cloud
+roundTrip(Compression& encoder, Compression& decoder, const Cloud::Ptr& cloud)
+{
+  std::vector<std::uint8_t> bytes;
+  EXPECT_TRUE(encoder.encodePointCloud(cloud, bytes).ok());
+  Cloud::Ptr decoded(new Cloud);
+  EXPECT_TRUE(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok());
+  return *decoded;
+}
+
+TEST(CompressionTemporalFilter, WhatTheSensorSeesThroughIsGone)
+{
+  // Without a position it would stay for 5 / 8 of the frames.
+  Compression encoder(filteringSettings(64));
+  Compression decoder;
+  for (unsigned int frame = 0; frame < 6; ++frame)
+    EXPECT_GT(voxelsOfThePlate(roundTrip(encoder, decoder, wallWith(true, frame))),
+              100u);
+  Cloud decoded;
+  for (unsigned int frame = 6; frame < 10; ++frame)
+    decoded = roundTrip(encoder, decoder, wallWith(false, frame));
+  EXPECT_EQ(voxelsOfThePlate(decoded), 0u);
+}
+
+TEST(CompressionTemporalFilter, OctreeAndStatisticsAreThoseOfTheFrame)
+{
+  IntensityCompressionSettings settings = filteringSettings(8);
+  settings.retain_octree = true;
+  Compression encoder(settings);
+  Compression decoder;
+  bool differs = false;
+  for (unsigned int frame = 0; frame < 4; ++frame) {
+    const Cloud::Ptr cloud = wallWith(false, frame);
+    const Cloud decoded = roundTrip(encoder, decoder, cloud);
+    const FrameStatistics statistics = encoder.statistics();
+    EXPECT_EQ(encoder.getLeafCount(), decoded.size());
+    EXPECT_EQ(statistics.coding.voxels, decoded.size());
+    EXPECT_EQ(
+        statistics.voxelization.voxels,
+        pcl_ext::test::naiveVoxels(*cloud, pcl_ext::test::usual_resolution).size());
+    differs |= statistics.voxelization.voxels != decoded.size();
+  }
+  EXPECT_TRUE(differs);
+}
+
+TEST(CompressionTemporalFilter, ContradictionsAreRefused)
+{
+  IntensityCompressionSettings settings = filteringSettings(8);
+  settings.keep_point_counts = true;
+  Compression encoder(settings);
+  std::vector<std::uint8_t> bytes;
+  const auto status = encoder.encodePointCloud(wallWith(false), bytes);
+  EXPECT_EQ(status.message(),
+            "keep_point_counts is on; it must be off with temporal_filter");
+}
+
+} // namespace temporal_filter
+
+} // namespace
