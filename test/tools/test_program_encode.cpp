@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <set>
 #include <sstream>
 
 namespace pcl_ext {
@@ -39,6 +40,27 @@ bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& setti
 }
 
 } // namespace
+
+TEST(ProgramEncode, TemporalFilterIsThatOfTheClass)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(7);
+  writeClouds(folder, "room", clouds);
+  io::IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  std::set<Bytes> all = {
+      bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings)};
+  // A word after the option is an input.
+  for (const auto& [option, frames] : std::vector<std::pair<std::string, unsigned int>>{
+           {"--temporal-filter", 8}, {"--temporal-filter=2", 2}}) {
+    expectRun(folder,
+              "encode " + option + " room -o x.pcxi -r 0.05 --no-header --overwrite");
+    settings.temporal_filter = frames;
+    const Bytes bytes = bytesOf(folder / "x.pcxi");
+    EXPECT_EQ(bytes, (bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings)));
+    EXPECT_TRUE(all.insert(bytes).second) << option << " has no effect";
+  }
+}
 
 TEST(ProgramEncode, FileHasTheBytesOfTheClass)
 {

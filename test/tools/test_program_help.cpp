@@ -23,7 +23,7 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
   const ProgramRun result =
       run(folder,
           "demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
-          "--frames 2 -o out -q -l quadratic --threshold 30");
+          "--frames 2 -o out -q -l quadratic --threshold 30 --temporal-filter=4");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(result.errors, "");
   EXPECT_NE(result.output.find("| cell_sensor_2 | count     | 3      |"),
@@ -32,6 +32,11 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
   EXPECT_NE(result.output.find("outlier filter (denoised clouds)"), std::string::npos);
   EXPECT_NE(result.output.find("threshold 30 (denoised clouds)"), std::string::npos);
   EXPECT_NE(result.output.find("pcl_ext info out/cell.mcap"), std::string::npos);
+  // Streams that are filtered themselves are not compared with filtered ones.
+  const std::string comparison = "The same clouds with --temporal-filter=8";
+  const std::size_t compared = result.output.find(comparison);
+  EXPECT_NE(compared, std::string::npos);
+  EXPECT_EQ(result.output.find(comparison, compared + 1), std::string::npos);
   const std::vector<DecodedStream> streams = decode(folder / "out/cell.mcap");
   ASSERT_EQ(streams.size(), 2u);
   EXPECT_EQ(streams[1].name, "/cell_sensor_2");
@@ -66,6 +71,8 @@ TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
     EXPECT_NE(man.find("\n.SS " + command + "\n"), std::string::npos);
   }
   EXPECT_NE(man.find("\n.B \\-\\-i\\-frame\\-rate N\nframes from"), std::string::npos);
+  EXPECT_NE(man.find("\n.B \\-\\-temporal\\-filter[=FRAMES]\nsurfaces"),
+            std::string::npos);
   EXPECT_NE(man.find("\n.SH EXAMPLES\n"), std::string::npos);
 }
 
@@ -85,6 +92,7 @@ TEST(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
   EXPECT_EQ(complete("e"), "encode\n");
   EXPECT_EQ(complete("encode --eff"), "--effort\n");
   EXPECT_EQ(complete("encode --effort \"\""), "fast balanced small\n");
+  EXPECT_EQ(complete("encode --temp"), "--temporal-filter\n");
   EXPECT_EQ(complete("decode --pcd a"), "ascii\n");
   EXPECT_EQ(complete("decode --from \"\""), "\n");
   EXPECT_EQ(complete("info x.m"), "x.mcap\n");

@@ -52,6 +52,8 @@ TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
   expectRefusal(encode + "--sensor kinect_v2 -l linear --coarsen", "--coarsen has no");
   expectRefusal(encode + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0",
                 "--pose is given twice");
+  expectRefusal(encode + "--temporal-filter --keep-point-counts",
+                "--keep-point-counts is on; it must be off with --temporal-filter");
   expectRefusal("encode bag.mcap -o y.mcap --rate 5", "--rate is for files");
   expectRefusal("demo --sensor kinect_v1 -n 1", "add --law quadratic");
   expectRefusal("merge x.mcap -o y.pcxi --prefix a", "--prefix has no effect");
@@ -178,6 +180,18 @@ TEST(ProgramOptions, MessagesNameOptions)
       range.errors.find("use a larger --intensity-range or more --intensity-bits"),
       std::string::npos)
       << range.errors;
+}
+
+TEST(ProgramOptions, FramesOfTheTemporalFilterAreFewAndWhole)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  for (const std::string frames : {"0", "1", "65", "4.5", "-8", "many"})
+    expectFailure(folder,
+                  "encode room -o x.pcxi --temporal-filter=" + frames,
+                  2,
+                  "--temporal-filter: '" + frames +
+                      "' is no whole number from 2 to 64");
 }
 
 TEST(ProgramOptions, NanIsNoNumber)

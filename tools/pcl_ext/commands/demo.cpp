@@ -75,6 +75,7 @@ public:
       ending = output_->finish() + clouds_->finish();
     printSizes(reports, std::cout);
     printDenoising(reports, std::cout);
+    printTemporalFilter(reports, std::cout);
     if (output_)
       printNextSteps(clouds_->lastFile());
     if (!ending.empty())

@@ -41,6 +41,9 @@ DemoStream::DemoStream(EncodingOptions& options,
 , truth_(seed, sensor, options.codec().resolution)
 {
   name_ = sequence_->name();
+  if (options.codec().temporal_filter == 0)
+    filtered_.emplace(options.nodeSettings(law_, ""),
+                      WorldPose(sequence_->sensorPose()));
 }
 
 void
@@ -55,18 +58,20 @@ DemoStream::run(std::size_t frame)
   if (!status.ok())
     throw std::runtime_error("decoding failed: " + status.message());
   toCloud(voxels_, decoded_);
-  denoise(frame);
+  const std::vector<noise::VoxelTruth>* const truth = truth_.of(frame, voxels_);
+  denoise(truth);
+  if (filtered_)
+    filtered_->run(cloud_, voxels_, truth);
 }
 
 void
-DemoStream::denoise(std::size_t frame)
+DemoStream::denoise(const std::vector<noise::VoxelTruth>* truth)
 {
   intensities_.clear();
   io::forEachVoxelCentre(voxels_, [this](float, float, float, float intensity) {
     intensities_.push_back(intensity);
   });
-  const std::vector<int>& kept =
-      denoising_.voxelsToKeep(voxels_, intensities_, truth_.of(frame, voxels_));
+  const std::vector<int>& kept = denoising_.voxelsToKeep(voxels_, intensities_, truth);
   if (voxels_.has_point_counts)
     denoised_ = decoded_; // points are no voxels
   else
@@ -81,7 +86,8 @@ DemoStream::report() const
           encoder_.sums(),
           encode_ms_,
           decode_ms_,
-          denoising_.report()};
+          denoising_.report(),
+          filtered_ ? std::optional(filtered_->report()) : std::nullopt};
 }
 
 } // namespace tools

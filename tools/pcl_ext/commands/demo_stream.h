@@ -6,6 +6,7 @@
 #include "clouds/cloud_sequence.h"
 #include "options/encoding_options.h"
 #include "streams/denoising.h"
+#include "streams/filtered_stream.h"
 #include "streams/stream_encoder.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -27,6 +28,7 @@ struct DemoReport {
   double encode_ms = 0.0; ///< from the cloud on
   double decode_ms = 0.0;
   DenoisingReport denoising;
+  std::optional<FilteredReport> filtered; ///< none if the stream itself is filtered
 };
 
 /** \brief What the demonstration does with each cloud of one sensor of the robot
@@ -57,7 +59,7 @@ public:
   }
 
   /** \brief Takes the next cloud through all stages: captures, encodes, decodes,
-   * denoises.
+   * denoises; and encodes and decodes it with the temporal filter.
    * \throws std::runtime_error if one fails, or what was decoded is not what was
    * encoded
    */
@@ -94,7 +96,7 @@ public:
 
 private:
   void
-  denoise(std::size_t frame);
+  denoise(const std::vector<noise::VoxelTruth>* truth);
 
   std::string name_;
   IntensityLaw law_;
@@ -103,6 +105,7 @@ private:
   io::FrameDecoder decoder_;
   Denoising denoising_;
   CellTruth truth_;
+  std::optional<FilteredStream> filtered_;
   double encode_ms_ = 0.0;
   double decode_ms_ = 0.0;
   // Of the last frame.

@@ -110,5 +110,42 @@ printDenoising(const std::vector<DemoReport>& reports, std::ostream& output)
   output << "noise: voxels without a point of a surface, known in the robot cell.\n";
 }
 
+void
+printTemporalFilter(const std::vector<DemoReport>& reports, std::ostream& output)
+{
+  if (!reports.front().filtered)
+    return;
+  MarkdownTable table({"stream",
+                       "voxels",
+                       "bytes",
+                       "of those above",
+                       "encode ms",
+                       "decode ms",
+                       "surfaces shown",
+                       "noise hidden"});
+  for (const DemoReport& report : reports) {
+    const FilteredReport& filtered = *report.filtered;
+    const double frames =
+        static_cast<double>(std::max<std::size_t>(report.encoded.frames, 1));
+    const auto mean = [frames](auto sum, int digits) {
+      return formatted(static_cast<double>(sum) / frames, digits);
+    };
+    table.addRow({report.name,
+                  mean(filtered.voxels, 0),
+                  mean(filtered.bytes, 0),
+                  percent(filtered.bytes, report.encoded.bytes),
+                  mean(filtered.encode_ms, 2),
+                  mean(filtered.decode_ms, 2),
+                  percent(filtered.surfaces_shown, filtered.surfaces),
+                  percent(filtered.noise_hidden, filtered.noise)});
+  }
+  output << "\nThe same clouds with --temporal-filter="
+         << reports.front().filtered->frames_of_filter << ", means of a frame:\n";
+  table.print(output);
+  output
+      << "surfaces shown: voxels of surfaces that are at most one voxel from a shown "
+         "one.\nnoise hidden: voxels of noise that are not shown.\n";
+}
+
 } // namespace tools
 } // namespace pcl_ext

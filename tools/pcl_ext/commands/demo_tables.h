@@ -16,5 +16,10 @@ printSizes(const std::vector<DemoReport>& reports, std::ostream& output);
 void
 printDenoising(const std::vector<DemoReport>& reports, std::ostream& output);
 
+/** \brief Prints sizes, times and what is shown with the temporal filter, beside the
+ * sizes without it; nothing if the streams themselves are filtered. */
+void
+printTemporalFilter(const std::vector<DemoReport>& reports, std::ostream& output);
+
 } // namespace tools
 } // namespace pcl_ext

@@ -12,7 +12,7 @@ _pcl_ext()
     fi
     # One line for each option: its names, then the type of its value.
     help=$("${COMP_WORDS[0]}" "${COMP_WORDS[1]}" --help 2> /dev/null \
-        | sed -n '/^  -/{s/^  //; s/  .*//; s/,/ /g; p}')
+        | sed -n '/^  -/{s/^  //; s/  .*//; s/\[=.*//; s/,/ /g; p}')
     type=$(awk -v option="$last" '{
         for (i = 1; i < NF; ++i) if ($i == option && $NF !~ /^-/) print $NF }' <<< "$help")
     case $type in

@@ -1,5 +1,6 @@
 #include "options/encoding_options.h"
 
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/recording/recording_reader.h>
 
@@ -130,8 +131,7 @@ EncodingOptions::addCodecOptions(CLI::App& app)
   addParsed(app,
             "--sensor",
             "SENSOR",
-            "for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov, or "
-            "degrees,degrees,columns,rows",
+            "kinect_v2, kinect_v1, azure_kinect_nfov or deg,deg,columns,rows",
             [this](const std::string& text) { sensor_ = parseSensor(text); });
   addChoice<io::Effort>(app,
                         "-e,--effort",
@@ -152,6 +152,14 @@ EncodingOptions::addCodecOptions(CLI::App& app)
                "colour_bits",
                "N",
                "of a channel, where clouds have colours; 0: none");
+  addOptionalNumber(app,
+                    "--temporal-filter",
+                    codec_.temporal_filter,
+                    TemporalVoxelFilter::usual_frames,
+                    TemporalVoxelFilter::least_frames,
+                    TemporalVoxelFilter::most_frames,
+                    "FRAMES",
+                    "surfaces are told from noise over so many; lossy");
   addScaleOptions(app);
 }
 

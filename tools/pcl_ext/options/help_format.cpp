@@ -19,6 +19,9 @@ synopsisOf(const CLI::Option& option)
     return option.get_name(true) + (is_list ? "..." : "");
   }
   std::string text = option.get_name(false, true);
+  // CLI11 shows the value of an option whose number may be left out.
+  if (const std::size_t usual_value = text.find('{'); usual_value != std::string::npos)
+    return text.substr(0, usual_value) + "[=" + option.get_type_name() + "]";
   if (option.get_type_size() != 0 && !option.get_type_name().empty())
     text += " " + option.get_type_name();
   return text;

@@ -29,6 +29,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"intensity_field", "--intensity-field"},
     {"keep_point_counts", "--keep-point-counts"},
     {"coarsen_wide_clouds", "--coarsen"},
+    {"temporal_filter", "--temporal-filter"},
     {"bounding_box", "--bounding-box"},
     {"crop_box", "--crop"},
     {"sensor_pose", "--pose"},

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <sstream>
 #include <string>
@@ -111,6 +112,39 @@ addNumber(CLI::App& app,
   return app.add_option(name, value, description + " (" + default_value.str() + ")")
       ->check(refuse)
       ->check(CLI::Range(lowest, highest).description(""))
+      ->type_name(type);
+}
+
+/** \brief Adds an option whose number may be left out, --name or --name=NUMBER. A word
+ * after it is not its number, as it may be an input.
+ * \param[in,out] value is set if the option is given
+ * \param[in] usual the number if none is given
+ * \param[in] type what stands for the number, such as FRAMES
+ */
+inline CLI::Option*
+addOptionalNumber(CLI::App& app,
+                  const std::string& name,
+                  unsigned int& value,
+                  unsigned int usual,
+                  unsigned int lowest,
+                  unsigned int highest,
+                  const std::string& type,
+                  const std::string& description)
+{
+  const auto refuse = [lowest, highest](const std::string& text) {
+    const std::string fault = CLI::Range(lowest, highest)(text);
+    return fault.empty()
+               ? fault
+               : "'" + text + "' is no whole number from " + std::to_string(lowest) +
+                     " to " + std::to_string(highest);
+  };
+  return app
+      .add_flag_function(
+          name + "{" + std::to_string(usual) + "}",
+          [&value](std::int64_t number) { value = static_cast<unsigned int>(number); },
+          description + " (" + std::to_string(usual) + ")")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
+      ->check(refuse)
       ->type_name(type);
 }
 
