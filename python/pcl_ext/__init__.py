@@ -18,6 +18,7 @@ from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
 from .recording_writer import RecordingWriter
 from .statistics import CloudStatistics, FrameStatistics
 from .status import Error, Status
+from .temporal_filter import TemporalVoxelFilter
 
 __all__ = [
     "CloudStatistics",
@@ -34,6 +35,7 @@ __all__ = [
     "Recording",
     "RecordingWriter",
     "Status",
+    "TemporalVoxelFilter",
     "__version__",
     "frame_size",
     "laws",

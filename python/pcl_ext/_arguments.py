@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 from . import _native
 from .outliers import OutlierRemoval
 from .status import Error
+from .temporal_filter import TemporalVoxelFilter
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,6 +43,19 @@ def removal(outliers: Optional[OutlierRemoval]) -> Optional[_native.OutlierRemov
             f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
         )
     return outliers._native
+
+
+def native_filter(
+    temporal_filter: Optional[TemporalVoxelFilter],
+) -> Optional[_native.TemporalVoxelFilter]:
+    if temporal_filter is None:
+        return None
+    if not isinstance(temporal_filter, TemporalVoxelFilter):
+        raise TypeError(
+            f"temporal_filter is a '{type(temporal_filter).__name__}', not a "
+            "TemporalVoxelFilter"
+        )
+    return temporal_filter._native
 
 
 def least_intensity(min_intensity: Optional[float]) -> Optional[float]:

@@ -10,7 +10,7 @@ class FrameStatistics(NamedTuple):
 
     frame_number: int = 0  #: number of the frame in the stream
     is_i_frame: bool = False  #: decodes without any other frame
-    voxels: int = 0  #: occupied voxels
+    voxels: int = 0  #: occupied voxels, after all filters
     bytes: int = 0  #: the whole frame
     header_bytes: int = 0  #: of these: header
     occupancy_bytes: int = 0  #: of these: which voxels are occupied

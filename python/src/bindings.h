@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/recording/recording_status.h>
 #include <pcl_ext/status.h>
@@ -58,6 +59,8 @@ const char*
 codeName(io::CompressionCode code);
 const char*
 codeName(OutlierRemovalCode code);
+const char*
+codeName(TemporalFilterCode code);
 const char*
 codeName(recording::RecordingCode code);
 

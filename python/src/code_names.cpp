@@ -51,6 +51,20 @@ codeName(OutlierRemovalCode code)
 }
 
 const char*
+codeName(TemporalFilterCode code)
+{
+  switch (code) {
+  case TemporalFilterCode::Ok:
+    return "Ok";
+  case TemporalFilterCode::InvalidSettings:
+    return "InvalidSettings";
+  case TemporalFilterCode::HasPointCounts:
+    return "HasPointCounts";
+  }
+  return "unknown";
+}
+
+const char*
 codeName(RecordingCode code)
 {
   switch (code) {

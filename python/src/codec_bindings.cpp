@@ -6,6 +6,7 @@
 #include "stream_decoder.h"
 #include "stream_encoder.h"
 #include "stream_settings.h"
+#include "temporal_filter.h"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -84,12 +85,14 @@ py::tuple
 decode(StreamDecoder& decoder,
        const py::object& data,
        OutlierFilter* outliers,
-       std::optional<float> min_intensity)
+       std::optional<float> min_intensity,
+       TemporalFilter* temporal_filter)
 {
   const ByteView bytes(data);
   std::optional<DecodedCloud> cloud;
   const io::CompressionStatus status = withoutGil([&] {
-    return decoder.decode(bytes.data(), bytes.size(), {outliers, min_intensity}, cloud);
+    return decoder.decode(
+        bytes.data(), bytes.size(), {outliers, min_intensity, temporal_filter}, cloud);
   });
   py::object points = py::none();
   if (cloud)
@@ -196,7 +199,12 @@ addDecoder(py::module_& module)
              return std::make_unique<StreamDecoder>(readLimits(limits));
            }),
            "limits"_a)
-      .def("decode", &decode, "data"_a, "outliers"_a, "min_intensity"_a)
+      .def("decode",
+           &decode,
+           "data"_a,
+           "outliers"_a,
+           "min_intensity"_a,
+           "temporal_filter"_a)
       .def("stamp", &stampOf)
       .def("statistics", [](const StreamDecoder& decoder) {
         return asDict(withoutGil([&] { return decoder.statistics(); }));
@@ -217,6 +225,25 @@ addOutlierRemoval(py::module_& module)
       .def("status", &statusOf);
 }
 
+void
+addTemporalFilter(py::module_& module)
+{
+  py::class_<TemporalFilter>(module, "TemporalVoxelFilter")
+      .def(py::init([](const py::dict& settings) {
+             return std::make_unique<TemporalFilter>(
+                 readTemporalFilterSettings(settings));
+           }),
+           "settings"_a)
+      .def("reset", [](TemporalFilter& filter) { withoutGil([&] { filter.reset(); }); })
+      .def("status", [](const TemporalFilter& filter) {
+        const TemporalFilterStatus status = withoutGil([&] { return filter.status(); });
+        return py::make_tuple(codeName(status.code()),
+                              text(status.message()),
+                              status.hidden,
+                              status.held);
+      });
+}
+
 } // namespace
 
 void
@@ -225,6 +252,7 @@ addCodec(py::module_& module)
   addEncoder(module);
   addDecoder(module);
   addOutlierRemoval(module);
+  addTemporalFilter(module);
   module.def("frame_size", &frameSize, "data"_a, "limits"_a);
   module.def("default_settings", &defaultSettings);
   module.def("sensors", &sensors);

@@ -3,6 +3,8 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "temporal_filter.h"
+
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -39,10 +41,11 @@ private:
   OutlierRemovalStatus status_;
 };
 
-/** \brief What to remove from a decoded frame. */
+/** \brief What to do with a decoded frame, in the order in which an encoder does it. */
 struct Denoising {
-  OutlierFilter* outliers = nullptr;  ///< applied first
-  std::optional<float> min_intensity; ///< voxels below are removed
+  OutlierFilter* outliers = nullptr;         ///< applied after the temporal filter
+  std::optional<float> min_intensity;        ///< voxels below are removed at last
+  TemporalFilter* temporal_filter = nullptr; ///< applied first
 
   void
   apply(io::VoxelFrame& frame) const;

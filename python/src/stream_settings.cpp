@@ -135,6 +135,7 @@ readCodecSettings(const Keywords& values)
   settings.keep_point_counts = values.flag("keep_point_counts");
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
   settings.threads = values.smallCount("threads");
+  settings.temporal_filter = values.smallCount("temporal_filter");
   if (values.isSet("origin"))
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
@@ -217,6 +218,20 @@ readRemovalSettings(const py::dict& values)
   return settings;
 }
 
+TemporalFilterSettings
+readTemporalFilterSettings(const py::dict& values)
+{
+  const Keywords keywords(values);
+  TemporalFilterSettings settings;
+  settings.frames = keywords.smallCount("frames");
+  if (settings.frames < TemporalVoxelFilter::least_frames ||
+      settings.frames > TemporalVoxelFilter::most_frames)
+    keywords.refuse("frames", "a whole number from 2 to 64");
+  if (keywords.isSet("sensor_position"))
+    settings.sensor_position = pointOf(keywords.numbers("sensor_position", 3));
+  return settings;
+}
+
 py::dict
 defaultSettings()
 {
@@ -231,6 +246,8 @@ defaultSettings()
                   "keep_point_counts"_a = codec.keep_point_counts,
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
                   "threads"_a = codec.threads,
+                  "temporal_filter"_a = codec.temporal_filter,
+                  "frames"_a = TemporalFilterSettings().frames,
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,
                   "max_points"_a = limits.max_points,

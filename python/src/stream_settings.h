@@ -5,6 +5,8 @@
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include "temporal_filter.h"
+
 #include <pybind11/pybind11.h>
 
 #include <optional>
@@ -40,6 +42,10 @@ readLimits(const py::dict& values,
 /** \brief Reads and checks the settings of an outlier removal. */
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values);
+
+/** \brief Reads and checks the settings of a temporal filter. */
+TemporalFilterSettings
+readTemporalFilterSettings(const py::dict& values);
 
 /** \brief A pose from a matrix of 4 x 4 numbers. */
 WorldPose

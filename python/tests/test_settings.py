@@ -93,6 +93,13 @@ BAD_SETTINGS = [
     ({"colour_bits": 9}, ValueError, "colour_bits is 9"),
     ({"threads": 0}, ValueError, "threads is 0"),
     ({"keep_point_counts": 1}, TypeError, "keep_point_counts is 1; it must be True or False"),
+    ({"temporal_filter": 1}, ValueError, "temporal_filter is 1; it must be 2 to 64"),
+    ({"temporal_filter": 8.0}, TypeError, "temporal_filter is 8.0; it must be a whole"),
+    (
+        {"temporal_filter": 8, "keep_point_counts": True},
+        ValueError,
+        "keep_point_counts is on; it must be off with temporal_filter",
+    ),
     ({"origin": (1, 2)}, ValueError, r"origin is \(1, 2\); it must be 3 numbers"),
     ({"origin": (1, 2, np.inf)}, ValueError, "origin"),
     ({"frame_id": 5}, TypeError, "frame_id is 5; it must be a text"),
@@ -159,7 +166,12 @@ def test_bad_outlier_removals(settings, error, message):
 
 def test_defaults_are_those_of_the_library():
     defaults = {}
-    for of_class in (pcl_ext.Encoder, pcl_ext.Decoder, pcl_ext.OutlierRemoval):
+    for of_class in (
+        pcl_ext.Encoder,
+        pcl_ext.Decoder,
+        pcl_ext.OutlierRemoval,
+        pcl_ext.TemporalVoxelFilter,
+    ):
         for name, parameter in inspect.signature(of_class).parameters.items():
             defaults[name] = parameter.default
     for name, default in _native.default_settings().items():
@@ -193,6 +205,7 @@ def test_settings_reach_the_library(room):
         {"depth_law": (2, 14.0, 255.0), "intensity_range": 400.0},
         {"colour_bits": 3},
         {"keep_point_counts": True},
+        {"temporal_filter": 8},
         {"origin": (0.5, 0.0, 0.0)},
         {"frame_id": "cell"},
     ):

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
+#include <array>
+#include <mutex>
+#include <optional>
+
+namespace pcl_ext {
+namespace python {
+
+/** \brief Settings of a TemporalFilter. */
+struct TemporalFilterSettings {
+  unsigned int frames = TemporalVoxelFilter::usual_frames;
+  std::optional<std::array<double, 3>> sensor_position; ///< metres; none: unknown
+};
+
+/** \brief A TemporalVoxelFilter that any thread may use. Not to be called with the GIL
+ * held, as a call may wait for another thread. */
+class TemporalFilter {
+public:
+  explicit TemporalFilter(const TemporalFilterSettings& settings)
+  : filter_(settings.frames), sensor_position_(settings.sensor_position)
+  {}
+
+  /** \brief Filters the stream's next frame. */
+  void
+  filter(io::VoxelFrame& frame)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_ = filter_.filter(frame, sensor_position_);
+  }
+
+  void
+  reset()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    filter_.reset();
+  }
+
+  /** \brief Outcome of the last frame. */
+  TemporalFilterStatus
+  status() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_;
+  }
+
+private:
+  mutable std::mutex mutex_;
+  TemporalVoxelFilter filter_;
+  std::optional<std::array<double, 3>> sensor_position_;
+  TemporalFilterStatus status_;
+};
+
+} // namespace python
+} // namespace pcl_ext
