@@ -129,7 +129,7 @@ private:
                       [&] { return status; });
   }
 
-  /** \brief The status of a frame, with what is left out of the clouds if that is new. */
+  /** \brief The status of a frame, with what is left out of clouds if that is new. */
   SensorNodeStatus
   withLeftOut(const SensorNodeStatus& status, const pcl::PCLPointCloud2& cloud)
   {
@@ -142,7 +142,7 @@ private:
     return {status.code(), status.message() + separator + left_out_};
   }
 
-  /** \brief Refuses a cloud for which the node would use a transform of another frame. */
+  /** \brief Refuses a cloud for which the node would use another frame's transform. */
   SensorNodeStatus
   checkTransform(const pcl::PCLPointCloud2& cloud,
                  const std::optional<WorldPose>& sensor_to_world)

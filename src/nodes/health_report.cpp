@@ -48,7 +48,7 @@ compressionRatio(const StreamHealth& stream)
              : bytes_per_point * voxels / static_cast<double>(stream.bytes);
 }
 
-/** \brief Whether the voxels of a stream are not those of the grid that it is merged on. */
+/** \brief Whether a stream has other voxels than the grid that it is merged on. */
 bool
 hasOtherResolution(const ReceiverHealth& now)
 {

@@ -57,8 +57,8 @@ RateWindow::rates(Time now) const
     return rates;
   rates.mean_cycle_seconds /= static_cast<double>(frames);
   rates.mean_latency_seconds /= static_cast<double>(frames);
-  // From the N - 1 intervals of N frames: divided by the length of the window, the rate of
-  // a new stream would be too low.
+  // From the N - 1 intervals of N frames: divided by the length of the window, the rate
+  // of a new stream would be too low.
   if (last > first) {
     const double seconds = std::chrono::duration<double>(last - first).count();
     rates.frames_per_second = static_cast<double>(frames - 1) / seconds;

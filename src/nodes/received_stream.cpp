@@ -12,8 +12,8 @@ namespace nodes {
 
 namespace {
 
-/** \brief Scratch memory of a thread for decoding, shared by all streams that it decodes, so
- * that it stays in the caches. */
+/** \brief Scratch memory of a thread for decoding, shared by all streams that it
+ * decodes, so that it stays in the caches. */
 struct ThreadMemory {
   io::DecodingMemory coding;
   io::VoxelFrame decoded;
@@ -37,7 +37,7 @@ bytesOf(const io::VoxelFrame& frame)
          frame.point_counts.size() * sizeof(frame.point_counts[0]);
 }
 
-/** \brief True if the bytes contained no frame, so that no frame of the sender is lost. */
+/** \brief True if the bytes had no frame, so that no frame of the sender is lost. */
 bool
 wasNoFrame(io::CompressionCode code)
 {
@@ -208,7 +208,7 @@ ReceivedStream::makeOutlierRemoval()
   outlier_removal_.reset();
   if (outlier_settings_)
     outlier_removal_.emplace(*outlier_settings_);
-  // Not reached without memory for the filter, which is then created for the next frame.
+  // Not reached without memory for the filter: the next frame then creates it.
   are_outlier_settings_new_ = false;
 }
 
@@ -249,8 +249,8 @@ ReceivedStream::countDropped()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_dropped;
-  // A restarted sender has old numbers. If its first frame was lost, all others are dropped
-  // until it sends an I-frame.
+  // A restarted sender has old numbers. If its first frame was lost, all others are
+  // dropped until it sends an I-frame.
   const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
   health_.i_frame_requests += wants_i_frame ? 1 : 0;
   return wants_i_frame;

@@ -14,7 +14,7 @@ namespace nodes {
 
 namespace {
 
-/** \brief Checks the values of a sensor, which may have changed since its construction. */
+/** \brief Checks the values of a sensor, which may have changed since it was made. */
 SensorNodeStatus
 checkSensor(const RuntimeSensor& sensor)
 {
@@ -46,7 +46,8 @@ lawNames()
   return names;
 }
 
-/** \brief What is wrong with the outlier removal, which has to be set; empty if nothing. */
+/** \brief What is wrong with the outlier removal, which has to be set; empty if
+ * nothing. */
 std::string
 outlierRemovalFault(const SensorNodeSettings& settings)
 {
@@ -131,7 +132,7 @@ checkSettings(const SensorNodeSettings& settings)
                    " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
       !status.ok()) {
-    // If the settings are valid without the crop box, the invalid bounding box is that one.
+    // If the settings are valid without the crop box, it is the invalid bounding box.
     const bool is_crop_box = io::checkSettings(settings.compression).ok();
     return invalid((is_crop_box ? "crop_box as " : "") + status.message());
   }

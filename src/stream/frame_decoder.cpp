@@ -39,7 +39,7 @@ public:
     CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
     const std::streambuf::off_type end = positionOf(buffer);
     if (begin >= 0 && end > begin)
-      seekBehindFrame(
+      seekToNextSearch(
           status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
     if (!status.ok())
       frame.clearVoxels();
@@ -97,11 +97,11 @@ private:
    * \param[in] frame_offset offset of the frame in them
    */
   void
-  seekBehindFrame(const CompressionStatus& status,
-                  std::streambuf& buffer,
-                  std::streambuf::off_type begin,
-                  std::size_t consumed,
-                  std::size_t frame_offset)
+  seekToNextSearch(const CompressionStatus& status,
+                   std::streambuf& buffer,
+                   std::streambuf::off_type begin,
+                   std::size_t consumed,
+                   std::size_t frame_offset)
   {
     if (keeps_incomplete_ && status.code() == CompressionCode::Truncated) {
       seekTo(buffer, begin, frame_offset);

@@ -153,26 +153,26 @@ TYPED_TEST(OctreeRetention, AgreesOverFramesOfChangingGrids)
   const double resolution = 0.05;
   TypeParam encoder(this->retainingSettings(resolution));
   TypeParam decoder(this->retainingSettings(resolution));
-  struct Frame {
+  struct RandomCloud {
     std::array<double, 3> centre;
     double half_width;
     std::size_t points;
   };
-  const std::vector<Frame> frames = {{{0.0, 0.0, 0.0}, 0.5, 500},
-                                     {{0.1, 0.0, 0.0}, 0.5, 500},
-                                     {{0.0, 0.0, 0.0}, 6.0, 800}, // grows
-                                     {{0.0, 0.0, 0.0}, 0.0, 1},
-                                     {{0.0, 0.0, 0.0}, 0.5, 0}, // empty
-                                     {{-30.0, 70.0, 2.0}, 0.7, 400},
-                                     {{5000.0, -5000.0, 5000.0}, 0.5, 500},
-                                     {{5000.0, -5000.0, 5000.0}, 0.5, 700},
-                                     {{0.0, 0.0, 0.0}, 0.5, 500}};
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  const std::vector<RandomCloud> clouds = {{{0.0, 0.0, 0.0}, 0.5, 500},
+                                           {{0.1, 0.0, 0.0}, 0.5, 500},
+                                           {{0.0, 0.0, 0.0}, 6.0, 800}, // grows
+                                           {{0.0, 0.0, 0.0}, 0.0, 1},
+                                           {{0.0, 0.0, 0.0}, 0.5, 0}, // empty
+                                           {{-30.0, 70.0, 2.0}, 0.7, 400},
+                                           {{5000.0, -5000.0, 5000.0}, 0.5, 500},
+                                           {{5000.0, -5000.0, 5000.0}, 0.5, 700},
+                                           {{0.0, 0.0, 0.0}, 0.5, 500}};
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
     SCOPED_TRACE("frame " + std::to_string(i));
     const auto cloud = randomCloud<pcl::PointXYZI>(10 + static_cast<unsigned int>(i),
-                                                   frames[i].points,
-                                                   frames[i].centre,
-                                                   frames[i].half_width);
+                                                   clouds[i].points,
+                                                   clouds[i].centre,
+                                                   clouds[i].half_width);
     std::stringstream stream;
     ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
     Cloud::Ptr decoded;

@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds and frames as ROS messages, which are types of ROS 1 or ROS 2: both have the
- * same members.
+ * \brief Clouds and frames as ROS messages, which are types of ROS 1 or ROS 2: both
+ * have the same members.
  */
 #pragma once
 
@@ -27,12 +27,13 @@ messageFormat(io::StreamFormat format);
 PCL_EXT_EXPORT std::string
 withoutLeadingSlash(const std::string& frame_id);
 
-/** \brief Why a CompressedPointCloud2 cannot be decoded, by its format; empty if it can. */
+/** \brief Why a CompressedPointCloud2 cannot be decoded, by its format; empty if
+ * nothing. */
 PCL_EXT_EXPORT std::string
 faultOfFormat(const std::string& format);
 
-/** \brief Why a central node drops a CompressedPointCloud2, by its frame id and its format;
- * empty if it does not.
+/** \brief Why a central node drops a CompressedPointCloud2, by its frame id and its
+ * format; empty if it does not.
  * \param[in] message the message
  * \param[in] global_frame frame id of the node, without a leading slash
  */
@@ -55,10 +56,10 @@ faultOfMessage(const MessageT& message, const std::string& global_frame)
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
-/** \brief Describes a cloud of points at voxel centres: x, y, z in metres, FLOAT64 where
- * VoxelGrid::needsDoubles() and else FLOAT32, intensity, FLOAT32, and where there are colours
- * rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0. The header is
- * unchanged.
+/** \brief Describes a cloud of points at voxel centres: x, y, z in metres, FLOAT64
+ * where VoxelGrid::needsDoubles() and else FLOAT32, intensity, FLOAT32, and where there
+ * are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0. The
+ * header is unchanged.
  * \tparam MessageT PointCloud2 or CompressedPointCloud2
  */
 template <typename MessageT>
@@ -88,8 +89,8 @@ describeVoxels(std::size_t points,
   message.is_dense = true;
 }
 
-/** \brief Describes the last frame of a node in its message: the format, and the cloud that
- * the frame is decoded to. Header and bytes are unchanged.
+/** \brief Describes the last frame of a node in its message: the format, and the cloud
+ * that the frame is decoded to. Header and bytes are unchanged.
  * \tparam MessageT CompressedPointCloud2
  */
 template <typename MessageT>
@@ -141,7 +142,7 @@ copyLayout(const PointCloud2T& message, pcl::PCLPointCloud2& cloud)
   cloud.is_dense = message.is_dense;
 }
 
-/** \brief A PointCloud2 as PCL's, without its stamp. The memory of `cloud` is reused. */
+/** \brief A PointCloud2 as PCL's, without its stamp. Reuses the memory of `cloud`. */
 template <typename PointCloud2T>
 void
 toPcl(const PointCloud2T& message, pcl::PCLPointCloud2& cloud)

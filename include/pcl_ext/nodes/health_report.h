@@ -97,7 +97,7 @@ struct ReceiverHealth {
 PCL_EXT_EXPORT HealthReport
 describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time time);
 
-/** \brief Describes the streams of a central node together: a warning unless each is Ok.
+/** \brief Describes the streams of a node together: a warning unless each is Ok.
  * \param[in] streams as CentralNode::health() has them
  * \param[in] are_ok whether the level of each stream's report is Ok
  * \param[in] map_nodes number of nodes of the map
@@ -107,8 +107,9 @@ describeTogether(const std::vector<StreamHealth>& streams,
                  bool are_ok,
                  std::size_t map_nodes);
 
-/** \brief Describes what is in a merged frame: by the name of each stream the stamp and age
- * of its voxels, Stale if none are merged; last, as "all streams", the oldest of them.
+/** \brief Describes what is in a merged frame: by the name of each stream the stamp and
+ * age of its voxels, Stale if none are merged; last, as "all streams", the oldest of
+ * them.
  * \param[in] status of the merging
  * \param[in] time current time of the clock that stamps the clouds
  */

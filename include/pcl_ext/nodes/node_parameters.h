@@ -26,16 +26,16 @@ using ParameterValues = std::map<std::string, ParameterValue>;
 
 /** \brief One parameter of a node: its type is that of its default.
  *
- * The default is allowed even where it is not in the range: a number 0, an empty text or an
- * empty list then stands for "not set".
+ * The default is allowed even where it is not in the range: a number 0, an empty text
+ * or an empty list then stands for "not set".
  */
 struct ParameterDescription {
   std::string name;
   std::string unit; ///< "m", "frames"; empty: none
   ParameterValue default_value;
 
-  /** \brief Range of numbers and of the elements of lists, both ends included. All finite
-   * numbers unless it is set; that of an integer is within [-2^31, 2^31). */
+  /** \brief Range of numbers and of the elements of lists, both ends included. All
+   * finite numbers unless it is set; that of an integer is within [-2^31, 2^31). */
   double lowest = std::numeric_limits<double>::lowest();
   double highest = std::numeric_limits<double>::max();
 
@@ -51,25 +51,26 @@ PCL_EXT_EXPORT const ParameterDescription&
 descriptionOf(const std::vector<ParameterDescription>& parameters,
               const std::string& name);
 
-/** \brief The values that are allowed, for messages and tables: "a number from 0 to 1". */
+/** \brief The allowed values, for messages and tables: "a number from 0 to 1". */
 PCL_EXT_EXPORT std::string
 allowedValues(const ParameterDescription& parameter);
 
-/** \brief Converts a value to the type of a parameter and checks its range. A whole number is
- * accepted for a number, and for a list of numbers its text, such as "[0, 0.5]"; no other
- * conversion is made.
+/** \brief Converts a value to the type of a parameter and checks its range. A whole
+ * number is accepted for a number, and for a list of numbers its text, such as
+ * "[0, 0.5]"; no other conversion is made.
  * \return the value; nothing if it is not allowed
  */
 PCL_EXT_EXPORT std::optional<ParameterValue>
 convertedValue(const ParameterDescription& parameter, const ParameterValue& value);
 
-/** \brief A value in one line, for messages: true, 4, 0.04, 'fast', [0, 0, 1]. Numbers have
- * as many digits as tell them from all others. */
+/** \brief A value in one line, for messages: true, 4, 0.04, 'fast', [0, 0, 1]. Numbers
+ * have as many digits as tell them from all others. */
 PCL_EXT_EXPORT std::string
 textOf(const ParameterValue& value);
 
-/** \brief A parameter that cannot be used, in one line with its name, its value and the values
- * that are allowed: "effort is 'quick'; it must be one of: fast, balanced, small". */
+/** \brief A parameter that cannot be used, in one line with its name, its value and the
+ * values that are allowed: "effort is 'quick'; it must be one of: fast, balanced,
+ * small". */
 PCL_EXT_EXPORT std::string
 refusalOf(const ParameterDescription& parameter, const ParameterValue& value);
 
@@ -88,9 +89,10 @@ valueOf(const ParameterValues& values, const std::string& name)
   return std::get<ValueT>(values.at(name));
 }
 
-/** \brief The parameters of encoding: all of SensorNodeSettings that users set, except for the
- * global coordinate frame. They have the names of the fields; `intensity` is the law, where the word
- * auto means native for clouds with the field `intensity_field`, else none. */
+/** \brief The parameters of encoding: all of SensorNodeSettings that users set, except
+ * for the global coordinate frame. They have the names of the fields; `intensity` is
+ * the law, where the word auto means native for clouds with the field
+ * `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();
 
@@ -99,14 +101,14 @@ encodingParameters();
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 noiseParameters();
 
-/** \brief The parameters of a sensor's node besides encodingParameters(): `global_frame`,
- * `tf_timeout`, `queue_size`. Read at the start. */
+/** \brief The parameters of a sensor's node besides encodingParameters():
+ * `global_frame`, `tf_timeout`, `queue_size`. Read at the start. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 sensorNodeParameters();
 
-/** \brief The parameters of a central node besides its topics and noiseParameters(): those of
- * CentralNodeSettings that users set, of merging, of the map and of the view. Read at the
- * start. */
+/** \brief The parameters of a central node besides its topics and noiseParameters():
+ * those of CentralNodeSettings that users set, of merging, of the map and of the view.
+ * Read at the start. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 centralNodeParameters();
 
@@ -116,28 +118,30 @@ PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 streamParameters();
 
 /** \brief The settings of a sensor's node.
- * \param[in] values of encodingParameters(); one that is missing has its default, and values
- * of other names are ignored
- * \param[in] has_intensities whether the clouds have the field `intensity_field`, for auto
- * \param[in,out] settings what the parameters say; the rest, and all if something is wrong,
- * is unchanged
- * \return what is wrong, in one line that begins with the name of a parameter: a value that
- * is not allowed, or values that contradict each other or the rest of the settings; empty if
- * nothing
+ * \param[in] values of encodingParameters(); one that is missing has its default, and
+ * values of other names are ignored
+ * \param[in] has_intensities for auto: whether the clouds have the field
+ * `intensity_field`
+ * \param[in,out] settings what the parameters say; the rest, and all if something is
+ * wrong, is unchanged
+ * \return what is wrong, in one line that begins with the name of a parameter: a value
+ * that is not allowed, or values that contradict each other or the rest of the
+ * settings; empty if nothing
  */
 PCL_EXT_EXPORT std::string
 readEncodingParameters(const ParameterValues& values,
                        bool has_intensities,
                        SensorNodeSettings& settings);
 
-/** \brief What is wrong with values of encodingParameters(), as readEncodingParameters() says
- * it, for clouds with or without intensities; empty if nothing. */
+/** \brief What is wrong with values of encodingParameters(), as
+ * readEncodingParameters() says it, for clouds with or without intensities; empty if
+ * nothing. */
 PCL_EXT_EXPORT std::string
 faultOfEncodingParameters(const ParameterValues& values);
 
 /** \brief The settings of a central node.
- * \param[in] values of centralNodeParameters(), each as convertedValue() returns it; one that
- * is missing has its default
+ * \param[in] values of centralNodeParameters(), each as convertedValue() returns it;
+ * one that is missing has its default
  * \param[in] clock that stamps the clouds
  * \throws std::bad_variant_access or std::out_of_range for a value that is not allowed
  */
@@ -151,8 +155,8 @@ struct NoiseSettings {
 };
 
 /** \brief The settings of removing noise.
- * \param[in] values of noiseParameters(), each as convertedValue() returns it; one that is
- * missing has its default, and values of other names are ignored
+ * \param[in] values of noiseParameters(), each as convertedValue() returns it; one that
+ * is missing has its default, and values of other names are ignored
  * \throws std::bad_variant_access or std::out_of_range for a value that is not allowed
  */
 PCL_EXT_EXPORT NoiseSettings

@@ -42,8 +42,9 @@ struct StreamRates {
   double max_latency_seconds = 0.0;
 };
 
-/** \brief Health of a stream of a CentralNode. Counts are since the stream was added. Every
- * received frame is counted as decoded, failed, dropped or refused, or still waits. */
+/** \brief Health of a stream of a CentralNode. Counts are since the stream was added.
+ * Every received frame is counted as decoded, failed, dropped or refused, or still
+ * waits. */
 struct StreamHealth {
   std::string name;
   std::size_t frames_received = 0; ///< handed to CentralNode::receive
@@ -66,8 +67,8 @@ struct StreamHealth {
   /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
    * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;
-  /** \brief Of the same voxels: merged with a smaller intensity than they have, as it is
-   * too far above those of other streams. */
+  /** \brief Of the same voxels: merged with a smaller intensity than they have, as it
+   * is too far above those of other streams. */
   std::size_t intensities_reduced = 0;
   bool in_sync = false; ///< the last frame was decoded, even if denoising failed
   Time last_decoded{0}; ///< when the last frame was ready; 0: never
