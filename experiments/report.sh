@@ -109,6 +109,7 @@ measure_noise time 60 --part time
 # The sensor with the most voxels.
 measure_noise time_2cm 20 --part time --sensor 5 --resolution 0.02
 measure_noise bytes 300 --part bytes
+measure_noise temporal 300 --part temporal --samples "$measured"
 
 "$build/benchmarks/benchmark" --tables growth --most-points "$points" \
   --edge-points $((points < 3000000 ? points / 3 : 1000000)) \

@@ -64,6 +64,12 @@ public:
   }
 
   double
+  smallest() const
+  {
+    return samples_.empty() ? 0.0 : *std::min_element(samples_.begin(), samples_.end());
+  }
+
+  double
   largest() const
   {
     return samples_.empty() ? 0.0 : *std::max_element(samples_.begin(), samples_.end());

@@ -29,12 +29,18 @@ public:
    * \param[in] pose sensor -> world
    */
   CellVoxelizer(const ModelT& model, const Eigen::Isometry3d& pose)
-  : pose_(pose)
-  , preprocessor_(model)
-  , encoder_(settings(model), ModelT::unit, io::depthLawOf(model))
+  : preprocessor_(model), encoder_(settings(model), ModelT::unit, io::depthLawOf(model))
   {
-    preprocessor_.setSensorPose(pose);
+    setPose(pose);
     preprocessor_.setCropBox(cell::RobotCell::cropMin(), cell::RobotCell::cropMax());
+  }
+
+  /** \brief Sets the pose of the next clouds, sensor -> world. */
+  void
+  setPose(const Eigen::Isometry3d& pose)
+  {
+    pose_ = WorldPose(pose);
+    preprocessor_.setSensorPose(pose);
   }
 
   /** \brief The voxels of a cloud in the sensor's frame, NaN where there is no return.

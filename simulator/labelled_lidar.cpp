@@ -49,5 +49,17 @@ LabelledLidar::read(std::uint32_t revolution, LabelledFrame& frame)
         static_cast<float>((centreOf(voxels.grid, voxels.keys[i]) - lidar).norm());
 }
 
+Eigen::Isometry3d
+LabelledLidar::pose(std::uint32_t revolution) const
+{
+  return cell_.lidarPose(revolution);
+}
+
+const cell::SurfaceImage&
+LabelledLidar::surfaces(std::uint32_t revolution)
+{
+  return cell_.lidarSurfaces(revolution);
+}
+
 } // namespace noise
 } // namespace pcl_ext

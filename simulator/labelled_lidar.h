@@ -24,6 +24,15 @@ public:
   void
   read(std::uint32_t revolution, LabelledFrame& frame);
 
+  /** \brief Pose of the lidar, lidar -> world. */
+  Eigen::Isometry3d
+  pose(std::uint32_t revolution) const;
+
+  /** \brief What the lidar looks at in a revolution, without errors. The reference is
+   * valid until the next call of this or of read(). */
+  const cell::SurfaceImage&
+  surfaces(std::uint32_t revolution);
+
 private:
   template <typename WantedT>
   void

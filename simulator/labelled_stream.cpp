@@ -31,13 +31,28 @@ centreOf(const io::VoxelGrid& grid, std::uint64_t key)
 
 LabelledStream::LabelledStream(std::uint32_t seed,
                                unsigned int sensor,
-                               double resolution)
+                               double resolution,
+                               cell::SensorMotion motion)
 : sensor_(sensor)
 , cell_(seed)
 , count_(Model<CountLaw>(resolution), cell_.sensorPose(sensor))
 , quadratic_(Model<QuadraticLaw>(resolution), cell_.sensorPose(sensor))
 , linear_(Model<LinearLaw>(resolution), cell_.sensorPose(sensor))
-{}
+{
+  cell_.moveSensor(sensor, std::move(motion));
+}
+
+Eigen::Isometry3d
+LabelledStream::pose(std::uint32_t number) const
+{
+  return cell_.sensorPose(sensor_, number);
+}
+
+const cell::SurfaceImage&
+LabelledStream::surfaces(std::uint32_t number)
+{
+  return cell_.surfaces(sensor_, number);
+}
 
 const io::VoxelFrame&
 LabelledStream::surfaceVoxelsOf(cell::Mover mover)
@@ -56,6 +71,9 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
 {
   cell_.capture(sensor_, number, captured_);
   cell_.movers(movers_);
+  count_.setPose(captured_.pose);
+  quadratic_.setPose(captured_.pose);
+  linear_.setPose(captured_.pose);
   count_.voxelize(captured_.cloud, frame.of(Law::Count));
   quadratic_.voxelize(captured_.cloud, frame.of(Law::Quadratic));
   linear_.voxelize(captured_.cloud, frame.of(Law::Linear));
@@ -69,7 +87,7 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
         std::pair(cell::Mover::None, VoxelTruth::Still)})
     markTruth(surfaceVoxelsOf(mover), truth, frame);
 
-  const Eigen::Isometry3d world_to_sensor = cell_.sensorPose(sensor_).inverse();
+  const Eigen::Isometry3d world_to_sensor = captured_.pose.inverse();
   frame.depth.resize(voxels.size());
   for (std::size_t i = 0; i < voxels.size(); ++i)
     frame.depth[i] = static_cast<float>(

@@ -79,12 +79,25 @@ public:
    * \param[in] seed of the cell
    * \param[in] sensor 1..6
    * \param[in] resolution voxel edge, metres
+   * \param[in] motion of the sensor; empty: it is fixed in its own place
    */
-  LabelledStream(std::uint32_t seed, unsigned int sensor, double resolution);
+  LabelledStream(std::uint32_t seed,
+                 unsigned int sensor,
+                 double resolution,
+                 cell::SensorMotion motion = {});
 
   /** \brief A frame, from 0; frames may be asked for in any order. */
   void
   read(std::uint32_t number, LabelledFrame& frame);
+
+  /** \brief Pose of the sensor in a frame, sensor -> world. */
+  Eigen::Isometry3d
+  pose(std::uint32_t number) const;
+
+  /** \brief What the sensor looks at in a frame, without errors. The reference is valid
+   * until the next call of this or of read(). */
+  const cell::SurfaceImage&
+  surfaces(std::uint32_t number);
 
 private:
   /** \brief Voxels of the surfaces that a mover has, of the captured frame. */

@@ -10,9 +10,12 @@
 #include "shell_weights.h"
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
+#include "temporal_results.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -26,11 +29,15 @@ using namespace pcl_ext::noise;
 
 struct NoiseOptions {
   std::string part = "all";
-  std::vector<unsigned int> sensors = {1}; ///< 1 to 6, and 7 for part laws
+  /** \brief Up to 7 for parts laws and weights, 8 for temporal, else 6; empty: sensor 1,
+   * of part temporal all. */
+  std::vector<unsigned int> sensors;
   std::uint32_t frames = 300;
   std::uint32_t seed = 1;
-  double resolution = 0.04; ///< voxel edge, metres
-  std::string results_file; ///< empty: standard output
+  std::optional<double> given_resolution; ///< voxel edge, metres
+  double resolution = 0.04;               ///< the same or its default
+  std::string results_file;               ///< empty: standard output
+  std::string samples_folder; ///< for pictures of part temporal; empty: none
 
   bool
   includes(const std::string& one) const
@@ -48,21 +55,35 @@ addOptions(CLI::App& program, NoiseOptions& options)
                   options.part,
                   "laws (the paper's laws and the library's filter), peers (PCL's "
                   "filters), time, bytes (of a stream whose noise is removed), weights "
-                  "(fit of the filter's), merged (all six cameras) or all")
+                  "(fit of the filter's), merged (all six cameras), temporal "
+                  "(TemporalVoxelFilter, not part of all) or all")
       ->check(CLI::IsMember(
-          {"all", "bytes", "merged", "laws", "peers", "time", "weights"}));
+          {"all", "bytes", "merged", "laws", "peers", "temporal", "time", "weights"}));
   program
       .add_option("--sensor",
                   options.sensors,
-                  "sensors, 1 to 6, and 7, the lidar, for parts laws and weights")
-      ->check(CLI::Range(1u, cell::RobotCell::lidar));
+                  "sensors, 1 to 6, and 7, the lidar, for parts laws, temporal and "
+                  "weights, and 8, the camera on a hand, for part temporal; without it "
+                  "sensor 1, of part temporal all")
+      ->check(CLI::Range(1u, hand_camera));
   program.add_option("--frames,-n", options.frames, "number of frames")
       ->check(CLI::Range(1, std::numeric_limits<std::int32_t>::max()));
   program.add_option("--seed", options.seed, "of the noise");
-  program.add_option("--resolution,-r", options.resolution, "voxel edge, metres")
+  program
+      .add_option(
+          "--resolution,-r",
+          options.given_resolution,
+          "voxel edge, metres; without it 0.04, and of part temporal the cameras "
+          "1 to 6 also at 0.02 with counts")
       ->check(CLI::Range(0.001, 1.0));
   program.add_option(
       "--results", options.results_file, "file; without it results are printed");
+  program
+      .add_option("--samples",
+                  options.samples_folder,
+                  "folder for samples of part temporal's first stream: its worst frame "
+                  "and the bytes of each frame")
+      ->check(CLI::ExistingDirectory);
 }
 
 /** \brief Scores all frames of a stream with the methods, and adds the results. */
@@ -128,12 +149,38 @@ measureSensor(unsigned int sensor,
 }
 
 void
-measure(const NoiseOptions& options)
+measureTemporal(const NoiseOptions& options, measuring::ResultFile& results)
 {
+  const std::vector<unsigned int> sensors =
+      options.sensors.empty() ? std::vector<unsigned int>{1, 2, 3, 4, 5, 6, 7, 8}
+                              : options.sensors;
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    measureTemporalFilter(options.seed,
+                          sensors[i],
+                          options.frames,
+                          options.given_resolution,
+                          i == 0 ? options.samples_folder : "",
+                          results);
+}
+
+void
+measure(NoiseOptions options)
+{
+  if (options.part == "temporal") {
+    measuring::ResultFile results(options.results_file);
+    measureTemporal(options, results);
+    results.close();
+    return;
+  }
+  options.resolution = options.given_resolution.value_or(options.resolution);
+  if (options.sensors.empty())
+    options.sensors = {1};
   const bool has_lidar = options.part == "laws" || options.part == "weights";
   for (const unsigned int sensor : options.sensors)
-    if (sensor == cell::RobotCell::lidar && !has_lidar)
-      throw std::invalid_argument("sensor 7, the lidar, is for parts laws and weights");
+    if (sensor == hand_camera || (sensor == cell::RobotCell::lidar && !has_lidar))
+      throw std::invalid_argument(
+          "sensor 7, the lidar, is for parts laws, temporal and "
+          "weights, and 8 for part temporal");
   measuring::ResultFile results(options.results_file);
   for (const unsigned int sensor : options.sensors)
     if (options.part != "merged")

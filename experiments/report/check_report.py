@@ -22,6 +22,7 @@ from noise_results import (BANDS, FILTER, FILTER_OF_EACH, FILTER_ON_VOXELS, FILT
                            best_law, least_let_through)
 from results import (CAMERAS, CODERS, LIDAR, MERGED, RATES, ReportError, read_machine,
                      read_results, read_rows)
+from temporal_section import check_temporal
 
 # Quantities that may be below 0.
 SIGNED = ("threshold", "best_threshold", "usual_threshold", "less_percent")
@@ -397,10 +398,10 @@ def check_page(check, page):
                   "Depth images", "Moving sensors and people",
                   "3.3 Frequency and bandwidth", "3.4 Denoising",
                   "Processor: ", "Detection of noise", "What moves", "Against PCL's filters", "By distance",
-                  "Thresholds, all cameras merged", "Growth"):
+                  "Thresholds, all cameras merged", "Filter over time", "Growth"):
         check.that(words in page, f"the page lacks '{words}'")
     pictures = re.findall(r'src="data:image/png;base64,([^"]+)" alt="([^"]*)"', page)
-    check.that(len(pictures) == 7, "there are", len(pictures), "pictures")
+    check.that(len(pictures) == 9, "there are", len(pictures), "pictures")
     for encoded, description in pictures:
         pixels = image.imread(io.BytesIO(base64.b64decode(encoded)))
         check.that(pixels.shape[0] > 200 and pixels.shape[1] > 400
@@ -420,7 +421,8 @@ def problems_of(folder, page):
     check = Checks(folder)
     for run in (check_values, check_cropping, check_compression, check_motion,
                 check_depth_images, check_at_once, check_noise, check_person,
-                check_peers_and_bytes, check_growth, check_pictures, lambda checks: check_page(checks, page)):
+                check_peers_and_bytes, check_temporal, check_growth, check_pictures,
+                lambda checks: check_page(checks, page)):
         try:
             run(check)
         except ReportError as error:

@@ -8,11 +8,13 @@ import sys
 import paper_values
 import pictures
 import tables
+import temporal_pictures
 from growth_section import growth_curves, growth_section
 from motion_section import motion_section
 from noise_section import noise_section
 from page import link, note, number, page, paragraph, picture
 from results import ReportError, read_machine, read_results
+from temporal_section import FILTERS, temporal_section
 
 # Frame 90 of 20 a second, as in sample_pictures.cpp.
 SHOWN_SECONDS = 4.5
@@ -166,6 +168,9 @@ def main():
     body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
     body += denoising(folder, folder_name) + noise_section(results)
+    body += temporal_section(results,
+                             temporal_pictures.bytes_over_time(folder, FILTERS),
+                             temporal_pictures.worst_frame(folder))
     body += growth_section(results, pictures.growth(growth_curves(results)))
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")

@@ -24,7 +24,8 @@ VOXEL_SIZE = 1.25  # of a marker that covers a voxel in the top views, square po
 BAND_ENDS = (3.0, 5.0, 7.0, 9.0, np.inf)  # of BANDS, metres
 
 
-def _read(folder, name):
+def read_samples(folder, name):
+    """The rows of a file, by the header's names."""
     # genfromtxt returns a single row without its dimension.
     return np.atleast_1d(np.genfromtxt(folder / name, delimiter=",", names=True))
 
@@ -33,7 +34,8 @@ def _of(rows, sensor):
     return rows[rows["sensor"] == int(sensor)]
 
 
-def _png(figure):
+def png_of(figure):
+    """A figure as PNG, which is closed then."""
     stream = io.BytesIO()
     # Without date and version, so that equal values make equal bytes.
     figure.savefig(stream, format="png", dpi=110, bbox_inches="tight",
@@ -44,7 +46,7 @@ def _png(figure):
 
 def laws_over_depth(folder):
     """Figure 5."""
-    laws = _read(folder, "laws.csv")
+    laws = read_samples(folder, "laws.csv")
     figure, axes = plt.subplots(figsize=(7, 3.6))
     for law in LAWS:
         axes.plot(laws["depth"], laws[law], color=METHOD_COLOURS[law], label=law)
@@ -56,7 +58,7 @@ def laws_over_depth(folder):
              ylim=(0, 1.05))
     axes.grid(alpha=0.3)
     axes.legend(loc="center left")
-    return _png(figure)
+    return png_of(figure)
 
 
 def _edges_of_cube(low, edge):
@@ -71,7 +73,7 @@ def _edges_of_cube(low, edge):
 def eight_leaves(folder):
     """Figure 7."""
     edge = 0.04
-    points, voxels = (_read(folder, f"octree_{name}.csv") for name in ("points", "voxels"))
+    points, voxels = (read_samples(folder, f"octree_{name}.csv") for name in ("points", "voxels"))
     centres = np.stack([voxels[axis] for axis in "xyz"], axis=1)
     low = np.floor(centres.min(axis=0) / (2 * edge) + 1e-3) * 2 * edge
     figure, both = plt.subplots(1, 2, figsize=(10, 4.8), subplot_kw={"projection": "3d"})
@@ -95,7 +97,7 @@ def eight_leaves(folder):
     for centre, count in zip(centres, voxels["count"]):
         both[1].text(*(centre + [0.004, 0, 0.004]), f"{count:.0f}", fontsize=12)
     figure.tight_layout()
-    return _png(figure)
+    return png_of(figure)
 
 
 def _drawn_obliquely(rows):
@@ -110,8 +112,8 @@ def _drawn_obliquely(rows):
 
 def before_and_after(folder):
     """Figure 10."""
-    points = _of(_read(folder, "cell_points.csv"), 1)
-    voxels = _of(_read(folder, "cell_voxels.csv"), 1)
+    points = _of(read_samples(folder, "cell_points.csv"), 1)
+    voxels = _of(read_samples(folder, "cell_voxels.csv"), 1)
     kept = voxels[voxels["count"] >= FIGURE_10_COUNT]
     figure, both = plt.subplots(1, 2, figsize=(12, 5.4), sharex=True, sharey=True)
     for axes, rows, quantity, colours, most, size, label, title in (
@@ -129,7 +131,7 @@ def before_and_after(folder):
         figure.colorbar(drawn, ax=axes, orientation="horizontal", shrink=0.5, pad=0.03,
                         label=label)
     figure.tight_layout()
-    return _png(figure)
+    return png_of(figure)
 
 
 def _draw_top_view(axes, rows, marker, size, title):
@@ -145,8 +147,8 @@ def _draw_top_view(axes, rows, marker, size, title):
 
 def top_views(folder):
     """Figure 11."""
-    points = _read(folder, "cell_points.csv")
-    voxels = _read(folder, "cell_voxels.csv")
+    points = read_samples(folder, "cell_points.csv")
+    voxels = read_samples(folder, "cell_voxels.csv")
     figure, places = plt.subplots(2, 3, figsize=(12.5, 8.6))
     places = places.ravel()
     _draw_top_view(places[0], points, "o", 0.2, f"cropped: {len(points):,} points")
@@ -164,12 +166,12 @@ def top_views(folder):
                    label=f"sensor {sensor}" + (", VLP-16" if sensor == 7 else ""))
         for sensor, colour in enumerate(SENSOR_COLOURS, start=1)], loc="center")
     figure.tight_layout()
-    return _png(figure)
+    return png_of(figure)
 
 
 def kept_by_filters(folder):
     """By filter of Figure 11 and distance: kept surface, all surface, kept noise, all noise."""
-    voxels = _read(folder, "cell_voxels.csv")
+    voxels = read_samples(folder, "cell_voxels.csv")
     voxels = voxels[voxels["sensor"] != int(LIDAR)]
     band = np.searchsorted(BAND_ENDS, voxels["depth"], side="right")
     is_noise = voxels["is_noise"] > 0
@@ -188,7 +190,7 @@ def kept_by_filters(folder):
 def lidar_kept_percent(folder, threshold):
     """Share of the lidar's voxels with at least this intensity on a scale of 255 whose top is
     a diffuse reflector of 100 %."""
-    lidar = _of(_read(folder, "cell_voxels.csv"), LIDAR)
+    lidar = _of(read_samples(folder, "cell_voxels.csv"), LIDAR)
     return 100 * np.mean(lidar["native"] * 2.55 >= threshold)
 
 
@@ -204,7 +206,7 @@ def bits_over_resolution(results):
              xticks=range(0, 21, 2))
     axes.grid(alpha=0.3)
     axes.legend()
-    return _png(figure)
+    return png_of(figure)
 
 
 def growth(columns):
@@ -226,7 +228,7 @@ def growth(columns):
     plots[1, 0].set_ylabel("decode, ns a voxel")
     plots[0, 0].legend()
     figure.tight_layout()
-    return _png(figure)
+    return png_of(figure)
 
 
 def precision_over_recall(results):
@@ -253,4 +255,4 @@ def precision_over_recall(results):
     # Below the plots, where it crosses no curve; the right plot has all of them.
     figure.legend(*both[1].get_legend_handles_labels(), loc="lower center", ncols=6,
                   fontsize=9, frameon=False)
-    return _png(figure)
+    return png_of(figure)

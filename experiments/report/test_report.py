@@ -10,6 +10,7 @@ import growth_section
 import motion_section
 import noise_tables
 import tables
+import temporal_section
 from noise_results import FILTER, FILTER_OF_EACH, METHODS, best_law, least_let_through
 from page import DASH, Table, mean_and_deviation, mean_of, number
 from results import ReportError, Results, Value, read_results, read_rows
@@ -210,6 +211,41 @@ class Growth(unittest.TestCase):
         self.assertEqual(problems("3100"), ["encoding time a point, ns, "
                                             "growth_points:1000000 4 cm is 3100, "
                                             "not 0 to 3000"])
+
+
+def temporal_results(filtered_bytes="1000"):
+    """All streams without a filter, and with each one the same bytes."""
+    lines = []
+    for law, sensor, cm in temporal_section.STREAMS:
+        for name in temporal_section.FILTERS:
+            is_filtered = name != "none"
+            size = filtered_bytes if is_filtered else "8000"
+            share = int(size) / 80
+            lines += [f"temporal:{law},{sensor},{name},{cm},{quantity},{value},0,20\n"
+                      for quantity, value in (
+                          ("balanced 30 bytes", size), ("balanced 300 bytes", size),
+                          ("balanced 30 of_unfiltered_percent", share),
+                          ("balanced 300 of_unfiltered_percent", share),
+                          ("surface_percent", 99 if is_filtered else 100),
+                          ("new_percent", 98 if is_filtered else 100),
+                          ("new_voxels", temporal_section.LEAST_NEW),
+                          ("new_later_percent", 100),
+                          ("noise_percent", 0.5 if is_filtered else 6))]
+    return results_of("".join(lines))
+
+
+class Temporal(unittest.TestCase):
+    def test_quantities_that_a_stream_does_not_have_are_dashes(self):
+        rows = temporal_section.temporal_table(temporal_results()).rows
+        self.assertEqual(len(rows), 20 * 5)
+        self.assertEqual(rows[0], ["sensor 1, count, 4 cm"])
+        self.assertEqual(rows[3][:4], ["TemporalVoxelFilter", DASH, "1,000", "12.5"])
+
+    def test_a_filter_that_saves_little_is_a_problem(self):
+        def problems(size):
+            return problems_of(temporal_section.check_temporal, temporal_results(size))
+        self.assertEqual(problems("4800"), [])
+        self.assertEqual(len(problems("4880")), 20 * 2)
 
 
 class Checking(unittest.TestCase):
