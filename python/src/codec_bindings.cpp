@@ -144,11 +144,9 @@ py::dict
 sensors()
 {
   py::dict sensors;
-  for (const NamedSensor& known : named_sensors)
-    sensors[known.name] = py::make_tuple(known.sensor.fov_x_deg,
-                                         known.sensor.fov_y_deg,
-                                         known.sensor.columns,
-                                         known.sensor.rows);
+  for (const auto& [sensor, name] : named_sensors)
+    sensors[name] =
+        py::make_tuple(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
   return sensors;
 }
 
@@ -156,7 +154,7 @@ py::list
 laws()
 {
   py::list laws;
-  for (const NamedIntensityLaw& known : intensity_laws)
+  for (const NamedValue<IntensityLaw>& known : intensity_laws)
     laws.append(known.name);
   return laws;
 }
@@ -181,8 +179,7 @@ addEncoder(py::module_& module)
            [](StreamEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
       .def("law",
            [](const StreamEncoder& encoder) {
-             const auto law = withoutGil([&] { return encoder.law(); });
-             return law ? pcl_ext::nameOf(*law) : "automatic";
+             return nameOf(lawChoices(), withoutGil([&] { return encoder.law(); }));
            })
       .def("statistics", [](const StreamEncoder& encoder) {
         const io::FrameStatistics frame =

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <pcl_ext/named_value.h>
+
 #include <pybind11/pybind11.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -54,21 +54,15 @@ public:
   std::vector<double>
   numbers(const char* name, std::size_t count) const;
 
-  /** \brief The value that a word stands for. */
-  template <typename ValueT>
-  ValueT
-  choice(const char* name,
-         std::initializer_list<std::pair<const char*, ValueT>> choices) const
+  /** \brief The value that a word names in a table of NamedValue. */
+  template <typename TableT>
+  auto
+  choice(const char* name, const TableT& choices) const
   {
-    const std::string word = text(name);
-    std::string words;
-    for (const auto& [known, value] : choices) {
-      if (word == known)
-        return value;
-      words += std::string(words.empty() ? "" : ", ") + known;
-    }
-    throw py::value_error(std::string(name) + " is '" + word + "'; it must be one of " +
-                          words);
+    const auto value = valueNamed(choices, text(name));
+    if (!value)
+      refuse(name, "one of " + namesOf(choices));
+    return *value;
   }
 
   [[noreturn]] void

@@ -45,36 +45,17 @@ readBox(const Keywords& values)
           pointOf(numbersOf("the upper corner of bounding_box", box[py::int_(1)], 3))};
 }
 
-std::optional<IntensityLaw>
-readLaw(const Keywords& values)
-{
-  const std::string word = values.text("law");
-  if (word == "automatic")
-    return std::nullopt;
-  std::string words = "automatic";
-  for (const NamedIntensityLaw& known : intensity_laws) {
-    if (word == known.name)
-      return known.law;
-    words += std::string(", ") + known.name;
-  }
-  values.refuse("law", "one of " + words);
-}
-
 RuntimeSensor
 readSensor(const Keywords& values)
 {
-  std::string demand = "its name (";
   if (py::isinstance<py::str>(values.at("sensor"))) {
-    const std::string name = values.text("sensor");
-    for (const NamedSensor& known : named_sensors)
-      if (name == known.name)
-        return known.sensor;
+    const auto sensor = valueNamed(named_sensors, values.text("sensor"));
+    if (!sensor)
+      values.refuse("sensor",
+                    "its name (" + namesOf(named_sensors) +
+                        ") or (fov_x_deg, fov_y_deg, columns, rows)");
+    return *sensor;
   }
-  for (const NamedSensor& known : named_sensors)
-    demand += std::string(known.name) + ", ";
-  demand.replace(demand.size() - 2, 2, ") or (fov_x_deg, fov_y_deg, columns, rows)");
-  if (py::isinstance<py::str>(values.at("sensor")))
-    values.refuse("sensor", demand);
   const std::vector<double> figures = values.numbers("sensor", 4);
   const auto pixels = [&](double number) {
     if (!(number >= 0.0 && number <= 1 << 16))
@@ -92,17 +73,10 @@ readSensor(const Keywords& values)
 void
 readIntensityCoding(const Keywords& values, io::IntensitySettings& settings)
 {
-  settings.aggregation =
-      values.choice<io::Aggregation>("aggregation",
-                                     {{"automatic", io::Aggregation::Automatic},
-                                      {"sum", io::Aggregation::Sum},
-                                      {"mean", io::Aggregation::Mean}});
+  settings.aggregation = values.choice("aggregation", io::aggregations);
   settings.intensity_range = static_cast<float>(values.number("intensity_range"));
   settings.intensity_bits = values.smallCount("intensity_bits");
-  settings.intensity_curve =
-      values.choice<io::IntensityCurve>("intensity_curve",
-                                        {{"linear", io::IntensityCurve::Linear},
-                                         {"companded", io::IntensityCurve::Companded}});
+  settings.intensity_curve = values.choice("intensity_curve", io::intensity_curves);
 }
 
 std::optional<io::DepthLaw>
@@ -122,14 +96,8 @@ readCodecSettings(const Keywords& values)
   io::EncoderSettings settings;
   settings.resolution = values.number("resolution");
   settings.i_frame_rate = values.smallCount("i_frame_rate");
-  settings.effort = values.choice<io::Effort>("effort",
-                                              {{"fast", io::Effort::Fast},
-                                               {"balanced", io::Effort::Balanced},
-                                               {"small", io::Effort::Small}});
-  settings.format =
-      values.choice<io::StreamFormat>("format",
-                                      {{"version1", io::StreamFormat::Version1},
-                                       {"published", io::StreamFormat::Published}});
+  settings.effort = values.choice("effort", io::efforts);
+  settings.format = values.choice("format", io::stream_formats);
   readIntensityCoding(values, settings);
   settings.colour_bits = values.smallCount("colour_bits");
   settings.keep_point_counts = values.flag("keep_point_counts");
@@ -172,7 +140,7 @@ readEncoderSettings(const py::dict& values)
   settings.codec = readCodecSettings(keywords);
   settings.depth_law = readDepthLaw(keywords);
   throwUnlessOk(io::checkSettings(settings.codec, settings.depth_law));
-  settings.law = readLaw(keywords);
+  settings.law = keywords.choice("law", lawChoices());
   if (keywords.isSet("sensor"))
     settings.sensor = readSensor(keywords);
   if (keywords.isSet("sensor_pose"))
@@ -206,11 +174,7 @@ readRemovalSettings(const py::dict& values)
   const Keywords keywords(values);
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
-  settings.unit = keywords.choice<DensityUnit>("unit",
-                                               {{"automatic", DensityUnit::Automatic},
-                                                {"faces", DensityUnit::Faces},
-                                                {"points", DensityUnit::Points},
-                                                {"voxels", DensityUnit::Voxels}});
+  settings.unit = keywords.choice("unit", density_units);
   settings.full_intensity = static_cast<float>(keywords.number("full_intensity"));
   settings.use_history = keywords.flag("use_history");
   settings.max_blocks = keywords.count("max_blocks", any_size);

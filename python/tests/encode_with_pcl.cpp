@@ -93,39 +93,21 @@ encodeStream(const ModelT& model, io::IntensityCompressionSettings settings)
   }
 }
 
-template <typename ValueT, std::size_t count>
-ValueT
-named(const std::string& name, const std::pair<const char*, ValueT> (&values)[count])
-{
-  for (const auto& [known, value] : values)
-    if (name == known)
-      return value;
-  throw std::runtime_error("there is no '" + name + "'");
-}
-
 void
 run(const std::vector<std::string>& arguments)
 {
   io::IntensityCompressionSettings settings;
-  settings.effort = named<io::Effort>(arguments.at(1),
-                                      {{"fast", io::Effort::Fast},
-                                       {"balanced", io::Effort::Balanced},
-                                       {"small", io::Effort::Small}});
-  settings.format =
-      named<io::StreamFormat>(arguments.at(2),
-                              {{"version1", io::StreamFormat::Version1},
-                               {"published", io::StreamFormat::Published}});
+  settings.effort = valueNamed(io::efforts, arguments.at(1)).value();
+  settings.format = valueNamed(io::stream_formats, arguments.at(2)).value();
   settings.resolution = std::stod(arguments.at(3));
   settings.i_frame_rate = 4;
   io::SensorPose pose = io::SensorPose::Identity();
   pose.translation() << std::stof(arguments.at(4)), 0.0f, 0.0f;
   settings.sensor_pose = pose;
-  for (const NamedIntensityLaw& known : intensity_laws)
-    if (arguments.at(0) == known.name)
-      visitIntensityModel(known.law,
-                          settings.resolution,
-                          runtimeSensor(KinectV2()),
-                          [&](const auto& model) { encodeStream(model, settings); });
+  visitIntensityModel(valueNamed(intensity_laws, arguments.at(0)).value(),
+                      settings.resolution,
+                      runtimeSensor(KinectV2()),
+                      [&](const auto& model) { encodeStream(model, settings); });
 }
 
 } // namespace

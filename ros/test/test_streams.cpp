@@ -56,7 +56,7 @@ TEST_F(Streams, IntensitiesOfTheSensorAreSentUnlessAParameterSaysOtherwise)
   settings.compression.intensity_range = 255.0f;
   settings.compression.intensity_bits = 8;
   expectStream<pcl::PointXYZI>(
-      {{"intensity", "auto"}, {"intensity_range", 255.0}, {"intensity_bits", 8}},
+      {{"intensity", "automatic"}, {"intensity_range", 255.0}, {"intensity_bits", 8}},
       settings);
   compressor->expectOutput("The intensities are: native");
 }
@@ -65,7 +65,7 @@ TEST_F(Streams, CloudThatIsRefusedDoesNotChooseTheIntensities)
 {
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Native;
-  startBoth({{"intensity", "auto"}});
+  startBoth({{"intensity", "automatic"}});
   sensor_msgs::PointCloud2 empty;
   empty.header = cloud(0).header;
   clouds.publish(empty);

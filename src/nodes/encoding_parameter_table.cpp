@@ -1,8 +1,8 @@
-#include "nodes/encoding_parameter_table.h"
-
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/nodes/node_parameters.h>
+
+#include "nodes/parameter_access.h"
 
 namespace pcl_ext {
 namespace nodes {
@@ -27,12 +27,12 @@ describeLaw(Descriptions& parameters)
 {
   parameters.push_back(wordParameter(
       "intensity",
-      wordFor(std::optional<IntensityLaw>(), lawWords()),
-      lawWords(),
+      nameOf(lawChoices(), LawChoice()),
+      lawChoices(),
       "Intensity of a voxel: the number of its points; the covered share of a voxel "
       "face (255: all), by two laws, quadratic and linear; native, the sensor's own "
-      "intensity; none, positions alone; auto, native for clouds with the field of "
-      "intensity_field, else none."));
+      "intensity; none, positions alone; automatic, native for clouds with the field "
+      "of intensity_field, else none."));
   parameters.push_back(textParameter("intensity_field",
                                      SensorNodeSettings().intensity_field,
                                      "Field of the clouds that native reads."));
@@ -44,7 +44,7 @@ describeSensor(Descriptions& parameters)
   parameters.push_back(
       wordParameter("sensor",
                     "",
-                    sensorWords(),
+                    named_sensors,
                     "Sensor by its name, which quadratic and linear need, unless it is "
                     "described by the next four parameters."));
   constexpr double widest = 179.9; // degrees; the tangent of its half is finite
@@ -75,13 +75,13 @@ describeStream(Descriptions& parameters)
 {
   const io::EncoderSettings defaults;
   parameters.push_back(wordParameter("effort",
-                                     wordFor(defaults.effort, effortWords()),
-                                     effortWords(),
+                                     nameOf(io::efforts, defaults.effort),
+                                     io::efforts,
                                      "Time against size; version1 only."));
   parameters.push_back(
       wordParameter("format",
-                    wordFor(defaults.format, formatWords()),
-                    formatWords(),
+                    nameOf(io::stream_formats, defaults.format),
+                    io::stream_formats,
                     "Bitstream: this library's own, or that which the paper's authors "
                     "published."));
   parameters.push_back(
@@ -99,8 +99,8 @@ describeIntensities(Descriptions& parameters)
   const io::EncoderSettings defaults;
   parameters.push_back(wordParameter(
       "aggregation",
-      wordFor(defaults.aggregation, aggregationWords()),
-      aggregationWords(),
+      nameOf(io::aggregations, defaults.aggregation),
+      io::aggregations,
       "Intensity of several points in a voxel; automatic: mean for native "
       "in version1, else sum."));
   parameters.push_back(
@@ -119,8 +119,8 @@ describeIntensities(Descriptions& parameters)
                       "Top of the scale; 0: automatic; published: 0 or 255."));
   parameters.push_back(
       wordParameter("intensity_curve",
-                    wordFor(defaults.intensity_curve, curveWords()),
-                    curveWords(),
+                    nameOf(io::intensity_curves, defaults.intensity_curve),
+                    io::intensity_curves,
                     "Steps of the scale; companded: small intensities are exact, large "
                     "ones rounded; published: linear."));
   parameters.push_back(
@@ -202,67 +202,6 @@ describeEncodingParameters()
 }
 
 } // namespace
-
-const Words<std::optional<IntensityLaw>>&
-lawWords()
-{
-  static const Words<std::optional<IntensityLaw>> words = [] {
-    Words<std::optional<IntensityLaw>> laws = {{"auto", std::nullopt}};
-    for (const NamedIntensityLaw& named : intensity_laws)
-      laws.emplace_back(named.name, named.law);
-    return laws;
-  }();
-  return words;
-}
-
-const Words<RuntimeSensor>&
-sensorWords()
-{
-  static const Words<RuntimeSensor> words = [] {
-    Words<RuntimeSensor> sensors;
-    for (const NamedSensor& named : named_sensors)
-      sensors.emplace_back(named.name, named.sensor);
-    return sensors;
-  }();
-  return words;
-}
-
-const Words<io::Effort>&
-effortWords()
-{
-  static const Words<io::Effort> words = {{"fast", io::Effort::Fast},
-                                          {"balanced", io::Effort::Balanced},
-                                          {"small", io::Effort::Small}};
-  return words;
-}
-
-const Words<io::StreamFormat>&
-formatWords()
-{
-  static const Words<io::StreamFormat> words = {
-      {"version1", io::StreamFormat::Version1},
-      {"published", io::StreamFormat::Published}};
-  return words;
-}
-
-const Words<io::Aggregation>&
-aggregationWords()
-{
-  static const Words<io::Aggregation> words = {
-      {"automatic", io::Aggregation::Automatic},
-      {"sum", io::Aggregation::Sum},
-      {"mean", io::Aggregation::Mean}};
-  return words;
-}
-
-const Words<io::IntensityCurve>&
-curveWords()
-{
-  static const Words<io::IntensityCurve> words = {
-      {"linear", io::IntensityCurve::Linear},
-      {"companded", io::IntensityCurve::Companded}};
-  return words;
-}
 
 const std::vector<ParameterDescription>&
 encodingParameters()

@@ -1,6 +1,5 @@
 #include <pcl_ext/nodes/node_parameters.h>
 
-#include "nodes/encoding_parameter_table.h"
 #include "nodes/parameter_access.h"
 #include "nodes/sensor_node_settings.h"
 
@@ -19,13 +18,13 @@ void
 readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
 {
   settings.resolution = access.get<double>("resolution");
-  settings.effort = access.meaning("effort", effortWords());
-  settings.format = access.meaning("format", formatWords());
+  settings.effort = access.named("effort", io::efforts);
+  settings.format = access.named("format", io::stream_formats);
   settings.i_frame_rate = access.count("i_frame_rate");
-  settings.aggregation = access.meaning("aggregation", aggregationWords());
+  settings.aggregation = access.named("aggregation", io::aggregations);
   settings.intensity_bits = access.count("intensity_bits");
   settings.intensity_range = access.number("intensity_range");
-  settings.intensity_curve = access.meaning("intensity_curve", curveWords());
+  settings.intensity_curve = access.named("intensity_curve", io::intensity_curves);
   settings.colour_bits = access.count("colour_bits");
   settings.keep_point_counts = access.get<bool>("keep_point_counts");
   settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
@@ -54,7 +53,7 @@ readSensor(const ParameterAccess& access, std::optional<RuntimeSensor>& sensor)
     return std::string("sensor is not set; it must be set, or else all of ") +
            sensor_numbers;
   if (!name.empty())
-    sensor = access.meaning("sensor", sensorWords());
+    sensor = access.named("sensor", named_sensors);
   else if (numbers != 0)
     sensor.emplace(fov_x_deg, fov_y_deg, columns, rows);
   return {};
@@ -94,7 +93,7 @@ readOutlierRemoval(const ParameterAccess& access,
 IntensityLaw
 readLaw(const ParameterAccess& access, bool has_intensities)
 {
-  const std::optional<IntensityLaw>& law = access.meaning("intensity", lawWords());
+  const LawChoice law = access.named("intensity", lawChoices());
   return law.value_or(automaticLaw(has_intensities));
 }
 

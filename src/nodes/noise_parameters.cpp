@@ -7,16 +7,6 @@ namespace nodes {
 
 namespace {
 
-const Words<DensityUnit>&
-densityUnitWords()
-{
-  static const Words<DensityUnit> words = {{"automatic", DensityUnit::Automatic},
-                                           {"faces", DensityUnit::Faces},
-                                           {"points", DensityUnit::Points},
-                                           {"voxels", DensityUnit::Voxels}};
-  return words;
-}
-
 std::vector<ParameterDescription>
 describeNoiseParameters()
 {
@@ -43,8 +33,8 @@ describeNoiseParameters()
                       "Log-odds of surface against noise, natural logarithm; voxels of "
                       "lower ones are outliers."),
       wordParameter("density_unit",
-                    wordFor(removal.unit, densityUnitWords()),
-                    densityUnitWords(),
+                    nameOf(density_units, removal.unit),
+                    density_units,
                     "What outliers are judged by: faces for the quadratic law, points "
                     "for counts of depth cameras, voxels for lidars.")};
 }
@@ -66,7 +56,7 @@ readNoiseParameters(const ParameterValues& values)
   settings.min_intensity = access.number("min_intensity");
   VoxelOutlierRemovalSettings removal;
   removal.min_log_odds = access.number("min_log_odds");
-  removal.unit = access.meaning("density_unit", densityUnitWords());
+  removal.unit = access.named("density_unit", density_units);
   if (access.get<bool>("remove_outliers"))
     settings.outlier_removal = removal;
   return settings;

@@ -1,22 +1,17 @@
 #pragma once
 
+#include <pcl_ext/named_value.h>
 #include <pcl_ext/nodes/node_parameters.h>
 
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 // Describing parameters, and reading their values.
 
 namespace pcl_ext {
 namespace nodes {
-
-/** \brief Words and what they stand for, in the order in which messages have them. */
-template <typename MeaningT>
-using Words = std::vector<std::pair<std::string, MeaningT>>;
 
 /** \brief Largest value of a setting of type float. */
 constexpr double largest_float_value = std::numeric_limits<float>::max();
@@ -80,27 +75,19 @@ textParameter(const std::string& name,
   return parameter;
 }
 
-/** \brief The first word with a meaning, which must be one of them. */
-template <typename MeaningT>
-const std::string&
-wordFor(const MeaningT& meaning, const Words<MeaningT>& words)
-{
-  for (const auto& [word, other_meaning] : words)
-    if (other_meaning == meaning)
-      return word;
-  throw std::out_of_range("a default has no word");
-}
-
-template <typename MeaningT>
+/** \brief A parameter that is the name of a value.
+ * \param[in] table all values, of NamedValue
+ */
+template <typename TableT>
 ParameterDescription
 wordParameter(const std::string& name,
               const std::string& default_word,
-              const Words<MeaningT>& words,
+              const TableT& table,
               const std::string& description)
 {
   ParameterDescription parameter = textParameter(name, default_word, description);
-  for (const auto& entry : words)
-    parameter.words.push_back(entry.first);
+  for (const auto& named : table)
+    parameter.words.emplace_back(named.name);
   return parameter;
 }
 
@@ -142,16 +129,14 @@ public:
     return static_cast<float>(get<double>(name));
   }
 
-  /** \brief What the word of a parameter stands for. */
-  template <typename MeaningT>
-  const MeaningT&
-  meaning(const std::string& name, const Words<MeaningT>& words) const
+  /** \brief The value that a parameter names, of a table of NamedValue.
+   * \throws std::bad_optional_access if none has the name
+   */
+  template <typename TableT>
+  auto
+  named(const std::string& name, const TableT& table) const
   {
-    const std::string& word = get<std::string>(name);
-    for (const auto& entry : words)
-      if (entry.first == word)
-        return entry.second;
-    throw std::out_of_range(name + " has no such word: " + word);
+    return valueNamed(table, get<std::string>(name)).value();
   }
 
 private:

@@ -30,20 +30,9 @@ checkSensor(const RuntimeSensor& sensor)
 bool
 isKnown(IntensityLaw law)
 {
-  return std::any_of(
-      intensity_laws.begin(),
-      intensity_laws.end(),
-      [law](const NamedIntensityLaw& known) { return known.law == law; });
-}
-
-/** \brief The names of all laws, for messages. */
-std::string
-lawNames()
-{
-  std::string names;
-  for (const NamedIntensityLaw& known : intensity_laws)
-    names += (names.empty() ? "" : ", ") + nameOf(known.law);
-  return names;
+  return std::any_of(intensity_laws.begin(),
+                     intensity_laws.end(),
+                     [law](const auto& known) { return known.value == law; });
 }
 
 /** \brief What is wrong with the outlier removal, which has to be set; empty if
@@ -107,7 +96,7 @@ checkSettings(const SensorNodeSettings& settings)
   };
   if (!isKnown(settings.law))
     return invalid(io::invalidMessage(
-        "law", static_cast<int>(settings.law), "one of " + lawNames()));
+        "law", static_cast<int>(settings.law), "one of " + namesOf(intensity_laws)));
   if (needsSensor(settings.law) && !settings.sensor)
     return invalid("sensor is not set; the quadratic and the linear law need its field "
                    "of view and size");

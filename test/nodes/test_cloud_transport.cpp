@@ -116,7 +116,7 @@ TEST(CloudTransport, LawsOfTheDepthNeedNoTransform)
             "");
   SensorNodeSettings settings;
   settings.law = IntensityLaw::Quadratic;
-  settings.sensor = pcl_ext::named_sensors[0].sensor;
+  settings.sensor = pcl_ext::named_sensors[0].value;
   const auto cloud = wall<pcl::PointXYZ>(3);
   EXPECT_EQ(framesOfNode(settings, {cloud}),
             std::vector<Frame>{encoded(sender, cloud)});

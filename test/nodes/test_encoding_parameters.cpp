@@ -178,10 +178,10 @@ TEST(EncodingParameters, EachChangesTheSettingThatItNames)
     EXPECT_EQ(changed_names.count(parameter.name), 1u) << parameter.name;
 }
 
-TEST(EncodingParameters, AutoIsNativeWhereCloudsHaveIntensities)
+TEST(EncodingParameters, AutomaticIsNativeWhereCloudsHaveIntensities)
 {
   for (const ParameterValues& values :
-       {ParameterValues{}, ParameterValues{{"intensity", "auto"}}}) {
+       {ParameterValues{}, ParameterValues{{"intensity", "automatic"}}}) {
     EXPECT_EQ(settingsOf(values, false).law, IntensityLaw::None);
     EXPECT_EQ(settingsOf(values, true).law, IntensityLaw::Native);
   }

@@ -198,7 +198,7 @@ TEST(NodeParameters, NumbersEndAtTheirRange)
 TEST(NodeParameters, OtherWordsAreRefused)
 {
   for (const auto& [name, words] : std::vector<std::pair<std::string, std::string>>{
-           {"intensity", "auto, count, quadratic, linear, native, none"},
+           {"intensity", "automatic, count, quadratic, linear, native, none"},
            {"sensor", "kinect_v2, kinect_v1, azure_kinect_nfov, or ''"},
            {"effort", "fast, balanced, small"},
            {"format", "version1, published"},

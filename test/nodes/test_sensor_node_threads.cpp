@@ -52,7 +52,7 @@ TEST(SensorNodeThreads, ChangeNoByteAndNoCount)
     for (const bool is_cropped : {false, true}) {
       SensorNodeSettings settings;
       settings.law = law;
-      settings.sensor = pcl_ext::named_sensors[0].sensor;
+      settings.sensor = pcl_ext::named_sensors[0].value;
       settings.compression.resolution = 0.05;
       if (is_cropped)
         settings.crop_box = pcl_ext::io::BoundingBox{{0, 1, 3}, {3, 3, 5}};

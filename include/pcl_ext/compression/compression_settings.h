@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/named_value.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
 
@@ -22,11 +23,17 @@ enum class Effort {
   Small     ///< recording, thin links; fewer bytes for twice the time
 };
 
+inline constexpr std::array<NamedValue<Effort>, 3> efforts = {
+    {{Effort::Fast, "fast"}, {Effort::Balanced, "balanced"}, {Effort::Small, "small"}}};
+
 /** \brief The bitstream to write. Decoders detect it by its first bytes. */
 enum class StreamFormat {
   Version1, ///< this library's own, see doc/bitstream.md
   Published ///< as the paper's authors published it, to replace one end at a time
 };
+
+inline constexpr std::array<NamedValue<StreamFormat>, 2> stream_formats = {
+    {{StreamFormat::Version1, "version1"}, {StreamFormat::Published, "published"}}};
 
 /** \brief How the intensities of the points are combined in a voxel. */
 enum class Aggregation {
@@ -35,11 +42,19 @@ enum class Aggregation {
   Mean       ///< the mean, for native intensities
 };
 
+inline constexpr std::array<NamedValue<Aggregation>, 3> aggregations = {
+    {{Aggregation::Automatic, "automatic"},
+     {Aggregation::Sum, "sum"},
+     {Aggregation::Mean, "mean"}}};
+
 /** \brief How intensities are mapped to symbols. */
 enum class IntensityCurve {
   Linear,   ///< steps of the same size
   Companded ///< small numbers exact, then steps that grow, see compandedEdge
 };
+
+inline constexpr std::array<NamedValue<IntensityCurve>, 2> intensity_curves = {
+    {{IntensityCurve::Linear, "linear"}, {IntensityCurve::Companded, "companded"}}};
 
 /** \brief An axis-aligned box in world coordinates, metres; both ends are included. */
 struct BoundingBox {

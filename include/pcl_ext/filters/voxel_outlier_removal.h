@@ -3,8 +3,10 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_law.h>
+#include <pcl_ext/named_value.h>
 #include <pcl_ext/status.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -60,6 +62,12 @@ enum class DensityUnit {
    * and for frames without intensities. */
   Voxels
 };
+
+inline constexpr std::array<NamedValue<DensityUnit>, 4> density_units = {
+    {{DensityUnit::Automatic, "automatic"},
+     {DensityUnit::Faces, "faces"},
+     {DensityUnit::Points, "points"},
+     {DensityUnit::Voxels, "voxels"}}};
 
 /** \brief The unit for intensities of a law: Faces for the quadratic one, Points for
  * counts of depth cameras, Voxels for native ones and where there are none, and

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/named_value.h>
 
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -19,14 +21,7 @@ enum class IntensityLaw {
   None       ///< no intensity: positions alone
 };
 
-/** \brief A law and its name on command lines and in parameter files. */
-struct NamedIntensityLaw {
-  IntensityLaw law;
-  const char* name;
-};
-
-/** \brief All laws. */
-inline constexpr std::array<NamedIntensityLaw, 5> intensity_laws = {
+inline constexpr std::array<NamedValue<IntensityLaw>, 5> intensity_laws = {
     {{IntensityLaw::Count, "count"},
      {IntensityLaw::Quadratic, "quadratic"},
      {IntensityLaw::Linear, "linear"},
@@ -37,10 +32,7 @@ inline constexpr std::array<NamedIntensityLaw, 5> intensity_laws = {
 inline std::string
 nameOf(IntensityLaw law)
 {
-  for (const NamedIntensityLaw& known : intensity_laws)
-    if (known.law == law)
-      return known.name;
-  return "unknown";
+  return nameOf(intensity_laws, law);
 }
 
 /** \brief True if a law needs the sensor's field of view and size. */
@@ -59,14 +51,21 @@ automaticLaw(bool has_intensities)
   return has_intensities ? IntensityLaw::Native : IntensityLaw::None;
 }
 
-/** \brief A sensor and its name on command lines and in parameter files. */
-struct NamedSensor {
-  RuntimeSensor sensor;
-  const char* name;
-};
+/** \brief A law or, as "automatic", none: then the clouds decide, by automaticLaw(). */
+using LawChoice = std::optional<IntensityLaw>;
+
+/** \brief All choices of a law, "automatic" first. */
+inline std::vector<NamedValue<LawChoice>>
+lawChoices()
+{
+  std::vector<NamedValue<LawChoice>> choices = {{std::nullopt, "automatic"}};
+  for (const NamedValue<IntensityLaw>& law : intensity_laws)
+    choices.push_back({law.value, law.name});
+  return choices;
+}
 
 /** \brief The sensors that have a type. */
-inline constexpr std::array<NamedSensor, 3> named_sensors = {
+inline constexpr std::array<NamedValue<RuntimeSensor>, 3> named_sensors = {
     {{runtimeSensor(KinectV2()), "kinect_v2"},
      {runtimeSensor(KinectV1()), "kinect_v1"},
      {runtimeSensor(AzureKinectNfovUnbinned()), "azure_kinect_nfov"}}};

@@ -91,7 +91,7 @@ valueOf(const ParameterValues& values, const std::string& name)
 
 /** \brief The parameters of encoding: all of SensorNodeSettings that users set, except
  * for the global coordinate frame. They have the names of the fields; `intensity` is
- * the law, where the word auto means native for clouds with the field
+ * the law, where the word automatic means native for clouds with the field
  * `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();
@@ -120,7 +120,7 @@ streamParameters();
 /** \brief The settings of a sensor's node.
  * \param[in] values of encodingParameters(); one that is missing has its default, and
  * values of other names are ignored
- * \param[in] has_intensities for auto: whether the clouds have the field
+ * \param[in] has_intensities for automatic: whether the clouds have the field
  * `intensity_field`
  * \param[in,out] settings what the parameters say; the rest, and all if something is
  * wrong, is unchanged

@@ -23,7 +23,7 @@ TEST_F(ChangedParameters, ThoseOfTheSenderHoldFromTheNextCloudOn)
   settings.law = pcl_ext::IntensityLaw::Count;
   setAndExpect("intensity", "count");
   settings.law = pcl_ext::IntensityLaw::Native;
-  setAndExpect("intensity", "auto");
+  setAndExpect("intensity", "automatic");
   settings.crop_box->min = {-0.5, -0.5, 0.0};
   settings.crop_box->max = {0.5, 0.75, 5.0};
   setAndExpect("crop_box", std::vector<double>{-0.5, -0.5, 0.0, 0.5, 0.75, 5.0});

@@ -14,6 +14,7 @@
 #include "streams/stream_decoder.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -212,6 +213,11 @@ private:
   std::size_t lost_ = 0;
 };
 
+constexpr std::array<NamedValue<CloudFormat>, 3> pcd_formats = {
+    {{CloudFormat::PcdBinary, "binary"},
+     {CloudFormat::PcdCompressed, "compressed"},
+     {CloudFormat::PcdAscii, "ascii"}}};
+
 } // namespace
 
 Run
@@ -221,13 +227,7 @@ addDecode(CLI::App& app)
   addInput(app, options->input, "recording; - is standard input");
   addOutput(app, options->output, "folder for the clouds, one file a frame; or x.mcap");
   CLI::Option* const pcd =
-      addChoice<CloudFormat>(app,
-                             "--pcd",
-                             {{"binary", CloudFormat::PcdBinary},
-                              {"compressed", CloudFormat::PcdCompressed},
-                              {"ascii", CloudFormat::PcdAscii}},
-                             options->format,
-                             "kind of PCD files");
+      addChoice(app, "--pcd", pcd_formats, options->format, "kind of PCD files");
   CLI::Option* const ply = app.add_flag_callback(
       "--ply", [options] { options->format = CloudFormat::Ply; }, "PLY files");
   CLI::Option* const bag = app.add_flag(

@@ -427,12 +427,10 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(
-      app,
-      options->input.inputs,
-      "PCD, PLY and KITTI .bin files, folders and 'globs' of them; or a bag: "
-      "MCAP, rosbag2 folder, ROS 1; - is standard input. A folder is a stream, and "
-      "so are the files named of one folder");
+  addInput(app,
+           options->input.inputs,
+           "PCD, PLY, KITTI .bin files, folders, 'globs' of them; or a bag: "
+           "MCAP, rosbag2, ROS 1; -: standard input; one stream per folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, a folder (rosbag2), - (.pcxi)");

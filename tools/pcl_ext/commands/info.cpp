@@ -64,26 +64,6 @@ describeTime(Time time)
   return text;
 }
 
-const char*
-nameOf(io::Effort effort)
-{
-  switch (effort) {
-  case io::Effort::Fast:
-    return "fast";
-  case io::Effort::Balanced:
-    return "balanced";
-  case io::Effort::Small:
-    return "small";
-  }
-  return "unknown";
-}
-
-const char*
-nameOf(io::StreamFormat format)
-{
-  return format == io::StreamFormat::Published ? "published" : "version1";
-}
-
 /** \brief What is known about a recording as a whole. */
 struct RecordingSummary {
   std::uint64_t file_bytes = 0;
@@ -183,21 +163,22 @@ printStreams(const std::vector<StreamFigures>& streams)
       text << stream.resolution << (stream.has_one_resolution ? "" : " (varies)");
       edge = text.str();
     }
-    const bool is_published = stream.format == io::StreamFormat::Published;
+    std::string coding = nameOf(io::stream_formats, stream.format);
+    if (stream.format == io::StreamFormat::Version1)
+      coding += std::string(" ") + nameOf(io::efforts, stream.effort);
     const double bytes_per_voxel = stream.bytesPerVoxel();
-    table.addRow(
-        {printable(stream.name),
-         whole(static_cast<double>(stream.frames)),
-         whole(static_cast<double>(stream.i_frames)),
-         whole(static_cast<double>(stream.missing + stream.unreadable)),
-         orDash(stream.rate(), 1),
-         orDash(stream.meanVoxels(), 0),
-         whole(stream.meanBytes()),
-         orDash(bytes_per_voxel, 3),
-         edge,
-         is_published ? "published" : std::string("version1 ") + nameOf(stream.effort),
-         describeAttributes(stream),
-         stream.frame_id.empty() ? "-" : printable(stream.frame_id)});
+    table.addRow({printable(stream.name),
+                  whole(static_cast<double>(stream.frames)),
+                  whole(static_cast<double>(stream.i_frames)),
+                  whole(static_cast<double>(stream.missing + stream.unreadable)),
+                  orDash(stream.rate(), 1),
+                  orDash(stream.meanVoxels(), 0),
+                  whole(stream.meanBytes()),
+                  orDash(bytes_per_voxel, 3),
+                  edge,
+                  coding,
+                  describeAttributes(stream),
+                  stream.frame_id.empty() ? "-" : printable(stream.frame_id)});
   }
   table.print(std::cout);
   std::cout
@@ -253,9 +234,9 @@ toJson(const StreamFigures& stream)
     json["bytes_per_voxel"] = bytes_per_voxel;
   json["resolution_m"] = stream.resolution;
   json["has_one_resolution"] = stream.has_one_resolution;
-  json["format"] = nameOf(stream.format);
+  json["format"] = nameOf(io::stream_formats, stream.format);
   if (stream.format == io::StreamFormat::Version1)
-    json["effort"] = nameOf(stream.effort);
+    json["effort"] = nameOf(io::efforts, stream.effort);
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;
   json["has_point_counts"] = stream.has_point_counts;

@@ -31,11 +31,8 @@ inline std::optional<IntensityLaw>
 lawOf(const StreamMetadata& metadata)
 {
   const auto found = metadata.find(law_metadata);
-  if (found != metadata.end())
-    for (const NamedIntensityLaw& named : intensity_laws)
-      if (found->second == named.name)
-        return named.law;
-  return std::nullopt;
+  return found == metadata.end() ? std::nullopt
+                                 : valueNamed(intensity_laws, found->second);
 }
 
 /** \brief Adds what a channel tells in both of its forms, compressed or not, such as

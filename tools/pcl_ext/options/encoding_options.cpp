@@ -18,16 +18,6 @@ namespace tools {
 
 namespace {
 
-std::vector<std::pair<std::string, std::optional<IntensityLaw>>>
-lawChoices()
-{
-  std::vector<std::pair<std::string, std::optional<IntensityLaw>>> choices = {
-      {"auto", std::nullopt}};
-  for (const NamedIntensityLaw& named : intensity_laws)
-    choices.emplace_back(named.name, named.law);
-  return choices;
-}
-
 /** \brief Adds an option for a number that is a parameter of the nodes, too, with its range.
  * \param[in] parameter its name there
  */
@@ -92,14 +82,7 @@ addOutlierRemoval(CLI::App& app,
 {
   CLI::Option* const removal =
       app.add_flag("--remove-outliers", removes_outliers, description);
-  addChoice<DensityUnit>(app,
-                         "--unit",
-                         {{"auto", DensityUnit::Automatic},
-                          {"faces", DensityUnit::Faces},
-                          {"points", DensityUnit::Points},
-                          {"voxels", DensityUnit::Voxels}},
-                         unit,
-                         "of intensities, for --remove-outliers; lidars: voxels")
+  addChoice(app, "--unit", density_units, unit, "for --remove-outliers; lidars: voxels")
       ->needs(removal);
 }
 
@@ -127,19 +110,13 @@ EncodingOptions::addCodecOptions(CLI::App& app)
             "-l,--law",
             lawChoices(),
             law_,
-            "of a point; auto: native if clouds have one, else none");
+            "automatic: native if clouds have one, else none");
   addParsed(app,
             "--sensor",
             "SENSOR",
-            "kinect_v2, kinect_v1, azure_kinect_nfov or deg,deg,columns,rows",
+            namesOf(named_sensors) + " or deg,deg,columns,rows",
             [this](const std::string& text) { sensor_ = parseSensor(text); });
-  addChoice<io::Effort>(app,
-                        "-e,--effort",
-                        {{"fast", io::Effort::Fast},
-                         {"balanced", io::Effort::Balanced},
-                         {"small", io::Effort::Small}},
-                        codec_.effort,
-                        "time against size");
+  addChoice(app, "-e,--effort", io::efforts, codec_.effort, "time against size");
   addParameter(app,
                "--i-frame-rate",
                codec_.i_frame_rate,
@@ -178,25 +155,21 @@ EncodingOptions::addScaleOptions(CLI::App& app)
                "intensity_range",
                "I",
                "top of the scale; 0: automatic");
-  addChoice<io::IntensityCurve>(app,
-                                "--intensity-curve",
-                                {{"linear", io::IntensityCurve::Linear},
-                                 {"companded", io::IntensityCurve::Companded}},
-                                codec_.intensity_curve,
-                                "companded: small ones are exact, large ones rounded");
-  addChoice<io::Aggregation>(app,
-                             "--aggregation",
-                             {{"auto", io::Aggregation::Automatic},
-                              {"sum", io::Aggregation::Sum},
-                              {"mean", io::Aggregation::Mean}},
-                             codec_.aggregation,
-                             "of the intensities in a voxel");
-  addChoice<io::StreamFormat>(app,
-                              "--format",
-                              {{"version1", io::StreamFormat::Version1},
-                               {"published", io::StreamFormat::Published}},
-                              codec_.format,
-                              "published: that of the paper's authors");
+  addChoice(app,
+            "--intensity-curve",
+            io::intensity_curves,
+            codec_.intensity_curve,
+            "companded: small ones are exact, large ones rounded");
+  addChoice(app,
+            "--aggregation",
+            io::aggregations,
+            codec_.aggregation,
+            "of the intensities in a voxel");
+  addChoice(app,
+            "--format",
+            io::stream_formats,
+            codec_.format,
+            "published: that of the paper's authors");
   app.add_flag_callback(
       "--no-header",
       [this] { carries_header_ = false; },

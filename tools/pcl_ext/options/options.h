@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <pcl_ext/named_value.h>
+
 #include "console/exit_status.h"
 #include "outputs/output_path.h"
 
@@ -15,7 +17,6 @@
 #include <cstdlib>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -45,35 +46,30 @@ refuseOptions(const CLI::App& app,
 
 /** \brief Adds an option with a few named values.
  * \param[in] name as CLI11 takes it
- * \param[in] choices names and what they stand for
+ * \param[in] choices all values, a table of NamedValue
  * \param[in,out] value the default; is set if the option is given
  */
-template <typename ValueT>
+template <typename TableT, typename ValueT>
 CLI::Option*
 addChoice(CLI::App& app,
           const std::string& name,
-          const std::vector<std::pair<std::string, ValueT>>& choices,
+          const TableT& choices,
           ValueT& value,
           const std::string& description)
 {
   std::vector<std::string> names;
   std::string joined;
-  std::string default_name;
   for (const auto& choice : choices) {
-    names.push_back(choice.first);
-    joined += (joined.empty() ? "" : "|") + choice.first;
-    if (choice.second == value)
-      default_name = choice.first;
+    names.emplace_back(choice.name);
+    joined += (joined.empty() ? "" : "|") + names.back();
   }
   return app
       .add_option_function<std::string>(
           name,
           [choices, &value](const std::string& given) {
-            for (const auto& choice : choices)
-              if (choice.first == given)
-                value = choice.second;
+            value = valueNamed(choices, given).value_or(value);
           },
-          description + " (" + default_name + ")")
+          description + " (" + nameOf(choices, value) + ")")
       ->check(CLI::IsMember(names).description(""))
       ->type_name(joined);
 }

@@ -128,13 +128,10 @@ RuntimeSensor
 parseSensor(const std::string& text)
 {
   if (text.find(',') == std::string::npos) {
-    std::string names;
-    for (const NamedSensor& named : named_sensors) {
-      if (text == named.name)
-        return named.sensor;
-      names += std::string(" ") + named.name;
-    }
-    throw UsageError("--sensor: unknown sensor '" + text + "'; known:" + names +
+    if (const auto sensor = valueNamed(named_sensors, text))
+      return *sensor;
+    throw UsageError("--sensor: unknown sensor '" + text +
+                     "'; known: " + namesOf(named_sensors) +
                      "; others: horizontal degrees,vertical degrees,columns,rows");
   }
   const std::vector<double> figures = parseNumbers("sensor", text);
