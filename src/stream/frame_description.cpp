@@ -32,6 +32,7 @@ describeVersion1(ByteSource& source,
   description.format = StreamFormat::Version1;
   description.frame_number = header.frame_number;
   description.is_i_frame = header.is_i_frame;
+  description.is_of_changes = header.is_of_changes;
   description.effort = header.effort;
   description.voxels = static_cast<std::size_t>(header.voxel_count);
   description.points = header.content.has_point_counts

@@ -109,6 +109,7 @@ private:
               std::vector<std::uint8_t>& bytes)
   {
     CodedFrameStatistics statistics;
+    bool is_of_changes = false;
     statistics.voxels = frame.size();
     statistics.is_i_frame = isIFrameDue();
     if (format_ == StreamFormat::Published) {
@@ -120,14 +121,25 @@ private:
           frame, statistics.is_i_frame, published_, bytes, statistics);
     }
     else {
-      const bool is_i_frame = isIFrameDue() || version1_.needsIFrame(frame, stamp);
-      const VoxelFrame* const matched = is_i_frame ? nullptr : &version1_.match(frame);
-      version1_.encode(frame, matched, stamp, bytes, statistics);
+      bool is_i_frame = isIFrameDue() || version1_.needsIFrame(frame, stamp);
+      is_of_changes = !is_i_frame && version1_.hasFewChanges(frame, was_of_changes_);
+      // Frames of changes have left the history behind.
+      is_i_frame = is_i_frame || (was_of_changes_ && !is_of_changes);
+      if (is_of_changes)
+        version1_.encodeChanges(frame, stamp, bytes, statistics);
+      else
+        version1_.encode(frame,
+                         is_i_frame ? nullptr : &version1_.match(frame),
+                         stamp,
+                         bytes,
+                         statistics);
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
-    if (format_ == StreamFormat::Version1 && !version1_.choosesHistory())
+    if (format_ == StreamFormat::Version1 && !is_of_changes &&
+        !version1_.choosesHistory())
       followHistory(frame, stamp, bytes, statistics);
+    was_of_changes_ = is_of_changes;
     frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
     statistics_ = statistics;
   }
@@ -174,6 +186,7 @@ private:
   std::uint32_t frames_since_i_frame_ = 0;
   bool is_i_frame_requested_ = true;
   bool is_last_empty_ = false;
+  bool was_of_changes_ = false; // the last frame
   CodedFrameStatistics statistics_;
 
   published::History published_;

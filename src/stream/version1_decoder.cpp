@@ -36,6 +36,7 @@ Version1Decoder::decode(ByteSource& source,
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;
+  statistics.is_of_changes = header_.is_of_changes;
   statistics.occupancy_bytes = sizes.occupancy;
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
@@ -108,6 +109,8 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
   const std::uint8_t* const end = payload + header_.payload_size;
   if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
     return status;
+  if (header_.is_of_changes)
+    return decodeChanges(work, payload, end, frame, sizes);
   const std::uint8_t* const supplement = end - header_.supplement_size;
   if (CompressionStatus status = decodeVoxels(work, payload, supplement, frame, sizes);
       !status.ok())
@@ -121,7 +124,47 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
     coders_.of(header_.effort).discard();
     return corruptFrame("invalid voxels");
   }
+  prepareChanges(frame);
   return {};
+}
+
+/** \brief Decodes a frame of changes. */
+CompressionStatus
+Version1Decoder::decodeChanges(CodingWorkspace& work,
+                               const std::uint8_t* begin,
+                               const std::uint8_t* end,
+                               VoxelFrame& frame,
+                               PayloadSizes& sizes)
+{
+  if (!changes_ || !changes_->hasLastFrame())
+    return corruptFrame("a frame of changes to one that it cannot refer to");
+  if (changes_->blockCount() > maxTrackedVoxels(limits_.max_voxels))
+    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
+  sizes = {static_cast<std::size_t>(header_.payload_size), 0, 0};
+  if (changes_->decode(
+          work,
+          {begin, end, static_cast<std::size_t>(header_.voxel_count), false},
+          frame) &&
+      isConsistent(frame))
+    return {};
+  return corruptFrame("the payload does not decode to " +
+                      std::to_string(header_.voxel_count) + " voxels");
+}
+
+/** \brief Copies a frame, not one of changes, if one of changes may follow. */
+void
+Version1Decoder::prepareChanges(const VoxelFrame& frame)
+{
+  keeps_frame_ =
+      !header_.content.hasSupplement() && !header_.content.has_point_counts &&
+      changes::ChangeCoder::mayFollow(header_.is_i_frame,
+                                      frame.size(),
+                                      static_cast<std::size_t>(header_.payload_size));
+  if (!keeps_frame_)
+    return;
+  if (!changes_)
+    changes_ = std::make_unique<changes::ChangeCoder>();
+  changes_->prepare(frame);
 }
 
 /** \brief Decodes the voxels, or with a refinement their coarse voxels. */
@@ -266,8 +309,10 @@ void
 Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
 {
   effort_ = header_.effort;
-  coders_.of(effort_).learn();
-  coders_.keepOnly(effort_);
+  if (header_.is_of_changes)
+    changes_->learn();
+  else
+    learnWhole();
   content_ = header_.content;
   if (supplement_ && content_.hasSupplement() && !frame.keys.empty())
     supplement_->learn();
@@ -289,10 +334,23 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
 }
 
+/** \brief Learns a frame that is not one of changes. */
+void
+Version1Decoder::learnWhole() noexcept
+{
+  coders_.of(effort_).learn();
+  coders_.keepOnly(effort_);
+  if (keeps_frame_)
+    changes_->learnWhole(header_.is_i_frame);
+  else if (changes_)
+    changes_->dropLastFrame();
+}
+
 void
 Version1Decoder::forget() noexcept
 {
   coders_.clear();
+  changes_.reset();
   supplement_.reset();
   has_history_ = false;
 }
@@ -309,6 +367,8 @@ Version1Decoder::releaseMemory()
   coders_.of(effort_).releaseMemory();
   if (supplement_)
     supplement_->releaseMemory();
+  if (changes_)
+    changes_->releaseMemory();
   coarse_voxels_ = VoxelFrame();
 }
 

@@ -7,6 +7,7 @@
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
+#include "codec/changes/change_coder.h"
 #include "codec/frame_order.h"
 #include "codec/payload_coder.h"
 #include "codec/supplement/supplement.h"
@@ -103,6 +104,16 @@ private:
                VoxelFrame& frame,
                PayloadSizes& sizes);
 
+  CompressionStatus
+  decodeChanges(CodingWorkspace& work,
+                const std::uint8_t* begin,
+                const std::uint8_t* end,
+                VoxelFrame& frame,
+                PayloadSizes& sizes);
+
+  void
+  prepareChanges(const VoxelFrame& frame);
+
   bool
   hasOtherPoints(const VoxelFrame& frame) const;
 
@@ -127,6 +138,9 @@ private:
   void
   learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept;
 
+  void
+  learnWhole() noexcept;
+
   DecoderLimits limits_;
 
   FrameOrder order_{true};
@@ -143,6 +157,7 @@ private:
   std::optional<FrameStamp> stamp_;
   supplement::Content content_;
   PayloadCoders coders_;
+  std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
 
   // Of the current frame; members so that their memory is reused.
@@ -151,6 +166,7 @@ private:
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
+  bool keeps_frame_ = false; // a frame of changes may follow
   VoxelFrame coarse_voxels_; // with a refinement
 };
 

@@ -43,6 +43,33 @@ Version1Encoder::match(const VoxelFrame& frame)
   return coded;
 }
 
+bool
+Version1Encoder::hasFewChanges(const VoxelFrame& frame, bool was_of_changes)
+{
+  // Smaller ones take few bytes and little time anyway.
+  constexpr std::size_t least_voxels = 1024;
+  // To begin with them takes fewer than to go on, as what ends them is an I-frame.
+  const std::size_t most_changes = frame.size() / (was_of_changes ? 4 : 8);
+  return frame.size() >= least_voxels && changes_ && changes_->hasLastFrame() &&
+         (!uses_depth_model_ || frame.depth_model == depth_model_) &&
+         changes_->blockCount() <= maxTrackedVoxels(frame.size()) &&
+         changes_->countChanges(work_, frame) <= most_changes;
+}
+
+void
+Version1Encoder::encodeChanges(const VoxelFrame& frame,
+                               const std::optional<FrameStamp>& stamp,
+                               std::vector<std::uint8_t>& bytes,
+                               CodedFrameStatistics& statistics)
+{
+  writeHeader(frame, false, stamp);
+  header_.is_of_changes = true;
+  header_.has_depth_model = false;
+  payload_.clear();
+  changes_->encode(work_, frame, payload_);
+  writeFrame(frame, {payload_.size(), 0, 0}, bytes, statistics);
+}
+
 /** \brief True if half of the voxels were in the last frame, too: then a history of
  * them is worth more than a refinement. */
 bool
@@ -77,6 +104,7 @@ Version1Encoder::writeHeader(const VoxelFrame& frame,
 {
   Version1Header& header = header_;
   header.is_i_frame = is_i_frame;
+  header.is_of_changes = false;
   header.effort = effort_;
   header.frame_number = frame_number_ + 1;
   header.grid = frame.grid;
@@ -107,22 +135,35 @@ Version1Encoder::encode(const VoxelFrame& frame,
 {
   const bool is_i_frame = matched == nullptr;
   writeHeader(frame, is_i_frame, stamp);
-  Version1Header& header = header_;
   if (is_i_frame)
     chooseContent(frame);
-  header.content = content_;
-  header.voxel_count = frame.size();
   const VoxelFrame& coded = is_i_frame ? codedVoxels(frame) : *matched;
-  header.coarse_voxel_count = coded.size();
+  header_.coarse_voxel_count = coded.size();
   PayloadSizes sizes = encodePayload(coded);
   const std::size_t supplement_begin = payload_.size();
   encodeSupplement(frame, coded, sizes);
-  header.supplement_size = payload_.size() - supplement_begin;
+  header_.supplement_size = payload_.size() - supplement_begin;
+  writeFrame(frame, sizes, bytes, statistics);
+  keepForChanges(frame);
+}
+
+/** \brief Appends the frame whose payload is encoded. */
+void
+Version1Encoder::writeFrame(const VoxelFrame& frame,
+                            const PayloadSizes& sizes,
+                            std::vector<std::uint8_t>& bytes,
+                            CodedFrameStatistics& statistics)
+{
+  Version1Header& header = header_;
+  header.content = content_;
+  header.voxel_count = frame.size();
   header.payload_size = payload_.size();
-  checksum_ = writeVersion1Frame(header, payload_, is_i_frame ? 0 : checksum_, bytes);
+  checksum_ =
+      writeVersion1Frame(header, payload_, header.is_i_frame ? 0 : checksum_, bytes);
 
   frame_number_ = header.frame_number;
-  statistics.is_i_frame = is_i_frame;
+  statistics.is_i_frame = header.is_i_frame;
+  statistics.is_of_changes = header.is_of_changes;
   statistics.frame_number = frame_number_;
   statistics.bytes = bytes.size();
   statistics.header_bytes = bytes.size() - payload_.size();
@@ -132,6 +173,23 @@ Version1Encoder::encode(const VoxelFrame& frame,
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   has_depth_model_ = frame.depth_model.has_value();
+}
+
+/** \brief Keeps a frame, not one of changes, if one of changes may follow. */
+void
+Version1Encoder::keepForChanges(const VoxelFrame& frame)
+{
+  if (!has_p_frames_ || content_.hasSupplement() || content_.has_point_counts ||
+      !changes::ChangeCoder::mayFollow(
+          header_.is_i_frame, frame.size(), payload_.size())) {
+    if (changes_)
+      changes_->dropLastFrame();
+    return;
+  }
+  if (!changes_)
+    changes_ = std::make_unique<changes::ChangeCoder>();
+  changes_->prepare(frame);
+  changes_->learnWhole(header_.is_i_frame);
 }
 
 /** \brief Chooses what is in the supplements until the next I-frame. */
@@ -224,6 +282,8 @@ Version1Encoder::releaseMemory()
   last_keys_ = std::vector<std::uint64_t>();
   if (supplement_)
     supplement_->releaseMemory();
+  if (changes_)
+    changes_->releaseMemory();
   frame_without_model_ = VoxelFrame();
   // Without memory for smaller copies the memory stays as it is.
   callOrElse([this] { coder().releaseMemory(); }, [] {});
@@ -233,6 +293,7 @@ void
 Version1Encoder::forgetHistory()
 {
   coders_.clear();
+  changes_.reset();
   supplement_.reset();
 }
 

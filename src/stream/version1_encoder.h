@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "codec/changes/change_coder.h"
 #include "codec/payload_coder.h"
 #include "codec/supplement/supplement.h"
 #include "stream/version1_header.h"
@@ -32,6 +33,20 @@ public:
   /** \brief True if a frame cannot be a P-frame, or should be none. */
   bool
   needsIFrame(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp);
+
+  /** \brief True if a frame that need not be an I-frame should be one of changes.
+   * \param[in] was_of_changes the last frame
+   */
+  bool
+  hasFewChanges(const VoxelFrame& frame, bool was_of_changes);
+
+  /** \brief Encodes the next frame as one of changes, for which hasFewChanges() is true;
+   * parameters are those of encode(). */
+  void
+  encodeChanges(const VoxelFrame& frame,
+                const std::optional<FrameStamp>& stamp,
+                std::vector<std::uint8_t>& bytes,
+                CodedFrameStatistics& statistics);
 
   /** \brief Matches a frame that need not be an I-frame with the history.
    * \return what encode() takes for a P-frame; valid until then
@@ -94,6 +109,15 @@ private:
               const std::optional<FrameStamp>& stamp);
 
   void
+  writeFrame(const VoxelFrame& frame,
+             const PayloadSizes& sizes,
+             std::vector<std::uint8_t>& bytes,
+             CodedFrameStatistics& statistics);
+
+  void
+  keepForChanges(const VoxelFrame& frame);
+
+  void
   chooseContent(const VoxelFrame& frame);
 
   void
@@ -138,6 +162,7 @@ private:
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
   PayloadCoders coders_;
+  std::unique_ptr<changes::ChangeCoder> changes_; // made when it is needed
 
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;

@@ -26,7 +26,8 @@ enum Flag : std::uint8_t {
   depth_model_flag = 2,
   stamp_flag = 4,
   frame_id_flag = 8,
-  origin_flag = 64,
+  origin_flag = 64,  // of an I-frame
+  changes_flag = 64, // of a P-frame
   content_flag = 128
 };
 
@@ -73,6 +74,7 @@ flagsOf(const Version1Header& header)
   flags |= header.stamp ? stamp_flag : 0;
   flags |= header.has_frame_id ? frame_id_flag : 0;
   flags |= header.is_i_frame && hasOrigin(header) ? origin_flag : 0;
+  flags |= header.is_of_changes ? changes_flag : 0;
   flags |= contentFieldOf(header) != 0 ? content_flag : 0;
   return static_cast<std::uint8_t>(flags);
 }
@@ -286,6 +288,8 @@ checkFields(const Version1Header& header, const DecoderLimits& limits)
       (header.point_count < header.voxel_count ||
        (header.voxel_count == 0 && header.point_count > 0)))
     return corruptFrame("invalid number of points");
+  if (header.is_of_changes && header.voxel_count == 0)
+    return corruptFrame("a frame of changes without voxels");
   if (!header.is_i_frame && header.stamp == std::numeric_limits<std::int64_t>::min())
     return corruptFrame("invalid difference of stamps");
   const std::size_t model_size = header.has_depth_model ? depth_model_size : 0;
@@ -365,11 +369,12 @@ readVersion1Header(ByteSource& source,
   const std::uint8_t flags = source.u8();
   const unsigned int effort = flags >> effort_shift & effort_mask;
   header.is_i_frame = (flags & i_frame_flag) != 0;
+  header.is_of_changes = !header.is_i_frame && (flags & changes_flag) != 0;
+  header.has_depth_model = (flags & depth_model_flag) != 0;
   if (effort > static_cast<unsigned int>(Effort::Small) ||
-      (!header.is_i_frame && (flags & origin_flag) != 0))
+      (header.is_of_changes && (header.has_depth_model || (flags & content_flag) != 0)))
     return corruptFrame("unknown flags");
   header.effort = static_cast<Effort>(effort);
-  header.has_depth_model = (flags & depth_model_flag) != 0;
   CompressionStatus status = readFields(source, flags, header);
   if (status.ok() && source.failure() == ByteSource::Failure::None)
     status = checkFields(header, limits);

@@ -28,6 +28,7 @@ constexpr std::size_t max_frame_id_size = 1024;
 /** \brief Frame header of stream version 1, field by field as in doc/bitstream.md. */
 struct Version1Header {
   bool is_i_frame = true;
+  bool is_of_changes = false;   // P only
   bool has_depth_model = false; // at the beginning of the payload
   Effort effort = Effort::Balanced;
   std::uint32_t frame_number = 0;    // a P-frame depends on the frame before it

@@ -17,6 +17,7 @@ class Mutant(NamedTuple):
 
 CONTEXT = "src/codec/context/"
 FAST = "src/codec/fast/"
+CHANGES = "src/codec/changes/"
 NODES = "src/nodes/"
 RECORDING = "src/recording/"
 STREAM = "src/stream/"
@@ -179,6 +180,17 @@ MUTANTS = [
            "std::min(code_ / unit_, total - 1)", "code_ / unit_"),
 
     # New voxels.
+    Mutant(CHANGES + "change_coder.cpp", "changed cells outside of the grid",
+           "if ((changed & ~cells_in_grid) != 0 || coder.isOverrun())",
+           "if (coder.isOverrun())"),
+    Mutant(CHANGES + "change_coder.cpp", "fewer voxels than the header says",
+           "symbols.voxelCount() != next_.voxel_count)", "false)"),
+    Mutant(CHANGES + "changed_symbols.h", "a symbol beyond the scale",
+           "return next >= 0 && next <= highest_;", "return true;"),
+    Mutant(CHANGES + "change_coder.cpp", "blocks that are restless for ever",
+           "past == 0 ? 0 : block.restless", "block.restless"),
+    Mutant(CHANGES + "change_coder.h", "frames of changes after any P-frame",
+           "return is_i_frame || payload_size <= voxel_count / 4;", "return true;"),
     Mutant(FAST + "new_voxels.cpp", "new voxels outside of the grid",
            "(in_grid & ~tracked) >> shift & 0xff)", "~tracked >> shift & 0xff)",
            "isConsistent() refuses such voxels after the payload"),

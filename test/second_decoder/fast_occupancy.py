@@ -4,7 +4,7 @@ doc/bitstream_fast.md, "History".
 """
 
 from dataclasses import dataclass
-from typing import Dict, List, Tuple
+from typing import Container, Dict, List, Tuple
 
 from coded_frame import CodedFrame
 from fast_history import FastHistory, is_forgotten, next_past
@@ -26,14 +26,14 @@ class FastOccupancy:
     history: FastHistory
 
 
-def _ones(mask: int) -> List[int]:
+def ones(mask: int) -> List[int]:
     return [bit for bit in range(mask.bit_length()) if mask >> bit & 1]
 
 
 def _beside(mask: int) -> int:
     """The cells of a block that share a face with one of a mask."""
     beside = 0
-    for cell in _ones(mask):
+    for cell in ones(mask):
         for axis in (0b001001, 0b010010, 0b100100):
             place = cell & axis
             if place:
@@ -43,9 +43,9 @@ def _beside(mask: int) -> int:
     return beside
 
 
-def _likely_first(likely: int, children: int) -> List[int]:
+def likely_first(likely: int, children: int) -> List[int]:
     """Children of a mask: the likely ones, then the others."""
-    return _ones(likely) + _ones(children & ~likely)
+    return ones(likely) + ones(children & ~likely)
 
 
 def _below(node: int, axis: int) -> int:
@@ -53,6 +53,43 @@ def _below(node: int, axis: int) -> int:
     bits = sum(4 >> axis << shift for shift in range(0, 63, 3))
     place = node & bits
     return (place - 1) & bits | node & ~bits if place else -1
+
+
+def _read_masks(
+    rans: RansDecoder, models: FastModels, nodes: List[int]
+) -> Dict[int, int]:
+    """The children of the nodes of a level."""
+    masks: Dict[int, int] = {}
+    for node in nodes:
+        likely = 0
+        for axis, toward in enumerate((0b1111, 0b110011, 0b1010101)):
+            step = 4 >> axis
+            neighbour = masks.get(_below(node, axis), 0)
+            likely |= neighbour >> step & toward
+        masks[node] = models.mask(rans, "node", likely)
+    return masks
+
+
+def read_new_blocks(
+    rans: RansDecoder,
+    models: FastModels,
+    depth: int,
+    voxel_count: int,
+    known_blocks: Container[int],
+) -> Dict[int, int]:
+    """The mask of cells of each new block. Section "New blocks"."""
+    nodes = [0]
+    for level in range(levels_above_blocks(depth) + 2):
+        masks = _read_masks(rans, models, nodes)
+        require(all(masks.values()) or level == 0, "a node has no children")
+        nodes = [8 * node + child for node in nodes for child in ones(masks[node])]
+        require(len(nodes) <= voxel_count, "there are too many nodes")
+    blocks: Dict[int, int] = {}
+    for key in nodes:
+        block = key >> BLOCK_BITS
+        require(block not in known_blocks, "a new block is a known one")
+        blocks[block] = blocks.get(block, 0) | 1 << (key & 63)
+    return blocks
 
 
 class FastOccupancyReader:
@@ -82,7 +119,14 @@ class FastOccupancyReader:
         new_cells = self._read_new_voxels_in_tracked_blocks()
         for block in sorted(new_cells):
             self._bring(block, new_cells[block])
-        for block, cells in self._read_new_blocks().items():
+        new_blocks = read_new_blocks(
+            self._rans,
+            self._models,
+            self._frame.depth,
+            self._frame.voxel_count,
+            self._tracked_cells,
+        )
+        for block, cells in new_blocks.items():
             self._bring(block, cells)
         require(
             len(self._tracked) + len(self._brought) == self._frame.voxel_count,
@@ -94,7 +138,7 @@ class FastOccupancyReader:
         return FastOccupancy(self._tracked, self._brought, self._after)
 
     def _bring(self, block: int, cells: int) -> None:
-        keys = [block << BLOCK_BITS | cell for cell in _ones(cells)]
+        keys = [block << BLOCK_BITS | cell for cell in ones(cells)]
         require(keys[-1] & 63 < cells_of_block(self._frame.depth), "a cell is outside")
         self._brought += keys
 
@@ -147,10 +191,10 @@ class FastOccupancyReader:
                 in_several[block] = []
             elif symbol:
                 likely = self._occupied_octants(block)
-                in_one_octant[block] = [_likely_first(likely, 255)[symbol - 1]]
+                in_one_octant[block] = [likely_first(likely, 255)[symbol - 1]]
         for block in in_several:
             likely = self._occupied_octants(block)
-            octants = _ones(self._models.mask(self._rans, "several", likely))
+            octants = ones(self._models.mask(self._rans, "several", likely))
             require(len(octants) >= 2, "several octants are fewer than two")
             in_several[block] = octants
         new_octants = [
@@ -196,37 +240,7 @@ class FastOccupancyReader:
         if rank == 8:
             return -1
         require(rank < count, "a new voxel is in none of the open cells")
-        return 8 * octant + _likely_first(likely, open_cells)[rank]
-
-    # New blocks
-
-    def _read_new_blocks(self) -> Dict[int, int]:
-        """The mask of cells of each new block."""
-        nodes = [0]
-        levels = levels_above_blocks(self._frame.depth) + 2
-        for level in range(levels):
-            masks = self._read_masks(nodes)
-            require(all(masks.values()) or level == 0, "a node has no children")
-            nodes = [8 * node + child for node in nodes for child in _ones(masks[node])]
-            require(len(nodes) <= self._frame.voxel_count, "there are too many nodes")
-        blocks: Dict[int, int] = {}
-        for key in nodes:
-            block = key >> BLOCK_BITS
-            require(block not in self._tracked_cells, "a new block is a tracked one")
-            blocks[block] = blocks.get(block, 0) | 1 << (key & 63)
-        return blocks
-
-    def _read_masks(self, nodes: List[int]) -> Dict[int, int]:
-        """The children of the nodes of a level."""
-        masks: Dict[int, int] = {}
-        for node in nodes:
-            likely = 0
-            for axis, toward in enumerate((0b1111, 0b110011, 0b1010101)):
-                step = 4 >> axis
-                neighbour = masks.get(_below(node, axis), 0)
-                likely |= neighbour >> step & toward
-            masks[node] = self._models.mask(self._rans, "node", likely)
-        return masks
+        return 8 * octant + likely_first(likely, open_cells)[rank]
 
     # What blocks learn
 

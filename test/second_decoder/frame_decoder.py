@@ -6,6 +6,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 from dataclasses import dataclass, replace
 from typing import Optional, Union
 
+from changes_payload import ChangesMemory, decode_changes
 from coded_frame import MOST_VOXELS, POINT_SYMBOL_BITS, CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
 from depth_model import DepthModel, read_depth_model
@@ -42,6 +43,7 @@ class Kept:
     frame_id: bytes
     memory: Union[ContextMemory, FastMemory]
     supplement_memory: SupplementMemory
+    changes_memory: ChangesMemory
 
 
 def _memory_at_start(effort: int) -> Union[ContextMemory, FastMemory]:
@@ -126,6 +128,7 @@ class FrameDecoder:
                 header.frame_id or b"",
                 _memory_at_start(header.effort),
                 SupplementMemory(),
+                ChangesMemory(),
             )
         kept = self._frame_before(header)
         require(header.effort == kept.effort, "a P-frame has another effort")
@@ -147,6 +150,17 @@ class FrameDecoder:
         )
 
     def _with_payload(self, header: FrameHeader, kept: Kept, payload: bytes) -> Frame:
+        if header.is_of_changes:
+            voxels, changes_memory = decode_changes(
+                payload,
+                kept.grid.depth,
+                kept.scale.bits,
+                header.voxel_count,
+                kept.changes_memory,
+            )
+            self._kept = replace(kept, changes_memory=changes_memory)
+            return self._frame(header, kept, voxels)
+        payload_size = len(payload)
         model = kept.depth_model
         if header.has_depth_model:
             require(
@@ -199,12 +213,22 @@ class FrameDecoder:
             sum(voxels.point_counts) == header.point_count,
             "the numbers of points have another sum",
         )
+        changes_memory = ChangesMemory()
+        if not kept.content.has_supplement and not kept.content.has_point_counts:
+            changes_memory = kept.changes_memory.after_whole(
+                voxels, header.is_i_frame, payload_size
+            )
         self._kept = replace(
             kept,
             depth_model=model,
             memory=memory,
             supplement_memory=supplement_memory,
+            changes_memory=changes_memory,
         )
+        return self._frame(header, kept, voxels)
+
+    @staticmethod
+    def _frame(header: FrameHeader, kept: Kept, voxels: Voxels) -> Frame:
         return Frame(
             header.is_i_frame,
             header.number,

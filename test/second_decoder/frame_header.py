@@ -17,6 +17,8 @@ CHECKED_FROM = 9
 """Bytes of magic, version and checksum; the checksum covers what follows them."""
 
 _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
+_CHANGES = 64
+"""In a P-frame; in an I-frame it is the origin."""
 _COLOURS, _POINT_COUNTS, _NO_INTENSITIES = 32, 64, 128
 
 
@@ -68,6 +70,7 @@ class FrameHeader:
 
     checksum: int
     is_i_frame: bool
+    is_of_changes: bool
     has_depth_model: bool
     effort: int
     number: int
@@ -185,7 +188,11 @@ def read_header(reader: ByteReader) -> FrameHeader:
     is_i_frame = bool(flags & _I_FRAME)
     effort = flags >> 4 & 3
     require(effort <= 2, f"effort {effort} is unknown")
-    require(is_i_frame or not flags & _ORIGIN, "a P-frame has an origin")
+    is_of_changes = not is_i_frame and bool(flags & _CHANGES)
+    require(
+        not is_of_changes or not flags & (_DEPTH_MODEL | _CONTENT),
+        "a frame of changes has a depth model or a content",
+    )
     content = _content(reader, is_i_frame) if flags & _CONTENT else Content()
     grid = scale = None
     if is_i_frame:
@@ -219,6 +226,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
     return FrameHeader(
         checksum,
         is_i_frame,
+        is_of_changes,
         bool(flags & _DEPTH_MODEL),
         effort,
         number,

@@ -51,29 +51,29 @@ class NumberReader:
     """Section "Numbers"."""
 
     def __init__(self, source: bytes, voxel_count: int, models: Models) -> None:
-        self._rans = RansDecoder(source, voxel_count)
+        self.rans = RansDecoder(source, voxel_count)
         self.models = models
 
     def number(self, *context: object) -> int:
-        low = self.models.nibble(*context).read(self._rans)
+        low = self.models.nibble(*context).read(self.rans)
         if low < 15:
             return low
-        length = 2 * self.models.nibble("lengths").read(self._rans) + self.bits(1)
+        length = 2 * self.models.nibble("lengths").read(self.rans) + self.bits(1)
         return ((1 << length) | self.bits(length)) + 14
 
     def bits(self, size: int) -> int:
         number = 0
         while size > 0:
             part = min(size, 12)
-            number = number << part | self._rans.bits(part)
+            number = number << part | self.rans.bits(part)
             size -= part
         return number
 
     def bit(self, *context: object) -> int:
-        return self.models.bit(*context).read(self._rans)
+        return self.models.bit(*context).read(self.rans)
 
     def require_end(self) -> None:
-        self._rans.require_end()
+        self.rans.require_end()
 
 
 class RefinementReader:

@@ -4,6 +4,7 @@
  */
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
+#include "support/changing_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -30,6 +31,7 @@ struct Coder {
   StreamFormat format;
   Effort effort;
   bool has_depth_model;
+  bool has_frames_of_changes = false;
 };
 
 std::string
@@ -37,13 +39,21 @@ coderName(const Coder& kind)
 {
   if (kind.format == StreamFormat::Published)
     return nameOf(kind.format);
-  return nameOf(kind.effort) + (kind.has_depth_model ? "WithDepths" : "");
+  return nameOf(kind.effort) + (kind.has_depth_model ? "WithDepths" : "") +
+         (kind.has_frames_of_changes ? "WithFramesOfChanges" : "");
 }
 
 /** \brief Frames, one without voxels among them. */
 std::vector<VoxelFrame>
 framesOf(const Coder& kind)
 {
+  if (kind.has_frames_of_changes) {
+    ChangingFrames changing(8);
+    std::vector<VoxelFrame> frames;
+    for (std::size_t i = 0; i < few_frames; ++i)
+      frames.push_back(changing.next(i == 5 ? 3000 : 30));
+    return frames;
+  }
   RoomStream room(roomSettings(5, 8, kind.has_depth_model));
   std::vector<VoxelFrame> frames;
   for (std::size_t i = 0; i < few_frames; ++i)
@@ -76,6 +86,7 @@ INSTANTIATE_TEST_SUITE_P(
     FailingMemory,
     testing::Values(Coder{StreamFormat::Version1, Effort::Fast, false},
                     Coder{StreamFormat::Version1, Effort::Fast, true},
+                    Coder{StreamFormat::Version1, Effort::Fast, false, true},
                     Coder{StreamFormat::Version1, Effort::Balanced, false},
                     Coder{StreamFormat::Version1, Effort::Balanced, true},
                     Coder{StreamFormat::Version1, Effort::Small, false},

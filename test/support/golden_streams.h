@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "support/changing_frames.h"
 #include "support/golden_disorder.h"
 #include "support/golden_rare_cases.h"
 #include "support/golden_stream.h"
@@ -192,6 +193,21 @@ goldenFineVoxels(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Frames of changes, and others among them. */
+inline GoldenStream
+goldenChanges(const std::string& name, Effort effort, const ChangingFrames& first)
+{
+  GoldenStream stream{name, effort, 30, {}};
+  ChangingFrames frames = first;
+  for (unsigned int i = 0; i < 34; ++i) {
+    const bool is_quiet = i == 5 || (i > 11 && i < 24);
+    const bool changes_much = i == 1 || i == 27;
+    const unsigned int changes = changes_much ? 3000 : is_quiet ? 1 : 10 + 5 * (i % 7);
+    stream.frames.push_back({frames.next(changes), std::nullopt});
+  }
+  return stream;
+}
+
 /** \brief All golden streams; each name is a file's. */
 inline std::vector<GoldenStream>
 goldenStreams()
@@ -247,6 +263,10 @@ goldenStreams()
   streams.push_back(goldenMovedWall("balanced_moved_wall", Effort::Balanced));
   streams.push_back(goldenMovedWall("small_moved_wall", Effort::Small));
   streams.push_back(goldenStill("small_still", Effort::Small));
+  streams.push_back(goldenChanges("fast_changes", Effort::Fast, ChangingFrames(8)));
+  streams.push_back(
+      goldenChanges("balanced_changes", Effort::Balanced, ChangingFrames(16, true)));
+  streams.push_back(goldenChanges("small_changes", Effort::Small, ChangingFrames(0)));
   streams.push_back(goldenDisorder("disorder"));
   return streams;
 }

@@ -29,10 +29,12 @@ struct VoxelizationStatistics {
 struct CodedFrameStatistics {
   std::uint32_t frame_number = 0;  ///< number of the frame in the stream
   bool is_i_frame = false;         ///< decodes without any other frame
+  bool is_of_changes = false;      ///< a P-frame that has only what changed
   std::size_t voxels = 0;          ///< occupied, after all filters
   std::size_t bytes = 0;           ///< the whole frame
   std::size_t header_bytes = 0;    ///< of these: frame header
-  std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied
+  std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied; all
+                                   ///< of the payload of a frame of changes
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
   std::size_t attribute_bytes = 0; ///< of these: what else a voxel has
   std::size_t skipped_bytes = 0;   ///< decoding: bytes skipped before the frame

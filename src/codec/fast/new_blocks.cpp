@@ -132,7 +132,7 @@ NewBlocks::descend()
 
 template <class Coder>
 bool
-NewBlocks::code(Coder& coder, Models& models, FrameBlocks& frame)
+NewBlocks::code(Coder& coder, MaskModels& models, FrameBlocks& frame)
 {
   if (!Coder::is_decoder)
     collectMasks(frame);
@@ -150,7 +150,7 @@ NewBlocks::code(Coder& coder, Models& models, FrameBlocks& frame)
   level_.lower[1] = {0, 0, 0};
   for (unsigned int level = levels; level-- > 0;) {
     if (!codeMasks(coder,
-                   models.node,
+                   models,
                    Coder::is_decoder ? no_masks : node_masks_[level],
                    level + 1 == levels,
                    max_nodes))
@@ -183,9 +183,9 @@ NewBlocks::setCells(FrameBlocks& frame) const
 }
 
 template bool
-NewBlocks::code(NibbleEncoder&, Models&, FrameBlocks&);
+NewBlocks::code(NibbleEncoder&, MaskModels&, FrameBlocks&);
 template bool
-NewBlocks::code(NibbleDecoder&, Models&, FrameBlocks&);
+NewBlocks::code(NibbleDecoder&, MaskModels&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

@@ -22,13 +22,14 @@ namespace fast {
 class NewBlocks {
 public:
   /** \brief Codes a frame whose voxels in tracked blocks are coded.
+   * \param[in,out] models of the octree's masks
    * \param[in,out] frame a decoder sets the new blocks
    * \return false if the bytes are invalid, or decode to more voxels than the frame
    * has; never in an encoder
    */
   template <class Coder>
   bool
-  code(Coder& coder, Models& models, FrameBlocks& frame);
+  code(Coder& coder, MaskModels& models, FrameBlocks& frame);
 
 private:
   /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and

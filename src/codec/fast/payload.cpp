@@ -240,7 +240,7 @@ Payload::codeOccupancy(Coder& coder, Models& models)
   after.tracked.assign(before().tracked.begin(), before().tracked.end());
   return work_->tracked_voxels.code(coder, models, before(), after, frame) &&
          work_->new_voxels.code(coder, models, before(), statistics(), frame) &&
-         work_->new_blocks.code(coder, models, frame) &&
+         work_->new_blocks.code(coder, models.node, frame) &&
          (!Coder::is_decoder || frame.found_voxels == frame.voxel_count) &&
          work_->history_update.run(before(), after, statistics(), frame);
 }

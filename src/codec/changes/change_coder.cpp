@@ -1,0 +1,384 @@
+#include "codec/changes/change_coder.h"
+
+#include "codec/changes/changed_symbols.h"
+#include "codec/fast/child_rank.h"
+#include "codec/fast/entropy_coder.h"
+#include "codec/fast/octant_list.h"
+#include "codec/fast/payload.h"
+#include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+namespace changes {
+
+namespace {
+
+// Symbols for several octants or cells; lower ones are for a single one, by its rank.
+constexpr unsigned int several_octants = 9;
+constexpr unsigned int several_cells = 8;
+
+/** \brief Context of a block: which of the last two frames changed it, and how many of
+ * the six before. */
+constexpr std::uint8_t
+pastContext(unsigned int past)
+{
+  const unsigned int before = child_masks.count[past >> 2];
+  return static_cast<std::uint8_t>(4 * (before < 3 ? before : 3) + (past & 3));
+}
+
+constexpr unsigned int
+octantOf(std::uint64_t cells, unsigned int octant)
+{
+  return static_cast<unsigned int>(cells >> (8 * octant)) & 0xff;
+}
+
+/** \brief The octants in which a block is likely to change. */
+constexpr unsigned int
+likelyOctants(const Block& block)
+{
+  return occupiedOctants(block.cells | block.restless);
+}
+
+/** \brief The cells of an octant that are likely to change. */
+constexpr unsigned int
+likelyCells(const Block& block, unsigned int octant)
+{
+  const unsigned int restless = octantOf(block.restless, octant);
+  return restless != 0 ? restless : octantOf(block.cells, octant);
+}
+
+/** \brief The block after a frame. */
+constexpr Block
+nextBlock(const Block& block, std::uint64_t cells, std::uint64_t changed)
+{
+  const auto past = static_cast<std::uint8_t>(block.past << 1 | isNotZero(changed));
+  return {
+      block.key, cells, past == 0 ? 0 : block.restless | (cells ^ block.cells), past};
+}
+
+} // namespace
+
+void
+ChangeCoder::prepare(const VoxelFrame& frame)
+{
+  next_keys_.assign(frame.keys.begin(), frame.keys.end());
+  next_.symbols.assign(frame.intensities.begin(), frame.intensities.end());
+}
+
+void
+ChangeCoder::learnWhole(bool is_i_frame) noexcept
+{
+  if (is_i_frame)
+    *models_ = Models();
+  last_keys_.swap(next_keys_);
+  last_.symbols.swap(next_.symbols);
+  last_.voxel_count = last_keys_.size();
+  last_.blocks.clear();
+  has_last_frame_ = true;
+}
+
+/** \brief Collects the blocks of a last frame that was copied. */
+void
+ChangeCoder::collectBlocks()
+{
+  if (last_keys_.empty())
+    return;
+  BlockList blocks;
+  blocks.assign(last_keys_);
+  last_.blocks.clear();
+  last_.blocks.reserve(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    last_.blocks.push_back({blocks.keys[i], blocks.masks[i], 0, 0});
+  // The next frames are of changes as well.
+  last_keys_ = std::vector<std::uint64_t>();
+  next_keys_ = std::vector<std::uint64_t>();
+}
+
+std::size_t
+ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
+{
+  fast::FrameBlocks& blocks = memory.fast().frame;
+  blocks.new_keys.clear();
+  blocks.new_masks.clear();
+  collectBlocks();
+  now_.assign(frame.keys);
+  const std::size_t count = last_.blocks.size();
+  changed_.assign(count, 0);
+  gone_.assign(count, 0);
+  std::size_t changes = 0;
+  std::size_t before = 0; // voxels of the last frame
+  const auto compare = [&](std::size_t i, std::uint64_t cells, std::size_t now) {
+    const std::uint64_t was = last_.blocks[i].cells;
+    changed_[i] = was ^ cells;
+    gone_[i] = was & ~cells;
+    const std::uint16_t* old_symbol = last_.symbols.data() + before;
+    const std::uint16_t* symbol = frame.intensities.data() + now;
+    const std::size_t voxels = bitCount(was);
+    before += voxels;
+    const bool has_symbols = frame.hasIntensities() && (was & cells) != 0;
+    if (has_symbols &&
+        !(was == cells && std::equal(symbol, symbol + voxels, old_symbol)))
+      for (std::uint64_t left = was | cells; left != 0; left &= left - 1) {
+        const std::uint64_t cell = left & (~left + 1);
+        if ((was & cells & cell) != 0 && *symbol != *old_symbol)
+          changed_[i] |= cell;
+        symbol += (cells & cell) != 0 ? 1 : 0;
+        old_symbol += (was & cell) != 0 ? 1 : 0;
+      }
+    changes += bitCount(changed_[i]);
+  };
+  walkSideBySide(
+      last_.blocks,
+      now_.keys,
+      [&](std::size_t i) { compare(i, 0, 0); },
+      [&](std::size_t j, std::size_t i) {
+        if (i != not_in_list)
+          compare(i, now_.masks[j], now_.first_voxels[j]);
+        else {
+          blocks.new_keys.push_back(now_.keys[j]);
+          blocks.new_masks.push_back(now_.masks[j]);
+          changes += bitCount(now_.masks[j]);
+        }
+        return true;
+      });
+  return changes;
+}
+
+void
+ChangeCoder::encode(CodingWorkspace& memory,
+                    const VoxelFrame& frame,
+                    std::vector<std::uint8_t>& payload)
+{
+  fast::Workspace& work = memory.fast();
+  highest_symbol_ = frame.hasIntensities()
+                        ? static_cast<std::int32_t>(frame.intensity_scale.maxSymbol())
+                        : 0;
+  work.frame.depth = frame.grid.depth;
+  work.frame.voxel_count = frame.size();
+  fast::NibbleEncoder coder(work.ranges);
+  code(coder, work, frame.intensities.data());
+  coder.finish(fast::Interleaving::One, work.words, payload);
+  learn();
+}
+
+bool
+ChangeCoder::decode(CodingWorkspace& memory,
+                    const CodedPayload& payload,
+                    VoxelFrame& frame)
+{
+  fast::Workspace& work = memory.fast();
+  highest_symbol_ = frame.hasIntensities()
+                        ? static_cast<std::int32_t>(frame.intensity_scale.maxSymbol())
+                        : 0;
+  work.frame.depth = frame.grid.depth;
+  work.frame.voxel_count = payload.voxel_count;
+  collectBlocks();
+  changed_.assign(last_.blocks.size(), 0);
+  fast::NibbleDecoder coder(
+      payload.begin, payload.end, fast::Interleaving::One, work.bytes);
+  if (coder.isOverrun() || !code(coder, work, nullptr) || !coder.isAtEnd())
+    return false;
+  frame.intensities.assign(next_.symbols.begin(), next_.symbols.end());
+  expand(work, frame.keys);
+  return true;
+}
+
+/** \brief Codes a frame: next_ from last_.
+ * \param[in] targets symbols of the frame; encoder only
+ * \return false if the bytes are invalid
+ */
+template <class Coder>
+bool
+ChangeCoder::code(Coder& coder, fast::Workspace& work, const std::uint16_t* targets)
+{
+  *next_models_ = *models_;
+  work.frame.found_voxels = 0;
+  return codeOctants(coder) && codeCells(coder, cellsInGrid(work.frame.depth)) &&
+         work.new_blocks.code(coder, next_models_->node, work.frame) &&
+         codeSymbols(coder, work.frame, targets);
+}
+
+/** \brief Codes for each block whether it changes, and if it changes in one octant, in
+ * which. */
+template <class Coder>
+bool
+ChangeCoder::codeOctants(Coder& coder)
+{
+  const std::size_t count = last_.blocks.size();
+  octant_contexts_.resize(count);
+  octant_symbols_.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    octant_contexts_[i] = pastContext(last_.blocks[i].past);
+  for (std::size_t i = 0; !Coder::is_decoder && i < count; ++i) {
+    const unsigned int octants = occupiedOctants(changed_[i]);
+    const unsigned int rank =
+        fast::rankOf(likelyOctants(last_.blocks[i]), 0xff, octants);
+    octant_symbols_[i] =
+        static_cast<std::uint8_t>(octants == 0                     ? 0
+                                  : (octants & (octants - 1)) == 0 ? 1 + rank
+                                                                   : several_octants);
+  }
+  coder.reserve(count);
+  return coder.codeRow(next_models_->octant.data(),
+                       octant_contexts_.data(),
+                       octant_symbols_.data(),
+                       count);
+}
+
+/** \brief Codes which cells of the blocks change: their occupancy, or their symbol. */
+template <class Coder>
+bool
+ChangeCoder::codeCells(Coder& coder_now, std::uint64_t cells_in_grid)
+{
+  Coder coder = coder_now; // in registers
+  Models& models = *next_models_;
+  for (std::size_t i = 0; i < last_.blocks.size(); ++i) {
+    const unsigned int symbol = octant_symbols_[i];
+    if (symbol == 0)
+      continue;
+    const Block& block = last_.blocks[i];
+    const unsigned int likely = likelyOctants(block);
+    coder.reserve(26);
+    unsigned int octants = occupiedOctants(changed_[i]);
+    if (symbol < several_octants)
+      octants = 1u << fast::childOfRank(likely, 0xff, symbol - 1);
+    else
+      octants = fast::codeMask(coder, models.several, likely, octants);
+    if (symbol > several_octants ||
+        (symbol == several_octants && child_masks.count[octants] < 2))
+      return false;
+    std::uint64_t changed = 0;
+    for (; octants != 0; octants &= octants - 1) {
+      const unsigned int octant = lowestBit(octants);
+      const unsigned int near = likelyCells(block, octant);
+      unsigned int cells = octantOf(changed_[i], octant);
+      unsigned int rank = child_masks.count[cells] == 1
+                              ? fast::rankOf(near, 0xff, cells)
+                              : several_cells;
+      rank = coder.code(models.cell[child_masks.count[near]], rank);
+      if (rank < several_cells)
+        cells = 1u << fast::childOfRank(near, 0xff, rank);
+      else
+        cells = fast::codeMask(coder, models.several, near, cells);
+      if (rank > several_cells ||
+          (rank == several_cells && child_masks.count[cells] < 2))
+        return false;
+      changed |= std::uint64_t{cells} << (8 * octant);
+    }
+    if ((changed & ~cells_in_grid) != 0 || coder.isOverrun())
+      return false;
+    changed_[i] = changed;
+  }
+  coder_now = coder;
+  return true;
+}
+
+/** \brief Codes what the changed cells become, and those of new blocks. */
+template <class Coder>
+bool
+ChangeCoder::codeSymbols(Coder& coder,
+                         const fast::FrameBlocks& blocks,
+                         const std::uint16_t* targets)
+{
+  next_.voxel_count = blocks.voxel_count;
+  next_.symbols.resize(highest_symbol_ > 0 ? next_.voxel_count : 0);
+  next_.blocks.resize(last_.blocks.size() + blocks.new_keys.size());
+  ChangedSymbols<Coder> symbols(coder,
+                                *next_models_,
+                                targets,
+                                highest_symbol_,
+                                last_.symbols,
+                                next_.symbols,
+                                next_.voxel_count);
+  bool is_valid = true;
+  std::size_t before = 0; // voxels of the last frame
+  Block* next = next_.blocks.data();
+  const auto code_block =
+      [&](const Block& block, std::uint64_t changed, std::uint64_t gone) {
+        std::uint64_t cells = block.cells ^ changed;
+        for (std::uint64_t left = changed; left != 0; left &= left - 1) {
+          const std::uint64_t cell = left & (~left + 1);
+          is_valid &= symbols.copyUntil(before + bitCount(block.cells & (cell - 1)));
+          if (!is_valid)
+            return;
+          if ((block.cells & cell) == 0)
+            is_valid = symbols.codeAppeared();
+          else {
+            bool is_gone = (gone & cell) != 0;
+            is_valid = symbols.codeChanged((block.restless & cell) != 0, is_gone);
+            cells |= is_gone ? 0 : cell;
+          }
+          if (!is_valid)
+            return;
+        }
+        before += bitCount(block.cells);
+        *next = nextBlock(block, cells, changed);
+        next += isNotZero(next->cells | next->past);
+      };
+  const auto code_old = [&](std::size_t i) {
+    if (is_valid)
+      code_block(last_.blocks[i], changed_[i], Coder::is_decoder ? 0 : gone_[i]);
+  };
+  const auto code_new = [&](std::size_t j, std::size_t i) {
+    if (i != not_in_list || !is_valid)
+      return false;
+    code_block({blocks.new_keys[j], 0, 0, 0}, blocks.new_masks[j], 0);
+    return is_valid;
+  };
+  if (!walkSideBySide(last_.blocks, blocks.new_keys, code_old, code_new) || !is_valid ||
+      !symbols.copyUntil(last_.voxel_count) ||
+      symbols.voxelCount() != next_.voxel_count)
+    return false;
+  next_.blocks.resize(static_cast<std::size_t>(next - next_.blocks.data()));
+  coder = symbols.coder();
+  return true;
+}
+
+/** \brief Lists the keys of the voxels after the frame. */
+void
+ChangeCoder::expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) const
+{
+  const Block* const blocks = next_.blocks.data();
+  fast::ensureSize(work.frame.octants, next_.voxel_count + fast::list_excess);
+  std::uint32_t* const octants = work.frame.octants.data();
+  std::uint32_t* end = octants;
+  for (std::size_t i = 0; i < next_.blocks.size(); ++i)
+    end = fast::appendOctants(static_cast<std::uint32_t>(i), blocks[i].cells, end);
+  keys.resize(next_.voxel_count + fast::list_excess);
+  std::uint64_t* key = keys.data();
+  for (const std::uint32_t* octant = octants; octant != end; ++octant) {
+    const Block& block = blocks[*octant / 8];
+    const unsigned int cells = octantOf(block.cells, *octant % 8);
+    fast::addCells(cells, (block.key << block_key_bits) + 8 * (*octant % 8), key);
+    key += child_masks.count[cells];
+  }
+  keys.resize(next_.voxel_count);
+}
+
+void
+ChangeCoder::learn() noexcept
+{
+  std::swap(last_, next_);
+  models_.swap(next_models_);
+}
+
+void
+ChangeCoder::releaseMemory()
+{
+  next_ = LastFrame();
+  next_keys_ = std::vector<std::uint64_t>();
+  now_ = BlockList();
+  changed_ = std::vector<std::uint64_t>();
+  gone_ = std::vector<std::uint64_t>();
+  octant_contexts_ = std::vector<std::uint8_t>();
+  octant_symbols_ = std::vector<std::uint8_t>();
+  last_.blocks.shrink_to_fit();
+  last_.symbols.shrink_to_fit();
+}
+
+} // namespace changes
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "codec/changes/last_frame.h"
+#include "codec/changes/models.h"
+#include "codec/fast/frame_blocks.h"
+#include "codec/payload_coder.h"
+#include "voxels/voxel_block.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace changes {
+
+/** \brief Codes frames of changes, of any effort: what differs from the last frame
+ * (doc/bitstream_changes.md). An instance is for one stream and one direction. After an
+ * exception it may only be destroyed. */
+class ChangeCoder {
+public:
+  /** \brief Whether a frame of changes may follow another frame than one of changes:
+   * the bytes tell whether most of its voxels were known, so that others are not
+   * copied.
+   * \param[in] payload_size bytes
+   */
+  static bool
+  mayFollow(bool is_i_frame, std::size_t voxel_count, std::size_t payload_size)
+  {
+    return is_i_frame || payload_size <= voxel_count / 4;
+  }
+
+  /** \brief Copies another frame than one of changes, which learnWhole() has to
+   * follow, or nothing if the frame is invalid. */
+  void
+  prepare(const VoxelFrame& frame);
+
+  /** \brief Learns the frame that was copied last.
+   * \param[in] is_i_frame the models start again
+   */
+  void
+  learnWhole(bool is_i_frame) noexcept;
+
+  /** \brief Whether the next frame may be one of changes. */
+  bool
+  hasLastFrame() const
+  {
+    return has_last_frame_;
+  }
+
+  /** \brief Drops the last frame, so that the next one cannot be one of changes. */
+  void
+  dropLastFrame() noexcept
+  {
+    has_last_frame_ = false;
+  }
+
+  /** \brief For an encoder: compares a frame with the last one.
+   * \param[in,out] memory for the frame
+   * \return number of cells that change; encode() may follow, with the same memory
+   */
+  std::size_t
+  countChanges(CodingWorkspace& memory, const VoxelFrame& frame);
+
+  /** \brief Appends the payload of the frame that was compared, and learns it. */
+  void
+  encode(CodingWorkspace& memory,
+         const VoxelFrame& frame,
+         std::vector<std::uint8_t>& payload);
+
+  /** \brief Inverse of encode(). Either learn() follows, or the frame is taken as
+   * failed, which changes nothing.
+   * \param[in,out] memory for the frame
+   * \param[in] payload 1 voxel or more
+   * \param[in,out] frame its voxels are set; its other members are given
+   * \return false if the bytes are not exactly one payload of that many voxels
+   */
+  bool
+  decode(CodingWorkspace& memory, const CodedPayload& payload, VoxelFrame& frame);
+
+  /** \brief Learns the frame that was decoded last. */
+  void
+  learn() noexcept;
+
+  /** \brief The most blocks of the last frame, and of those that vanished lately. */
+  std::size_t
+  blockCount() const
+  {
+    return std::max(last_.blocks.size(), last_keys_.size());
+  }
+
+  /** \brief Releases memory that the last frame does not need. */
+  void
+  releaseMemory();
+
+private:
+  template <class Coder>
+  bool
+  code(Coder& coder, fast::Workspace& work, const std::uint16_t* targets);
+
+  template <class Coder>
+  bool
+  codeOctants(Coder& coder);
+
+  template <class Coder>
+  bool
+  codeCells(Coder& coder, std::uint64_t cells_in_grid);
+
+  template <class Coder>
+  bool
+  codeSymbols(Coder& coder,
+              const fast::FrameBlocks& blocks,
+              const std::uint16_t* targets);
+
+  void
+  collectBlocks();
+
+  void
+  expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) const;
+
+  bool has_last_frame_ = false;
+  /** \brief The last frame if it was copied and no frame referred to it, else empty;
+   * most streams need no more. */
+  std::vector<std::uint64_t> last_keys_;
+  std::vector<std::uint64_t> next_keys_;
+  LastFrame last_;
+  std::unique_ptr<Models> models_ = std::make_unique<Models>();
+  // After the current frame, until learn().
+  LastFrame next_;
+  std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
+
+  // Of the current frame; members so that their memory is reused.
+  std::int32_t highest_symbol_ = 0; ///< 0: no intensities
+  BlockList now_;                   ///< encoder only
+  // By block of the last frame.
+  std::vector<std::uint64_t> changed_; ///< cells
+  std::vector<std::uint64_t> gone_;    ///< of these, those that vanish; encoder only
+  std::vector<std::uint8_t> octant_contexts_;
+  std::vector<std::uint8_t> octant_symbols_;
+};
+
+} // namespace changes
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include "codec/fast/models.h"
+#include "codec/supplement/residuals.h"
+
+#include <array>
+
+namespace pcl_ext {
+namespace io {
+namespace changes {
+
+/** \brief Models of frames of changes, at first as at an I-frame. */
+struct Models {
+  std::array<fast::NibbleModel, 16> octant; ///< by past
+  std::array<fast::NibbleModel, 9> cell;    ///< by the number of likely cells
+  fast::MaskModels several;                 ///< masks of several octants or cells
+  fast::MaskModels node;                    ///< of the octree of new blocks
+  std::array<fast::NibbleModel, 2> change;  ///< by whether the cell is restless
+  supplement::ResidualModels appeared;
+  fast::NibbleModel lengths; ///< of large numbers
+};
+
+} // namespace changes
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,229 @@
+/** \file
+ * \brief P-frames that have only what changed.
+ */
+#include <pcl_ext/compression/frame_description.h>
+
+#include "support/changing_frames.h"
+#include "support/forged_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr unsigned int few_changes = 40; // of a frame
+
+/** \brief What a stream has besides voxels. */
+struct Kind {
+  std::string name;
+  unsigned int bits;
+  bool has_depth_model;
+};
+
+class FramesOfChanges : public testing::TestWithParam<Kind> {};
+
+INSTANTIATE_TEST_SUITE_P(Kinds,
+                         FramesOfChanges,
+                         testing::Values(Kind{"Counts", 8, false},
+                                         Kind{"Depths", 16, true},
+                                         Kind{"OneBit", 1, false},
+                                         Kind{"NoIntensities", 0, false}),
+                         [](const auto& kind) { return kind.param.name; });
+
+TEST_P(FramesOfChanges, DecodeToTheirVoxelsInAllEfforts)
+{
+  for (const Effort effort : all_efforts) {
+    ChangingFrames frames(GetParam().bits, GetParam().has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, 25, effort);
+    FrameDecoder decoder;
+    for (unsigned int i = 0; i < 40; ++i) {
+      const VoxelFrame frame = frames.next(i % 11 == 10 ? 0 : few_changes);
+      const Bytes bytes = encoded(encoder, frame);
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok) << i;
+      expectSameFrame(back, frame);
+      const bool is_i_frame = i % 25 == 0;
+      EXPECT_EQ(encoder.statistics().is_of_changes, !is_i_frame);
+      EXPECT_EQ(decoder.statistics().is_of_changes, !is_i_frame);
+      EXPECT_EQ(describeFrame(bytes.data(), bytes.size()).is_of_changes, !is_i_frame);
+    }
+  }
+}
+
+TEST_P(FramesOfChanges, AreOneOfSeveralKindsInAStream)
+{
+  for (const Effort effort : all_efforts) {
+    ChangingFrames frames(GetParam().bits, GetParam().has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, 100, effort);
+    FrameDecoder decoder;
+    std::string kinds;
+    for (const unsigned int changes :
+         {0u, few_changes, 3000u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, few_changes}) {
+      const VoxelFrame frame = frames.next(changes);
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+      expectSameFrame(back, frame);
+      kinds += encoder.statistics().is_i_frame      ? 'I'
+               : encoder.statistics().is_of_changes ? 'c'
+                                                    : 'P';
+    }
+    // With many changes there is none, nor at once after such a P-frame.
+    EXPECT_EQ(kinds.substr(0, 2), "Ic");
+    EXPECT_TRUE(kinds.substr(2, 2) == "PP" || kinds.substr(2, 2) == "Ic") << kinds;
+    EXPECT_EQ(kinds.back(), 'c') << kinds;
+  }
+}
+
+TEST(FramesOfChanges, TakeLessThanOtherFrames)
+{
+  ChangingFrames frames(8);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  const std::size_t i_frame = encoded(encoder, frames.next(0)).size();
+  encoded(encoder, frames.next(few_changes));
+  // Nothing changes: one nibble for each of about a hundred blocks.
+  EXPECT_LT(encoded(encoder, frames.next(0)).size(), std::size_t{80});
+  EXPECT_LT(encoded(encoder, frames.next(few_changes)).size(), i_frame / 4);
+}
+
+TEST(FramesOfChanges, NeedTheirReference)
+{
+  ChangingFrames frames(8);
+  FrameEncoder encoder(StreamFormat::Version1, 4);
+  FrameDecoder decoder;
+  for (unsigned int i = 0; i < 9; ++i) {
+    const VoxelFrame frame = frames.next(few_changes);
+    const Bytes bytes = encoded(encoder, frame);
+    if (i == 1)
+      continue; // lost
+    VoxelFrame back;
+    const bool is_known = i == 0 || i >= 4;
+    EXPECT_EQ(decoded(decoder, bytes, back),
+              is_known ? CompressionCode::Ok : CompressionCode::MissingReference);
+    if (is_known)
+      expectSameFrame(back, frame);
+  }
+}
+
+TEST(FramesOfChanges, AreNotUsedWithColoursOrNumbersOfPoints)
+{
+  for (const bool has_colours : {false, true}) {
+    ChangingFrames frames(8);
+    FrameEncoder encoder(StreamFormat::Version1, 100);
+    FrameDecoder decoder;
+    for (unsigned int i = 0; i < 3; ++i) {
+      VoxelFrame frame = frames.next(few_changes);
+      frame.has_point_counts = !has_colours;
+      frame.point_counts.assign(has_colours ? 0 : frame.size(), 3);
+      frame.colour_bits = has_colours ? 5 : 0;
+      frame.colours.assign(has_colours ? frame.size() : 0, {1, 2, 3});
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+      expectSameFrame(back, frame);
+      EXPECT_FALSE(encoder.statistics().is_of_changes);
+    }
+  }
+}
+
+/** \brief A stream: an I-frame, a frame of changes, and two more. */
+class ForgedFramesOfChanges : public testing::Test {
+protected:
+  void
+  SetUp() override
+  {
+    ChangingFrames frames(8);
+    FrameEncoder encoder(StreamFormat::Version1, 100);
+    for (unsigned int i = 0; i < 4; ++i) {
+      frames_.push_back(frames.next(few_changes));
+      bytes_.push_back(encoded(encoder, frames_.back()));
+    }
+    reference_ = takeApart(bytes_[0]).checksum;
+    parts_ = takeApart(bytes_[1]);
+    ASSERT_TRUE(parts_.header.is_of_changes);
+  }
+
+  /** \brief The answer to other bytes in the place of the second frame; refused, they
+   * must leave the stream as it was. */
+  CompressionCode
+  answer(const Bytes& forged) const
+  {
+    return answerTo(forged,
+                    bytes_[0],
+                    {bytes_.begin() + 1, bytes_.end()},
+                    {frames_.begin() + 1, frames_.end()});
+  }
+
+  std::vector<VoxelFrame> frames_;
+  std::vector<Bytes> bytes_;
+  std::uint32_t reference_ = 0;
+  Parts parts_;
+};
+
+TEST_F(ForgedFramesOfChanges, AreDecodedCompletelyOrNotAtAll)
+{
+  EXPECT_EQ(answer(putTogether(parts_, reference_)), CompressionCode::Ok);
+  for (std::size_t bit = 0; bit < 8 * parts_.payload.size(); bit += 7) {
+    Parts forged = parts_;
+    forged.payload = flipped(parts_.payload, bit);
+    // Another payload may be a valid one of other voxels.
+    const CompressionCode code = answer(putTogether(forged, reference_));
+    EXPECT_TRUE(code == CompressionCode::Ok || code == CompressionCode::Corrupt) << bit;
+  }
+  for (std::size_t size = 0; size < parts_.payload.size(); size += 5) {
+    Parts forged = parts_;
+    forged.payload.resize(size);
+    EXPECT_EQ(answer(putTogetherSized(forged, reference_)), CompressionCode::Corrupt);
+  }
+}
+
+TEST_F(ForgedFramesOfChanges, HaveAsManyVoxelsAsTheirHeadersSay)
+{
+  const std::uint64_t count = parts_.header.voxel_count;
+  for (const std::uint64_t wrong : {std::uint64_t{0},
+                                    std::uint64_t{1},
+                                    count - 1,
+                                    count + 1,
+                                    std::uint64_t{1} << 20}) {
+    parts_.header.voxel_count = wrong;
+    EXPECT_EQ(answer(putTogether(parts_, reference_)), CompressionCode::Corrupt);
+  }
+}
+
+TEST_F(ForgedFramesOfChanges, HaveNeitherDepthModelNorContent)
+{
+  for (const unsigned int flag : {2u, 128u}) {
+    Bytes forged = bytes_[1];
+    forged[flags_offset] = static_cast<std::uint8_t>(forged[flags_offset] | flag);
+    EXPECT_EQ(answer(withChecksum(forged, reference_)), CompressionCode::Corrupt);
+  }
+}
+
+TEST_F(ForgedFramesOfChanges, DoNotFollowAFrameWithMuchThatIsNew)
+{
+  ChangingFrames frames(8);
+  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  Bytes last;
+  for (const unsigned int changes : {0u, 3000u}) {
+    last = encoded(encoder, frames.next(changes));
+    ASSERT_EQ(decoded(decoder, last, back), CompressionCode::Ok);
+  }
+  ASSERT_FALSE(encoder.statistics().is_i_frame);
+  parts_.header.frame_number = 3;
+  const Bytes forged = putTogether(parts_, takeApart(last).checksum);
+  const CompressionStatus status = decoder.decode(forged.data(), forged.size(), back);
+  EXPECT_EQ(status.code(), CompressionCode::Corrupt);
+  EXPECT_NE(status.message().find("cannot refer to"), std::string::npos)
+      << status.message();
+  const VoxelFrame next = frames.next(0);
+  EXPECT_EQ(decoded(decoder, encoded(encoder, next), back), CompressionCode::Ok);
+  expectSameFrame(back, next);
+}
+
+} // namespace
