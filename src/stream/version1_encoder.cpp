@@ -49,7 +49,10 @@ Version1Encoder::hasFewChanges(const VoxelFrame& frame, bool was_of_changes)
   // Smaller ones take few bytes and little time anyway.
   constexpr std::size_t least_voxels = 1024;
   // To begin with them takes fewer than to go on, as what ends them is an I-frame.
-  const std::size_t most_changes = frame.size() / (was_of_changes ? 4 : 8);
+  // The other efforts code many changes in fewer bytes with their history.
+  const std::size_t share =
+      (was_of_changes ? 4 : 8) * (effort_ == Effort::Fast ? 1 : 2);
+  const std::size_t most_changes = frame.size() / share;
   return frame.size() >= least_voxels && changes_ && changes_->hasLastFrame() &&
          (!uses_depth_model_ || frame.depth_model == depth_model_) &&
          changes_->blockCount() <= maxTrackedVoxels(frame.size()) &&
