@@ -1,5 +1,6 @@
 #include "codec/changes/change_coder.h"
 
+#include "bytes/reserve_ahead.h"
 #include "codec/changes/changed_symbols.h"
 #include "codec/fast/child_rank.h"
 #include "codec/fast/entropy_coder.h"
@@ -64,6 +65,8 @@ nextBlock(const Block& block, std::uint64_t cells, std::uint64_t changed)
 void
 ChangeCoder::prepare(const VoxelFrame& frame)
 {
+  reserveAhead(next_keys_, frame.size());
+  reserveAhead(next_.symbols, frame.intensities.size());
   next_keys_.assign(frame.keys.begin(), frame.keys.end());
   next_.symbols.assign(frame.intensities.begin(), frame.intensities.end());
 }
@@ -86,15 +89,12 @@ ChangeCoder::collectBlocks()
 {
   if (last_keys_.empty())
     return;
-  BlockList blocks;
-  blocks.assign(last_keys_);
+  now_.assign(last_keys_);
   last_.blocks.clear();
-  last_.blocks.reserve(blocks.size());
-  for (std::size_t i = 0; i < blocks.size(); ++i)
-    last_.blocks.push_back({blocks.keys[i], blocks.masks[i], 0, 0});
-  // The next frames are of changes as well.
-  last_keys_ = std::vector<std::uint64_t>();
-  next_keys_ = std::vector<std::uint64_t>();
+  reserveAhead(last_.blocks, now_.size());
+  for (std::size_t i = 0; i < now_.size(); ++i)
+    last_.blocks.push_back({now_.keys[i], now_.masks[i], 0, 0});
+  last_keys_.clear();
 }
 
 std::size_t
@@ -106,6 +106,8 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
   collectBlocks();
   now_.assign(frame.keys);
   const std::size_t count = last_.blocks.size();
+  reserveAhead(changed_, count);
+  reserveAhead(gone_, count);
   changed_.assign(count, 0);
   gone_.assign(count, 0);
   std::size_t changes = 0;
@@ -176,11 +178,13 @@ ChangeCoder::decode(CodingWorkspace& memory,
   work.frame.depth = frame.grid.depth;
   work.frame.voxel_count = payload.voxel_count;
   collectBlocks();
+  reserveAhead(changed_, last_.blocks.size());
   changed_.assign(last_.blocks.size(), 0);
   fast::NibbleDecoder coder(
       payload.begin, payload.end, fast::Interleaving::One, work.bytes);
   if (coder.isOverrun() || !code(coder, work, nullptr) || !coder.isAtEnd())
     return false;
+  reserveAhead(frame.intensities, next_.symbols.size());
   frame.intensities.assign(next_.symbols.begin(), next_.symbols.end());
   expand(work, frame.keys);
   return true;
@@ -208,6 +212,8 @@ bool
 ChangeCoder::codeOctants(Coder& coder)
 {
   const std::size_t count = last_.blocks.size();
+  reserveAhead(octant_contexts_, count);
+  reserveAhead(octant_symbols_, count);
   octant_contexts_.resize(count);
   octant_symbols_.resize(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -284,6 +290,8 @@ ChangeCoder::codeSymbols(Coder& coder,
                          const std::uint16_t* targets)
 {
   next_.voxel_count = blocks.voxel_count;
+  reserveAhead(next_.symbols, next_.voxel_count);
+  reserveAhead(next_.blocks, last_.blocks.size() + blocks.new_keys.size());
   next_.symbols.resize(highest_symbol_ > 0 ? next_.voxel_count : 0);
   next_.blocks.resize(last_.blocks.size() + blocks.new_keys.size());
   ChangedSymbols<Coder> symbols(coder,
@@ -347,6 +355,7 @@ ChangeCoder::expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) con
   std::uint32_t* end = octants;
   for (std::size_t i = 0; i < next_.blocks.size(); ++i)
     end = fast::appendOctants(static_cast<std::uint32_t>(i), blocks[i].cells, end);
+  reserveAhead(keys, next_.voxel_count + fast::list_excess);
   keys.resize(next_.voxel_count + fast::list_excess);
   std::uint64_t* key = keys.data();
   for (const std::uint32_t* octant = octants; octant != end; ++octant) {
@@ -370,6 +379,7 @@ ChangeCoder::releaseMemory()
 {
   next_ = LastFrame();
   next_keys_ = std::vector<std::uint64_t>();
+  last_keys_.shrink_to_fit();
   now_ = BlockList();
   changed_ = std::vector<std::uint64_t>();
   gone_ = std::vector<std::uint64_t>();

@@ -135,7 +135,7 @@ private:
 
   // Of the current frame; members so that their memory is reused.
   std::int32_t highest_symbol_ = 0; ///< 0: no intensities
-  BlockList now_;                   ///< encoder only
+  BlockList now_; ///< the frame's, encoder only; or those of a frame that was copied
   // By block of the last frame.
   std::vector<std::uint64_t> changed_; ///< cells
   std::vector<std::uint64_t> gone_;    ///< of these, those that vanish; encoder only
