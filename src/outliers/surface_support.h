@@ -14,8 +14,8 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief How many occupied neighbours the voxels of surfaces have at each distance: where
- * pixels are further apart than voxels it is few. Learned from a sample of the voxels.
+/** \brief How many occupied neighbours the voxels of surfaces have at each distance:
+ * few where pixels are further apart than voxels. Learned from a sample of the voxels.
  */
 class SurfaceDensity {
 public:
@@ -58,7 +58,7 @@ public:
       means_[i - 1] = std::max(means_[i - 1], means_[i]);
   }
 
-  /** \brief True if the mean is lower than this at a distance where voxels were seen. */
+  /** \brief True if the mean is lower where voxels were seen at some distance. */
   bool
   isBelow(std::uint32_t mean) const
   {
@@ -104,8 +104,8 @@ private:
   std::array<std::uint32_t, 64> means_{};
 };
 
-/** \brief How many neighbours of a voxel are occupied, in relation to those that surfaces
- * have: enough for one, a few, or none. */
+/** \brief How many neighbours of a voxel are occupied, in relation to those that
+ * surfaces have: enough for one, a few, or none. */
 enum class Support { None, Some, Enough };
 
 /** \brief Judges the voxels of a frame by their neighbours. Where pixels are too far
@@ -114,8 +114,8 @@ class SurfaceSupport {
 public:
   /** \brief Takes the voxels of a frame, and learns how many neighbours they have.
    * \param[in] frame with keys
-   * \param[in] distance_of called as distance_of(key): square of the distance of a voxel
-   * from the sensor, in voxels; 0 without a sensor
+   * \param[in] distance_of called as distance_of(key): square of the distance of a
+   * voxel from the sensor, in voxels; 0 without a sensor
    */
   template <typename DistanceT>
   void

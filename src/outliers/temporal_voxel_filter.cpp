@@ -296,8 +296,8 @@ TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
       static_cast<std::uint16_t>(voxel.occupancy - ((voxel.occupancy * rate_) >> 16));
   if (!voxel.is_shown)
     return;
-  // From the second frame on, as most voxels that are empty in one are of a surface that
-  // is in the next voxel there.
+  // From the second frame on, as most voxels that are empty in one are of a surface
+  // that is in the next voxel there.
   if (has_depths_ && voxel.empty_frames > 1 && depths_.isSeenThrough(voxel.key)) {
     voxel.is_shown = false;
     voxel.occupancy = 0;

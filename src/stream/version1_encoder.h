@@ -40,8 +40,8 @@ public:
   bool
   hasFewChanges(const VoxelFrame& frame, bool was_of_changes);
 
-  /** \brief Encodes the next frame as one of changes, for which hasFewChanges() is true;
-   * parameters are those of encode(). */
+  /** \brief Encodes the next frame as one of changes, for which hasFewChanges() is
+   * true; parameters are those of encode(). */
   void
   encodeChanges(const VoxelFrame& frame,
                 const std::optional<FrameStamp>& stamp,
