@@ -5,7 +5,6 @@
 #include "outliers/held_value.h"
 #include "outliers/seen_depths.h"
 #include "outliers/surface_support.h"
-#include "stream/setting_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -124,7 +123,7 @@ private:
   {
     if (frames_ < least_frames || frames_ > most_frames)
       return {TemporalFilterCode::InvalidSettings,
-              io::invalidMessage("frames", frames_, "2 to 64")};
+              "frames is " + std::to_string(frames_) + "; it must be 2 to 64"};
     if (frame.has_point_counts)
       return {TemporalFilterCode::HasPointCounts,
               "the frame was not filtered: numbers of points are those of one cloud"};
