@@ -2,6 +2,8 @@
 #include "support/forged_frames.h"
 #include "support/voxel_frames.h"
 
+#include <pcl_ext/compression/frame_encoder.h>
+
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <cstdint>
 #include <vector>
 
