@@ -146,9 +146,10 @@ public:
   /** \brief The support of a voxel.
    * \param[in] key of the voxel, which need not be of the frame
    * \param[in] distance as above
+   * \param[in] additional neighbours that it takes to have enough
    */
   Support
-  of(std::uint64_t key, std::uint64_t distance) const;
+  of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const;
 
 private:
   static constexpr unsigned int level_count = 3;

@@ -44,6 +44,10 @@ constexpr Persistence sparse = {one * 2 / 5, one / 7, 8};
 
 using HeldColour = std::array<HeldValue, 3>;
 
+/** \brief Of the voxels around one, tracked but not shown: where noise is usual. */
+constexpr unsigned int least_seldom_neighbours = 2;
+constexpr unsigned int most_seldom_neighbours = 5;
+
 /** \brief One voxel of so many is asked whether the sensor can see it. */
 constexpr std::size_t behind_sample_step = 32;
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
@@ -95,10 +99,11 @@ public:
     is_interrupted_ = true;
     follow(frame);
     look(frame, sensor_position);
+    listSeldomVoxels(frame.grid.depth);
     surfaces_.learn(frame, [this](std::uint64_t key) { return distanceOf(key); });
     update(frame, status);
-    shown_.assign(shown_keys_, frame.grid.depth);
-    frame.keys.swap(shown_keys_);
+    shown_.assign(keys_, frame.grid.depth);
+    frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
     frame.colours.swap(shown_colours_);
     is_interrupted_ = false;
@@ -141,6 +146,12 @@ private:
        const std::optional<std::array<double, 3>>& sensor_position);
 
   void
+  listSeldomVoxels(unsigned int depth);
+
+  bool
+  isAmongSeldomVoxels(std::uint64_t key) const;
+
+  void
   update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
 
   void
@@ -174,6 +185,7 @@ private:
   std::vector<TrackedVoxel> tracked_; // keys ascending
   std::vector<HeldColour> colours_;   // of each, with colours
   BlockNeighbours shown_;             // by the last frame
+  BlockNeighbours seldom_;            // tracked, but not shown by it
   SurfaceSupport surfaces_;
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
@@ -183,7 +195,7 @@ private:
   bool has_depths_ = false;
   std::vector<TrackedVoxel> next_;
   std::vector<HeldColour> next_colours_;
-  std::vector<std::uint64_t> shown_keys_;
+  std::vector<std::uint64_t> keys_; // of the shown ones in the end
   std::vector<std::uint16_t> shown_intensities_;
   std::vector<io::VoxelColour> shown_colours_;
   bool is_interrupted_ = false;
@@ -233,18 +245,18 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
   std::sort(order.begin(), order.end());
   next_.clear();
   next_colours_.clear();
-  shown_keys_.clear();
+  keys_.clear();
   for (const auto& [key, i] : order) {
     next_.push_back(tracked_[i]);
     next_.back().key = key;
     if (!colours_.empty())
       next_colours_.push_back(colours_[i]);
     if (tracked_[i].is_shown)
-      shown_keys_.push_back(key);
+      keys_.push_back(key);
   }
   tracked_.swap(next_);
   colours_.swap(next_colours_);
-  shown_.assign(shown_keys_, grid.depth);
+  shown_.assign(keys_, grid.depth);
 }
 
 /** \brief Sets what the sensor sees, if it can be at its position. */
@@ -267,6 +279,25 @@ TemporalVoxelFilter::Implementation::look(
 }
 
 void
+TemporalVoxelFilter::Implementation::listSeldomVoxels(unsigned int depth)
+{
+  keys_.clear();
+  for (const TrackedVoxel& voxel : tracked_)
+    if (!voxel.is_shown)
+      keys_.push_back(voxel.key);
+  seldom_.assign(keys_, depth);
+}
+
+/** \brief True where voxels come and go, as at the edges of things, whose pixels are
+ * partly of what is behind. With more of them it is a surface that appears. */
+bool
+TemporalVoxelFilter::Implementation::isAmongSeldomVoxels(std::uint64_t key) const
+{
+  const unsigned int around = seldom_.count(key, most_seldom_neighbours + 1);
+  return around >= least_seldom_neighbours && around <= most_seldom_neighbours;
+}
+
+void
 TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
 {
   voxel.empty_frames = 0;
@@ -274,12 +305,15 @@ TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
       voxel.occupancy + (((one - voxel.occupancy) * rate_) >> 16));
   if (voxel.is_shown)
     return;
-  const bool is_frequent =
-      voxel.occupancy >
-      (surfaces_.isSparse(distanceOf(voxel.key)) ? sparse : dense).shown_above;
+  const std::uint64_t distance = distanceOf(voxel.key);
+  const bool is_sparse = surfaces_.isSparse(distance);
+  const bool is_frequent = voxel.occupancy > (is_sparse ? sparse : dense).shown_above;
   if (!is_frequent && shown_.count(voxel.key, 1) != 0)
     return;
-  const Support support = surfaces_.of(voxel.key, distanceOf(voxel.key));
+  Support support = surfaces_.of(voxel.key, distance);
+  if (support == Support::Enough && !is_frequent && !is_sparse &&
+      isAmongSeldomVoxels(voxel.key))
+    support = surfaces_.of(voxel.key, distance, 1);
   if (support == Support::Enough && !is_frequent)
     voxel.occupancy = one;
   voxel.is_shown =
@@ -330,7 +364,7 @@ void
 TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame)
 {
   TrackedVoxel& voxel = next_.back();
-  shown_keys_.push_back(voxel.key);
+  keys_.push_back(voxel.key);
   if (frame.hasIntensities())
     shown_intensities_.push_back(symbolOf(frame, voxel.key, voxel.intensity.shown()));
   if (frame.colour_bits > 0) {
@@ -349,7 +383,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
   const bool has_colours = frame.colour_bits > 0;
   next_.clear();
   next_colours_.clear();
-  shown_keys_.clear();
+  keys_.clear();
   shown_intensities_.clear();
   shown_colours_.clear();
   io::reserveAhead(next_, tracked_.size() + frame.size());

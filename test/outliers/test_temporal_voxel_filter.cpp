@@ -128,6 +128,29 @@ TEST(TemporalVoxelFilter, ANewSurfaceIsShownAtOnceAndALoneVoxelIsNot)
   EXPECT_EQ(shownOf(filter, flatWall() + patch + lone), flatWall() + patch);
 }
 
+TEST(TemporalVoxelFilter, WhereVoxelsComeAndGoASurfaceNeedsOneNeighbourMore)
+{
+  const Voxels two_neighbours_each = {
+      {{5, 5, 20}, 3}, {{6, 5, 20}, 3}, {{5, 6, 20}, 3}};
+  const Voxels three_neighbours_each = two_neighbours_each + Voxels{{{6, 6, 20}, 3}};
+  const std::array<Voxels, 3> seldom = {Voxels{{{5, 5, 21}, 1}, {{6, 6, 21}, 1}},
+                                        Voxels{{{5, 6, 21}, 1}, {{6, 5, 21}, 1}},
+                                        Voxels{{{5, 5, 19}, 1}, {{6, 6, 19}, 1}}};
+  const auto is_shown_after = [&](std::size_t frames, const Voxels& surface) {
+    TemporalVoxelFilter filter;
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall());
+    for (std::size_t i = 0; i < frames; ++i)
+      EXPECT_EQ(shownOf(filter, flatWall() + seldom[i]), flatWall());
+    return shownOf(filter, flatWall() + surface) == flatWall() + surface;
+  };
+  EXPECT_TRUE(is_shown_after(0, two_neighbours_each));
+  EXPECT_FALSE(is_shown_after(1, two_neighbours_each));
+  EXPECT_TRUE(is_shown_after(1, three_neighbours_each));
+  // More of them than noise leaves.
+  EXPECT_TRUE(is_shown_after(3, two_neighbours_each));
+}
+
 TEST(TemporalVoxelFilter, AVoxelWithOneNeighbourIsShownWhenItWasInMostFrames)
 {
   TemporalVoxelFilter filter;
