@@ -2,6 +2,8 @@
  * Measures this library beside the published layout, PCL's class, Draco and zstd, its
  * stages, its growth, and many streams. Prints the tables of doc/benchmarks.md.
  */
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
 #include "measuring/workload.h"
@@ -77,6 +79,12 @@ addOptions(CLI::App& program, Options& options)
       options.outlier_removal,
       "scale: log-odds below which the sensors remove a voxel as noise, 0 "
       "being the filter's default; else they send all voxels");
+  program
+      .add_option("--temporal-filter",
+                  options.temporal_filter,
+                  "scale: frames over which the sensors filter their voxels, 8 "
+                  "being usual; 0: they do not")
+      ->check(CLI::Range(0u, pcl_ext::TemporalVoxelFilter::most_frames));
   program.add_option("--minutes", options.minutes, "recording: its length")
       ->check(at_least_one);
 }

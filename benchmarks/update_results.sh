@@ -24,6 +24,7 @@ measure "$@" | tee "$results"
 if [ "$section" = scale ]; then
   # Without the machine, which is printed above.
   measure --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
+  measure --temporal-filter 8 "$@" | sed '1,2d' | tee -a "$results"
 fi
 awk -v results="$results" -v begin="<!-- results of $section -->" \
   -v end="<!-- end of results of $section -->" '

@@ -109,6 +109,7 @@ sensorNodeSettings(const InputStream& stream,
   settings.compression.colour_bits = 0;
   settings.crop_box = stream.crop_box;
   settings.outlier_removal = workload.outlier_removal;
+  settings.compression.temporal_filter = workload.temporal_filter;
   return settings;
 }
 

@@ -36,6 +36,7 @@ struct Workload {
   unsigned int threads = 1; ///< of this library's encoders
   /** \brief What sensor nodes remove before they encode; none: they send all voxels. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
+  unsigned int temporal_filter = 0; ///< of sensor nodes, frames; 0: none
 };
 
 /** \brief An effort of this library, or the published layout. */

@@ -65,6 +65,7 @@ rowOf(const Options& options, const std::string& effort)
     workload.outlier_removal.emplace();
     workload.outlier_removal->min_log_odds = *options.outlier_removal;
   }
+  workload.temporal_filter = options.temporal_filter;
   const std::vector<SensorStream> sources =
       encodeCell(options.frames, workload, variantNamed(effort));
   const double bytes = meanPerFrame(sources, &SensorStream::bytes);
@@ -111,15 +112,19 @@ printScale(const Options& options, std::ostream& output)
                                 std::to_string(options.frames) +
                                 "; it must be a multiple of " + std::to_string(rate) +
                                 ", as streams are repeated from their first I-frame");
-  output << (options.outlier_removal
-                 ? "### Many streams, outliers removed at the sensors"
-                 : "### Many streams, one central computer")
+  output << "### Many streams, "
+         << (options.temporal_filter != 0 ? "filtered over time at the sensors"
+             : options.outlier_removal    ? "outliers removed at the sensors"
+                                          : "one central computer")
          << "\n\nStreams at " << formatted(cell::RobotCell::frame_rate, 0)
          << " Hz and 4 cm; " << std::thread::hardware_concurrency()
          << " cores; runs of " << formatted(options.seconds, 1) << " s.";
   if (options.outlier_removal)
     output << " The sensors remove outliers, at log-odds "
            << formatted(static_cast<double>(*options.outlier_removal), 1) << '.';
+  if (options.temporal_filter != 0)
+    output << " The sensors filter voxels over " << options.temporal_filter
+           << " frames.";
   output << "\n\n";
   MarkdownTable table({"effort",
                        "voxels",

@@ -34,6 +34,7 @@ struct Options {
   /** \brief Of table scale: log-odds below which the sensors remove a voxel as
    * noise. */
   std::optional<float> outlier_removal;
+  unsigned int temporal_filter = 0; ///< of table scale: the sensors', frames; 0: none
   unsigned int minutes = 10; ///< of table recording
 };
 
