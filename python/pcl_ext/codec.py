@@ -331,10 +331,10 @@ class Decoder:
         outliers : OutlierRemoval, optional
             Removes noise from the frame.
         min_intensity : float, optional
-            Voxels of lower intensity are removed, after the outliers.
+            Voxels of lower intensity are removed, after the filters.
         temporal_filter : TemporalVoxelFilter, optional
-            Shows likely surfaces of the last frames in place of the frame's voxels, before
-            outliers are removed. Not for streams that were encoded with ``temporal_filter``.
+            Shows likely surfaces of the last frames in place of the frame's voxels, after
+            outliers were removed. Not for streams that were encoded with ``temporal_filter``.
 
         Returns
         -------

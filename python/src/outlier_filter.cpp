@@ -36,10 +36,10 @@ OutlierFilter::status() const
 void
 Denoising::apply(io::VoxelFrame& frame) const
 {
-  if (temporal_filter != nullptr)
-    temporal_filter->filter(frame);
   if (outliers != nullptr)
     outliers->filter(frame);
+  if (temporal_filter != nullptr)
+    temporal_filter->filter(frame);
   if (min_intensity)
     removeVoxelsBelow(frame, *min_intensity);
 }

@@ -43,9 +43,9 @@ private:
 
 /** \brief What to do with a decoded frame, in the order in which an encoder does it. */
 struct Denoising {
-  OutlierFilter* outliers = nullptr;         ///< applied after the temporal filter
+  OutlierFilter* outliers = nullptr;         ///< applied first
   std::optional<float> min_intensity;        ///< voxels below are removed at last
-  TemporalFilter* temporal_filter = nullptr; ///< applied first
+  TemporalFilter* temporal_filter = nullptr; ///< applied after the outliers' removal
 
   void
   apply(io::VoxelFrame& frame) const;

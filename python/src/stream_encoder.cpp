@@ -88,6 +88,8 @@ StreamEncoder::encodeView(const io::PointView& view,
     return status;
   if (cloud.outliers != nullptr)
     cloud.outliers->filter(frame_);
+  if (status = encoder_->filterOverTime(frame_); !status.ok())
+    return status;
   return encoder_->encode(frame_, cloud.stamp, bytes);
 }
 

@@ -112,6 +112,8 @@ CloudStreams::encode(const PointView& points,
           points, sensor_pose.cast<double>(), frame_, points_behind_sensor);
       !status.ok())
     return status;
+  if (CompressionStatus status = encoder_.filterOverTime(frame_); !status.ok())
+    return status;
   if (settings_.carry_header) {
     if (!stamp_)
       stamp_.emplace();

@@ -267,6 +267,9 @@ private:
       if (pipeline_->filters->outlier_removal)
         // checkSettings() has refused what the filter would.
         outliers = pipeline_->filters->outlier_removal->filter(frame).removed;
+      status = pipeline_->encoder.filterOverTime(frame);
+    }
+    if (status.ok()) {
       if (settings_.carry_header)
         pipeline_->stamp = io::FrameStamp{header.stamp, settings_.global_frame};
       status = pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);

@@ -129,6 +129,9 @@ public:
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
   CompressionStatus
+  filterOverTime(VoxelFrame& frame);
+
+  CompressionStatus
   encode(const VoxelFrame& frame,
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes);
@@ -154,6 +157,7 @@ private:
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
   std::optional<TemporalVoxelFilter> temporal_filter_;
+  std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;
@@ -195,17 +199,15 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     else
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
-    const std::array<double, 3> sensor_position = elementsOf(sensor_pose.translation());
+    sensor_position_ = elementsOf(sensor_pose.translation());
     frame.depth_model.reset();
     if (depth_law_ && settings_.format == StreamFormat::Version1 &&
         frame.hasIntensities())
       frame.depth_model = depthModelOf(*depth_law_,
-                                       sensor_position,
+                                       sensor_position_,
                                        elementsOf(sensor_pose.linear().col(2)),
                                        frame.grid,
                                        frame.intensity_scale);
-    if (temporal_filter_)
-      static_cast<void>(temporal_filter_->filter(frame, sensor_position));
     return CompressionStatus();
   };
   const auto voxelize_or_throw = [&] {
@@ -313,6 +315,24 @@ CloudEncoder::Implementation::voxelizeCoarsened(PointBatches& points,
 }
 
 CompressionStatus
+CloudEncoder::Implementation::filterOverTime(VoxelFrame& frame)
+{
+  const auto filter = [&] {
+    // The settings do not have what it refuses.
+    if (temporal_filter_)
+      static_cast<void>(temporal_filter_->filter(frame, sensor_position_));
+    return CompressionStatus();
+  };
+  const auto filter_or_throw = [&] {
+    return callOrCleanUp(filter, [&] {
+      frame.clearVoxels();
+      encoder_.requestIFrame();
+    });
+  };
+  return callOrNoMemory(filter_or_throw, outOfMemoryStatus<CompressionStatus>);
+}
+
+CompressionStatus
 CloudEncoder::Implementation::encode(const VoxelFrame& frame,
                                      const std::optional<FrameStamp>& stamp,
                                      std::vector<std::uint8_t>& bytes)
@@ -389,6 +409,12 @@ CloudEncoder::voxelize(PointBatches& points,
                        VoxelFrame& frame)
 {
   return implementation_->voxelize(points, sensor_pose, frame);
+}
+
+CompressionStatus
+CloudEncoder::filterOverTime(VoxelFrame& frame)
+{
+  return implementation_->filterOverTime(frame);
 }
 
 CompressionStatus

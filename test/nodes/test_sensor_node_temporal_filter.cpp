@@ -3,6 +3,7 @@
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "simulator/crop_box.h"
@@ -91,6 +92,31 @@ TEST_F(SensorNodeTemporalFilter, SendsWhatTheFilterShowsFromTheSensorsPosition)
     EXPECT_EQ(statistics.coding.voxels, expected.size());
   }
   EXPECT_TRUE(does_position_matter);
+}
+
+TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
+{
+  nodes::SensorNodeSettings both_settings = settings(frames);
+  both_settings.outlier_removal.emplace();
+  nodes::SensorNode both(both_settings);
+  io::FrameDecoder decoder;
+  VoxelOutlierRemovalSettings removal_settings;
+  removal_settings.unit = DensityUnit::Points;
+  VoxelOutlierRemoval removal(removal_settings);
+  TemporalVoxelFilter filter(frames);
+  const std::array<double, 3> position = {
+      pose_.translation().x(), pose_.translation().y(), pose_.translation().z()};
+  for (int i = 0; i < 10; ++i) {
+    const pcl::PCLPointCloud2 cloud =
+        messageOf(cell::test::capture(cell_, 1, number_++).cloud);
+    io::VoxelFrame expected =
+        decodedWith(plain_decoder_, encoded(plain_, cloud, pose_));
+    ASSERT_TRUE(removal.filter(expected).ok());
+    ASSERT_TRUE(filter.filter(expected, position).ok());
+    const io::VoxelFrame sent = decodedWith(decoder, encoded(both, cloud, pose_));
+    EXPECT_EQ(sent.keys, expected.keys);
+    EXPECT_EQ(sent.intensities, expected.intensities);
+  }
 }
 
 TEST_F(SensorNodeTemporalFilter, StillSurfacesTakeFewBytesWhenTheyAreKnown)

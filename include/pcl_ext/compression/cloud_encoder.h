@@ -135,8 +135,8 @@ public:
   void
   requestIFrame();
 
-  /** \brief The first half of encoding: points -> voxels, which may be filtered before
-   * they are encoded.
+  /** \brief The first step of encoding: points -> voxels, from which some may be
+   * removed before the next one.
    * \param[in] points the cloud, in the coordinates of the grid
    * \param[in] sensor_pose sensor -> grid, metres; for a depth law and temporal_filter
    * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
@@ -155,7 +155,15 @@ public:
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
-  /** \brief The second half of encoding: voxels -> bytes.
+  /** \brief The second step: applies the temporal_filter of the settings, if it is on.
+   * \param[in,out] frame of the last voxelized cloud, as isConsistent() demands; once
+   * for each cloud, as the filter learns from it
+   * \return Ok; OutOfMemory, after which the next frame is an I-frame
+   */
+  CompressionStatus
+  filterOverTime(VoxelFrame& frame);
+
+  /** \brief The last step: voxels -> bytes.
    * \param[in] frame the voxels
    * \param[in] stamp see FrameEncoder::encode
    * \param[out] bytes the frame; empty unless the status is Ok
