@@ -1,3 +1,4 @@
+#include "bytes/byte_writer.h"
 #include "recording/mcap_reader.h"
 #include "support/recorded_streams.h"
 
@@ -5,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace pcl_ext {
 namespace recording {
@@ -141,6 +143,43 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 1},
                       Container{"cell", "cell/cell_0.mcap", 1, true, 13},
                       Container{"sensor.pcxi", "sensor.pcxi", 1, false, 1}));
+
+TEST(DamagedRecordings, MessagesAreComparedWithTheirIndex)
+{
+  const TestFolder folder;
+  const std::string path = folder / "cell.mcap";
+  record({knownStream(0, 3, 10)}, path);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(path).ok());
+  // The places of two messages of a channel, each after its time, change.
+  const McapEntry first = reader.index().at(0);
+  const McapEntry second = reader.index().at(1);
+  const auto indexed = [](const McapEntry& time, const McapEntry& place) {
+    Bytes bytes;
+    io::ByteWriter writer(bytes);
+    writer.u64(static_cast<std::uint64_t>(time.log_time.count()));
+    writer.u64(place.offset);
+    return bytes;
+  };
+  Bytes file = bytesOf(path);
+  for (const auto& [entry, other] : {std::pair(first, second), {second, first}}) {
+    const Bytes forged = indexed(entry, other);
+    std::copy(forged.begin(),
+              forged.end(),
+              file.begin() + static_cast<std::ptrdiff_t>(
+                                 endOf(indexed(entry, entry), file) - forged.size()));
+  }
+  writeBytes(path, file);
+  McapReader forged;
+  ASSERT_TRUE(forged.open(path).ok());
+  McapMessage message;
+  for (const std::size_t i : {0u, 1u}) {
+    const RecordingStatus status = forged.read(forged.index().at(i), message);
+    EXPECT_NE(status.message().find("not where the index says"), std::string::npos)
+        << status;
+  }
+  EXPECT_TRUE(forged.read(forged.index().at(2), message).ok());
+}
 
 TEST(DamagedRecordings, BytesBetweenFramesAreSkippedAndReported)
 {
