@@ -35,7 +35,7 @@ SurfaceSupport::of(std::uint64_t key,
   const unsigned int level = levelAt(distance);
   const std::uint32_t mean = levels_[level].density.mean(distance);
   // A plane has 8 neighbours, of which its edges and corners have 5 and 3.
-  const std::uint32_t least = mean < lone_neighbours ? 1 : 2;
+  const std::uint32_t least = mean < enough_neighbours ? 1 : 2;
   const std::uint32_t needed =
       std::clamp(mean * mean / (256 * 34), least, std::uint32_t{5}) + additional;
   const unsigned int count = levels_[level].occupied.count(key >> 3 * level, needed);

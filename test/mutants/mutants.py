@@ -252,7 +252,7 @@ MUTANTS = [
            "const std::uint64_t symbol = point < 0x10000 ? value :",
            "const std::uint64_t symbol = true ? value :"),
     Mutant("src/outliers/surface_support.cpp", "one neighbour is enough",
-           "const std::uint32_t least = mean < lone_neighbours ? 1 : 2;",
+           "const std::uint32_t least = mean < enough_neighbours ? 1 : 2;",
            "const std::uint32_t least = 1;"),
     Mutant("src/outliers/temporal_voxel_filter.cpp", "noise around does not matter",
            "around >= least_seldom_neighbours && around <= most", "false && around <= most"),
