@@ -276,7 +276,7 @@ MUTANTS = [
     Mutant(STREAM + "coordinate_step.cpp", "half the resolution is tolerated",
            "resolution / 4.0", "resolution / 2.0"),
     Mutant(STREAM + "cloud_encoder.cpp", "the temporal filter has no position of the sensor",
-           "temporal_filter_->filter(frame, sensor_position)",
+           "temporal_filter_->filter(frame, sensor_position_)",
            "temporal_filter_->filter(frame)"),
     Mutant(STREAM + "cloud_encoder.cpp", "a depth model in the published layout",
            "settings_.format == StreamFormat::Version1", "true"),
