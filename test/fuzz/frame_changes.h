@@ -180,7 +180,7 @@ inline void
 changeHeader(Parts& parts, Random& random)
 {
   io::Version1Header& header = parts.header;
-  switch (random.below(12)) {
+  switch (random.below(13)) {
   case 0:
     header.is_i_frame = !header.is_i_frame;
     break;
@@ -219,6 +219,9 @@ changeHeader(Parts& parts, Random& random)
     break;
   case 10:
     changeContent(header, random);
+    break;
+  case 11:
+    header.is_of_changes = !header.is_of_changes;
     break;
   default:
     change(header.voxel_count, random);
