@@ -35,7 +35,7 @@ struct Options {
    * noise. */
   std::optional<float> outlier_removal;
   unsigned int temporal_filter = 0; ///< of table scale: the sensors', frames; 0: none
-  unsigned int minutes = 10; ///< of table recording
+  unsigned int minutes = 10;        ///< of table recording
 };
 
 /** \brief Each effort against the published layout and PCL's class, three workloads. */

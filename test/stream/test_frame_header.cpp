@@ -1,8 +1,8 @@
+#include <pcl_ext/compression/frame_encoder.h>
+
 #include "support/bitwise_crc.h"
 #include "support/forged_frames.h"
 #include "support/voxel_frames.h"
-
-#include <pcl_ext/compression/frame_encoder.h>
 
 #include <gtest/gtest.h>
 
