@@ -23,7 +23,7 @@ class TemporalVoxelFilter:
         of 10 to 30 Hz.
     sensor_position : (float, float, float), optional
         Where the sensor is, metres, in the coordinates of the clouds: what it sees through
-        is hidden at once. By default it is unknown, and what is gone stays for five eighths
+        is hidden in the second frame. By default it is unknown, and what is gone stays for five eighths
         of `frames`.
 
     Raises

@@ -52,6 +52,14 @@ public:
     directory_.assign(blocks_.keys);
   }
 
+  /** \brief Removes the voxels, and releases memory. */
+  void
+  releaseMemory()
+  {
+    blocks_ = io::BlockList();
+    directory_ = io::BlockDirectory();
+  }
+
   /** \brief Number of the 26 voxels around a voxel that are in the set.
    * \param[in] key of the voxel
    * \param[in] enough counting ends when it has reached this number

@@ -14,7 +14,8 @@ inline namespace PCL_EXT_ABI {
 
 /** \brief Deviations of the values of a stream from their running mean, by the size of
  * the mean: what a voxel's first deviation is taken from. Until values were learned
- * that of a count, its square root. All in 2^-8. */
+ * that of a count, its square root, times a factor if the first values vary much more.
+ * All in 2^-8. */
 class UsualDeviations {
 public:
   /** \brief The usual deviation of values with a mean. */
@@ -32,7 +33,21 @@ public:
     learned += deviation - (learned >> 8);
   }
 
+  /** \brief Learns the distance between a voxel's first two values. */
+  void
+  addFirst(std::uint32_t value, std::uint32_t distance)
+  {
+    if (first_count_ == least_first)
+      return;
+    first_distances_ += distance;
+    first_deviations_ += (*this)(value);
+    if (++first_count_ == least_first && first_distances_ > 4 * first_deviations_)
+      for (std::uint64_t& deviation : deviations_)
+        deviation = deviation * first_distances_ / first_deviations_;
+  }
+
 private:
+  static constexpr unsigned int least_first = 1024;
   static constexpr std::size_t count = 50; // two bands for each doubling
 
   static std::size_t
@@ -60,6 +75,10 @@ private:
   }
 
   std::array<std::uint64_t, count> deviations_ = rootsOfMeans(); // 2^-16
+  // Sums of first values.
+  std::uint64_t first_distances_ = 0;
+  std::uint64_t first_deviations_ = 0;
+  unsigned int first_count_ = 0;
 };
 
 /** \brief A value of a voxel that noise changes from frame to frame: an intensity's
@@ -75,6 +94,8 @@ public:
     const std::uint32_t distance = scaled > mean_ ? scaled - mean_ : mean_ - scaled;
     if (frames_ >= frames_until_usual)
       usual.add(mean_, distance);
+    else if (frames_ == 1)
+      usual.addFirst(mean_, distance);
     if (frames_ == 0 || distance > jump * deviation_ + one) {
       mean_ = scaled;
       deviation_ = usual(mean_);
@@ -87,6 +108,15 @@ public:
         std::uint64_t{distance} * reciprocals[frames_] >> 16);
     mean_ = scaled > mean_ ? mean_ + step : mean_ - step;
     deviation_ += distance / most_frames - deviation_ / most_frames;
+  }
+
+  /** \brief Begins again, with another value to show until add() is called. */
+  void
+  restart(std::uint16_t value)
+  {
+    *this = HeldValue();
+    mean_ = std::uint32_t{value} << 8;
+    shown_ = value;
   }
 
   /** \brief The value to show, which follows the mean when that has moved by more than

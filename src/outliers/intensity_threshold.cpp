@@ -1,5 +1,6 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "voxels/intensity_symbols.h"
 #include "voxels/keep_voxels.h"
 
 #include <algorithm>
@@ -8,23 +9,6 @@ namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
 namespace {
-
-/** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() +
- * 1 if there is none. Intensities do not decrease with the symbol. */
-std::uint32_t
-lowestSymbol(const io::IntensityScale& scale, float min_intensity)
-{
-  std::uint32_t low = 0;
-  std::uint32_t high = scale.maxSymbol() + 1;
-  while (low < high) {
-    const std::uint32_t middle = (low + high) / 2;
-    if (scale.value(static_cast<std::uint16_t>(middle)) < min_intensity)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low;
-}
 
 /** \brief Copies the remaining voxels to the front of `to`, which may be `from`. It
  * needs space for one voxel more than remain, or for all.
@@ -62,7 +46,7 @@ removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity)
 {
   if (!frame.hasIntensities())
     return 0;
-  const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
+  const std::uint32_t lowest = io::lowestSymbol(frame.intensity_scale, min_intensity);
   if (lowest == 0)
     return 0;
   if (hasMore(frame))
@@ -84,7 +68,7 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
     kept = frame;
     return removeVoxelsBelow(kept, min_intensity);
   }
-  const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
+  const std::uint32_t lowest = io::lowestSymbol(frame.intensity_scale, min_intensity);
   const auto count = static_cast<std::size_t>(
       std::count_if(frame.intensities.begin(),
                     frame.intensities.end(),

@@ -45,14 +45,22 @@ public:
       position_[axis] = static_cast<float>(voxels);
       nearest_[axis] = static_cast<std::int64_t>(std::round(voxels));
     }
-    squares_.reserve(keys.size());
+    squares_.resize(keys.size());
+    std::size_t count = 0;
     for (const std::uint64_t key : keys)
       if (const std::optional<Direction> direction = directionOf(key)) {
         float& depth = depthAt(direction->face, direction->row, direction->column);
-        if (depth == unseen)
-          squares_.push_back(&depth);
         depth = std::min(depth, direction->depth);
+        squares_[count++] = &depth;
       }
+    squares_.resize(count);
+  }
+
+  /** \brief Releases memory that assign() allocates again. */
+  void
+  releaseMemory()
+  {
+    *this = SeenDepths();
   }
 
   /** \brief True if a voxel of the frame is farther than others in its direction, so
@@ -73,20 +81,23 @@ public:
     if (!at || faces_[at->face].empty())
       return false;
     // Half of a voxel, in squares.
-    const int radius = at->depth <= 28.0f    ? 3
-                       : at->depth <= 51.0f  ? 2
-                       : at->depth <= 256.0f ? 1
-                                             : 0;
-    const auto row = static_cast<int>(at->row);
-    const auto column = static_cast<int>(at->column);
-    float nearest = unseen;
-    for (int i = std::max(row - radius, 0); i <= std::min(row + radius, last); ++i)
-      for (int j = std::max(column - radius, 0); j <= std::min(column + radius, last);
-           ++j)
-        nearest = std::min(nearest,
-                           faces_[at->face][static_cast<std::size_t>(i) * width +
-                                            static_cast<std::size_t>(j)]);
-    return nearest != unseen && nearest > at->depth + margin;
+    const std::size_t radius = at->depth <= 28.0f    ? 3
+                               : at->depth <= 51.0f  ? 2
+                               : at->depth <= 256.0f ? 1
+                                                     : 0;
+    const std::size_t top = at->row - std::min(at->row, radius);
+    const std::size_t bottom = std::min(at->row + radius, last);
+    const std::size_t left = at->column - std::min(at->column, radius);
+    const std::size_t right = std::min(at->column + radius, last);
+    bool is_seen = false;
+    for (std::size_t row = top; row <= bottom; ++row)
+      for (std::size_t column = left; column <= right; ++column) {
+        const float depth = faces_[at->face][row * width + column];
+        if (depth <= at->depth + margin)
+          return false;
+        is_seen = is_seen || depth != unseen;
+      }
+    return is_seen;
   }
 
   /** \brief Square of the distance of a voxel from the sensor, in voxels; the sensor's
@@ -103,7 +114,7 @@ public:
 
 private:
   static constexpr std::size_t width = 256; // of a face, squares
-  static constexpr int last = 255;
+  static constexpr std::size_t last = width - 1;
   static constexpr double farthest = 0x1p28; // voxels, of the sensor from the grid
   static constexpr float unseen = std::numeric_limits<float>::infinity();
 
@@ -130,8 +141,7 @@ private:
       return std::nullopt;
     // -1..1 -> squares
     const auto square = [depth](float across) {
-      return std::min(static_cast<std::size_t>((across / depth + 1.0f) * 128.0f),
-                      std::size_t{last});
+      return std::min(static_cast<std::size_t>((across / depth + 1.0f) * 128.0f), last);
     };
     return Direction{2 * axis + (from_sensor[axis] < 0.0f ? 1 : 0),
                      square(from_sensor[(axis + 1) % 3]),
@@ -158,7 +168,7 @@ private:
   std::array<float, 3> position_{};         // of the sensor, voxels from that of key 0
   std::array<std::int64_t, 3> nearest_{};   // the same, rounded
   std::array<std::vector<float>, 6> faces_; // empty until a voxel is seen there
-  std::vector<float*> squares_;             // that have a depth
+  std::vector<float*> squares_;             // of the voxels
 };
 
 } // namespace PCL_EXT_ABI

@@ -136,6 +136,15 @@ public:
     }
   }
 
+  /** \brief Removes the voxels, and releases memory; what was learned stays. */
+  void
+  releaseMemory()
+  {
+    for (Level& level : levels_)
+      level.occupied.releaseMemory();
+    coarse_keys_ = std::vector<std::uint64_t>();
+  }
+
   /** \brief True if a frame does not hit all voxels of a surface at a distance. */
   bool
   isSparse(std::uint64_t distance) const

@@ -5,6 +5,8 @@
 #include "outliers/held_value.h"
 #include "outliers/seen_depths.h"
 #include "outliers/surface_support.h"
+#include "voxels/intensity_symbols.h"
+#include "voxels/memory_rule.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +41,8 @@ struct Persistence {
 
 constexpr Persistence dense = {one * 3 / 5, one * 3 / 10, 5};
 
-/** \brief Where not each frame hits all voxels of a surface. */
+/** \brief Where not each frame hits all voxels of a surface: they are shown sooner and
+ * hidden later. */
 constexpr Persistence sparse = {one * 2 / 5, one / 7, 8};
 
 using HeldColour = std::array<HeldValue, 3>;
@@ -50,6 +53,19 @@ constexpr unsigned int most_seldom_neighbours = 5;
 
 /** \brief One voxel of so many is asked whether the sensor can see it. */
 constexpr std::size_t behind_sample_step = 32;
+
+/** \brief A frame that has less than this part of the voxels that were shown before it,
+ * one in so many, is of another scene. */
+constexpr std::size_t same_scene_part = 8;
+
+/** \brief The most voxels of the history. Surfaces and usual noise have up to four for
+ * each voxel of a frame. */
+constexpr std::size_t
+mostTracked(std::size_t frame_voxels)
+{
+  return 8 * frame_voxels + (std::size_t{1} << 16);
+}
+
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
 /** \brief With a depth model values are numbers of points, as the coders derive them
@@ -102,10 +118,19 @@ public:
     listSeldomVoxels(frame.grid.depth);
     surfaces_.learn(frame, [this](std::uint64_t key) { return distanceOf(key); });
     update(frame, status);
+    if (same_scene_part * hit_count_ < shown_count_ ||
+        tracked_.size() > mostTracked(frame.size())) {
+      forgetVoxels();
+      status = TemporalFilterStatus();
+      update(frame, status);
+    }
     shown_.assign(keys_, frame.grid.depth);
+    shown_count_ = keys_.size();
     frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
     frame.colours.swap(shown_colours_);
+    if (memory_rule_.shouldRelease(tracked_.size()))
+      releaseMemory();
     is_interrupted_ = false;
     return status;
   }
@@ -142,6 +167,15 @@ private:
   moveTo(const io::VoxelGrid& grid);
 
   void
+  changeScale(const io::IntensityScale& scale);
+
+  void
+  forgetVoxels();
+
+  void
+  releaseMemory();
+
+  void
   look(const io::VoxelFrame& frame,
        const std::optional<std::array<double, 3>>& sensor_position);
 
@@ -160,6 +194,13 @@ private:
   void
   show(const io::VoxelFrame& frame);
 
+  bool
+  hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const
+  {
+    return voxel.occupancy < persistence.hidden_below ||
+           8 * voxel.empty_frames > persistence.eighths * frames_;
+  }
+
   void
   countHit(TrackedVoxel& voxel) const;
 
@@ -175,8 +216,7 @@ private:
 
   unsigned int frames_;
   std::uint32_t rate_; // of the running means, 2^16 is 1
-  /** \brief Empty voxels of a lower one are forgotten, those of a single frame so after
-   * three. */
+  /** \brief Empty voxels of a lower one are forgotten. */
   std::uint32_t least_occupancy_;
   std::optional<io::VoxelGrid> grid_; // of the last frame
   io::IntensityScale scale_;
@@ -185,6 +225,8 @@ private:
   std::vector<TrackedVoxel> tracked_; // keys ascending
   std::vector<HeldColour> colours_;   // of each, with colours
   BlockNeighbours shown_;             // by the last frame
+  std::size_t shown_count_ = 0;       // voxels of these
+  std::size_t hit_count_ = 0;         // of these, those that the current frame has
   BlockNeighbours seldom_;            // tracked, but not shown by it
   SurfaceSupport surfaces_;
   UsualDeviations usual_intensities_;
@@ -199,6 +241,7 @@ private:
   std::vector<std::uint16_t> shown_intensities_;
   std::vector<io::VoxelColour> shown_colours_;
   bool is_interrupted_ = false;
+  io::MemoryRule memory_rule_;
 };
 
 /** \brief Drops the history where the frame's values do not compare with it, and moves
@@ -208,11 +251,15 @@ TemporalVoxelFilter::Implementation::follow(const io::VoxelFrame& frame)
 {
   const io::VoxelGrid& grid = frame.grid;
   if (grid_ && (grid.resolution != grid_->resolution || grid.origin != grid_->origin ||
-                frame.intensity_scale != scale_ || frame.colour_bits != colour_bits_ ||
+                frame.hasIntensities() != (scale_.bits > 0) ||
+                frame.colour_bits != colour_bits_ ||
                 frame.depth_model.has_value() != has_depth_model_)) {
     reset();
     is_interrupted_ = true;
   }
+  // With a depth model values are numbers of points, whatever the scale.
+  if (grid_ && frame.intensity_scale != scale_ && !has_depth_model_)
+    changeScale(frame.intensity_scale);
   if (grid_ && grid != *grid_)
     moveTo(grid);
   grid_ = grid;
@@ -259,6 +306,46 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
   shown_.assign(keys_, grid.depth);
 }
 
+/** \brief Changes the shown symbols to those of another scale, and learns values anew.
+ */
+void
+TemporalVoxelFilter::Implementation::changeScale(const io::IntensityScale& scale)
+{
+  for (TrackedVoxel& voxel : tracked_) {
+    const std::uint32_t symbol =
+        io::lowestSymbol(scale, scale_.value(voxel.intensity.shown()));
+    voxel.intensity.restart(
+        static_cast<std::uint16_t>(std::min(symbol, scale.maxSymbol())));
+  }
+  usual_intensities_ = UsualDeviations();
+}
+
+void
+TemporalVoxelFilter::Implementation::forgetVoxels()
+{
+  tracked_.clear();
+  colours_.clear();
+  shown_.releaseMemory();
+  seldom_.releaseMemory();
+  shown_count_ = 0;
+}
+
+/** \brief Releases memory that the tracked voxels do not need. */
+void
+TemporalVoxelFilter::Implementation::releaseMemory()
+{
+  tracked_.shrink_to_fit();
+  colours_.shrink_to_fit();
+  keys_ = std::vector<std::uint64_t>();
+  next_ = std::vector<TrackedVoxel>();
+  next_colours_ = std::vector<HeldColour>();
+  shown_intensities_ = std::vector<std::uint16_t>();
+  shown_colours_ = std::vector<io::VoxelColour>();
+  seldom_.releaseMemory();
+  surfaces_.releaseMemory();
+  depths_.releaseMemory();
+}
+
 /** \brief Sets what the sensor sees, if it can be at its position. */
 void
 TemporalVoxelFilter::Implementation::look(
@@ -281,10 +368,13 @@ TemporalVoxelFilter::Implementation::look(
 void
 TemporalVoxelFilter::Implementation::listSeldomVoxels(unsigned int depth)
 {
-  keys_.clear();
-  for (const TrackedVoxel& voxel : tracked_)
-    if (!voxel.is_shown)
-      keys_.push_back(voxel.key);
+  keys_.resize(tracked_.size());
+  std::size_t count = 0;
+  for (const TrackedVoxel& voxel : tracked_) {
+    keys_[count] = voxel.key;
+    count += voxel.is_shown ? 0 : 1;
+  }
+  keys_.resize(count);
   seldom_.assign(keys_, depth);
 }
 
@@ -304,6 +394,9 @@ TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
   voxel.occupancy = static_cast<std::uint16_t>(
       voxel.occupancy + (((one - voxel.occupancy) * rate_) >> 16));
   if (voxel.is_shown)
+    return;
+  // Most voxels end here, next to a shown one.
+  if (voxel.occupancy <= sparse.shown_above && shown_.count(voxel.key, 1) != 0)
     return;
   const std::uint64_t distance = distanceOf(voxel.key);
   const bool is_sparse = surfaces_.isSparse(distance);
@@ -336,10 +429,8 @@ TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
     voxel.occupancy = 0;
     return;
   }
-  const bool is_sparse = surfaces_.isSparse(distanceOf(voxel.key));
-  const Persistence& persistence = is_sparse ? sparse : dense;
-  if (voxel.occupancy < persistence.hidden_below ||
-      8 * voxel.empty_frames > persistence.eighths * frames_)
+  if (hasEnded(voxel, dense) &&
+      (hasEnded(voxel, sparse) || !surfaces_.isSparse(distanceOf(voxel.key))))
     voxel.is_shown = false;
 }
 
@@ -381,6 +472,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
                                             TemporalFilterStatus& status)
 {
   const bool has_colours = frame.colour_bits > 0;
+  hit_count_ = 0;
   next_.clear();
   next_colours_.clear();
   keys_.clear();
@@ -404,6 +496,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
     else
       voxel.key = hit;
     if (hit <= tracked) {
+      hit_count_ += voxel.is_shown ? 1 : 0;
       countHit(voxel);
       learnValues(frame, j++);
       status.hidden += voxel.is_shown ? 0 : 1;

@@ -137,6 +137,14 @@ public:
          std::vector<std::uint8_t>& bytes);
 
 private:
+  /** \brief What the temporal filter holds stays in the grid and the scale, which then
+   * only grow. */
+  bool
+  mayRefit() const
+  {
+    return encoder_.isIFrameDue() && !temporal_filter_;
+  }
+
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
@@ -160,6 +168,7 @@ private:
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
+  TemporalFilterStatus filtering_;      // likewise
   FrameStatistics statistics_;
 };
 
@@ -195,7 +204,7 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
   const auto voxelize = [&] {
     if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
         unit_ == IntensityUnit::Share)
-      voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
+      voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
     else
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
@@ -273,7 +282,7 @@ CloudEncoder::Implementation::voxelizeWide(PointBatches& points, VoxelFrame& fra
 {
   const bool is_i_frame_due = encoder_.isIFrameDue();
   if (doublings_ == 0) {
-    voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
+    voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
     if (voxelization_.points_outside_grid == 0)
       return;
   }
@@ -285,7 +294,7 @@ CloudEncoder::Implementation::voxelizeWide(PointBatches& points, VoxelFrame& fra
   if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
     voxelizeCoarsened(points, for_all <= most_doublings ? for_all : 0, frame);
   else if (doublings_ > 0)
-    voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
+    voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
   if (for_all <= most_doublings)
     for (unsigned int doublings = std::max(for_all, doublings_);
          voxelization_.points_outside_grid > 0 && doublings <= most_doublings;
@@ -318,10 +327,12 @@ CompressionStatus
 CloudEncoder::Implementation::filterOverTime(VoxelFrame& frame)
 {
   const auto filter = [&] {
-    // The settings do not have what it refuses.
+    filtering_ = TemporalFilterStatus();
     if (temporal_filter_)
-      static_cast<void>(temporal_filter_->filter(frame, sensor_position_));
-    return CompressionStatus();
+      filtering_ = temporal_filter_->filter(frame, sensor_position_);
+    return filtering_.ok()
+               ? CompressionStatus()
+               : CompressionStatus(CompressionCode::InvalidInput, filtering_.message());
   };
   const auto filter_or_throw = [&] {
     return callOrCleanUp(filter, [&] {
@@ -343,7 +354,8 @@ CloudEncoder::Implementation::encode(const VoxelFrame& frame,
   CompressionStatus status = encoder_.encode(frame, stamp, bytes);
   if (!status.ok())
     return status;
-  statistics_ = {voxelization_, encoder_.statistics()};
+  statistics_ = {
+      voxelization_, encoder_.statistics(), filtering_.hidden, filtering_.held};
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
       [this] {

@@ -121,10 +121,8 @@ private:
           frame, statistics.is_i_frame, published_, bytes, statistics);
     }
     else {
-      bool is_i_frame = isIFrameDue() || version1_.needsIFrame(frame, stamp);
+      const bool is_i_frame = isIFrameDue() || version1_.needsIFrame(frame, stamp);
       is_of_changes = !is_i_frame && version1_.hasFewChanges(frame, was_of_changes_);
-      // Frames of changes have left the history behind.
-      is_i_frame = is_i_frame || (was_of_changes_ && !is_of_changes);
       if (is_of_changes)
         version1_.encodeChanges(frame, stamp, bytes, statistics);
       else
@@ -133,6 +131,11 @@ private:
                          stamp,
                          bytes,
                          statistics);
+      // The history knows little of the frame. An I-frame takes hardly more bytes, and
+      // frames of changes may follow it.
+      if (was_of_changes_ && !statistics.is_i_frame &&
+          !version1_.mayBeFollowedByChanges())
+        encodeAgain(frame, stamp, bytes, statistics);
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
@@ -157,11 +160,8 @@ private:
         !statistics.is_i_frame && history_use_.isDoubtful(statistics.voxels,
                                                           statistics.bytes,
                                                           frame.has_point_counts);
-    if (was_tried) {
-      bytes.clear();
-      version1_.takeBack();
-      version1_.encode(frame, nullptr, stamp, bytes, statistics);
-    }
+    if (was_tried)
+      encodeAgain(frame, stamp, bytes, statistics);
     if (statistics.is_i_frame) {
       history_use_.measure(statistics.voxels, statistics.bytes);
       history_use_.addWithout(was_tried);
@@ -169,6 +169,18 @@ private:
     else if (statistics.voxels > 0)
       history_use_.addWith();
     is_i_frame_requested_ = !history_use_.isUseful();
+  }
+
+  /** \brief Replaces a P-frame by an I-frame. */
+  void
+  encodeAgain(const VoxelFrame& frame,
+              const std::optional<FrameStamp>& stamp,
+              std::vector<std::uint8_t>& bytes,
+              CodedFrameStatistics& statistics)
+  {
+    bytes.clear();
+    version1_.takeBack();
+    version1_.encode(frame, nullptr, stamp, bytes, statistics);
   }
 
   /** \brief Releases memory that recent frames did not need. */

@@ -48,12 +48,12 @@ Version1Encoder::hasFewChanges(const VoxelFrame& frame, bool was_of_changes)
 {
   // Smaller ones take few bytes and little time anyway.
   constexpr std::size_t least_voxels = 1024;
-  // To begin with them takes fewer than to go on, as what ends them is an I-frame.
+  // To begin with them takes fewer than to go on, as they leave the history behind.
   // The other efforts code many changes in fewer bytes with their history.
   const std::size_t share =
       (was_of_changes ? 4 : 8) * (effort_ == Effort::Fast ? 1 : 2);
   const std::size_t most_changes = frame.size() / share;
-  return frame.size() >= least_voxels && changes_ && changes_->hasLastFrame() &&
+  return frame.size() >= least_voxels && mayBeFollowedByChanges() &&
          (!uses_depth_model_ || frame.depth_model == depth_model_) &&
          changes_->blockCount() <= maxTrackedVoxels(frame.size()) &&
          changes_->countChanges(work_, frame) <= most_changes;

@@ -76,6 +76,13 @@ public:
     --frame_number_;
   }
 
+  /** \brief True if a frame of changes may follow the last frame. */
+  bool
+  mayBeFollowedByChanges() const
+  {
+    return changes_ && changes_->hasLastFrame();
+  }
+
   /** \brief See PayloadCoder::choosesHistory. */
   bool
   choosesHistory()

@@ -9,10 +9,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <random>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -307,24 +309,122 @@ TEST(TemporalVoxelFilter, TheHistoryMovesWithTheGridAndEndsWithTheLattice)
     TemporalVoxelFilter filter;
     for (int i = 0; i < 10; ++i)
       shownOf(filter, flatWall());
-    VoxelFrame frame = frameOf({{{3, 3, 3}, 1}}, gridAt(-5, 2, -9));
+    Voxels some;
+    for (const auto& [index, symbol] : flatWall())
+      if (index[1] >= 2 && (index[0] + index[1]) % 2 == 0)
+        some[index] = symbol;
+    VoxelFrame frame = frameOf(some, gridAt(-5, 2, -9));
     change(frame);
+    VoxelFrame unknown = frame;
     EXPECT_TRUE(filter.filter(frame, in_front).ok());
-    return voxelsOf(frame);
+    TemporalVoxelFilter fresh;
+    EXPECT_TRUE(fresh.filter(unknown, in_front).ok());
+    return std::pair(voxelsOf(frame), voxelsOf(unknown));
   };
   // Without the part of the wall that the moved grid does not have.
   Voxels moved;
   for (const auto& [index, symbol] : flatWall())
     if (index[1] >= 2)
       moved[index] = symbol;
-  EXPECT_EQ(filterAnother([](VoxelFrame&) {}), moved);
-  EXPECT_TRUE(
-      filterAnother([](VoxelFrame& frame) { frame.grid.resolution = 0.05; }).empty());
-  EXPECT_TRUE(
-      filterAnother([](VoxelFrame& frame) { frame.grid.origin[0] = 1.0; }).empty());
-  EXPECT_TRUE(filterAnother([](VoxelFrame& frame) {
-                frame.intensity_scale.step = 2.0f;
-              }).empty());
+  EXPECT_EQ(filterAnother([](VoxelFrame&) {}).first, moved);
+  for (const auto& change : std::initializer_list<void (*)(VoxelFrame&)>{
+           [](VoxelFrame& frame) { frame.grid.resolution = 0.05; },
+           [](VoxelFrame& frame) { frame.grid.origin[0] = 1.0; },
+           [](VoxelFrame& frame) {
+             frame.colour_bits = 1;
+             frame.colours.resize(frame.size());
+           }}) {
+    const auto [shown, of_fresh] = filterAnother(change);
+    EXPECT_EQ(shown, of_fresh);
+    EXPECT_LT(shown.size(), moved.size());
+  }
+}
+
+TEST(TemporalVoxelFilter, IntensitiesMoveToAnotherScale)
+{
+  TemporalVoxelFilter filter;
+  for (int i = 0; i < 10; ++i)
+    shownOf(filter, flatWall());
+  Voxels some;
+  for (const auto& [index, symbol] : flatWall())
+    if ((index[0] + index[1]) % 2 == 0)
+      some[index] = 7;
+  VoxelFrame frame = scene(some);
+  frame.intensity_scale.offset = -256.0f;
+  frame.intensity_scale.step = 2.0f;
+  frame.intensity_scale.bits = 9;
+  ASSERT_TRUE(filter.filter(frame, in_front).ok());
+  ASSERT_TRUE(isConsistent(frame));
+  const Voxels shown = voxelsOf(frame);
+  ASSERT_EQ(shown.size(), flatWall().size());
+  // 9 is between -256 + 132 * 2 and -256 + 133 * 2.
+  for (const auto& [index, symbol] : shown)
+    EXPECT_EQ(symbol, some.count(index) != 0 ? 7 : 133);
+}
+
+TEST(TemporalVoxelFilter, AnotherSceneIsShownWithoutTheLast)
+{
+  const auto partOf = [](const Voxels& voxels, std::int64_t columns) {
+    Voxels part;
+    for (const auto& [index, symbol] : voxels)
+      if (index[0] < columns)
+        part[index] = symbol;
+    return part;
+  };
+  const Voxels other = flatWall(wall_depth - 10);
+  const auto shownAfterWall = [&](const Voxels& symbols) {
+    TemporalVoxelFilter filter(64);
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall());
+    return shownOf(filter, symbols);
+  };
+  EXPECT_EQ(shownAfterWall({}), Voxels());
+  EXPECT_EQ(shownAfterWall(other), other);
+  const std::int64_t eighth = wall_size / 8;
+  EXPECT_EQ(shownAfterWall(partOf(flatWall(), eighth)), flatWall());
+  EXPECT_EQ(shownAfterWall(partOf(flatWall(), eighth - 1)),
+            partOf(flatWall(), eighth - 1));
+}
+
+TEST(TemporalVoxelFilter, NoiseOfFineIntensitiesIsHeldSoonAfterTheStart)
+{
+  // 16 bits; the deviation of a count of this size would be 173.
+  TemporalVoxelFilter filter;
+  std::mt19937 random(6);
+  std::normal_distribution<double> noise(30000.0, 3000.0);
+  std::vector<std::uint16_t> last;
+  std::size_t changes = 0;
+  for (int i = 0; i < 30; ++i) {
+    VoxelFrame frame = scene(flatWall());
+    frame.intensity_scale.bits = 16;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol = static_cast<std::uint16_t>(std::clamp(noise(random), 0.0, 65535.0));
+    ASSERT_TRUE(filter.filter(frame, in_front).ok());
+    for (std::size_t voxel = 0; voxel < frame.size() && i >= 10; ++voxel)
+      changes += frame.intensities[voxel] != last[voxel] ? 1 : 0;
+    last = frame.intensities;
+  }
+  EXPECT_LT(changes, 20u * wall_size * wall_size / 5);
+}
+
+TEST(TemporalVoxelFilter, TheHistoryHasAMostSize)
+{
+  TemporalVoxelFilter filter(64);
+  std::mt19937 random(7);
+  const io::VoxelGrid grid = gridAt(0, 0, 0, 12);
+  std::size_t most = 0;
+  for (int i = 0; i < 30; ++i) {
+    Voxels symbols = flatWall();
+    for (int k = 0; k < 20000; ++k)
+      symbols[{static_cast<std::int64_t>(random() % 4096),
+               static_cast<std::int64_t>(random() % 4096),
+               static_cast<std::int64_t>(random() % 4096)}] = 1;
+    VoxelFrame frame = frameOf(symbols, grid);
+    ASSERT_TRUE(filter.filter(frame).ok());
+    most = std::max(most, filter.rememberedVoxels());
+    EXPECT_LE(filter.rememberedVoxels(), 8 * symbols.size() + 65536);
+  }
+  EXPECT_GT(most, std::size_t{200000});
 }
 
 TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
@@ -360,9 +460,9 @@ TEST(TemporalVoxelFilter, ForgetsNoiseAndWhatIsGone)
     shownOf(filter, symbols);
     EXPECT_LT(filter.rememberedVoxels(), flatWall().size() + 600);
   }
+  const Voxels left = {{{5, 5, 60}, 9}};
   for (int i = 0; i < 30; ++i)
-    shownOf(filter, {});
-  EXPECT_EQ(filter.rememberedVoxels(), 0u);
+    shownOf(filter, left);
   shownOf(filter, flatWall());
   filter.reset();
   EXPECT_EQ(filter.rememberedVoxels(), 0u);

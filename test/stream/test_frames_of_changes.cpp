@@ -91,6 +91,24 @@ TEST(FramesOfChanges, TakeLessThanOtherFrames)
   EXPECT_LT(encoded(encoder, frames.next(few_changes)).size(), i_frame / 4);
 }
 
+TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
+{
+  ChangingFrames frames(0);
+  const VoxelFrame first = frames.next(0);
+  const VoxelFrame second = frames.next(260);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  std::string kinds;
+  for (unsigned int i = 0; i < 24; ++i) {
+    encoded(encoder, i / 3 % 2 == 0 ? first : second);
+    kinds += encoder.statistics().is_i_frame      ? 'I'
+             : encoder.statistics().is_of_changes ? 'c'
+                                                  : 'P';
+  }
+  // The history has both after a few turns.
+  EXPECT_EQ(kinds.substr(12).find('I'), std::string::npos) << kinds;
+  EXPECT_NE(kinds.substr(12).find('c'), std::string::npos) << kinds;
+}
+
 TEST(FramesOfChanges, NeedTheirReference)
 {
   ChangingFrames frames(8);

@@ -60,6 +60,10 @@ TEST(ProgramEncode, TemporalFilterIsThatOfTheClass)
     EXPECT_EQ(bytes, (bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings)));
     EXPECT_TRUE(all.insert(bytes).second) << option << " has no effect";
   }
+  expectRun(folder,
+            "encode --temporal-filter=0 room -o x.pcxi -r 0.05 --no-header "
+            "--overwrite");
+  EXPECT_EQ(all.count(bytesOf(folder / "x.pcxi")), 1u);
 }
 
 TEST(ProgramEncode, FileHasTheBytesOfTheClass)

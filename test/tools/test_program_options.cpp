@@ -186,12 +186,12 @@ TEST(ProgramOptions, FramesOfTheTemporalFilterAreFewAndWhole)
 {
   const TestFolder folder;
   writeClouds(folder, "room", roomClouds(1));
-  for (const std::string frames : {"0", "1", "65", "4.5", "-8", "many"})
+  for (const std::string frames : {"1", "65", "4.5", "-8", "0x8", "many"})
     expectFailure(folder,
                   "encode room -o x.pcxi --temporal-filter=" + frames,
                   2,
                   "--temporal-filter: '" + frames +
-                      "' is no whole number from 2 to 64");
+                      "' is no whole number from 2 to 64, or 0");
 }
 
 TEST(ProgramOptions, NanIsNoNumber)

@@ -158,7 +158,7 @@ public:
   /** \brief The second step: applies the temporal_filter of the settings, if it is on.
    * \param[in,out] frame of the last voxelized cloud, as isConsistent() demands; once
    * for each cloud, as the filter learns from it
-   * \return Ok; OutOfMemory, after which the next frame is an I-frame
+   * \return Ok; InvalidInput for a frame with numbers of points; OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
   filterOverTime(VoxelFrame& frame);

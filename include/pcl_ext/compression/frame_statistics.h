@@ -44,6 +44,9 @@ struct CodedFrameStatistics {
 struct FrameStatistics {
   VoxelizationStatistics voxelization; ///< encoding only
   CodedFrameStatistics coding;
+  std::size_t voxels_hidden = 0; ///< by the temporal filter, encoding only: occupied
+                                 ///< ones that are not coded
+  std::size_t voxels_held = 0;   ///< likewise: coded ones that are not occupied
 
   /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double

@@ -48,11 +48,14 @@ struct TemporalFilterStatus : Status<TemporalFilterCode> {
  *   noise is learned from the stream, so that counts, shares and a sensor's own
  *   intensities need no setting.
  *
- * One instance serves one stream: frames of one sensor in their order. The history is
- * kept where the grid moves on its lattice, and dropped where resolution, origin,
- * intensity scale or colour bits change, or a depth model begins or ends. Memory: 64
- * bytes for each voxel of the last frames, 140 with colours, and up to 1.6 MB for the
- * directions of the sensor. The voxels are the same on all machines. If memory runs out
+ * One instance serves one stream: frames of one sensor in their order. The history
+ * follows a grid that moves on its lattice, less what is outside of it, and a scale of
+ * intensities, whose values are then learned anew. It is dropped where resolution,
+ * origin or colour bits change, where a depth model begins or ends, and before a frame
+ * that has less than an eighth of the voxels that were shown. It has at most eight
+ * voxels for each voxel of the frame, and 65,536. Memory: some 85 bytes for each,
+ * 160 with colours, and up to 1.6 MB for the directions of the sensor; much that is not
+ * needed any more is released. The voxels are the same on all machines. If memory runs out
  * std::bad_alloc is thrown and the history is dropped.
  *
  * Instances are independent; calls of one instance must not overlap. A moved-from
@@ -81,8 +84,8 @@ public:
   /** \brief Filters the stream's next frame.
    * \param[in,out] frame as isConsistent() demands; has the shown voxels then
    * \param[in] sensor_position of the sensor, metres, in the coordinates of the grid.
-   * None, or a position that most voxels cannot be seen from, as another one hides
-   * them: what is empty is hidden by the number of frames alone
+   * None, or a position from which more than a quarter of the voxels are behind others:
+   * what is empty is hidden by the number of frames alone
    */
   [[nodiscard]] TemporalFilterStatus
   filter(io::VoxelFrame& frame,

@@ -340,6 +340,8 @@ private:
       sums.encoded_points += part.encoded_points;
       sums.voxels += part.voxels;
       sums.outliers += part.outliers;
+      sums.hidden_voxels += part.hidden_voxels;
+      sums.held_voxels += part.held_voxels;
       sums.bytes += part.bytes;
       has_empty_stream |= !report(*stream);
     }

@@ -20,8 +20,9 @@ describeEncoded(const EncodedSums& sums,
   const auto encoded_points = static_cast<double>(sums.encoded_points);
   std::string text = counted(sums.encoded_points, "point") + " in " +
                      counted(sums.voxels, "voxel") + " of " + edge.str() + " m";
-  if (sums.voxels > 0)
-    text += " (" + formatted(encoded_points / static_cast<double>(sums.voxels), 1) +
+  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
+  if (occupied > 0)
+    text += " (" + formatted(encoded_points / static_cast<double>(occupied), 1) +
             " points a voxel)";
   if (sums.all_points > sums.points)
     text += ", " + counted(sums.all_points - sums.points, "point") +
@@ -37,7 +38,11 @@ describeEncoded(const EncodedSums& sums,
           " to 16 bytes a point";
   if (options.removesOutliers())
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
-            counted(sums.outliers + sums.voxels, "voxel") + " removed as outliers";
+            counted(sums.outliers + occupied, "voxel") + " removed as outliers";
+  if (options.codec().temporal_filter != 0)
+    text += ", " + counted(sums.held_voxels, "voxel") + " held and " +
+            formatted(static_cast<double>(sums.hidden_voxels), 0) +
+            " hidden by the temporal filter";
   return text;
 }
 

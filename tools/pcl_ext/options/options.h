@@ -128,16 +128,22 @@ addOptionalNumber(CLI::App& app,
                   const std::string& description)
 {
   const auto refuse = [lowest, highest](const std::string& text) {
-    const std::string fault = CLI::Range(lowest, highest)(text);
-    return fault.empty()
-               ? fault
+    // Flags take hexadecimal numbers as 0.
+    const bool is_decimal = text.find_first_not_of("0123456789") == std::string::npos;
+    const bool is_valid =
+        is_decimal && (text == "0" || CLI::Range(lowest, highest)(text).empty());
+    return is_valid
+               ? std::string()
                : "'" + text + "' is no whole number from " + std::to_string(lowest) +
-                     " to " + std::to_string(highest);
+                     " to " + std::to_string(highest) + ", or 0";
   };
   return app
       .add_flag_function(
           name + "{" + std::to_string(usual) + "}",
-          [&value](std::int64_t number) { value = static_cast<unsigned int>(number); },
+          // 0 comes as -1.
+          [&value](std::int64_t number) {
+            value = static_cast<unsigned int>(std::max<std::int64_t>(number, 0));
+          },
           description + " (" + std::to_string(usual) + ")")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
       ->check(refuse)

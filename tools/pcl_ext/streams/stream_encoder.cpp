@@ -101,6 +101,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   sums_.voxels += statistics.frame.coding.voxels;
   sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
   sums_.outliers += statistics.outliers_removed;
+  sums_.hidden_voxels += statistics.frame.voxels_hidden;
+  sums_.held_voxels += statistics.frame.voxels_held;
   sums_.bytes += bytes.size();
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);

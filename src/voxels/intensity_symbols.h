@@ -1,0 +1,28 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() +
+ * 1 if there is none. Intensities do not decrease with the symbol. */
+inline std::uint32_t
+lowestSymbol(const IntensityScale& scale, float min_intensity)
+{
+  std::uint32_t low = 0;
+  std::uint32_t high = scale.maxSymbol() + 1;
+  while (low < high) {
+    const std::uint32_t middle = (low + high) / 2;
+    if (scale.value(static_cast<std::uint16_t>(middle)) < min_intensity)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+} // namespace io
+} // namespace pcl_ext
