@@ -77,7 +77,8 @@ class Encoder:
     intensity_bits : int
         Bits of an intensity, 1 to 16; 0: automatic.
     intensity_range : float
-        Intensity at the top of the scale; 0: automatic.
+        Intensity at the top of the scale; 0: automatic, without few values that are far
+        from the others, of whose number a `CompressionWarning` tells.
     intensity_curve : str
         "linear", or "companded": small numbers exact, then steps that grow.
     aggregation : str

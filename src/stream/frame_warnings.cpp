@@ -113,6 +113,10 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
   const bool is_published = settings.format == StreamFormat::Published;
   const bool is_sum = is_native && settings.aggregation != Aggregation::Mean;
   std::string_view remedy = "use a larger intensity_range or more intensity_bits";
+  if (!is_published && settings.intensity_range == 0.0f &&
+      (is_native || settings.intensity_bits == 0))
+    remedy = "they are few and far from the others; remove lost returns, or set "
+             "intensity_range to the highest to hold all";
   if (is_published)
     remedy = is_sum
                  ? "the published layout has 0 to 255; set aggregation to the mean, or "

@@ -2,6 +2,8 @@
 
 #include <pcl_ext/compression/saturated_float.h>
 
+#include "voxelizing/held_range.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +14,7 @@ namespace io {
 namespace {
 
 constexpr unsigned int default_bits = 8;
+constexpr double highest_of_default_bits = 255.0;
 constexpr unsigned int most_bits = 16;
 constexpr unsigned int default_companded_bits = 4;
 constexpr double most_numbers_less_one = 65535.0;
@@ -35,20 +38,33 @@ bitsOfWholeNumbers(double highest)
   return bits;
 }
 
+/** \brief True if the scale depends on the values. */
+bool
+followsValues(const EncoderSettings& settings, IntensityUnit unit)
+{
+  if (settings.format == StreamFormat::Published)
+    return false;
+  const bool has_fixed_counts = settings.intensity_range > 0.0f ||
+                                (settings.intensity_bits != 0 &&
+                                 settings.intensity_curve == IntensityCurve::Linear);
+  return unit == IntensityUnit::Native ||
+         (unit == IntensityUnit::Points && !has_fixed_counts);
+}
+
 } // namespace
 
 IntensityQuantiser::IntensityQuantiser(const EncoderSettings& settings,
                                        IntensityUnit unit)
-: follows_values_(unit == IntensityUnit::Native &&
-                  settings.format != StreamFormat::Published)
+: follows_values_(followsValues(settings, unit))
 , truncates_(settings.format == StreamFormat::Published)
 , is_companded_(settings.intensity_curve == IntensityCurve::Companded)
+, is_unit_points_(unit == IntensityUnit::Points)
 , are_counts_(unit == IntensityUnit::Points || settings.aggregation == Aggregation::Sum)
 , unit_factor_(unit == IntensityUnit::Share ? 255.0 : 1.0)
 , fixed_bits_(settings.intensity_bits)
 , fixed_range_(static_cast<double>(settings.intensity_range))
 {
-  if (follows_values_ || truncates_)
+  if (truncates_ || unit == IntensityUnit::Native)
     return;
   if (is_companded_) {
     compandFixedScale(unit);
@@ -66,13 +82,8 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
                              VoxelFrame& frame,
                              std::size_t& vanished)
 {
-  if (may_refit) {
-    step_ = CommonStep();
-    lowest_ = 0.0;
-    highest_ = 0.0;
-  }
   if (follows_values_)
-    followValues(values, step_of_points);
+    followValues(values, step_of_points, may_refit);
   frame.intensity_scale = scale_;
   frame.intensities.resize(values.size());
   const auto offset = static_cast<double>(scale_.offset);
@@ -96,10 +107,19 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
 }
 
 bool
-IntensityQuantiser::takesCounts() const
+IntensityQuantiser::takesCounts(const std::vector<std::uint32_t>& counts,
+                                bool may_refit) const
 {
-  return !follows_values_ && unit_factor_ == 1.0 && scale_.step == 1.0f &&
-         (scale_.offset == 0.0f || scale_.offset == 1.0f);
+  if (unit_factor_ != 1.0 || scale_.step != 1.0f ||
+      (scale_.offset != 0.0f && scale_.offset != 1.0f))
+    return false;
+  if (!follows_values_)
+    return true;
+  if (!is_unit_points_ || (may_refit && highest_ > highest_of_default_bits))
+    return false;
+  const auto highest = std::max_element(counts.begin(), counts.end());
+  return highest == counts.end() ||
+         *highest - static_cast<std::uint32_t>(scale_.offset) <= scale_.maxNumber();
 }
 
 std::size_t
@@ -122,42 +142,59 @@ IntensityQuantiser::quantiseCounts(const std::vector<std::uint32_t>& counts,
 }
 
 void
-IntensityQuantiser::followValues(const std::vector<double>& values,
-                                 const CommonStep& step)
+IntensityQuantiser::releaseMemory()
 {
+  sorted_values_ = std::vector<double>();
+}
+
+void
+IntensityQuantiser::followValues(const std::vector<double>& values,
+                                 const CommonStep& step,
+                                 bool may_refit)
+{
+  const double highest_before = highest_;
+  if (may_refit) {
+    step_ = CommonStep();
+    lowest_ = 0.0;
+    highest_ = 0.0;
+  }
   step_.add(step);
-  for (const double value : values) {
-    lowest_ = std::min(lowest_, value);
-    highest_ = std::max(highest_, value);
-    are_counts_ &= value >= 1.0;
+  // Companded scales divide the range of fractions by themselves.
+  const unsigned int divisor =
+      is_companded_ && step_.divisor() != 1 ? 0 : step_.divisor();
+  if (!values.empty()) {
+    const bool keeps_step = !is_companded_ && fixed_bits_ == 0;
+    const ValueRange held =
+        fixed_range_ > 0.0
+            ? rangeOf(values)
+            : heldRange(values, keeps_step ? divisor : 0, lowest_, sorted_values_);
+    lowest_ = std::min(lowest_, held.lowest);
+    highest_ = std::max(highest_, held.highest);
+    // The largest count varies around a power of two without another scale each time.
+    if (is_unit_points_)
+      highest_ = std::max(highest_, std::min(highest_before, 2.0 * held.highest));
+    are_counts_ &= held.lowest >= 1.0;
   }
   // A change of scale requires an I-frame: the range grows in powers of two, and
   // shrinks only where may_refit allows it.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
-  // Companded scales divide the range of fractions by themselves.
-  const unsigned int divisor =
-      is_companded_ && step_.divisor() != 1 ? 0 : step_.divisor();
   if (divisor != 0) {
     // In steps, which are whole numbers.
-    const double lowest_number = lowest_ * divisor;
-    const double highest_number = highest * divisor;
-    const unsigned int offset_bits =
-        lowest_number < 0.0 ? bitsOfWholeNumbers(-lowest_number) : 0;
-    const double offset = lowest_number < 0.0 ? -std::exp2(offset_bits) : 0.0;
-    const unsigned int bits = bitsOfWholeNumbers(highest_number - offset);
-    if (std::max(bits, offset_bits) <= most_bits) {
-      const double range =
-          fixed_range_ > 0.0 ? highest_number - offset : std::exp2(bits) - 1.0;
+    const double offset = automaticOffset(lowest_, divisor);
+    const double highest_number = highest * divisor - offset * divisor;
+    const unsigned int bits = bitsOfWholeNumbers(highest_number);
+    if (bits <= most_bits) {
+      const double range = fixed_range_ > 0.0 ? highest_number : std::exp2(bits) - 1.0;
       if (is_companded_ && are_counts_)
         spanNumbers(1.0, range - 1.0, 1.0);
       else if (is_companded_)
         spanNumbers(offset, range, 1.0);
       else
-        spanScale(offset / divisor, range / divisor, bits);
+        spanScale(offset, range / divisor, bits);
       return;
     }
   }
-  const double offset = lowest_ < 0.0 ? -powerOfTwoAbove(-lowest_) : 0.0;
+  const double offset = automaticOffset(lowest_, 0);
   const double range =
       fixed_range_ > 0.0 ? highest - offset : powerOfTwoAbove(highest - offset);
   if (is_companded_) {

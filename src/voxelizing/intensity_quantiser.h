@@ -14,7 +14,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Quantises voxel intensities to symbols, and chooses the scale as far as the
- * settings leave it automatic. */
+ * settings leave it automatic, by the rule of heldRange. */
 class IntensityQuantiser {
 public:
   /** \brief A quantiser for one stream.
@@ -38,9 +38,13 @@ public:
            VoxelFrame& frame,
            std::size_t& vanished);
 
-  /** \brief True if the number of a count is the count itself, clamped to the scale. */
+  /** \brief True if quantiseCounts does what quantise does: the scale remains, and the
+   * number of a count is the count itself or one less, clamped to the scale.
+   * \param[in] counts number of points in each voxel
+   * \param[in] may_refit see quantise
+   */
   bool
-  takesCounts() const;
+  takesCounts(const std::vector<std::uint32_t>& counts, bool may_refit) const;
 
   /** \brief Quantises the voxels of one frame, if takesCounts().
    * \param[in] counts number of points in each voxel
@@ -50,15 +54,20 @@ public:
   std::size_t
   quantiseCounts(const std::vector<std::uint32_t>& counts, VoxelFrame& frame) const;
 
+  /** \brief Releases memory of earlier frames. */
+  void
+  releaseMemory();
+
 private:
   void
-  followValues(const std::vector<double>& values, const CommonStep& step);
+  followValues(const std::vector<double>& values,
+               const CommonStep& step,
+               bool may_refit);
 
   void
   spanScale(double offset, double range, unsigned int automatic_bits);
 
-  /** \brief Sets the companded scale of counts or shares, which does not depend on the
-   * values. */
+  /** \brief Sets the companded scale of counts, at first, or of shares. */
   void
   compandFixedScale(IntensityUnit unit);
 
@@ -81,6 +90,7 @@ private:
   bool follows_values_;
   bool truncates_; // the published layout truncates, version 1 rounds
   bool is_companded_;
+  bool is_unit_points_;
   bool are_counts_;         // intensities, if integers, begin at 1 as counts do
   double unit_factor_;      // a share of 1 is decoded as 255
   unsigned int fixed_bits_; // 0: automatic
@@ -90,6 +100,7 @@ private:
   double highest_ = 0.0;
   IntensityScale scale_;
   std::vector<std::uint16_t> levels_; // by number; companded scales only
+  std::vector<double> sorted_values_; // see heldRange; a member to reuse its memory
 };
 
 } // namespace io

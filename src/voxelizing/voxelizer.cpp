@@ -133,6 +133,7 @@ private:
   releaseMemory()
   {
     collector_.releaseMemory();
+    quantiser_.releaseMemory();
     sums_ = VoxelSums();
   }
 
@@ -180,7 +181,7 @@ private:
       return 0;
     }
     if (!points.hasIntensities()) { // all are 1
-      if (!is_mean_ && quantiser_.takesCounts())
+      if (!is_mean_ && quantiser_.takesCounts(sums_.counts, may_refit))
         return quantiser_.quantiseCounts(sums_.counts, frame);
       sums_.intensities.assign(sums_.counts.begin(), sums_.counts.end());
     }

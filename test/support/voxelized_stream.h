@@ -115,8 +115,7 @@ naiveCounts(const Cloud& cloud, double resolution)
 {
   std::map<LatticeIndex, float> counts;
   for (const auto& voxel : naiveVoxels(cloud, resolution))
-    counts[voxel.first] =
-        static_cast<float>(std::min<std::size_t>(voxel.second.size(), 255));
+    counts[voxel.first] = static_cast<float>(voxel.second.size());
   return counts;
 }
 

@@ -339,6 +339,35 @@ TEST(ProgramEncode, WrongCommandLinesAreRefused)
   expectFailure(folder, "encode nowhere -o x.pcxi", 1, "there is no 'nowhere'");
 }
 
+TEST(ProgramEncode, FewIntensitiesFarFromTheOthersAreReportedAndCountsAreNot)
+{
+  const TestFolder folder;
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (int i = 0; i < 600; ++i)
+    cloud.push_back(pcl::PointXYZI{0.1f * static_cast<float>(i) + 0.05f,
+                                   0.05f,
+                                   0.05f,
+                                   static_cast<float>(i % 200)});
+  writeClouds(folder, "plain", {cloud});
+  cloud[0].intensity = -999.0f; // 0 before
+  writeClouds(folder, "lost", {cloud});
+  expectRun(folder, "encode plain -o plain.pcxi -r 0.1");
+  const std::string output = run(folder, "encode lost -o lost.pcxi -r 0.1").errors;
+  EXPECT_NE(output.find("/lost, frame 0: 1 of 600 voxels have an intensity beyond the "
+                        "scale and were set to its end: they are few and far from the "
+                        "others; remove lost returns, or set --intensity-range to the "
+                        "highest to hold all\n"),
+            std::string::npos)
+      << output;
+  EXPECT_EQ(bytesOf(folder / "lost.pcxi"), bytesOf(folder / "plain.pcxi"));
+  for (pcl::PointXYZI& point : cloud)
+    point.x = 0.05f;
+  writeClouds(folder, "near", {cloud});
+  EXPECT_EQ(run(folder, "encode near -o near.pcxi -r 0.1 --law count")
+                .errors.find("beyond the scale"),
+            std::string::npos);
+}
+
 TEST(ProgramEncode, BoxWithoutPointsIsReportedWithWhereTheyAre)
 {
   const TestFolder folder;

@@ -13,15 +13,33 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 
-TEST(IntensityQuantiser, CountsSaturateAt255)
+TEST(IntensityQuantiser, CountsAreExactWithAsManyBitsAsTheyNeed)
 {
-  for (const std::size_t count : {254u, 255u, 256u, 1000u}) {
-    Stream stream(settingsOf(0.04));
-    stream.add(Cloud(count, Point{0.01f, 0.01f, 0.01f}));
-    ASSERT_EQ(stream.frame.size(), 1u);
-    EXPECT_EQ(stream.frame.intensities[0], std::min<std::size_t>(count, 255));
-    EXPECT_EQ(stream.statistics.intensities_out_of_range, count > 255 ? 1u : 0u);
-    EXPECT_TRUE(stream.frame.intensity_scale == IntensityScale());
+  Stream stream(settingsOf(0.04));
+  struct Case {
+    std::size_t count;
+    bool may_refit;
+    unsigned int bits;
+  };
+  for (const Case& c : std::vector<Case>{{254, false, 8},
+                                         {255, false, 8},
+                                         {256, false, 9},
+                                         {3, false, 9},
+                                         {1000, false, 10},
+                                         {600, true, 10},
+                                         {400, true, 10},
+                                         {250, true, 9},
+                                         {65535, true, 16},
+                                         {2, true, 8}}) {
+    SCOPED_TRACE(c.count);
+    Cloud cloud(c.count, Point{0.01f, 0.01f, 0.01f});
+    cloud.push_back({0.05f, 0.01f, 0.01f});
+    stream.add(withoutIntensities(cloud), c.may_refit);
+    EXPECT_EQ(stream.values(),
+              (std::map<LatticeIndex, float>{{{0, 0, 0}, static_cast<float>(c.count)},
+                                             {{1, 0, 0}, 1.0f}}));
+    EXPECT_EQ(stream.statistics.intensities_out_of_range, 0u);
+    EXPECT_EQ(stream.frame.intensity_scale, (IntensityScale{0.0f, 1.0f, c.bits, 0}));
   }
 }
 
@@ -118,8 +136,9 @@ TEST(IntensityQuantiser, NativeScalesFollowTheValues)
       {{0.0f, 0.5f, 1.0f, 0.333f}, 0.001, 10},
       {{0.0f, 0.5f, 1.0f, 0.3333f}, 1.0 / 65535.0, 16},
       {{0.1f, 0.0001f}, 0.2 / 65535.0, 16},
-      {{-5.0f, 100.0f}, 1.0, 9},
-      {{-0.5f, 0.3f}, 0.1, 9},
+      {{-5.0f, 100.0f}, 1.0, 8},
+      {{-90.0f, -20.0f}, 1.0, 8}, // dBm
+      {{-0.5f, 0.3f}, 0.1, 8},
       {{-0.5f, 0.33333f}, 1.5 / 65535.0, 16},
       {{-100.5f, 3.0f, -7.0f}, 0.5, 9},
       {{-100.7182f, 3.0f, -7.0f}, 512.0 / 65535.0, 16},

@@ -232,6 +232,11 @@ TEST_P(CompandedCounts, SmallCountsAreExactAndTheOthersOfTheirLevel)
       }
     }
     stream.add(rowOfCounts({255, 256, 1000}));
+    if (GetParam().range == 0.0f) {
+      EXPECT_EQ(stream.frame.intensity_scale, (IntensityScale{1.0f, 1.0f, bits, 1022}));
+      EXPECT_EQ(stream.statistics.intensities_out_of_range, 0u);
+      continue;
+    }
     EXPECT_EQ(stream.statistics.intensities_out_of_range, 2u);
     for (const std::uint16_t symbol : stream.frame.intensities)
       EXPECT_EQ(symbol, stream.frame.intensity_scale.maxSymbol());
@@ -304,7 +309,7 @@ TEST(CompandedLevels, NativeScalesFollowTheValues)
                                 {{0, 300}, 9, {0.0f, 1.0f, 9, 0}},
                                 {{0, 65535}, 15, {0.0f, 1.0f, 15, 65535}},
                                 {{0, 65535}, 16, {0.0f, 1.0f, 16, 0}},
-                                {{-5, 100}, 4, {-256.0f, 1.0f, 4, 511}},
+                                {{-5, 100}, 4, {-8.0f, 1.0f, 4, 255}},
                                 {{0.0f, 127.5f}, 4, {0.0f, 128.0f / 255.0f, 4, 255}},
                                 {{0.0f, 0.75f}, 8, {0.0f, 1.0f / 65535.0f, 8, 65535}},
                                 {{-0.5f, 0.5f}, 3, {-0.5f, 1.0f / 255.0f, 3, 255}}};

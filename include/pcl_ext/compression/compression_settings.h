@@ -122,16 +122,20 @@ struct IntensitySettings {
   /** \brief Intensity at the top of the scale, in the unit of the intensity model
    * (points, share of a voxel face, or the sensor's own); above it a voxel saturates.
    *
-   * 0: automatic, which is 2^intensity_bits - 1 points, a share of 1, or for native
-   * intensities a range that follows the values (see doc/bitstream.md). Finite, not
+   * 0: automatic, which is a share of 1, or a range that follows counts and native
+   * intensities; counts on a linear scale of intensity_bits have 0 to
+   * 2^intensity_bits - 1. The range holds all values but few that are far from the
+   * others, as those of lost returns: at most one voxel in 256 at each end. These are
+   * set to the end of the scale, and the status warns of their number; see
+   * doc/bitstream.md. With a range all negative intensities are held. Finite, not
    * negative. Published: 0 or 255, where its scale ends.
    */
   float intensity_range = 0.0f;
 
   /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
    *
-   * Automatic is 8, except for native intensities: whole numbers get the 8 to 16 bits
-   * that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that
+   * Automatic is 8 for shares and with a range for counts. Else counts and native whole
+   * numbers get the 8 to 16 bits that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that
    * make that step, others 16. On a companded scale automatic is 4. Published: 0 or 8.
    */
   unsigned int intensity_bits = 0;
@@ -141,7 +145,7 @@ struct IntensitySettings {
    * result as without loss.
    *
    * Companding applies to whole numbers of a step and keeps small ones exact: counts
-   * from 1 to 255 or intensity_range; shares in steps of 1/255 of the range; native
+   * from 1 to 2^8 - 1 or as far as needed, or to intensity_range; shares in steps of 1/255 of the range; native
    * whole numbers in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. If
    * the bits suffice for all numbers, the scale is linear. Version1 only.
    */

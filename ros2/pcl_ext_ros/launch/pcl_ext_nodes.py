@@ -14,7 +14,7 @@ PROCESSES = [
     ('respawn', 'false', 'true: a process that ends is started again; with '
      'composable:=false only'),
 ]
-INTENSITY_BITS = '; larger intensities are clamped, which is logged; 0: automatic, 8 for count'
+INTENSITY_BITS = '; larger intensities are clamped, which is logged; 0: automatic'
 
 NUMBERS_WITHOUT_DEFAULT = ('min_intensity', 'map_full_intensity')
 KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number', list: 'a list'}

@@ -20,8 +20,7 @@ ARGUMENTS = [
     *pcl_ext_nodes.PROCESSES,
     ('sensors', '[1, 2, 3, 4, 5, 6]', 'numbers of the sensors, 1 to 6'),
     ('global_frame', 'world', 'TF frame of the world'),
-    ('intensity_bits', '12', 'bits of an intensity, of which near voxels need more than 8' +
-     pcl_ext_nodes.INTENSITY_BITS),
+    ('intensity_bits', '0', 'bits of an intensity' + pcl_ext_nodes.INTENSITY_BITS),
     ('rate', '20.0', 'clouds per second of each sensor, Hz'),
     ('captured_frames', '0', '0: each cloud is captured when it is sent; else this number '
      'of frames is captured before the start and repeated, which takes less processor '

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The lowest and the highest of some values. */
+struct ValueRange {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
+/** \brief The lowest value of an automatic scale: 0, or a negative power of two.
+ * \param[in] lowest value to hold
+ * \param[in] divisor the scale has steps of 1 / divisor, and so has the power of two;
+ *   0: there is no such step
+ */
+double
+automaticOffset(double lowest, unsigned int divisor);
+
+/** \brief The range of all values, of which there is one or more. */
+ValueRange
+rangeOf(const std::vector<double>& values);
+
+/** \brief Finds the range of the values that an automatic scale holds: all of them but
+ * few that are far from the others.
+ *
+ * Few are at most one in 256 at each end. The rest are the others, and 0, which every
+ * scale holds; its width is from the lowest to the highest of these. Far below is more
+ * than a sixteenth of the width, or of 255 steps if that is more, below the rest. Far
+ * above is more than 16 times the width above the lowest of the rest. Where the scale
+ * keeps its step, far above are only numbers of more than 16 bits, as high ones cost
+ * hardly any bytes.
+ *
+ * \param[in] values voxel intensities, finite, one or more
+ * \param[in] divisor the scale keeps steps of 1 / divisor as far as 16 bits suffice; 0:
+ *   its steps grow with the range
+ * \param[in] lowest_before what the scale holds already
+ * \param[out] sorted values in another order, if needed; kept by the caller so that its
+ *   memory is reused
+ * \return the lowest and the highest of the held values
+ */
+ValueRange
+heldRange(const std::vector<double>& values,
+          unsigned int divisor,
+          double lowest_before,
+          std::vector<double>& sorted);
+
+} // namespace io
+} // namespace pcl_ext
