@@ -134,9 +134,10 @@ struct IntensitySettings {
 
   /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
    *
-   * Automatic is 8 for shares and with a range for counts. Else counts and native whole
-   * numbers get the 8 to 16 bits that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that
-   * make that step, others 16. On a companded scale automatic is 4. Published: 0 or 8.
+   * Automatic is 8 for shares, and for counts with a range. Else counts and native
+   * whole numbers get the 8 to 16 bits that make a step of 1, multiples of 0.01, 1/255
+   * and similar fractions those that make that step, others 16. On a companded scale
+   * automatic is 4. Published: 0 or 8.
    */
   unsigned int intensity_bits = 0;
 
@@ -145,9 +146,10 @@ struct IntensitySettings {
    * result as without loss.
    *
    * Companding applies to whole numbers of a step and keeps small ones exact: counts
-   * from 1 to 2^8 - 1 or as far as needed, or to intensity_range; shares in steps of 1/255 of the range; native
-   * whole numbers in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. If
-   * the bits suffice for all numbers, the scale is linear. Version1 only.
+   * from 1 to 255 or as far as needed, or to intensity_range; shares in steps of 1/255
+   * of the range; native whole numbers in steps of 1, others in 2^8 to 2^16 steps. See
+   * doc/bitstream.md. If the bits suffice for all numbers, the scale is linear. Version1
+   * only.
    */
   IntensityCurve intensity_curve = IntensityCurve::Linear;
 };
