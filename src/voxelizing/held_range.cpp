@@ -11,14 +11,12 @@ namespace {
 
 constexpr std::size_t values_for_one_outlier = 256;
 constexpr double far_ratio = 16.0;
-constexpr double least_numbers = 255.0;
-constexpr double most_numbers = 65535.0;
 
 /** \brief The highest value that a scale with a step holds. */
 double
 highestExact(double lowest, unsigned int divisor)
 {
-  return automaticOffset(lowest, divisor) + most_numbers / divisor;
+  return automaticOffset(lowest, divisor) + highest_number / divisor;
 }
 
 /** \brief The values without the lowest and the highest few, and 0. */
@@ -58,13 +56,18 @@ areAllNear(const std::vector<double>& values,
 } // namespace
 
 double
+powerOfTwoAbove(double value)
+{
+  return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
+}
+
+double
 automaticOffset(double lowest, unsigned int divisor)
 {
   if (lowest >= 0.0)
     return 0.0;
-  const double number = divisor != 0 ? std::max(-lowest * divisor, 1.0) : -lowest;
-  const double power = std::exp2(std::ceil(std::log2(number)));
-  return divisor != 0 ? -power / divisor : -power;
+  return divisor != 0 ? -powerOfTwoAbove(std::max(-lowest * divisor, 1.0)) / divisor
+                      : -powerOfTwoAbove(-lowest);
 }
 
 ValueRange
@@ -88,7 +91,7 @@ heldRange(const std::vector<double>& values,
   if (width == 0.0) // all but few are 0
     return all;
   const double near_below =
-      divisor != 0 ? std::max(width, least_numbers / divisor) : width;
+      divisor != 0 ? std::max(width, highest_of_default_bits / divisor) : width;
   const double least = rest.lowest - near_below / far_ratio;
   ValueRange held{rest.highest, rest.lowest};
   for (const double value : values)

@@ -7,11 +7,19 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief The highest number of a scale of 8 bits, and of one of 16. */
+constexpr double highest_of_default_bits = 255.0;
+constexpr double highest_number = 65535.0;
+
 /** \brief The lowest and the highest of some values. */
 struct ValueRange {
   double lowest = 0.0;
   double highest = 0.0;
 };
+
+/** \brief The smallest power of two that is not below a value; 1 for 0. */
+double
+powerOfTwoAbove(double value);
 
 /** \brief The lowest value of an automatic scale: 0, or a negative power of two.
  * \param[in] lowest value to hold

@@ -14,18 +14,9 @@ namespace io {
 namespace {
 
 constexpr unsigned int default_bits = 8;
-constexpr double highest_of_default_bits = 255.0;
 constexpr unsigned int most_bits = 16;
 constexpr unsigned int default_companded_bits = 4;
-constexpr double most_numbers_less_one = 65535.0;
 constexpr double smallest_step = std::numeric_limits<float>::min();
-
-/** \brief The smallest power of two that is not below a value; 1 for 0. */
-double
-powerOfTwoAbove(double value)
-{
-  return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
-}
 
 /** \brief Number of bits for the integers up to a value, at least 8; above most_bits if
  * there is no such number. */
@@ -67,7 +58,7 @@ IntensityQuantiser::IntensityQuantiser(const EncoderSettings& settings,
   if (truncates_ || unit == IntensityUnit::Native)
     return;
   if (is_companded_) {
-    compandFixedScale(unit);
+    compandFirstScale(unit);
     return;
   }
   const unsigned int bits = fixed_bits_ != 0 ? fixed_bits_ : default_bits;
@@ -181,10 +172,10 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
   if (divisor != 0) {
     // In steps, which are whole numbers.
     const double offset = automaticOffset(lowest_, divisor);
-    const double highest_number = highest * divisor - offset * divisor;
-    const unsigned int bits = bitsOfWholeNumbers(highest_number);
+    const double whole_range = highest * divisor - offset * divisor;
+    const unsigned int bits = bitsOfWholeNumbers(whole_range);
     if (bits <= most_bits) {
-      const double range = fixed_range_ > 0.0 ? highest_number : std::exp2(bits) - 1.0;
+      const double range = fixed_range_ > 0.0 ? whole_range : std::exp2(bits) - 1.0;
       if (is_companded_ && are_counts_)
         spanNumbers(1.0, range - 1.0, 1.0);
       else if (is_companded_)
@@ -208,16 +199,16 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
 }
 
 void
-IntensityQuantiser::compandFixedScale(IntensityUnit unit)
+IntensityQuantiser::compandFirstScale(IntensityUnit unit)
 {
   if (unit == IntensityUnit::Points) {
-    const double highest = fixed_range_ > 0.0 ? fixed_range_ : 255.0;
+    const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_of_default_bits;
     const double range = std::max(highest - 1.0, 1.0);
-    spanNumbers(1.0, range, std::max(range / most_numbers_less_one, 1.0));
+    spanNumbers(1.0, range, std::max(range / highest_number, 1.0));
   }
   else {
     const double range = unit_factor_ * (fixed_range_ > 0.0 ? fixed_range_ : 1.0);
-    spanNumbers(0.0, range, range / 255.0);
+    spanNumbers(0.0, range, range / highest_of_default_bits);
   }
 }
 
@@ -231,7 +222,7 @@ IntensityQuantiser::spanNumbers(double offset, double range, double step)
   // Minus a tolerance for rounding errors.
   const double highest = std::ceil(range / step - 1e-6);
   const auto max_number =
-      static_cast<std::uint32_t>(std::clamp(highest, 1.0, most_numbers_less_one));
+      static_cast<std::uint32_t>(std::clamp(highest, 1.0, highest_number));
   if (max_number > scale.maxSymbol())
     scale.companded_range = max_number;
   if (scale == scale_)

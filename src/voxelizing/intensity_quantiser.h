@@ -69,7 +69,7 @@ private:
 
   /** \brief Sets the companded scale of counts, at first, or of shares. */
   void
-  compandFixedScale(IntensityUnit unit);
+  compandFirstScale(IntensityUnit unit);
 
   /** \brief Sets a companded scale, or a linear one if its bits suffice for all
    * numbers.
