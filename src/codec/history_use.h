@@ -9,46 +9,66 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Decides for an encoder which frames use the history, by the sizes of frames:
- * that of a moving sensor may cost more bytes than it saves. Integers only, so that the
- * same frames have the same bytes on every machine. */
+/** \brief The part of the history in a frame. */
+enum class HistoryPart {
+  Used,    ///< the frame is coded with it; it learns from the frame
+  Kept,    ///< the frame is coded without it; it learns from the frame
+  Replaced ///< the frame is coded without it, as an I-frame; it begins with the frame
+};
+
+/** \brief Codes what a P-frame does with the history.
+ * \param[in] code_bit codes a bit and returns it; that of a decoder ignores its argument
+ */
+template <typename CodeBitT>
+HistoryPart
+codeHistoryPart(const CodeBitT& code_bit, HistoryPart part)
+{
+  if (code_bit(part == HistoryPart::Used))
+    return HistoryPart::Used;
+  return code_bit(part == HistoryPart::Kept) ? HistoryPart::Kept
+                                             : HistoryPart::Replaced;
+}
+
+/** \brief Decides for an encoder which P-frames use the history, by the sizes of frames:
+ * that of a moving sensor costs more bytes than it saves, and that of a noisy sensor
+ * saves bytes only after some frames. The history also learns from frames that do
+ * without it, so that trying it costs no bytes. Integers only, so that the same frames
+ * have the same bytes on every machine. */
 class HistoryUse {
 public:
-  /** \brief False if the next frame should do without the history. */
+  /** \brief True if the next P-frame should be encoded with the history: at once, as a
+   * calm scene's pays at once, and while it learns after some frames, as a trial takes
+   * the time of a frame. */
   bool
-  isUseful() const
+  isTried() const
   {
-    return frames_until_retry_ == 0;
+    return state_ == State::Used ||
+           (state_ == State::Learning &&
+            (learned_ == 1 || learned_ == 3 || learned_ >= last_trial));
   }
 
-  /** \brief True if a frame with the history takes more bytes a voxel than the last one
-   * without it, so that it should be encoded without, too.
+  /** \brief What the next P-frame should do with the history, where it does without. */
+  HistoryPart
+  partWithout() const
+  {
+    return state_ == State::Paused ? HistoryPart::Replaced : HistoryPart::Kept;
+  }
+
+  /** \brief True if a frame with the history should be encoded without, too: it takes
+   * more bytes a voxel than the last one without, or there was no such comparison for
+   * long.
    * \param[in] voxels of the frame
    * \param[in] bytes of the frame
-   * \param[in] has_points the frame has numbers of points: a young history may cost
-   * more
    */
   bool
-  isDoubtful(std::size_t voxels, std::size_t bytes, bool has_points = false) const
+  isDoubtful(std::size_t voxels, std::size_t bytes) const
   {
-    // The first P-frame of noisy voxels takes 3 to 8 % more bytes than an I-frame, the
-    // tenth 13 to 17 % fewer.
-    const std::size_t share = has_points ? 8 : default_share;
     // The headers of small frames say more than their voxels.
     constexpr std::size_t least_voxels = 256;
     return voxels >= least_voxels &&
-           std::uint64_t{bytes} * without_history_.voxels >
-               std::uint64_t{most(without_history_.bytes, share)} * voxels;
-  }
-
-  /** \brief True if a frame should use the history.
-   * \param[in] bytes of the frame with it
-   * \param[in] bytes_without of the same frame
-   */
-  bool
-  isWorth(std::size_t bytes, std::size_t bytes_without) const
-  {
-    return bytes <= most(bytes_without, default_share);
+           (frames_since_comparison_ >= frames_to_comparison_ ||
+            std::uint64_t{bytes} * without_history_.voxels >
+                std::uint64_t{without_history_.bytes} * voxels);
   }
 
   /** \brief Notes what a frame takes without the history. */
@@ -58,52 +78,120 @@ public:
     without_history_ = {voxels, bytes};
   }
 
-  /** \brief A frame used the history. */
+  /** \brief True if a frame should use the history.
+   * \param[in] bytes of the frame with it, above 0
+   * \param[in] bytes_without of the same frame, above 0
+   */
+  bool
+  isWorth(std::size_t bytes, std::size_t bytes_without)
+  {
+    const auto saves_one_in = [&](std::size_t share) {
+      return share * bytes <= (share - 1) * bytes_without;
+    };
+    frames_since_comparison_ = 0;
+    frames_to_comparison_ = saves_one_in(8)    ? longest_without_comparison
+                            : saves_one_in(16) ? 16
+                            : saves_one_in(32) ? 8
+                                               : 2;
+    if (bytes <= bytes_without)
+      return true;
+    // A noisy sensor's shrinks from frame to frame, a moving one's does not.
+    const std::uint64_t loss =
+        (std::uint64_t{bytes - bytes_without} << 16) / bytes_without;
+    is_hopeless_ = loss_ > 0 && 4 * loss > 3 * loss_;
+    loss_ = loss;
+    return false;
+  }
+
+  /** \brief A frame was an I-frame. */
+  void
+  addIFrame()
+  {
+    if (state_ != State::Paused || --pause_left_ == 0)
+      beginLearning();
+  }
+
+  /** \brief A P-frame used the history. */
   void
   addWith()
   {
-    if (++frames_with_ > young)
+    state_ = State::Used;
+    has_lost_ = false;
+    ++frames_since_comparison_;
+    constexpr unsigned int long_use = 8;
+    if (++frames_used_ >= long_use)
       pause_ = 0;
   }
 
-  /** \brief A frame did not use the history, or was an I-frame.
-   * \param[in] was_tried it was not worth its bytes: it is tried again after ever more
-   * frames
-   */
+  /** \brief A P-frame did without the history, as partWithout() says. */
   void
-  addWithout(bool was_tried)
+  addWithout()
   {
-    frames_with_ = 0;
-    frames_until_retry_ -= frames_until_retry_ > 0 ? 1 : 0;
-    if (!was_tried)
-      return;
-    constexpr unsigned int first_pause = 7;
-    constexpr unsigned int longest_pause = 63;
-    pause_ = std::clamp(2 * pause_ + 1, first_pause, longest_pause);
-    frames_until_retry_ = pause_;
+    if (state_ == State::Paused) {
+      if (--pause_left_ == 0)
+        beginLearning();
+    }
+    else if (state_ == State::Used) {
+      // One frame may be an exception.
+      if (has_lost_)
+        beginLearning();
+      else
+        has_lost_ = true;
+    }
+    else if (is_hopeless_ || learned_ >= last_trial)
+      beginPause();
+    else
+      ++learned_;
   }
 
 private:
+  enum class State {
+    Learning, ///< from frames that do without it
+    Used,
+    Paused ///< replaced by each frame, as learning takes time
+  };
+
   struct Size {
     std::size_t voxels = 0;
     std::size_t bytes = 0;
   };
 
-  /** \brief A young history of a noisy stream may cost a little until it pays: one part
-   * in `share` of the bytes. */
-  std::size_t
-  most(std::size_t bytes_without, std::size_t share) const
+  void
+  beginLearning()
   {
-    return bytes_without + (frames_with_ < young ? bytes_without / share : 0);
+    state_ = State::Learning;
+    learned_ = 1;
+    frames_used_ = 0;
+    loss_ = 0;
+    is_hopeless_ = false;
+    has_lost_ = false;
   }
 
-  static constexpr unsigned int young = 2; // frames
-  static constexpr std::size_t default_share = 32;
+  void
+  beginPause()
+  {
+    constexpr unsigned int first_pause = 15;
+    constexpr unsigned int longest_pause = 63;
+    state_ = State::Paused;
+    pause_ = std::clamp(2 * pause_ + 1, first_pause, longest_pause);
+    pause_left_ = pause_;
+  }
 
-  Size without_history_;                // of the last frame that was measured
-  unsigned int frames_with_ = 0;        // since the last one without
-  unsigned int pause_ = 0;              // frames until the history is tried again
-  unsigned int frames_until_retry_ = 0; // of these, those that are left
+  // In frames.
+  static constexpr unsigned int last_trial = 8;
+  static constexpr unsigned int longest_without_comparison = 32;
+
+  State state_ = State::Learning;
+  Size without_history_;     // of the last frame that was measured
+  unsigned int learned_ = 1; // frames that the history has learned from
+  std::uint64_t loss_ = 0;   // of the last trial, 2^16 is all bytes without; 0: none
+  bool is_hopeless_ = false; // the loss does not shrink
+  bool has_lost_ = false;    // used, but not worth its bytes in the last frame
+  unsigned int frames_used_ = 0; // since it learned
+  unsigned int frames_since_comparison_ = longest_without_comparison;
+  unsigned int frames_to_comparison_ = longest_without_comparison;
+  unsigned int pause_ = 0;      // the last one
+  unsigned int pause_left_ = 0; // of it
 };
 
 } // namespace io

@@ -95,7 +95,8 @@ public:
    * history.
    * \param[in,out] memory for the frame
    * \param[in] frame as isConsistent() demands; may be empty
-   * \param[in] is_i_frame code it without the history
+   * \param[in] is_i_frame code it without the history; a P-frame is coded without where
+   * that takes fewer bytes
    * \param[in,out] payload where to append
    */
   virtual PayloadSizes
@@ -135,14 +136,6 @@ public:
   /** \brief Number of tracked voxels. */
   virtual std::size_t
   trackedVoxels() const = 0;
-
-  /** \brief True if encode() codes a P-frame without the history where that is smaller;
-   * else such a frame should be an I-frame. */
-  virtual bool
-  choosesHistory() const
-  {
-    return false;
-  }
 };
 
 /** \brief The coders of one stream by effort, each created on first use. */

@@ -1,7 +1,6 @@
 #include <pcl_ext/compression/frame_encoder.h>
 
 #include "bytes/exceptions.h"
-#include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "stream/version1_encoder.h"
@@ -139,36 +138,9 @@ private:
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
-    if (format_ == StreamFormat::Version1 && !is_of_changes &&
-        !version1_.choosesHistory())
-      followHistory(frame, stamp, bytes, statistics);
     was_of_changes_ = is_of_changes;
     frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
     statistics_ = statistics;
-  }
-
-  /** \brief With a coder whose P-frames always use the history: replaces a P-frame that
-   * takes more bytes than an I-frame, and requests I-frames where it would be so
-   * again. */
-  void
-  followHistory(const VoxelFrame& frame,
-                const std::optional<FrameStamp>& stamp,
-                std::vector<std::uint8_t>& bytes,
-                CodedFrameStatistics& statistics)
-  {
-    const bool was_tried =
-        !statistics.is_i_frame && history_use_.isDoubtful(statistics.voxels,
-                                                          statistics.bytes,
-                                                          frame.has_point_counts);
-    if (was_tried)
-      encodeAgain(frame, stamp, bytes, statistics);
-    if (statistics.is_i_frame) {
-      history_use_.measure(statistics.voxels, statistics.bytes);
-      history_use_.addWithout(was_tried);
-    }
-    else if (statistics.voxels > 0)
-      history_use_.addWith();
-    is_i_frame_requested_ = !history_use_.isUseful();
   }
 
   /** \brief Replaces a P-frame by an I-frame. */
@@ -204,7 +176,6 @@ private:
   published::History published_;
 
   Version1Encoder version1_;
-  HistoryUse history_use_;
   MemoryRule memory_rule_;
 };
 

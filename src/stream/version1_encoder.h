@@ -83,13 +83,6 @@ public:
     return changes_ && changes_->hasLastFrame();
   }
 
-  /** \brief See PayloadCoder::choosesHistory. */
-  bool
-  choosesHistory()
-  {
-    return coder().choosesHistory();
-  }
-
   /** \brief Ends a frame in the memory that is used for one.
    * \return voxels, bytes and records that the stream needed for it
    */

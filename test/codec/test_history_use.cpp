@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace {
@@ -14,70 +15,117 @@ using namespace pcl_ext::io::test;
 
 constexpr std::size_t voxels = 1000;
 
-/** \brief Numbers of frames without the history from one with it, or that tried it, to
- * the next, where frames take these bytes. */
-std::vector<int>
-pauses(std::size_t bytes_with, std::size_t bytes_without, int count)
+/** \brief What P-frames do after an I-frame of 1000 bytes: U, K or R for the parts of the
+ * history, in lower case where a frame was encoded with and without it.
+ * \param[in] bytes_with of each frame with the history; without, it has 1000
+ */
+std::string
+partsOf(HistoryUse& use, const std::vector<std::size_t>& bytes_with)
 {
-  HistoryUse use;
-  use.measure(voxels, bytes_without);
-  std::vector<int> found;
-  int pause = 0;
-  while (static_cast<int>(found.size()) < count) {
-    if (!use.isUseful()) {
-      use.addWithout(false);
-      ++pause;
+  std::string parts;
+  for (const std::size_t bytes : bytes_with) {
+    const char without = use.partWithout() == HistoryPart::Kept ? 'K' : 'R';
+    if (!use.isTried()) {
+      use.addWithout();
+      parts += without;
       continue;
     }
-    found.push_back(pause);
-    pause = 0;
-    if (use.isDoubtful(voxels, bytes_with) && !use.isWorth(bytes_with, bytes_without))
-      use.addWithout(true);
-    else
+    const bool is_compared = use.isDoubtful(voxels, bytes);
+    if (!is_compared || use.isWorth(bytes, 1000)) {
       use.addWith();
+      parts += is_compared ? 'u' : 'U';
+    }
+    else {
+      use.addWithout();
+      parts += without == 'K' ? 'k' : 'r';
+    }
   }
-  return found;
+  return parts;
 }
 
-TEST(HistoryUse, IsTriedAgainAfterEverMoreFrames)
+std::string
+partsOf(const std::vector<std::size_t>& bytes_with)
 {
-  EXPECT_EQ(pauses(1032, 1000, 6), (std::vector<int>{0, 7, 15, 31, 63, 63}));
-  EXPECT_EQ(pauses(1000, 1000, 4), (std::vector<int>{0, 0, 0, 0}));
+  HistoryUse use;
+  use.addIFrame();
+  use.measure(voxels, 1000);
+  return partsOf(use, bytes_with);
 }
 
-TEST(HistoryUse, MayCostALittleAtFirst)
+std::vector<std::size_t>
+repeated(std::size_t bytes, std::size_t frames)
 {
-  // A 32nd, for two frames.
-  EXPECT_EQ(pauses(1031, 1000, 7), (std::vector<int>{0, 0, 0, 7, 0, 0, 15}));
+  return std::vector<std::size_t>(frames, bytes);
+}
+
+std::string
+times(char part, std::size_t frames)
+{
+  return std::string(frames, part);
+}
+
+TEST(HistoryUse, OfACalmSceneIsUsedAtOnce)
+{
+  EXPECT_EQ(partsOf(repeated(700, 40)), "u" + times('U', 31) + "u" + times('U', 7));
+}
+
+TEST(HistoryUse, IsComparedTheMoreOftenTheLessItSaves)
+{
+  EXPECT_EQ(partsOf(repeated(930, 20)), "uUUUUUUUUUUUUUUUuUUU");
+  EXPECT_EQ(partsOf(repeated(960, 10)), "uUUUUUUUuU");
+  EXPECT_EQ(partsOf(repeated(970, 6)), "uUuUuU");
+}
+
+TEST(HistoryUse, OfANoisySceneLearnsUntilItPays)
+{
+  EXPECT_EQ(partsOf({1050, 1020, 980, 950, 940}), "kKUUu");
+  EXPECT_EQ(partsOf({1200, 1100, 1100, 1050, 1050, 1050, 1000, 1000}), "kKkKKKKU");
+}
+
+TEST(HistoryUse, IsGivenUpForEverMoreFrames)
+{
+  // A loss that does not shrink by a quarter.
+  std::string expected = "kKk";
+  for (const std::size_t pause : {15, 31, 63, 63})
+    expected += times('R', pause) + "kKk";
+  EXPECT_EQ(partsOf(repeated(1100, expected.size())), expected);
+  // One that does, but is still there after eight frames.
+  EXPECT_EQ(partsOf({1200, 1200, 1100, 1100, 1100, 1100, 1100, 1050, 1100}),
+            "kKkKKKKkR");
 }
 
 TEST(HistoryUse, PausesAreShortAgainOnceItPays)
 {
   HistoryUse use;
+  use.addIFrame();
   use.measure(voxels, 1000);
-  const auto framesUntilUseful = [&] {
-    use.addWithout(true);
-    int frames = 0;
-    for (; !use.isUseful(); ++frames)
-      use.addWithout(false);
-    return frames;
-  };
-  EXPECT_EQ(framesUntilUseful(), 7);
-  EXPECT_EQ(framesUntilUseful(), 15);
-  for (int i = 0; i < 2; ++i)
-    use.addWith();
-  EXPECT_EQ(framesUntilUseful(), 31);
-  for (int i = 0; i < 3; ++i)
-    use.addWith();
-  EXPECT_EQ(framesUntilUseful(), 7);
+  EXPECT_EQ(partsOf(use, repeated(1100, 18 + 34)),
+            "kKk" + times('R', 15) + "kKk" + times('R', 31));
+  EXPECT_EQ(partsOf(use, repeated(700, 8)), "UUuUUUUU");
+  EXPECT_EQ(partsOf(use, repeated(1100, 22)), "kkkKk" + times('R', 15) + "kK");
+}
+
+TEST(HistoryUse, OneFrameMayBeAnException)
+{
+  EXPECT_EQ(partsOf({700, 1300, 700, 1300, 1200, 700}), "ukUkkU");
+}
+
+TEST(HistoryUse, IFramesCountAsFramesOfAPause)
+{
+  HistoryUse use;
+  use.addIFrame();
+  use.measure(voxels, 1000);
+  EXPECT_EQ(partsOf(use, repeated(1100, 5)), "kKkRR");
+  for (int i = 0; i < 12; ++i)
+    use.addIFrame();
+  EXPECT_EQ(partsOf(use, repeated(700, 2)), "RU");
 }
 
 TEST(HistoryUse, ComparesBytesOfAVoxel)
 {
   HistoryUse use;
   use.measure(1000, 700);
-  for (int i = 0; i < 2; ++i)
-    use.addWith();
+  EXPECT_TRUE(use.isWorth(500, 700)); // no other comparison for 32 frames
   EXPECT_FALSE(use.isDoubtful(2000, 1400));
   EXPECT_TRUE(use.isDoubtful(2000, 1401));
   EXPECT_FALSE(use.isDoubtful(255, 2000)); // of so few voxels it is mostly the header
@@ -157,7 +205,7 @@ noisyNumbers(int frames)
   return stream;
 }
 
-TEST(HistoryUse, MayCostMoreAtFirstWithNumbersOfPoints)
+TEST(HistoryUse, PaysLaterWithNumbersOfPoints)
 {
   const std::vector<VoxelFrame> stream = noisyNumbers(40);
   EXPECT_LT(10 * bytesOf(stream, Effort::Fast, 1000),
@@ -191,7 +239,7 @@ flickeringSurface(int frames)
 TEST(HistoryUse, PaysWhereOneFrameKnowsFewVoxels)
 {
   const std::vector<VoxelFrame> stream = flickeringSurface(30);
-  for (const Effort effort : {Effort::Balanced, Effort::Small})
+  for (const Effort effort : all_efforts)
     EXPECT_LT(100 * bytesOf(stream, effort, 1000), 97 * bytesOf(stream, effort, 1))
         << static_cast<int>(effort);
 }

@@ -1,4 +1,4 @@
-"""What efforts 1 and 2 remember of the frames since the last one without history.
+"""What efforts 1 and 2 remember of the frames since the last one that replaced it.
 
 doc/bitstream_context.md, "History"; the depth offset's learning is in "Residuals".
 """
@@ -93,11 +93,14 @@ class ContextHistory:
     def after_frame(
         self,
         seen: Dict[int, SeenVoxel],
-        is_history_used: bool,
+        is_replaced: bool,
         symbol_bits: int,
         has_depth_model: bool,
     ) -> "ContextHistory":
-        """The history after a frame with these occupied voxels."""
+        """The history after a frame with these occupied voxels.
+
+        is_replaced: it begins with the frame, and was empty before.
+        """
         f = fraction_bits(symbol_bits)
         after = ContextHistory()
         for key, record in self.records.items():
@@ -112,7 +115,7 @@ class ContextHistory:
                 continue
             mean = voxel.base_symbol << f
             after.records[key] = Record(
-                probability=26000 if is_history_used else 52000,
+                probability=52000 if is_replaced else 26000,
                 recent=1,
                 age=0,
                 mean=mean,
@@ -123,7 +126,7 @@ class ContextHistory:
             block = key >> BLOCK_BITS
             new_voxels[block] = new_voxels.get(block, 0) + 1
         for block in {key >> BLOCK_BITS for key in after.records}:
-            before = self.activities.get(block, 2 if is_history_used else 0)
-            new = min(new_voxels.get(block, 0), 7) if is_history_used else 0
+            before = self.activities.get(block, 0 if is_replaced else 2)
+            new = 0 if is_replaced else min(new_voxels.get(block, 0), 7)
             after.activities[block] = min((3 * before + 2 * new + 2) // 4, 7)
         return after

@@ -51,7 +51,7 @@ def decode_context_payload(
     history = memory.history
     require(len(history.records) <= MOST_RECORDS, "the history is too large")
     point_history = memory.point_history
-    is_history_used = not frame.is_i_frame
+    is_replaced = frame.is_i_frame
     kinds, point_kinds = memory.kinds.copy(), memory.point_kinds.copy()
     keys: List[int] = []
     symbols: Dict[int, int] = {}
@@ -60,10 +60,15 @@ def decode_context_payload(
     counts: List[int] = []
     if frame.voxel_count:
         bits = RangeDecoder(bytes_of_payload)
+        coding_history, coding_points = history, point_history
         if not frame.is_i_frame and not bits.bypass_bit():
-            history = point_history = ContextHistory()
-            is_history_used = False
-        payload = Payload(frame, bits, kinds, history, history.tracked_cells())
+            coding_history = coding_points = ContextHistory()
+            if not bits.bypass_bit():
+                history = point_history = ContextHistory()
+                is_replaced = True
+        payload = Payload(
+            frame, bits, kinds, coding_history, coding_history.tracked_cells()
+        )
         keys = read_voxels(payload)
         base_symbols = dict.fromkeys(keys, 0)
         if frame.symbol_bits:
@@ -77,7 +82,7 @@ def decode_context_payload(
                     payload,
                     frame=frame.of_points(),
                     kinds=point_kinds,
-                    history=point_history,
+                    history=coding_points,
                 )
                 point_symbols = BaseSymbols(payload).read(keys)
             counts = counts_of_symbols(
@@ -86,10 +91,10 @@ def decode_context_payload(
             )
         bits.require_end()
     has_model = frame.depth_model is not None
-    after = history.after_frame(seen, is_history_used, frame.symbol_bits, has_model)
+    after = history.after_frame(seen, is_replaced, frame.symbol_bits, has_model)
     point_after = point_history.after_frame(
         {key: SeenVoxel(symbol, 0, 0) for key, symbol in point_symbols.items()},
-        is_history_used,
+        is_replaced,
         POINT_SYMBOL_BITS,
         False,
     )

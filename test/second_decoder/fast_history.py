@@ -61,6 +61,14 @@ class FastHistory:
     def share(self, past: int) -> int:
         return self.shares.get(past, first_share(past))
 
+    def kept_point_statistics(self, before: "FastHistory") -> Dict[int, Statistics]:
+        """Those of the history before the frame, of voxels that still have some."""
+        return {
+            key: before.point_statistics[key]
+            for key in self.statistics
+            if key in before.point_statistics
+        }
+
     def tracked_cells(self) -> Dict[int, int]:
         """The mask of tracked cells of each block, ascending."""
         masks: Dict[int, int] = {}

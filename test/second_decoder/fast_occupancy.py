@@ -92,6 +92,61 @@ def read_new_blocks(
     return blocks
 
 
+class HistoryUpdate:
+    """The history after a frame, as its voxels become known."""
+
+    def __init__(self, before: FastHistory) -> None:
+        self._before = before
+        self._after = FastHistory(
+            shares=dict(before.shares), statistics=dict(before.statistics)
+        )
+
+    def move_on(self, past: int, occupied: List[int]) -> None:
+        """The voxels of a bucket, in its order: which of them are occupied."""
+        bucket = self._before.buckets[past]
+        for key, bit in zip(bucket, occupied):
+            new_past = next_past(past, bit)
+            if is_forgotten(new_past):
+                self._after.statistics.pop(key, None)
+            else:
+                self._after.buckets.setdefault(new_past, []).append(key)
+        n, m = len(bucket), sum(occupied)
+        share = self._before.share(past)
+        self._after.shares[past] = (32 * share + 65535 * m) // (32 + n)
+
+    def end(
+        self, brought: List[int], renewed: Container[int], is_apart: bool
+    ) -> FastHistory:
+        """Voxels that were not tracked, and the tracked blocks among theirs."""
+        first_past = 3 if is_apart else 1
+        self._after.buckets.setdefault(first_past, []).extend(brought)
+        tracked_before = self._before.tracked_cells()
+        for block in self._after.tracked_cells():
+            if block in tracked_before:
+                activity = self._before.activities[block]
+                self._after.activities[block] = (2 * activity + (block in renewed)) % 16
+            else:
+                self._after.activities[block] = 1
+        return self._after
+
+
+def history_with(before: FastHistory, keys: List[int]) -> FastHistory:
+    """The history after a frame that was coded without it."""
+    update = HistoryUpdate(before)
+    occupied = set(keys)
+    for past in sorted(before.buckets):
+        if before.buckets[past]:
+            update.move_on(past, [int(key in occupied) for key in before.buckets[past]])
+    cells = before.tracked_cells()
+    brought = [
+        key for key in keys if not cells.get(key >> BLOCK_BITS, 0) >> (key & 63) & 1
+    ]
+    # Those of tracked blocks first.
+    brought.sort(key=lambda key: key >> BLOCK_BITS not in cells)
+    renewed = {key >> BLOCK_BITS for key in brought} & set(cells)
+    return update.end(brought, renewed, False)
+
+
 class FastOccupancyReader:
     """Reads tracked voxels, new voxels in tracked blocks and new blocks, in this order."""
 
@@ -101,14 +156,15 @@ class FastOccupancyReader:
         frame: CodedFrame,
         models: FastModels,
         history: FastHistory,
+        is_apart: bool,
     ) -> None:
+        self._is_apart = is_apart
+        """The frame is coded without the history, which is empty."""
         self._rans = rans
         self._frame = frame
         self._models = models
         self._history = history
-        self._after = FastHistory(
-            shares=dict(history.shares), statistics=dict(history.statistics)
-        )
+        self._update = HistoryUpdate(history)
         self._tracked_cells = history.tracked_cells()
         self._occupied_cells = {block: 0 for block in self._tracked_cells}
         self._tracked: List[int] = []
@@ -132,10 +188,8 @@ class FastOccupancyReader:
             len(self._tracked) + len(self._brought) == self._frame.voxel_count,
             "there are not as many voxels as the header says",
         )
-        first_past = 3 if self._frame.is_i_frame else 1
-        self._after.buckets.setdefault(first_past, []).extend(self._brought)
-        self._learn_activities(new_cells)
-        return FastOccupancy(self._tracked, self._brought, self._after)
+        history = self._update.end(self._brought, set(new_cells), self._is_apart)
+        return FastOccupancy(self._tracked, self._brought, history)
 
     def _bring(self, block: int, cells: int) -> None:
         keys = [block << BLOCK_BITS | cell for cell in ones(cells)]
@@ -151,10 +205,11 @@ class FastOccupancyReader:
                 continue
             share = self._history.share(past)
             occupied = self._occupied_of(bucket, share)
+            self._update.move_on(past, occupied)
             for key, bit in zip(bucket, occupied):
-                self._move_on(key, past, bit)
-            n, m = len(bucket), sum(occupied)
-            self._after.shares[past] = (32 * share + 65535 * m) // (32 + n)
+                if bit:
+                    self._tracked.append(key)
+                    self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
 
     def _occupied_of(self, bucket: List[int], share: int) -> List[int]:
         table = occupancy_table(share)
@@ -165,16 +220,6 @@ class FastOccupancyReader:
         rest = BitModel(share)
         occupied += [rest.read(self._rans) for _ in range(len(bucket) % 8)]
         return occupied
-
-    def _move_on(self, key: int, past: int, is_occupied: int) -> None:
-        if is_occupied:
-            self._tracked.append(key)
-            self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
-        new_past = next_past(past, is_occupied)
-        if is_forgotten(new_past):
-            self._after.statistics.pop(key, None)
-        else:
-            self._after.buckets.setdefault(new_past, []).append(key)
 
     # New voxels in tracked blocks
 
@@ -241,13 +286,3 @@ class FastOccupancyReader:
             return -1
         require(rank < count, "a new voxel is in none of the open cells")
         return 8 * octant + likely_first(likely, open_cells)[rank]
-
-    # What blocks learn
-
-    def _learn_activities(self, new_cells: Dict[int, int]) -> None:
-        for block in self._after.tracked_cells():
-            if block in self._tracked_cells:
-                before = self._history.activities[block]
-                self._after.activities[block] = (2 * before + (block in new_cells)) % 16
-            else:
-                self._after.activities[block] = 1

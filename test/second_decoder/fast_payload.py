@@ -4,13 +4,13 @@ doc/bitstream_fast.md; "Classed rows" and "Residuals" are in this file.
 """
 
 from dataclasses import dataclass, replace
-from typing import List, Tuple
+from typing import Dict, List, Tuple
 
 from coded_frame import CodedFrame, Voxels, counts_of_symbols
 from depth_model import has_residual, predicted_symbol
 from fast_history import FastHistory
 from fast_models import FastModels
-from fast_occupancy import FastOccupancyReader
+from fast_occupancy import FastOccupancyReader, history_with
 from fast_symbols import FastSymbolReader, learn_bins
 from frame_header import ByteReader, from_zigzag
 from invalid_frame import require
@@ -36,32 +36,45 @@ def _decode_base_symbols(
     """Voxels with base symbols: numbers of points where there is a depth model."""
     models = memory.models.copy()
     rans = RansDecoder(source, frame.voxel_count)
-    occupancy = FastOccupancyReader(rans, frame, models, memory.history).read()
+    is_history_used = not frame.is_i_frame and rans.bits(1)
+    is_history_kept = not frame.is_i_frame and (is_history_used or rans.bits(1))
+    before = memory.history if is_history_used else FastHistory()
+    shares = memory.history.shares
+    reader = FastOccupancyReader(rans, frame, models, before, not is_history_used)
+    occupancy = reader.read()
     keys = sorted(occupancy.tracked + occupancy.brought)
-    if not frame.symbol_bits:
-        rans.require_end()
-        after = replace(memory, history=occupancy.history, models=models)
-        return Voxels(keys, []), after
-    before, history = memory.history, occupancy.history
-    reader = FastSymbolReader(rans, frame, models, before.statistics)
-    symbols, bins = reader.read(keys)
-    point_symbols = symbols
-    if frame.has_intensities and frame.has_points:
-        statistics = {
-            key: before.point_statistics[key]
-            for key in history.statistics
-            if key in before.point_statistics
-        }
-        points = frame.of_points()
-        point_reader = FastSymbolReader(rans, points, models, statistics, "points")
-        point_symbols, point_bins = point_reader.read(keys)
-        history.point_statistics = dict(statistics)
-        learn_bins(statistics, point_bins, history.point_statistics)
+    symbols: List[int] = []
+    bins: Dict[int, int] = {}
+    point_bins: Dict[int, int] = {}
     counts: List[int] = []
-    if frame.has_points:
-        counts = counts_of_symbols(point_symbols, lambda: _excess(rans))
+    if frame.symbol_bits:
+        symbol_reader = FastSymbolReader(
+            rans, frame, models, before.statistics, not is_history_used
+        )
+        symbols, bins = symbol_reader.read(keys)
+        point_symbols = symbols
+        if frame.has_intensities and frame.has_points:
+            point_reader = FastSymbolReader(
+                rans,
+                frame.of_points(),
+                models,
+                occupancy.history.kept_point_statistics(before),
+                not is_history_used,
+                "points",
+            )
+            point_symbols, point_bins = point_reader.read(keys)
+        if frame.has_points:
+            counts = counts_of_symbols(point_symbols, lambda: _excess(rans))
     rans.require_end()
+    history = occupancy.history
+    if is_history_kept and not is_history_used:
+        before = memory.history
+        history = history_with(before, keys)
+    elif not is_history_used:
+        history.shares = {} if frame.is_i_frame else dict(shares)
+    history.point_statistics = history.kept_point_statistics(before)
     learn_bins(before.statistics, bins, history.statistics)
+    learn_bins(before.point_statistics, point_bins, history.point_statistics)
     voxels = Voxels(keys, symbols if frame.has_intensities else [], [], counts)
     return voxels, replace(memory, history=history, models=models)
 

@@ -51,6 +51,7 @@ class FastSymbolReader:
         frame: CodedFrame,
         models: FastModels,
         statistics: Dict[int, Statistics],
+        is_running: bool,
         *kind: str,
     ) -> None:
         self._rans = rans
@@ -58,6 +59,7 @@ class FastSymbolReader:
         self._models = models
         self._statistics = statistics
         """Statistics before the frame; voxels that it brings have none."""
+        self._is_running = is_running
         self._kind = kind
         self._top = frame.highest_symbol
         self._top_bin = _bin_by_rule(self._top) + (self._top >= 16)
@@ -66,7 +68,7 @@ class FastSymbolReader:
         """Symbols of the voxels, keys being ascending; and the bin of each voxel."""
         bins: Dict[int, int] = {}
         symbols: List[int] = []
-        if self._frame.is_i_frame:
+        if self._is_running:
             running = Statistics.of_first(2)
             for key in keys:
                 number_class, lowest = _class_of(running)

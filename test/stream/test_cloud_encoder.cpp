@@ -369,22 +369,18 @@ private:
   VoxelFrame frame_;
 };
 
-TEST(CloudEncoder, PFramesThatTakeMoreBytesBecomeIFrames)
+TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
 {
   JumpingWall scheduled(1000);
   JumpingWall alone(1);
   for (JumpingWall* wall : {&scheduled, &alone})
     wall->add(200, 4.0);
-  EXPECT_GT(scheduled.i_frames, 150);
-  EXPECT_LT(scheduled.i_frames, 200); // some are tried
-  EXPECT_LE(static_cast<double>(scheduled.bytes),
-            1.05 * static_cast<double>(alone.bytes));
-  // Where nothing moves P-frames come back for good.
+  EXPECT_EQ(scheduled.i_frames, 1);
+  EXPECT_LT(scheduled.bytes, alone.bytes);
+  // Where nothing moves any more the history is used again.
   scheduled.add(100, 0.0);
-  EXPECT_LE(scheduled.i_frames, 64);
   for (JumpingWall* wall : {&scheduled, &alone})
     wall->add(100, 0.0);
-  EXPECT_EQ(scheduled.i_frames, 0);
   EXPECT_LT(2 * scheduled.bytes, alone.bytes);
 }
 

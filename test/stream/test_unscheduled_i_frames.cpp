@@ -50,56 +50,6 @@ isSecondAnIFrame(const VoxelFrame& first, const VoxelFrame& second, Effort effor
   return encoder.statistics().is_i_frame;
 }
 
-/** \brief A wall of voxels across x. */
-VoxelFrame
-wallAt(std::uint32_t x, std::uint32_t width, std::uint32_t height)
-{
-  std::mt19937_64 random(x);
-  std::set<std::uint64_t> keys;
-  for (std::uint32_t y = 0; y < width; ++y)
-    for (std::uint32_t z = 0; z < height; ++z)
-      keys.insert(mortonKey({x, 9 + y, 30 + z}));
-  VoxelFrame frame = emptyFrame(8);
-  setVoxels(random, keys, frame);
-  return frame;
-}
-
-TEST(UnscheduledIFrames, AreSentWhenTheyAreSmaller)
-{
-  for (const Effort effort : all_efforts) {
-    // The other efforts have P-frames without history.
-    const bool is_fast = effort == Effort::Fast;
-    const VoxelFrame wall = wallAt(20, 40, 40);
-    EXPECT_EQ(isSecondAnIFrame(wall, wallAt(60, 40, 40), effort), is_fast);
-    EXPECT_FALSE(isSecondAnIFrame(wall, wall, effort));
-    // Of few voxels the I-frame's header alone would cost more.
-    EXPECT_EQ(isSecondAnIFrame(wall, wallAt(60, 16, 16), effort), is_fast);
-    EXPECT_FALSE(isSecondAnIFrame(wall, wallAt(60, 15, 17), effort));
-  }
-}
-
-TEST(UnscheduledIFrames, AreNumberedAndCountedOnce)
-{
-  // Of a frame that was a P-frame at first nothing is left.
-  FrameEncoder encoder(StreamFormat::Version1, 1000, Effort::Fast);
-  FrameDecoder decoder;
-  VoxelFrame back;
-  std::uint32_t last = 0;
-  for (std::uint32_t i = 0; i < 20; ++i) {
-    const VoxelFrame frame = wallAt(10 + 7 * i, 40, 40);
-    const Bytes bytes = encoded(encoder, frame);
-    EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-    expectSameFrame(back, frame);
-    EXPECT_TRUE(encoder.statistics().is_i_frame) << i;
-    EXPECT_EQ(encoder.statistics().bytes, bytes.size());
-    EXPECT_EQ(decoder.statistics().frame_number, encoder.statistics().frame_number);
-    if (i > 0) {
-      EXPECT_EQ(encoder.statistics().frame_number, last + 1);
-    }
-    last = encoder.statistics().frame_number;
-  }
-}
-
 TEST(UnscheduledIFrames, AreSentWhenTheHistoryIsTooLarge)
 {
   // A sensor that sees much, then almost nothing: its history is as large as before,

@@ -88,33 +88,6 @@ goldenJumps(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief A large wall, and a small one elsewhere from the second frame on, so that
- * frames do without the history; then a rough one, of which that saves much when tried
- * again. */
-inline GoldenStream
-goldenMovedWall(const std::string& name, Effort effort)
-{
-  GoldenStream stream{name, effort, 40, {}};
-  std::mt19937_64 random(61);
-  VoxelFrame frame = emptyFrame(6, 4);
-  for (int i = 0; i < 13; ++i) {
-    std::mt19937_64 roughness(67);
-    const std::uint32_t width = i == 0 ? 50 : 20;
-    std::set<std::uint64_t> keys;
-    for (std::uint32_t y = 0; y < width; ++y)
-      for (std::uint32_t z = 0; z < width; ++z) {
-        const auto rough_x = static_cast<std::uint32_t>(40 + below(roughness, 8));
-        if (below(random, 30) > 0)
-          keys.insert(mortonKey({i == 0 ? 9 : i < 8 ? 40 : rough_x, 11 + y, 12 + z}));
-      }
-    setVoxels(random, keys, frame);
-    for (std::uint16_t& symbol : frame.intensities)
-      symbol = static_cast<std::uint16_t>(symbol == 0 ? 5 : 4);
-    stream.frames.push_back({frame, std::nullopt});
-  }
-  return stream;
-}
-
 /** \brief Blocks with voxels in three or all four of their octants with the highest
  * numbers: it depends on how many there are where else new ones come. */
 inline GoldenStream

@@ -78,8 +78,10 @@ class FastScript {
 public:
   FastScript() = default;
 
-  /** \param[in] before models as they are before the frame */
-  explicit FastScript(const Models& before) : models(before) {}
+  /** \brief A P-frame with the history.
+   * \param[in] before models as they are before the frame
+   */
+  explicit FastScript(const Models& before) : models(before) { bits(1, 1); }
 
   FastScript(const FastScript&) = delete;
   FastScript&

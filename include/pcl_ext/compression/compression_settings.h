@@ -163,8 +163,7 @@ struct StreamSettings {
   Effort effort = Effort::Balanced;
 
   /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an
-   * I-frame. With effort fast there are more I-frames where P-frames take more bytes,
-   * as those of some moving sensors. */
+   * I-frame. */
   unsigned int i_frame_rate = 30;
 
   /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the

@@ -33,6 +33,13 @@ dividedSizes(const VoxelFrame& frame,
   return sizes;
 }
 
+template <typename CodingT>
+HistoryPart
+codePart(CodingT& coding, HistoryPart part)
+{
+  return codeHistoryPart([&](bool bit) { return coding.codeBypass(bit); }, part);
+}
+
 } // namespace
 
 Payload::Payload(bool is_small)
@@ -99,44 +106,66 @@ Payload::encode(CodingWorkspace& /*memory*/,
 {
   const std::size_t begin = payload.size();
   const std::size_t voxels = frame.size();
-  const bool tries_history = !is_i_frame && (voxels == 0 || history_use_.isUseful());
-  bool uses_history = tries_history;
-  if (tries_history)
-    trial_models_ = models_;
-  PayloadSizes sizes = encodeAs(frame, is_i_frame, tries_history, payload);
-  const std::size_t bytes = payload.size() - begin;
-  const auto encode_again = [&](bool with_history) {
+  PayloadSizes sizes;
+  const auto encode_as = [&](HistoryPart part) {
     payload.resize(begin);
-    models_ = trial_models_;
-    sizes = encodeAs(frame, false, with_history, payload);
+    sizes = encodeAs(frame, is_i_frame, part, payload);
     return payload.size() - begin;
   };
-  if (!uses_history)
+  HistoryPart part = HistoryPart::Replaced;
+  if (is_i_frame) {
+    const std::size_t bytes = encode_as(part);
     // Models that start anew cost some bytes, which frames without the history do not.
-    history_use_.measure(voxels, is_i_frame ? bytes - bytes / 32 : bytes);
-  else if (history_use_.isDoubtful(voxels, bytes)) {
-    const std::size_t bytes_without = encode_again(false);
-    history_use_.measure(voxels, bytes_without);
-    uses_history = history_use_.isWorth(bytes, bytes_without);
-    if (uses_history)
-      encode_again(true);
+    history_use_.measure(voxels, bytes - bytes / 32);
+    history_use_.addIFrame();
   }
-  if (!uses_history)
-    history_use_.addWithout(tries_history);
-  else if (voxels > 0)
-    history_use_.addWith();
-  prepareLearning(frame, uses_history);
+  else
+    part = encodePFrame(voxels, encode_as);
+  prepareLearning(frame, part);
   learnHistory();
   return sizes;
+}
+
+/** \brief Encodes a P-frame with or without the history, whichever is smaller.
+ * \param[in] encode_as encodes the frame anew and returns its bytes
+ */
+template <typename EncodeT>
+HistoryPart
+Payload::encodePFrame(std::size_t voxels, const EncodeT& encode_as)
+{
+  const bool tries_history = voxels == 0 || history_use_.isTried();
+  std::size_t bytes = 0;
+  if (tries_history) {
+    trial_models_ = models_;
+    bytes = encode_as(HistoryPart::Used);
+    if (!history_use_.isDoubtful(voxels, bytes)) {
+      if (voxels > 0)
+        history_use_.addWith();
+      return HistoryPart::Used;
+    }
+    models_ = trial_models_;
+  }
+  const HistoryPart part = history_use_.partWithout();
+  const std::size_t bytes_without = encode_as(part);
+  history_use_.measure(voxels, bytes_without);
+  if (tries_history && history_use_.isWorth(bytes, bytes_without)) {
+    models_ = trial_models_;
+    encode_as(HistoryPart::Used);
+    history_use_.addWith();
+    return HistoryPart::Used;
+  }
+  history_use_.addWithout();
+  return part;
 }
 
 /** \brief Encodes a frame with or without the history, and adapts the models. */
 PayloadSizes
 Payload::encodeAs(const VoxelFrame& frame,
                   bool is_i_frame,
-                  bool uses_history,
+                  HistoryPart part,
                   std::vector<std::uint8_t>& payload)
 {
+  const bool uses_history = part == HistoryPart::Used;
   const FrameParameters parameters = parametersOf(frame, uses_history);
   if (is_i_frame)
     models_ = freshModels(is_small_, hasPointsBesideIntensities(frame));
@@ -161,8 +190,8 @@ Payload::encodeAs(const VoxelFrame& frame,
     copySymbols(intensities_.symbols, intensities_.base_symbols);
   if (frame.keys.empty())
     return {};
-  return is_small_ ? encodeWith<true>(frame, parameters, is_i_frame, payload)
-                   : encodeWith<false>(frame, parameters, is_i_frame, payload);
+  return is_small_ ? encodeWith<true>(frame, parameters, is_i_frame, part, payload)
+                   : encodeWith<false>(frame, parameters, is_i_frame, part, payload);
 }
 
 template <bool IsSmall>
@@ -170,12 +199,13 @@ PayloadSizes
 Payload::encodeWith(const VoxelFrame& frame,
                     const FrameParameters& parameters,
                     bool is_i_frame,
+                    HistoryPart part,
                     std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
   DecisionCoding<BinaryRangeEncoder, IsSmall> coding{BinaryRangeEncoder(payload)};
   if (!is_i_frame)
-    coding.codeBypass(&parameters.history == &history_);
+    codePart(coding, part);
   codeOccupancy(coding, models_, parameters, intensities_.base_symbols.size());
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
   if (parameters.symbol_bits > 0)
@@ -196,7 +226,7 @@ Payload::decode(CodingWorkspace& /*memory*/,
 {
   sizes = PayloadSizes();
   blocks_.clear();
-  uses_history_ = !payload.is_i_frame;
+  history_part_ = payload.is_i_frame ? HistoryPart::Replaced : HistoryPart::Used;
   if (payload.voxel_count == 0) {
     if (payload.begin != payload.end)
       return false;
@@ -213,7 +243,7 @@ Payload::decode(CodingWorkspace& /*memory*/,
   blocks_.voxelKeys(frame.keys);
   if (frame.hasIntensities())
     copySymbols(intensities_.symbols, frame.intensities);
-  prepareLearning(frame, uses_history_);
+  prepareLearning(frame, history_part_);
   has_models_ = payload.voxel_count != 0 || payload.is_i_frame;
   return true;
 }
@@ -228,8 +258,10 @@ Payload::decodeWith(const CodedPayload& payload, VoxelFrame& frame, PayloadSizes
       is_i_frame ? freshModels(is_small_, hasPointsBesideIntensities(frame)) : models_;
   DecisionCoding<BinaryRangeDecoder, IsSmall> coding{
       BinaryRangeDecoder(payload.begin, payload.end)};
-  uses_history_ = !is_i_frame && coding.codeBypass(false);
-  const FrameParameters parameters = parametersOf(frame, uses_history_);
+  history_part_ =
+      is_i_frame ? HistoryPart::Replaced : codePart(coding, HistoryPart::Replaced);
+  const FrameParameters parameters =
+      parametersOf(frame, history_part_ == HistoryPart::Used);
   frame_.begin(parameters.history);
   if (!codeOccupancy(coding, trial_models_, parameters, voxel_count))
     return false;
@@ -325,16 +357,16 @@ Payload::codePoints(CodingT& coding,
 
 /** \brief Stores what learnHistory() needs of a frame. */
 void
-Payload::prepareLearning(const VoxelFrame& frame, bool uses_history)
+Payload::prepareLearning(const VoxelFrame& frame, HistoryPart part)
 {
   symbol_bits_ = firstSymbolBits(frame);
   has_points_ = hasPointsBesideIntensities(frame);
-  uses_history_ = uses_history;
+  history_part_ = part;
   has_depths_ = frame.depth_model && !frame.keys.empty();
   if (has_depths_)
     intensities_.split.observe(
         intensities_.base_symbols, intensities_.symbols, depths_);
-  history_.makeRoom(blocks_, has_depths_, !uses_history, has_points_);
+  history_.makeRoom(blocks_, has_depths_, part == HistoryPart::Replaced, has_points_);
 }
 
 void
@@ -348,12 +380,13 @@ Payload::learn() noexcept
 void
 Payload::learnHistory() noexcept
 {
-  if (!uses_history_)
+  const bool is_replaced = history_part_ == HistoryPart::Replaced;
+  if (is_replaced)
     history_.clear(symbol_bits_);
   history_.update(blocks_,
                   intensities_.base_symbols,
                   has_depths_ ? &depths_ : nullptr,
-                  !uses_history_,
+                  is_replaced,
                   has_points_ ? &intensities_.point_symbols : nullptr);
 }
 

@@ -55,12 +55,6 @@ public:
   void
   releaseMemory() override;
 
-  bool
-  choosesHistory() const override
-  {
-    return true;
-  }
-
   std::size_t
   trackedVoxels() const override
   {
@@ -94,10 +88,14 @@ private:
   FrameParameters
   parametersOf(const VoxelFrame& frame, bool uses_history);
 
+  template <typename EncodeT>
+  HistoryPart
+  encodePFrame(std::size_t voxels, const EncodeT& encode_as);
+
   PayloadSizes
   encodeAs(const VoxelFrame& frame,
            bool is_i_frame,
-           bool uses_history,
+           HistoryPart part,
            std::vector<std::uint8_t>& payload);
 
   void
@@ -108,6 +106,7 @@ private:
   encodeWith(const VoxelFrame& frame,
              const FrameParameters& parameters,
              bool is_i_frame,
+             HistoryPart part,
              std::vector<std::uint8_t>& payload);
 
   template <bool IsSmall>
@@ -135,7 +134,7 @@ private:
              FrameT& frame);
 
   void
-  prepareLearning(const VoxelFrame& frame, bool uses_history);
+  prepareLearning(const VoxelFrame& frame, HistoryPart part);
 
   void
   learnHistory() noexcept;
@@ -158,7 +157,7 @@ private:
   // For learnHistory().
   unsigned int symbol_bits_ = 8;
   bool has_points_ = false; // beside intensities
-  bool uses_history_ = false;
+  HistoryPart history_part_ = HistoryPart::Replaced;
   bool has_depths_ = false;
   bool has_models_ = false; // a decoder's trial_models_ are those after the frame
 };

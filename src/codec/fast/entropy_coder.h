@@ -183,6 +183,59 @@ private:
   std::uint32_t* end_;
 };
 
+/** \brief Takes symbols without coding them, so that a stage updates the history with a
+ * frame that is known. Models do not learn. Same interface as NibbleEncoder. */
+class SymbolSink {
+public:
+  static constexpr bool is_decoder = false;
+
+  void
+  reserve(std::size_t)
+  {}
+
+  template <class ModelT>
+  unsigned int
+  code(const ModelT&, unsigned int symbol)
+  {
+    return symbol;
+  }
+
+  unsigned int
+  codeBits(unsigned int, unsigned int number)
+  {
+    return number;
+  }
+
+  template <class Context, class Prefetched = NoPrefetch>
+  bool
+  codeRow(const NibbleModel*,
+          const Context*,
+          const std::uint8_t*,
+          std::size_t,
+          const Prefetched& = Prefetched())
+  {
+    return true;
+  }
+
+  template <class Visit = NoVisit>
+  bool
+  codeRow(const ByteTable&,
+          const std::uint8_t* bytes,
+          std::size_t count,
+          Visit&& visit = Visit())
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      visit(bytes[i]);
+    return true;
+  }
+
+  static constexpr bool
+  isOverrun()
+  {
+    return false;
+  }
+};
+
 /** \brief Decodes what NibbleEncoder wrote. Loops use a copy, which stays in registers.
  *
  * After the end it reads zeros, for at most `slack` symbols: loops have to check

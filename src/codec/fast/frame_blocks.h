@@ -14,7 +14,7 @@ namespace fast {
 
 /** \brief A frame while it is coded; passed from stage to stage. */
 struct FrameBlocks {
-  bool is_i_frame = false;
+  bool is_apart = false;  ///< coded without the history, as an I-frame is
   unsigned int depth = 0; ///< of the grid
   std::size_t voxel_count = 0;
 

@@ -118,8 +118,10 @@ History::assign(History& other, bool with_statistics) noexcept
     index =
         std::copy_n(other.cell_indices.data() + other.first[past], size[past], index);
   }
-  if (with_statistics)
+  if (with_statistics) {
     statistics.swap(other.statistics);
+    point_statistics.swap(other.point_statistics);
+  }
 }
 
 void
@@ -208,7 +210,7 @@ HistoryUpdate::reserveNew(const History& before,
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     end = std::max(end, after.first[past] + after.size[past]);
   ensureSize(after.cell_indices, end + frame.voxel_count + 2);
-  after.first[voxel_past::first(frame.is_i_frame)] = end;
+  after.first[voxel_past::first(frame.is_apart)] = end;
 }
 
 void
@@ -217,7 +219,7 @@ HistoryUpdate::addNewVoxels(const History& before,
                             StatisticsTable& statistics,
                             const FrameBlocks& frame)
 {
-  const unsigned int past = voxel_past::first(frame.is_i_frame);
+  const unsigned int past = voxel_past::first(frame.is_apart);
   CellIndex* index = after.cell_indices.data() + after.first[past];
   std::uint64_t* const tracked = after.tracked.data();
   std::uint16_t* const all_statistics = statistics.data();

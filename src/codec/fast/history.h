@@ -24,14 +24,14 @@ struct FrameBlocks;
 namespace voxel_past {
 
 constexpr std::size_t count = 256;
-constexpr unsigned int first_in_p_frame = 1;
-constexpr unsigned int first_in_i_frame = 3;
+constexpr unsigned int first_with_history = 1;
+constexpr unsigned int first_apart = 3;
 
 /** \brief The initial past of a new voxel. */
 constexpr unsigned int
-first(bool is_i_frame)
+first(bool is_apart)
 {
-  return is_i_frame ? first_in_i_frame : first_in_p_frame;
+  return is_apart ? first_apart : first_with_history;
 }
 
 /** \brief The past after a further frame. */

@@ -67,7 +67,7 @@ Intensities::code(Coder& coder,
 {
   begin(frame, all_statistics, bits);
   std::uint16_t* const statistics = all_statistics.data();
-  const bool is_whole = frame.is_i_frame
+  const bool is_whole = frame.is_apart
                             ? codeRunning(coder, models, statistics, symbols)
                             : codeRow(coder, models, statistics, symbols) &&
                                   codeNotedBins(coder, models, statistics, symbols);
@@ -79,8 +79,8 @@ Intensities::code(Coder& coder,
   return bits_of_all <= top_;
 }
 
-/** \brief Codes the voxels of an I-frame, each relative to running statistics of those
- * before it. */
+/** \brief Codes the voxels of a frame without history, each relative to running
+ * statistics of those before it. */
 template <class Coder, class Symbol>
 bool
 Intensities::codeRunning(Coder& coder_now,
@@ -122,7 +122,7 @@ Intensities::codeRunning(Coder& coder_now,
   return true;
 }
 
-/** \brief Codes the voxels of a P-frame, each relative to its own statistics. The loops
+/** \brief Codes the voxels of a frame with history, each relative to its own statistics. The loops
  * are such that compilers vectorise them. */
 template <class Coder, class Symbol>
 bool
@@ -275,6 +275,13 @@ Intensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
 
 template bool
 Intensities::code(NibbleEncoder&,
+                  SymbolModels&,
+                  const FrameBlocks&,
+                  StatisticsTable&,
+                  unsigned int,
+                  const std::uint16_t*);
+template bool
+Intensities::code(SymbolSink&,
                   SymbolModels&,
                   const FrameBlocks&,
                   StatisticsTable&,

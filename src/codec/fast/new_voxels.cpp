@@ -81,10 +81,12 @@ NewVoxels::codeOctants(Coder& coder,
   const std::size_t count = before.keys.size();
   coder.reserve(count);
   ensureSize(contexts_, count);
-  ensureSize(frame.octant_symbols, count);
-  ensureSize(frame.renewed_blocks, count + 1);
-  if (!Coder::is_decoder)
-    chooseOctants(before, frame);
+  if constexpr (Coder::is_decoder) {
+    ensureSize(frame.octant_symbols, count);
+    ensureSize(frame.renewed_blocks, count + 1);
+  }
+  else
+    findRenewedBlocks(before, frame);
   // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
@@ -112,12 +114,12 @@ NewVoxels::codeOctants(Coder& coder,
   return true;
 }
 
-/** \brief For an encoder: lists the blocks with new voxels, and chooses the symbols of
- * all blocks. */
 void
-NewVoxels::chooseOctants(const History& before, FrameBlocks& frame)
+NewVoxels::findRenewedBlocks(const History& before, FrameBlocks& frame)
 {
   const std::size_t count = before.keys.size();
+  ensureSize(frame.octant_symbols, count);
+  ensureSize(frame.renewed_blocks, count + 1);
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint64_t* const tracked = before.tracked.data();
   const std::uint64_t* const occupied = frame.occupied.data();

@@ -37,6 +37,12 @@ public:
        const StatisticsTable& statistics,
        FrameBlocks& frame);
 
+  /** \brief Finds the blocks with new voxels of a frame that is known, as code() does.
+   * \param[in,out] frame octant_symbols and renewed_blocks are set
+   */
+  static void
+  findRenewedBlocks(const History& before, FrameBlocks& frame);
+
 private:
   template <class Coder>
   bool
@@ -45,9 +51,6 @@ private:
               const History& before,
               const StatisticsTable& statistics,
               FrameBlocks& frame);
-
-  static void
-  chooseOctants(const History& before, FrameBlocks& frame);
 
   static void
   collectRenewedBlocks(const History& before, FrameBlocks& frame);

@@ -9,6 +9,7 @@
 #include "codec/point_symbols.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -55,6 +56,15 @@ expandBlocks(FrameBlocks& frame, std::vector<std::uint64_t>* keys)
     keys->resize(frame.voxel_count);
 }
 
+template <class Coder>
+HistoryPart
+codePart(Coder& coder, HistoryPart part)
+{
+  coder.reserve(2);
+  return codeHistoryPart([&](bool bit) { return coder.codeBits(1, bit ? 1 : 0) != 0; },
+                         part);
+}
+
 } // namespace
 
 std::size_t
@@ -74,6 +84,8 @@ Payload::encode(CodingWorkspace& memory,
                 std::vector<std::uint8_t>& payload)
 {
   has_points_ = hasPointsBesideIntensities(frame);
+  if (is_i_frame)
+    history_use_.addIFrame();
   if (frame.keys.empty()) {
     if (is_i_frame)
       forget();
@@ -81,22 +93,16 @@ Payload::encode(CodingWorkspace& memory,
   }
   const std::size_t begin = payload.size();
   beginFrame(memory, frame, frame.size(), is_i_frame);
-  if (is_i_frame) {
-    *models_ = firstModels(has_points_);
-    matchHistory(no_history, frame.keys, work_->frame);
-  }
   if (frame.has_point_counts)
     pointSymbolsOf(frame.point_counts, work_->point_symbols);
   if (!frame.depth_model) {
-    encodeVoxels(frame,
-                 frame.hasIntensities() ? frame.intensities : work_->point_symbols,
-                 payload);
+    encodeVoxels(frame, is_i_frame, firstSymbols(frame), payload);
     return {payload.size() - begin, 0};
   }
   beginSplit(frame);
   depth_.split.baseSymbolsOf(frame.intensities, depth_.base_symbols);
   depth_.base_payload.clear();
-  encodeVoxels(frame, depth_.base_symbols, depth_.base_payload);
+  encodeVoxels(frame, is_i_frame, depth_.base_symbols, depth_.base_payload);
   ByteWriter writer(payload);
   writer.varint(depth_.base_payload.size());
   writer.raw(depth_.base_payload.data(), depth_.base_payload.size());
@@ -105,19 +111,121 @@ Payload::encode(CodingWorkspace& memory,
   return {residuals_begin - begin, payload.size() - residuals_begin};
 }
 
+/** \brief Appends the voxels of the current frame, with or without the history,
+ * whichever is smaller, and learns from them. */
 void
 Payload::encodeVoxels(const VoxelFrame& frame,
+                      bool is_i_frame,
+                      const std::vector<std::uint16_t>& symbols,
+                      std::vector<std::uint8_t>& payload)
+{
+  const std::size_t begin = payload.size();
+  if (is_i_frame) {
+    *models_ = firstModels(has_points_);
+    const std::size_t bytes =
+        appendVoxels(*models_, HistoryPart::Replaced, frame, symbols, payload);
+    learnHistory(HistoryPart::Replaced);
+    // Models that start anew cost some bytes, which frames without the history do not.
+    history_use_.measure(frame.size(), bytes - bytes / 32);
+    return;
+  }
+  const bool tries_history = history_use_.isTried();
+  const HistoryPart part = history_use_.partWithout();
+  std::size_t bytes = 0;
+  if (tries_history) {
+    *work_->models = *models_;
+    bytes = appendVoxels(*work_->models, HistoryPart::Used, frame, symbols, payload);
+    learnHistory(HistoryPart::Used);
+    if (!history_use_.isDoubtful(frame.size(), bytes)) {
+      models_.swap(work_->models);
+      history_use_.addWith();
+      return;
+    }
+    if (part == HistoryPart::Kept)
+      models_->tracked_probability = work_->models->tracked_probability;
+  }
+  else if (part == HistoryPart::Kept) {
+    followVoxels(frame, *models_, symbols);
+    learnHistory(part);
+  }
+  const std::size_t bytes_without =
+      appendVoxels(*models_, part, frame, symbols, payload);
+  history_use_.measure(frame.size(), bytes_without);
+  if (tries_history && history_use_.isWorth(bytes, bytes_without)) {
+    models_.swap(work_->models);
+    history_use_.addWith();
+    payload.resize(begin + bytes);
+    return;
+  }
+  if (part == HistoryPart::Replaced)
+    learnHistory(part);
+  history_use_.addWithout();
+  const auto at = payload.begin() + static_cast<std::ptrdiff_t>(begin);
+  payload.erase(at, at + static_cast<std::ptrdiff_t>(bytes));
+}
+
+/** \brief Appends the voxels of the current frame, and computes models and history after
+ * it.
+ * \return number of bytes
+ */
+std::size_t
+Payload::appendVoxels(Models& models,
+                      HistoryPart part,
+                      const VoxelFrame& frame,
                       const std::vector<std::uint16_t>& symbols,
                       std::vector<std::uint8_t>& payload)
 {
   Workspace& work = *work_;
+  const std::size_t begin = payload.size();
+  work.frame.is_apart = part != HistoryPart::Used;
+  if (work.frame.is_apart)
+    matchHistory(no_history, frame.keys, work.frame);
   NibbleEncoder coder(work.ranges);
-  codeOccupancy(coder, *models_);
+  if (!is_i_frame_)
+    codePart(coder, part);
+  codeOccupancy(coder, models);
   expandBlocks<false>(work.frame, nullptr);
-  codeSymbols(coder, *models_, frame, symbols.data());
+  codeSymbols(coder, models, frame, symbols.data());
   coder.finish(interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
-  learnHistory();
+  return payload.size() - begin;
+}
+
+/** \brief Computes the history after a frame that was coded without, but keeps it.
+ * \param[in,out] models the probabilities of tracked voxels learn
+ */
+void
+Payload::followVoxels(const VoxelFrame& frame,
+                      Models& models,
+                      const std::vector<std::uint16_t>& symbols)
+{
+  Workspace& work = *work_;
+  History& after = work.next_history;
+  SymbolSink sink;
+  work.frame.is_apart = false;
+  changed_rows_ = 0;
+  matchHistory(history_, frame.keys, work.frame);
+  reserveAhead(after.tracked, history_.tracked.size());
+  after.tracked.assign(history_.tracked.begin(), history_.tracked.end());
+  work.tracked_voxels.code(sink, models, history_, after, work.frame);
+  NewVoxels::findRenewedBlocks(history_, work.frame);
+  work.history_update.run(history_, after, history_.statistics, work.frame);
+  expandBlocks<false>(work.frame, nullptr);
+  if (const unsigned int bits = firstSymbolBits(frame); bits > 0) {
+    ++changed_rows_;
+    work.intensities.code(
+        sink, models.symbols, work.frame, history_.statistics, bits, symbols.data());
+  }
+  if (has_points_) {
+    ++changed_rows_;
+    work.points.code(sink,
+                     *models.points,
+                     work.frame,
+                     beginPointStatistics(),
+                     point_symbol_bits,
+                     std::as_const(work.point_symbols).data());
+  }
+  history_.reserveFor(after);
 }
 
 void
@@ -184,9 +292,13 @@ Payload::decodeVoxels(const std::uint8_t* begin,
                       VoxelFrame& frame)
 {
   Workspace& work = *work_;
-  *work.models = work.frame.is_i_frame ? firstModels(has_points_) : *models_;
+  *work.models = is_i_frame_ ? firstModels(has_points_) : *models_;
   NibbleDecoder coder(begin, end, interleavingOf(work.frame.voxel_count), work.bytes);
-  if (coder.isOverrun() || !codeOccupancy(coder, *work.models))
+  if (coder.isOverrun())
+    return false;
+  part_ = is_i_frame_ ? HistoryPart::Replaced : codePart(coder, HistoryPart::Used);
+  work.frame.is_apart = part_ != HistoryPart::Used;
+  if (!codeOccupancy(coder, *work.models))
     return false;
   expandBlocks<true>(work.frame, &frame.keys);
   if (frame.hasIntensities())
@@ -197,6 +309,8 @@ Payload::decodeVoxels(const std::uint8_t* begin,
       (frame.hasIntensities() ? frame.intensities : work.point_symbols).data();
   if (codeSymbols(coder, *work.models, frame, symbols) && coder.isAtEnd()) {
     history_.reserveFor(work.next_history);
+    if (part_ == HistoryPart::Kept)
+      followVoxels(frame, *work.models, firstSymbols(frame));
     return true;
   }
   restoreStatistics();
@@ -287,7 +401,7 @@ Payload::learn() noexcept
     forget();
   if (change_ == Change::VoxelsOnly || change_ == Change::Everything) {
     models_.swap(work_->models);
-    learnHistory();
+    learnHistory(part_);
   }
   if (change_ == Change::Everything)
     residuals_.learn();
@@ -317,33 +431,46 @@ Payload::beginFrame(CodingWorkspace& memory,
                     bool is_i_frame)
 {
   work_ = &memory.fast();
-  work_->frame.is_i_frame = is_i_frame;
+  is_i_frame_ = is_i_frame;
   work_->frame.depth = frame.grid.depth;
   work_->frame.voxel_count = voxel_count;
   changed_rows_ = 0;
 }
 
+/** \brief The symbols that are coded first, see firstSymbolBits(). */
+const std::vector<std::uint16_t>&
+Payload::firstSymbols(const VoxelFrame& frame) const
+{
+  return frame.hasIntensities() ? frame.intensities : work_->point_symbols;
+}
+
 const History&
 Payload::before() const
 {
-  return work_->frame.is_i_frame ? no_history : history_;
+  return work_->frame.is_apart ? no_history : history_;
 }
 
 StatisticsTable&
 Payload::statistics() noexcept
 {
-  return work_->frame.is_i_frame ? work_->next_history.statistics : history_.statistics;
+  return work_->frame.is_apart ? work_->next_history.statistics : history_.statistics;
 }
 
-/** \brief The statistics of numbers of points, with none for new voxels. Also an
- * I-frame changes those of the history, which saves memory. */
+StatisticsTable&
+Payload::pointStatistics() noexcept
+{
+  return work_->frame.is_apart ? work_->next_history.point_statistics
+                               : history_.point_statistics;
+}
+
+/** \brief The statistics of numbers of points, with none for new voxels. */
 StatisticsTable&
 Payload::beginPointStatistics()
 {
   const History& after = work_->next_history;
-  StatisticsTable& table = history_.point_statistics;
+  StatisticsTable& table = pointStatistics();
   ensureSize(table, after.tracked.size() * block_cells);
-  if (work_->frame.is_i_frame) // they are not read
+  if (work_->frame.is_apart) // they are not read
     return table;
   const unsigned int past = voxel_past::first(false);
   const CellIndex* const cell_indices = after.cell_indices.data() + after.first[past];
@@ -359,14 +486,15 @@ Payload::restoreStatistics() noexcept
   if (changed_rows_ > 0)
     work_->intensities.restore(work_->frame, statistics());
   if (changed_rows_ > 1)
-    work_->points.restore(work_->frame, history_.point_statistics);
+    work_->points.restore(work_->frame, pointStatistics());
 }
 
 void
-Payload::learnHistory() noexcept
+Payload::learnHistory(HistoryPart part) noexcept
 {
-  // In a P-frame the statistics were updated in place.
-  history_.assign(work_->next_history, work_->frame.is_i_frame);
+  // Those of a history that is not replaced were updated in place.
+  const bool with_statistics = part == HistoryPart::Replaced;
+  history_.assign(work_->next_history, with_statistics);
 }
 
 void

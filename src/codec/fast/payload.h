@@ -9,6 +9,7 @@
 #include "codec/fast/new_blocks.h"
 #include "codec/fast/new_voxels.h"
 #include "codec/fast/tracked_voxels.h"
+#include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
 
@@ -32,8 +33,8 @@ struct Workspace {
   Intensities intensities;
   Intensities points; ///< numbers of points beside intensities
   std::vector<std::uint16_t> point_symbols;
-  /** \brief Decoder only: the models after the frame, exchanged with those of the
-   * stream by learn(). */
+  /** \brief Decoder: the models after the frame, exchanged with those of the stream by
+   * learn(). Encoder: those of a trial. */
   std::unique_ptr<Models> models = std::make_unique<Models>();
   /** \brief The history after the frame; in a P-frame without statistics, which are
    * updated in the history of the stream. */
@@ -80,8 +81,21 @@ public:
 private:
   void
   encodeVoxels(const VoxelFrame& frame,
+               bool is_i_frame,
                const std::vector<std::uint16_t>& symbols,
                std::vector<std::uint8_t>& payload);
+
+  std::size_t
+  appendVoxels(Models& models,
+               HistoryPart part,
+               const VoxelFrame& frame,
+               const std::vector<std::uint16_t>& symbols,
+               std::vector<std::uint8_t>& payload);
+
+  void
+  followVoxels(const VoxelFrame& frame,
+               Models& models,
+               const std::vector<std::uint16_t>& symbols);
 
   void
   encodeResiduals(const VoxelFrame& frame,
@@ -115,10 +129,13 @@ private:
   const History&
   before() const;
 
-  /** \brief The statistics of the current frame: not those of the history in an
-   * I-frame, as it may be invalid. */
+  /** \brief The statistics of the current frame: not those of the history in a frame
+   * without it, as it may be invalid. */
   StatisticsTable&
   statistics() noexcept;
+
+  StatisticsTable&
+  pointStatistics() noexcept;
 
   StatisticsTable&
   beginPointStatistics();
@@ -127,7 +144,10 @@ private:
   restoreStatistics() noexcept;
 
   void
-  learnHistory() noexcept;
+  learnHistory(HistoryPart part) noexcept;
+
+  const std::vector<std::uint16_t>&
+  firstSymbols(const VoxelFrame& frame) const;
 
   void
   beginSplit(const VoxelFrame& frame);
@@ -157,7 +177,10 @@ private:
   ClassedRow residuals_;
   Workspace* work_ = nullptr; // of the current frame
   Change change_ = Change::None;
-  bool has_points_ = false;       // beside intensities
+  HistoryUse history_use_;                   // encoder only
+  HistoryPart part_ = HistoryPart::Replaced; // decoder only, of the current frame
+  bool is_i_frame_ = true;                   // the current frame
+  bool has_points_ = false;                  // beside intensities
   unsigned int changed_rows_ = 0; // of symbols, whose statistics the frame changed
   DepthWork depth_;
 };

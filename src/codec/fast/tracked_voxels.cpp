@@ -281,6 +281,8 @@ TrackedVoxels::splitBucket(Coder& coder,
 template bool
 TrackedVoxels::code(NibbleEncoder&, Models&, const History&, History&, FrameBlocks&);
 template bool
+TrackedVoxels::code(SymbolSink&, Models&, const History&, History&, FrameBlocks&);
+template bool
 TrackedVoxels::code(NibbleDecoder&, Models&, const History&, History&, FrameBlocks&);
 
 } // namespace fast

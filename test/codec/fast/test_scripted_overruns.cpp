@@ -71,11 +71,14 @@ expectScriptRefused(const ScriptedStream& stream,
                     std::size_t count,
                     const Choices& choices)
 {
-  FastScript script(is_i_frame ? fast::Models() : stream.models());
-  choices(script);
   RansChoices states;
   states.states = count < 1024 ? 1 : 4;
-  const Bytes whole = script.rans(states).bytes;
+  const auto write = [&](auto&&... models) {
+    FastScript script(models...);
+    choices(script);
+    return script.rans(states).bytes;
+  };
+  const Bytes whole = is_i_frame ? write() : write(stream.models());
   ASSERT_GT(whole.size(), 600u);
   for (std::size_t size = 20; size < 600; size += 2) {
     const Bytes payload = prefixOf(whole, size);

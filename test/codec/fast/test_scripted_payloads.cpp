@@ -262,7 +262,7 @@ TEST(ScriptedFastPayloads, APFrameOfAnotherEffortThanItsIFrame)
   const Bytes p_frame = encoded(encoder, frame);
   Parts parts = takeApart(p_frame);
   ASSERT_FALSE(parts.header.is_i_frame);
-  FastScript script;
+  FastScript script{fast::Models()};
   script.newVoxels(2, {0});
   script.broughtStep(1);
   parts.header.effort = Effort::Fast;
