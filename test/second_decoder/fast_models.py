@@ -31,3 +31,10 @@ class FastModels:
         low = self.nibble(rans, name, "low", likely & 15)
         others = min((likely >> 4).bit_count(), 3)
         return 16 * self.nibble(rans, name, "high", low + 16 * others) + low
+
+    def node(self, rans: RansDecoder, likely: int, upper: int) -> int:
+        """A mask of eight children of a node, whose neighbours above are known."""
+        low = self.nibble(rans, "node", "low", (likely & 15) + 16 * (upper & 3))
+        others = min((likely >> 4).bit_count(), 3)
+        context = low + 16 * others + 64 * upper
+        return 16 * self.nibble(rans, "node", "high", context) + low

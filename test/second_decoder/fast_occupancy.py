@@ -48,9 +48,12 @@ def likely_first(likely: int, children: int) -> List[int]:
     return ones(likely) + ones(children & ~likely)
 
 
+_AXIS_BITS = [sum(4 >> axis << shift for shift in range(0, 63, 3)) for axis in range(3)]
+
+
 def _below(node: int, axis: int) -> int:
     """The Morton key of the next node below on an axis; -1 if there is none."""
-    bits = sum(4 >> axis << shift for shift in range(0, 63, 3))
+    bits = _AXIS_BITS[axis]
     place = node & bits
     return (place - 1) & bits | node & ~bits if place else -1
 
@@ -60,13 +63,19 @@ def _read_masks(
 ) -> Dict[int, int]:
     """The children of the nodes of a level."""
     masks: Dict[int, int] = {}
+    upper = dict.fromkeys(nodes, 0)
+    for node in nodes:
+        for axis in range(3):
+            below = _below(node, axis)
+            if below in upper:
+                upper[below] |= 4 >> axis
     for node in nodes:
         likely = 0
         for axis, toward in enumerate((0b1111, 0b110011, 0b1010101)):
             step = 4 >> axis
             neighbour = masks.get(_below(node, axis), 0)
             likely |= neighbour >> step & toward
-        masks[node] = models.mask(rans, "node", likely)
+        masks[node] = models.node(rans, likely, upper[node])
     return masks
 
 

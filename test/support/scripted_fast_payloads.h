@@ -141,11 +141,12 @@ public:
          symbol);
   }
 
-  /** \brief The mask of a node's children, of which none is likely. */
+  /** \brief The mask of a node's children. */
   void
-  node(unsigned int children)
+  node(unsigned int children, unsigned int likely = 0, unsigned int upper = 0)
   {
-    mask(models.node, 0, children);
+    coder_.reserve(2);
+    codeNode(coder_, models.node, likely, upper, children);
   }
 
   void
@@ -166,7 +167,9 @@ public:
       for (const std::uint64_t key : keys)
         masks[key >> 3 * (level + 1)] |= 1u << (key >> 3 * level & 7);
       for (const auto& [node_key, children] : masks)
-        mask(models.node, likelyChildren(node_key, masks), children);
+        node(children,
+             likelyChildren(node_key, masks),
+             upperNeighbours(node_key, masks));
     }
   }
 
@@ -260,6 +263,17 @@ private:
           likely |= 1u << (child ^ 4u >> axis);
     }
     return likely;
+  }
+
+  /** \brief 4, 2 and 1 for the nodes above a node on each axis. */
+  static unsigned int
+  upperNeighbours(std::uint64_t node_key,
+                  const std::map<std::uint64_t, unsigned int>& masks)
+  {
+    const VoxelPosition index = voxelPosition(node_key);
+    return masks.count(mortonKey({index.x + 1, index.y, index.z})) * 4u +
+           masks.count(mortonKey({index.x, index.y + 1, index.z})) * 2u +
+           masks.count(mortonKey({index.x, index.y, index.z + 1})) * 1u;
   }
 
   std::vector<std::uint32_t> steps_;

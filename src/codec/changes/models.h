@@ -16,7 +16,7 @@ struct Models {
   std::array<fast::NibbleModel, 16> octant; ///< by past
   std::array<fast::NibbleModel, 9> cell;    ///< by the number of likely cells
   fast::MaskModels several;                 ///< masks of several octants or cells
-  fast::MaskModels node;                    ///< of the octree of new blocks
+  fast::NodeModels node;                    ///< of the octree of new blocks
   std::array<fast::NibbleModel, 2> change;  ///< by whether the cell is restless
   supplement::ResidualModels appeared;
   fast::NibbleModel lengths; ///< of large numbers

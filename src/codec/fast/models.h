@@ -36,6 +36,34 @@ codeMask(Coder& coder, MaskModels& models, unsigned int likely, unsigned int mas
   return low | high << 4;
 }
 
+/** \brief Models of the masks of an octree's nodes, as MaskModels, but also by which of a
+ * node's neighbours at +x, +y and +z there are. */
+struct NodeModels {
+  std::array<NibbleModel, 64> low;   ///< by likely ones, and neighbours at +y and +z
+  std::array<NibbleModel, 512> high; ///< by what MaskModels has, and neighbours
+};
+
+/** \brief Codes the mask of a node's children.
+ * \param[in] likely see codeMask
+ * \param[in] upper neighbours: 4, 2 and 1 for those at +x, +y and +z
+ * \param[in] mask not used by a decoder
+ */
+template <class Coder>
+unsigned int
+codeNode(Coder& coder,
+         NodeModels& models,
+         unsigned int likely,
+         unsigned int upper,
+         unsigned int mask)
+{
+  const unsigned int low =
+      coder.code(models.low[(likely & 15) + 16 * (upper & 3)], mask & 15);
+  const unsigned int count = child_masks.count[likely >> 4];
+  const unsigned int high = coder.code(
+      models.high[low + 16 * (count < 3 ? count : 3) + 64 * upper], mask >> 4);
+  return low | high << 4;
+}
+
 /** \brief Models of symbols: of intensities, or of numbers of points. */
 struct SymbolModels {
   std::array<NibbleModel, 126> symbol;         ///< by statistics of the voxel
@@ -57,7 +85,7 @@ struct Models {
   std::array<NibbleModel, 12> cell;   ///< by numbers of near and of open cells
   MaskModels several;                 ///< masks of several octants or cells
 
-  MaskModels node; ///< of the octree of new blocks
+  NodeModels node; ///< of the octree of new blocks
 
   SymbolModels symbols;
   std::optional<SymbolModels> points; ///< beside intensities

@@ -19,6 +19,7 @@ NewBlocks::Level::ensure(std::size_t size)
   ensureSize(masks, size);
   ensureSize(first_child, size);
   ensureSize(lower, size);
+  ensureSize(upper, size);
 }
 
 /** \brief For an encoder: collects the masks of all nodes, from octants to the root. */
@@ -64,7 +65,7 @@ NewBlocks::collectMasks(const FrameBlocks& frame)
 template <class Coder>
 bool
 NewBlocks::codeMasks(Coder& coder_now,
-                     MaskModels& models,
+                     NodeModels& models,
                      const std::vector<std::uint8_t>& masks,
                      bool is_root,
                      std::size_t max_children)
@@ -76,14 +77,20 @@ NewBlocks::codeMasks(Coder& coder_now,
   std::uint32_t* const first_child = level_.first_child.data();
   const std::array<std::uint32_t, 3>* const all_lower = level_.lower.data();
   const std::size_t count = level_.count;
+  std::uint8_t* const upper = level_.upper.data();
+  std::fill_n(upper, count, std::uint8_t{0});
+  for (std::size_t i = 1; i < count; ++i)
+    for (unsigned int axis = 0; axis < 3; ++axis)
+      upper[all_lower[i][axis]] =
+          static_cast<std::uint8_t>(upper[all_lower[i][axis]] | 4u >> axis);
   std::uint32_t child = 1;
   for (std::size_t i = 1; i < count; ++i) {
     const std::array<std::uint32_t, 3> lower = all_lower[i];
     const unsigned int likely = (all_masks[lower[0]] >> 4 & 0x0fu) |
                                 (all_masks[lower[1]] >> 2 & 0x33u) |
                                 (all_masks[lower[2]] >> 1 & 0x55u);
-    const unsigned int mask =
-        codeMask(coder, models, likely, Coder::is_decoder ? 0u : masks[i - 1]);
+    const unsigned int mask = codeNode(
+        coder, models, likely, upper[i], Coder::is_decoder ? 0u : masks[i - 1]);
     all_masks[i] = static_cast<std::uint8_t>(mask);
     first_child[i] = child;
     child += child_masks.count[mask];
@@ -132,7 +139,7 @@ NewBlocks::descend()
 
 template <class Coder>
 bool
-NewBlocks::code(Coder& coder, MaskModels& models, FrameBlocks& frame)
+NewBlocks::code(Coder& coder, NodeModels& models, FrameBlocks& frame)
 {
   if (!Coder::is_decoder)
     collectMasks(frame);
@@ -183,9 +190,9 @@ NewBlocks::setCells(FrameBlocks& frame) const
 }
 
 template bool
-NewBlocks::code(NibbleEncoder&, MaskModels&, FrameBlocks&);
+NewBlocks::code(NibbleEncoder&, NodeModels&, FrameBlocks&);
 template bool
-NewBlocks::code(NibbleDecoder&, MaskModels&, FrameBlocks&);
+NewBlocks::code(NibbleDecoder&, NodeModels&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

@@ -29,7 +29,7 @@ public:
    */
   template <class Coder>
   bool
-  code(Coder& coder, MaskModels& models, FrameBlocks& frame);
+  code(Coder& coder, NodeModels& models, FrameBlocks& frame);
 
 private:
   /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and
@@ -40,6 +40,7 @@ private:
     std::vector<std::uint8_t> masks;                 ///< children
     std::vector<std::uint32_t> first_child;          ///< in the next level
     std::vector<std::array<std::uint32_t, 3>> lower; ///< neighbours at -x, -y and -z
+    std::vector<std::uint8_t> upper; ///< 4, 2, 1 where there is one at +x, +y, +z
 
     void
     ensure(std::size_t size);
@@ -51,7 +52,7 @@ private:
   template <class Coder>
   bool
   codeMasks(Coder& coder,
-            MaskModels& models,
+            NodeModels& models,
             const std::vector<std::uint8_t>& masks,
             bool is_root,
             std::size_t max_children);
