@@ -39,7 +39,7 @@ public:
   {
     here_ = {frame_.masks[block], frame_.first_voxels[block]};
     for (std::size_t face = 0; face < lower_faces; ++face)
-      lower_[face] = blockAcross(block, face);
+      lower_[face] = blockAt(indexAcross(block, face));
   }
 
   /** \brief Calls a function for the lower side of a cell on each axis, whether or not
@@ -98,31 +98,51 @@ protected:
     return lower_[face];
   }
 
-  /** \brief The block across a face of a block of the frame; empty if there is none. */
-  Block
-  blockAcross(std::size_t block, std::size_t face) const
+  static constexpr std::uint32_t none = BlockDirectory::not_found;
+
+  /** \brief Index of the block across a face of a block of the frame, or none. */
+  std::uint32_t
+  indexAcross(std::size_t block, std::size_t face) const
   {
     std::uint64_t key = 0;
     if (!neighbourBlock(frame_.keys[block], face, levels_, key))
-      return {};
-    std::size_t other = block;
+      return none;
+    if ((key ^ frame_.keys[block]) >= 8)
+      return directory_.find(key);
     // Parts of the same branch are next to each other.
-    if ((key ^ frame_.keys[block]) < 8) {
-      if (face < lower_faces)
-        while (other > 0 && frame_.keys[other] > key)
-          --other;
-      else
-        while (other + 1 < frame_.size() && frame_.keys[other] < key)
-          ++other;
-      if (frame_.keys[other] != key)
-        return {};
-    }
-    else {
-      other = directory_.find(key);
-      if (other == BlockDirectory::not_found)
-        return {};
-    }
-    return {frame_.masks[other], frame_.first_voxels[other]};
+    std::size_t other = block;
+    if (face < lower_faces)
+      while (other > 0 && frame_.keys[other] > key)
+        --other;
+    else
+      while (other + 1 < frame_.size() && frame_.keys[other] < key)
+        ++other;
+    return frame_.keys[other] == key ? static_cast<std::uint32_t>(other) : none;
+  }
+
+  /** \brief A block of the frame; empty for none. */
+  Block
+  blockAt(std::uint32_t index) const
+  {
+    return index == none ? Block()
+                         : Block{frame_.masks[index], frame_.first_voxels[index]};
+  }
+
+  std::size_t
+  blockCount() const
+  {
+    return frame_.size();
+  }
+
+  /** \brief Selects a block whose lower ones are known.
+   * \param[in] lower their indices, or none
+   */
+  void
+  select(std::size_t block, const std::uint32_t* lower)
+  {
+    here_ = {frame_.masks[block], frame_.first_voxels[block]};
+    for (std::size_t face = 0; face < lower_faces; ++face)
+      lower_[face] = blockAt(lower[face]);
   }
 
 private:

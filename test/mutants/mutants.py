@@ -173,6 +173,10 @@ MUTANTS = [
            "kept_ += is_kept;", "kept_ += 1;"),
 
     # Entropy coders.
+    Mutant(CONTEXT + "local_expectation.h", "shares move half as fast",
+           "share + 8 * error", "share + 4 * error"),
+    Mutant(CONTEXT + "local_expectation.h", "the row is smoothed, not the surface",
+           "smoothed_[voxel] = closer(around_);", "smoothed_[voxel] = closer(running_);"),
     Mutant(CONTEXT + "entropy_coder.h", "a carry is lost",
            "if (low_ >= carry) {", "if (false) {"),
     Mutant(CONTEXT + "entropy_coder.h", "a decoder that reads past its end",

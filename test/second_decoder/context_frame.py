@@ -16,6 +16,21 @@ CELL_WEIGHTS = [w for w in _BY_NEIGHBOURS for _ in range(3)] + [*_BY_NEIGHBOURS,
 END_OF_BLOCK = 16
 
 
+class LocalModels:
+    """What section "Local expectation" learns."""
+
+    def __init__(self) -> None:
+        self.shares = [0] * 64
+        self.errors = [1 << 14] * 64
+        self.gains = [0, 0]
+
+    def copy(self) -> "LocalModels":
+        other = LocalModels()
+        other.shares, other.errors = self.shares[:], self.errors[:]
+        other.gains = self.gains[:]
+        return other
+
+
 class Kinds:
     """All kinds of decisions: the ways that the effort uses, and their shifts."""
 
@@ -26,6 +41,7 @@ class Kinds:
         self.cell = Choices(CELL_WEIGHTS)
         self.child = Kind(5 if is_small else 2, 5)
         self.symbol = Kind(4 if is_small else 2, 6)
+        self.local = LocalModels()
         self.residual = Kind(3 if is_small else 1, 5)
         self.escape = Kind(1, 5)
 

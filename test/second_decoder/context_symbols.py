@@ -25,6 +25,54 @@ def _first_node(length: int) -> int:
     return (1 << length) // 2 if length < 5 else 16 * (min(length, 8) - 4)
 
 
+def _log(x: int) -> int:
+    """log(x) of section "Local expectation"."""
+    h = x.bit_length() - 1
+    return 64 * (h - 1) + (64 * x >> h)
+
+
+def _clamp(x: int, least: int, most: int) -> int:
+    return min(max(x, least), most)
+
+
+class LocalExpectation:
+    """Section "Local expectation", of a frame."""
+
+    def __init__(self, payload: Payload) -> None:
+        self._payload = payload
+        self._learnt = payload.kinds.local
+        self._smoothed: Dict[int, int] = {}
+        self._row = 640
+
+    def expect(self, key: int) -> None:
+        neighbours = self._payload.neighbours(key)
+        occupied = self._payload.occupied
+        self.faces = sum((n in occupied) << face for face, n in enumerate(neighbours))
+        below = [self._smoothed[n] for n in neighbours[:3] if n in self._smoothed]
+        self._around = sum(below) // len(below) if below else self._row
+        share = self._learnt.shares[self.faces] >> 8
+        self.logarithm = _clamp(_log(self._around) - 256 + share, 192, 1343)
+        self.error = self._learnt.errors[self.faces] >> 8
+
+    def e(self) -> int:
+        return ((64 + self.logarithm % 64 << self.logarithm // 64) >> 6) - 8
+
+    def is_used(self, is_tracked: bool) -> bool:
+        return self._learnt.gains[is_tracked] >= 0
+
+    def learn(self, key: int, base_symbol: int, otherwise: int, is_tracked: bool) -> None:
+        learnt, n = self._learnt, 16 * base_symbol + 8
+        z = _clamp(_log(n) - self.logarithm, -256, 256)
+        gain = 256 * (abs(_log(n) - _log(otherwise + 8)) - abs(z))
+        learnt.gains[is_tracked] += (gain - learnt.gains[is_tracked]) >> 7
+        error = learnt.errors[self.faces]
+        learnt.errors[self.faces] += (256 * abs(z) - error) >> 6
+        share = learnt.shares[self.faces] + 8 * z
+        learnt.shares[self.faces] = _clamp(share, -(1 << 17), 1 << 17)
+        self._smoothed[key] = self._around - self._around // 4 + 16 * n // 4
+        self._row += 16 * n // 4 - self._row // 4
+
+
 class BaseSymbols:
     """Section "Numbers"."""
 
@@ -39,82 +87,116 @@ class BaseSymbols:
     def read(self, keys: Sequence[int]) -> Dict[int, int]:
         """The base symbol of each voxel."""
         self._shortest = 0 if self._payload.bits.bypass_bit() else 1
+        local: Optional[LocalExpectation] = None
+        if self._effort == 2 or self._payload.bits.bypass_bit():
+            local = LocalExpectation(self._payload)
         base_symbols: Dict[int, int] = {}
         for key in keys:
             record = self._payload.history.records.get(key)
-            self._expect(key, record, base_symbols)
+            if local:
+                local.expect(key)
+            self._expect(key, record, base_symbols, local)
             base_symbol = self._read_base_symbol()
-            if record is None:
+            if not self._is_by_record:
                 self._error += (abs(16 * base_symbol - self._e) - self._error) >> 3
+            if local:
+                local.learn(key, base_symbol, self._otherwise, record is not None)
             change = 16 * base_symbol - self._running
             self._running += change >> 2 if base_symbols else change
             base_symbols[key] = base_symbol
         return base_symbols
 
-    def _expect(
-        self, key: int, record: Optional[Record], base_symbols: Dict[int, int]
-    ) -> None:
-        """What the contexts of a base symbol's decisions have in common."""
-        average = self._running
+    def _average(self, key: int, base_symbols: Dict[int, int]) -> int:
+        """a of the description."""
         neighbours = self._payload.neighbours(key)
         below = [base_symbols[n] for n in neighbours[:3] if n in base_symbols]
-        if self._effort == 2 and below:
-            average = 16 * sum(below) // len(below)
-        self._is_tracked = record is not None
+        if self._effort == 1 or not below:
+            return self._running
+        return 16 * sum(below) // len(below)
+
+    def _expect(
+        self,
+        key: int,
+        record: Optional[Record],
+        base_symbols: Dict[int, int],
+        local: Optional[LocalExpectation],
+    ) -> None:
+        """What the contexts of a base symbol's decisions have in common."""
+        average = self._otherwise = self._average(key, base_symbols)
+        level = 0
         if record is not None:
-            self._e = self._payload.mean_in_sixteenths(record)
+            self._otherwise = self._payload.mean_in_sixteenths(record)
+            level = 8 * _octave_class(self._otherwise // 4, 48)
+        is_local = local is not None and local.is_used(record is not None)
+        self._is_by_record = record is not None and not is_local
+        running = _octave_class(self._running // 16, 8)
+        if local is not None and is_local:
+            self._e = local.e()
+            d = self._e * local.error // 64
+            first = 384 + 4 * ((local.logarithm - 192) // 32)
+            first += class_of(local.error, (18, 36, 64))
+        elif record is not None:
+            self._e = self._otherwise
             d = record.deviation << self._to_sixteenths
-            level = 8 * _octave_class(self._e // 4, 48)
-            way_3 = record.probability >> 13
+            first = level + running
         else:
-            self._e = average
+            self._e = self._otherwise
             d = self._error
-            level = 384
-            way_3 = _octave_class(average // 16, 8)
+            first = 528 + running
         self._scale = (d + 4).bit_length() - 1
-        shape = 0
-        for axis in range(3):
-            shape *= 3
-            for neighbour in (neighbours[axis], neighbours[axis + 3]):
-                shape += neighbour in self._payload.occupied
-        self._rows = (
-            level + _octave_class(self._running // 16, 8),
-            24 * shape + _octave_class(average // 16, 24),
-            level + way_3,
-        )
+        self._rows = [first]
+        if self._effort == 2 and local is not None:
+            fourth = 384 + 8 * ((local.logarithm - 192) // 32)
+            fourth += _clamp((_log(self._running + 8) - local.logarithm >> 6) + 4, 0, 7)
+            if record is not None:
+                fourth = level + (record.probability >> 13)
+            self._rows += [24 * local.faces + _octave_class(average // 16, 24), fourth]
+
+    def _read_length(self) -> int:
+        symbol_bits = self._payload.frame.symbol_bits
+        if self._shortest == symbol_bits:
+            return symbol_bits
+        length = (max(self._e, 8) // 8).bit_length() - 1
+        length = _clamp(length, self._shortest, symbol_bits - 1)
+        if self._is_longer(_first_node(length), length):
+            length += 1
+            while length < symbol_bits and self._is_longer(_first_node(length), length):
+                length += 1
+            return length
+        while length > self._shortest:
+            length -= 1
+            if self._is_longer(96 + length, length):
+                return length + 1
+        return length
+
+    def _is_longer(self, node: int, length: int) -> int:
+        return self._decide(node, True, 1 << length, max(length, 1))
 
     def _read_base_symbol(self) -> int:
-        bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
-        length = self._shortest
-        while length < symbol_bits and self._decide(
-            _first_node(length), 2, 1 << length, max(length, 1)
-        ):
-            length += 1
+        length = self._read_length()
         if length < 2:
             return length
         q = 1
         for j in reversed(range(length - 1)):
             if q >= 16 and j + 7 <= self._scale:
-                q = 2 * q + bits.bypass_bit()
+                q = 2 * q + self._payload.bits.bypass_bit()
                 continue
             node = _first_node(length) + q if q < 16 else 80 + j
-            q = 2 * q + self._decide(node, 0, (2 * q + 1) << j, j + 1)
+            q = 2 * q + self._decide(node, False, (2 * q + 1) << j, j + 1)
         return q
 
-    def _decide(self, node: int, weights: int, middle: int, w: int) -> int:
+    def _decide(self, node: int, is_length: bool, middle: int, w: int) -> int:
         kind, bits = self._payload.kinds.symbol, self._payload.bits
-        first, second, third = (96 * row + node for row in self._rows)
-        if self._effort == 1 and node < 8:
-            return kind.read_first(bits, first)
+        contexts = [112 * row + node for row in self._rows]
+        if self._effort == 1 and (is_length or node < 8):
+            return kind.read_first(bits, contexts[0])
         x = (16 * middle - 8 - self._e) * 8 >> self._scale
-        place = 16 * self._is_tracked + min(self._scale, 15)
+        place = 16 * self._is_by_record + min(self._scale, 15)
         place = 8 * place + min(max(w + 6 - self._scale, 0), 7)
         place = (2 * place + (x >= 0)) * 21
         place += _octave_class(x if x >= 0 else -1 - x, 21)
-        contexts = [first, place, second, third]
-        if self._effort == 1:
-            contexts = contexts[:2]
-        return kind.read(bits, contexts, weights + self._is_tracked)
+        contexts.insert(1, place)
+        return kind.read(bits, contexts, 2 * node + self._is_by_record)
 
 
 class Symbols:

@@ -296,9 +296,9 @@ TEST_P(HostilePayloads, TruncationsAreRefusedOrFrames)
     parts.payload.resize(end);
     takeForged(parts);
   }
-  // After the end the context coder reads zeros, which may be the intensities; the
-  // number of voxels is hardly ever right.
-  EXPECT_LT(4 * accepted_, 3 * size);
+  // After the end the context coder reads zeros, which may be the intensities, four
+  // fifths of the bytes of some; the number of voxels is hardly ever right.
+  EXPECT_LT(6 * accepted_, 5 * size);
   EXPECT_TRUE(!isFast() || accepted_ == 0);
   expectUnharmed();
 }

@@ -31,6 +31,13 @@ struct FrameParameters {
   }
 };
 
+/** \brief Finds the blocks of a frame, and has memory for what is around its voxels. */
+struct FrameDirectory : BlockDirectory {
+  /** \brief Of each block, those across the six faces. */
+  std::vector<std::array<std::uint32_t, face_count>> beside;
+  std::vector<std::uint32_t> smoothed; ///< see LocalExpectation
+};
+
 /** \brief The blocks of a frame while its occupancy is coded; passed from stage to
  * stage. Kept from frame to frame so that its memory is reused. */
 struct FrameBlocks {
@@ -41,7 +48,7 @@ struct FrameBlocks {
   /** \brief Of each block of the history, those of it across the six faces; and one
    * element after them, which is not used. */
   std::vector<std::array<std::uint32_t, face_count>> neighbours;
-  BlockDirectory directory; ///< scratch memory of the intensities
+  FrameDirectory directory; ///< scratch memory of the intensities
 
   // Encoder only: the frame's voxels in each block of the history, and the new blocks,
   // ascending. In a decoder target_cells is 0 and the others are empty.

@@ -2,13 +2,13 @@
 
 #include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
+#include "codec/context/intensity_contexts.h"
 #include "codec/context/intensity_neighbours.h"
-#include "codec/context/models.h"
+#include "codec/context/local_expectation.h"
 #include "codec/depth_split.h"
 #include "codec/point_symbols.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
-#include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -22,46 +22,6 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of intensity symbols (doc/bitstream_context.md, "Symbols"). */
-struct IntensityContexts {
-  static constexpr std::uint32_t longest_residual = 32;
-  // Bits of what follows the longest residual, and the highest symbol of points.
-  static constexpr std::uint32_t longest_escape = 17;
-  static constexpr std::uint32_t longest_excess = 32;
-
-  // Numbers of classes of what a symbol is expected to be.
-  static constexpr std::uint32_t levels = 48;
-  static constexpr std::uint32_t classes = 8; ///< at a level, and without one
-  static constexpr std::uint32_t averages = 24;
-  static constexpr std::uint32_t scales = 16;
-  static constexpr std::uint32_t widths = 8;
-  static constexpr std::uint32_t distances = 21; ///< on either side
-  /** \brief Bits of a symbol, highest first, whose values select contexts. */
-  static constexpr std::uint32_t prefixes = 16;
-  static constexpr std::uint32_t nodes = 96;
-
-  explicit IntensityContexts(bool is_small)
-  : symbol(is_small,
-           6,
-           {(levels + 1) * classes * nodes,
-            2 * scales * widths * 2 * distances,
-            IntensityNeighbours::shape_count * averages * nodes,
-            (levels + 1) * classes * nodes},
-           4)
-  , residual(is_small,
-             5,
-             {DepthSplit::class_count * longest_residual,
-              768 * longest_residual,
-              512 * longest_residual},
-             8)
-  , escape(is_small, 5, {longest_excess})
-  {}
-
-  DecisionModel<4, 2> symbol; ///< a symbol reaches the middle of an interval
-  DecisionModel<3> residual;  ///< a residual is above the value so far
-  DecisionModel<1> escape;    ///< number of bits of an escape or excess
-};
-
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
  * \tparam CodingT DecisionCoding
  */
@@ -74,7 +34,7 @@ public:
    */
   IntensityPass(CodingT& coding,
                 IntensityContexts& models,
-                BlockDirectory& directory,
+                FrameDirectory& directory,
                 const FrameParameters& parameters)
   : coding_(coding)
   , models_(models)
@@ -99,16 +59,23 @@ public:
     const bool has_zero = coding_.codeBypass(
         std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
     shortest_ = has_zero ? 0 : 1;
+    // Where records expect the symbols well, the neighbours are not worth their time.
+    std::uint32_t& frames_without = models_.local.frames_without;
+    const bool uses_neighbours =
+        CodingT::is_small || coding_.codeBypass(frames_without == 0);
     IntensityNeighbours neighbours(frame, levels_, directory_);
-    if constexpr (CodingT::is_small)
+    LocalExpectation local(
+        models_.local, directory_.smoothed, uses_neighbours ? symbols.size() : 0);
+    if (uses_neighbours)
       neighbours.begin();
+    std::size_t local_voxels = 0;
     AscendingLookup<HistoryBlock> lookup(history_.blocks());
     std::size_t voxel = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
       const std::size_t old = lookup.find(frame.keys[i]);
       const std::uint64_t tracked =
           old != not_in_list ? history_.blocks()[old].tracked : 0;
-      if constexpr (CodingT::is_small)
+      if (uses_neighbours)
         neighbours.moveTo(i);
       for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
         const std::uint64_t lowest = cells & (~cells + 1); // of the mask
@@ -121,18 +88,26 @@ public:
             remembered == nullptr || record == nullptr
                 ? record
                 : remembered + (record - history_.records());
-        [[maybe_unused]] const unsigned int cell = lowestBit(cells);
+        const unsigned int cell = lowestBit(cells);
+        std::uint32_t average = running_;
+        if (uses_neighbours)
+          local.expect(neighbours, cell);
         if constexpr (CodingT::is_small)
-          expect(record,
-                 of_symbols,
-                 neighbours.averageOf(cell, symbols, running_),
-                 neighbours.shapeOf(cell));
-        else
-          expect(record, of_symbols, running_, 0);
+          average = neighbours.averageOf(cell, symbols, running_);
+        expect(record, of_symbols, uses_neighbours ? &local : nullptr, average);
         symbols[voxel] = static_cast<std::uint16_t>(codeSymbol(symbols[voxel]));
+        if (uses_neighbours)
+          local.learn(voxel, symbols[voxel], otherwise_, of_symbols != nullptr);
         learn(symbols[voxel]);
+        local_voxels += is_local_ ? 1 : 0;
         ++voxel;
       }
+    }
+    if constexpr (!CodingT::is_decoder) {
+      if (!uses_neighbours)
+        --frames_without;
+      else if (2 * local_voxels < voxel)
+        frames_without = Models::frames_without;
     }
   }
 
@@ -218,48 +193,60 @@ private:
     unsigned int width;   ///< of the interval, a power of two
   };
 
-  /** \brief Class of a number: itself below 4, then four classes an octave. */
-  static std::uint32_t
-  classOf(std::uint32_t number, std::uint32_t class_count)
-  {
-    if (number < 4)
-      return number;
-    const unsigned int octave = highestBit(number);
-    return std::min(4 * (octave - 1) + (number >> (octave - 2) & 3), class_count - 1);
-  }
-
   /** \brief Prepares the contexts of a symbol.
    * \param[in] record of the voxel; null if it is not tracked
    * \param[in] tracked what is remembered of its symbols; null likewise
-   * \param[in] average symbol of the neighbours before it, in sixteenths
-   * \param[in] shape see IntensityNeighbours::shapeOf
+   * \param[in] local what its neighbours let expect; null if that is not used
+   * \param[in] average symbol before it, in sixteenths
    */
   void
   expect([[maybe_unused]] const VoxelRecord* record,
          const SymbolRecord* tracked,
-         std::uint32_t average,
-         std::uint32_t shape)
+         const LocalExpectation* local,
+         std::uint32_t average)
   {
     const unsigned int shift = 4 - History::fractionBitsOf(symbol_bits_);
-    is_tracked_ = tracked != nullptr;
-    const std::uint32_t mean =
-        is_tracked_ ? static_cast<std::uint32_t>(tracked->mean) << shift : 0;
-    expected_ = static_cast<std::int32_t>(is_tracked_ ? mean : average);
-    const std::uint32_t deviation =
-        is_tracked_ ? static_cast<std::uint32_t>(tracked->deviation) << shift
-                    : static_cast<std::uint32_t>(error_);
+    const bool has_record = tracked != nullptr;
+    otherwise_ =
+        has_record ? static_cast<std::uint32_t>(tracked->mean) << shift : average;
+    is_local_ = local != nullptr && local->isCloser(has_record);
+    is_tracked_ = has_record && !is_local_;
+    std::uint32_t deviation = static_cast<std::uint32_t>(error_);
+    if (is_local_) {
+      const std::uint64_t expected = local->sixteenths();
+      expected_ = static_cast<std::int32_t>(expected);
+      deviation = static_cast<std::uint32_t>(expected * local->error() / octave);
+      rows_[0] = Models::first_local +
+                 Models::localLevel(*local) * Models::local_errors +
+                 Models::localErrorClass(local->error());
+    }
+    else {
+      expected_ = static_cast<std::int32_t>(otherwise_);
+      if (has_record)
+        deviation = static_cast<std::uint32_t>(tracked->deviation) << shift;
+      rows_[0] = (has_record ? recordRow() : Models::first_running) +
+                 Models::classOf(running_ / 16, Models::classes);
+    }
     scale_ = highestBit(deviation + 4);
-    constexpr std::uint32_t untracked = Models::levels * Models::classes;
-    const std::uint32_t first =
-        is_tracked_ ? classOf(mean / 4, Models::levels) * Models::classes : untracked;
-    rows_[0] = first + classOf(running_ / 16, Models::classes);
     rows_[1] =
         (is_tracked_ ? Models::scales : 0) + std::min(scale_, Models::scales - 1);
     if constexpr (CodingT::is_small) {
-      rows_[2] = shape * Models::averages + classOf(average / 16, Models::averages);
-      rows_[3] = first + (is_tracked_ ? record->probability >> 13
-                                      : classOf(average / 16, Models::classes));
+      const int above = (logarithmOf(running_ + 8) - local->logarithm()) >> 6;
+      rows_[2] = local->faces() * Models::averages +
+                 Models::classOf(average / 16, Models::averages);
+      rows_[3] = has_record
+                     ? recordRow() + (record->probability >> 13)
+                     : Models::first_local +
+                           Models::localLevel(*local) * Models::classes +
+                           static_cast<std::uint32_t>(std::clamp(above + 4, 0, 7));
     }
+  }
+
+  /** \brief First of the rows of the mean of a record. */
+  std::uint32_t
+  recordRow() const
+  {
+    return Models::classOf(otherwise_ / 4, Models::levels) * Models::classes;
   }
 
   /** \brief Adapts the running means to a symbol. */
@@ -275,26 +262,42 @@ private:
     is_first_ = false;
   }
 
-  /** \brief First node of the symbols of a length. */
-  static std::uint32_t
-  nodeOf(std::uint32_t length)
+  /** \brief Codes the length of a symbol in bits, in unary in either direction from the
+   * expected one.
+   * \param[in] target not used by a decoder
+   */
+  std::uint32_t
+  codeLength(std::uint32_t target)
   {
-    return length < 5 ? (1u << length) / 2
-                      : (std::min(length, 8u) - 4) * Models::prefixes;
+    if (shortest_ == symbol_bits_)
+      return shortest_;
+    const auto expected = static_cast<std::uint32_t>(std::max(expected_, 8));
+    std::uint32_t length =
+        std::clamp(highestBit(expected / 8), shortest_, symbol_bits_ - 1);
+    const auto isLonger = [&](std::uint32_t node) {
+      return codeDecision({node, true, 1u << length, std::max(length, 1u)},
+                          target > length);
+    };
+    if (isLonger(Models::nodeOf(length))) {
+      while (++length < symbol_bits_ && isLonger(Models::nodeOf(length))) {
+      }
+      return length;
+    }
+    while (length > shortest_) {
+      --length;
+      if (isLonger(Models::shorter + length))
+        return length + 1;
+    }
+    return length;
   }
 
-  /** \brief Codes a symbol: its length in bits, in unary, then the bits below the
-   * highest one. */
+  /** \brief Codes a symbol: its length in bits, then the bits below the highest
+   * one. */
   std::uint32_t
   codeSymbol(std::uint32_t symbol)
   {
-    const std::uint32_t target =
-        CodingT::is_decoder || symbol == 0 ? 0 : highestBit(symbol) + 1;
-    std::uint32_t length = shortest_;
-    while (length < symbol_bits_ &&
-           codeDecision({nodeOf(length), true, 1u << length, std::max(length, 1u)},
-                        target > length))
-      ++length;
+    const std::uint32_t length =
+        codeLength(CodingT::is_decoder || symbol == 0 ? 0 : highestBit(symbol) + 1);
     if (length < 2)
       return length;
     std::uint32_t prefix = 1;
@@ -303,7 +306,7 @@ private:
       const bool selects = prefix < Models::prefixes;
       // Bits well below the deviation are noise.
       const bool is_noise = !selects && bit + 7 <= scale_;
-      const Decision decision = {selects ? nodeOf(length) + prefix
+      const Decision decision = {selects ? Models::nodeOf(length) + prefix
                                          : 5 * Models::prefixes + bit,
                                  false,
                                  (2 * prefix + 1) << bit,
@@ -322,12 +325,11 @@ private:
   codeDecision(const Decision& decision, bool is_above)
   {
     const std::uint32_t first = rows_[0] * Models::nodes + decision.node;
-    // Most of these are of small symbols, where mixing takes more time than it is
-    // worth.
-    if (!CodingT::is_small && decision.node < 8)
+    // Of lengths and small symbols, where mixing takes more time than it is worth.
+    if (!CodingT::is_small && (decision.is_length || decision.node < 8))
       return coding_.codeFirst(models_.symbol, first, is_above);
     typename decltype(models_.symbol)::Contexts contexts;
-    contexts.weight_set = (decision.is_length ? 2 : 0) + (is_tracked_ ? 1 : 0);
+    contexts.weight_set = 2 * decision.node + (is_tracked_ ? 1 : 0);
     contexts.ways[0] = first;
     contexts.ways[1] = distanceContext(decision);
     if constexpr (CodingT::is_small) {
@@ -345,8 +347,8 @@ private:
     const std::int32_t distance =
         (static_cast<std::int32_t>(16 * decision.middle) - 8 - expected_) * 8 >> scale_;
     const std::uint32_t size =
-        classOf(static_cast<std::uint32_t>(distance < 0 ? ~distance : distance),
-                Models::distances);
+        Models::classOf(static_cast<std::uint32_t>(distance < 0 ? ~distance : distance),
+                        Models::distances);
     const std::uint32_t width =
         decision.width + 6 > scale_
             ? std::min(decision.width + 6 - scale_, Models::widths - 1)
@@ -379,17 +381,19 @@ private:
 
   CodingT& coding_;
   IntensityContexts& models_;
-  BlockDirectory& directory_;
+  FrameDirectory& directory_;
   const History& history_;
   unsigned int levels_;
   unsigned int symbol_bits_;
   std::uint32_t shortest_ = 0; ///< length of a symbol
   // In sixteenths of a symbol.
   std::uint32_t running_ = 16; ///< mean of the previous symbols
-  std::int32_t error_ = 64;    ///< mean error of what was expected of untracked voxels
+  std::int32_t error_ = 64;    ///< mean error of what was expected without records
   bool is_first_ = true;
   // Of the symbol that is coded.
-  bool is_tracked_ = false;
+  bool is_tracked_ = false;     ///< expected from a record
+  bool is_local_ = false;       ///< expected from neighbours
+  std::uint32_t otherwise_ = 0; ///< what is expected without neighbours
   std::int32_t expected_ = 0;
   unsigned int scale_ = 0; ///< of the deviation, as a power of two
   std::array<std::uint32_t, 4> rows_{};

@@ -2,6 +2,8 @@
 
 #include <pcl_ext/version.h>
 
+#include "bytes/reserve_ahead.h"
+#include "codec/context/frame_blocks.h"
 #include "voxels/lower_neighbours.h"
 #include "voxels/voxel_block.h"
 
@@ -19,33 +21,53 @@ namespace context {
  * axis. */
 class IntensityNeighbours : public LowerNeighbours {
 public:
-  /** \brief Shapes are below this. */
-  static constexpr std::uint32_t shape_count = 27;
+  /** \brief Looks in a frame.
+   * \param[in] frame its blocks
+   * \param[in] levels octree levels above the blocks
+   * \param[in] directory memory for one of the blocks
+   */
+  IntensityNeighbours(const BlockList& frame,
+                      unsigned int levels,
+                      FrameDirectory& directory)
+  : LowerNeighbours(frame, levels, directory), beside_(directory.beside)
+  {}
 
-  using LowerNeighbours::LowerNeighbours;
+  /** \brief Finds the neighbours of all blocks of the frame. */
+  void
+  begin()
+  {
+    LowerNeighbours::begin();
+    std::array<std::uint32_t, face_count> alone;
+    alone.fill(none);
+    reserveAhead(beside_, blockCount());
+    beside_.assign(blockCount(), alone);
+    for (std::uint32_t block = 0; block < beside_.size(); ++block)
+      for (std::size_t face = 0; face < lower_faces; ++face) {
+        const std::uint32_t lower = indexAcross(block, face);
+        beside_[block][face] = lower;
+        if (lower != none)
+          beside_[lower][face + lower_faces] = block;
+      }
+  }
 
   /** \brief Selects a block of the frame. */
   void
   moveTo(std::size_t block)
   {
-    LowerNeighbours::moveTo(block);
-    for (std::size_t face = 0; face < face_count; ++face) {
-      const std::uint64_t beside =
-          face < lower_faces ? lower(face).mask : blockAcross(block, face).mask;
-      across_[face] = occupiedAcross(selected().mask, beside, face);
-    }
+    select(block, beside_[block].data());
+    for (std::size_t face = 0; face < face_count; ++face)
+      across_[face] =
+          occupiedAcross(selected().mask, blockAt(beside_[block][face]).mask, face);
   }
 
-  /** \brief On which axes a cell has neighbours: 9 times their number, 0..2, on x, 3
-   * times that on y, and that on z. */
+  /** \brief Across which faces of a cell there are voxels: bits 0..5. */
   std::uint32_t
-  shapeOf(unsigned int cell) const
+  facesOf(unsigned int cell) const
   {
-    const auto onAxis = [&](std::size_t axis) {
-      return static_cast<std::uint32_t>((across_[axis] >> cell & 1) +
-                                        (across_[axis + 3] >> cell & 1));
-    };
-    return (onAxis(0) * 3 + onAxis(1)) * 3 + onAxis(2);
+    std::uint32_t faces = 0;
+    for (std::size_t face = 0; face < face_count; ++face)
+      faces |= static_cast<std::uint32_t>(across_[face] >> cell & 1) << face;
+    return faces;
   }
 
   /** \brief Average symbol of a cell's lower neighbours, in sixteenths.
@@ -68,6 +90,7 @@ public:
   }
 
 private:
+  std::vector<std::array<std::uint32_t, face_count>>& beside_;
   std::array<std::uint64_t, face_count> across_{}; ///< cells with a neighbour there
 };
 
