@@ -271,9 +271,12 @@ private:
                   const std::map<std::uint64_t, unsigned int>& masks)
   {
     const VoxelPosition index = voxelPosition(node_key);
-    return masks.count(mortonKey({index.x + 1, index.y, index.z})) * 4u +
-           masks.count(mortonKey({index.x, index.y + 1, index.z})) * 2u +
-           masks.count(mortonKey({index.x, index.y, index.z + 1})) * 1u;
+    const auto isThere = [&](const VoxelPosition& above) {
+      return masks.count(mortonKey(above)) > 0 ? 1u : 0u;
+    };
+    return 4 * isThere({index.x + 1, index.y, index.z}) +
+           2 * isThere({index.x, index.y + 1, index.z}) +
+           isThere({index.x, index.y, index.z + 1});
   }
 
   std::vector<std::uint32_t> steps_;
