@@ -99,15 +99,13 @@ Payload::encode(CodingWorkspace& memory,
     encodeVoxels(frame, is_i_frame, firstSymbols(frame), payload);
     return {payload.size() - begin, 0};
   }
-  beginSplit(frame);
-  depth_.split.baseSymbolsOf(frame.intensities, depth_.base_symbols);
-  depth_.base_payload.clear();
-  encodeVoxels(frame, is_i_frame, depth_.base_symbols, depth_.base_payload);
+  base_payload_.clear();
+  encodeVoxels(frame, is_i_frame, residuals_.baseSymbolsOf(frame), base_payload_);
   ByteWriter writer(payload);
-  writer.varint(depth_.base_payload.size());
-  writer.raw(depth_.base_payload.data(), depth_.base_payload.size());
+  writer.varint(base_payload_.size());
+  writer.raw(base_payload_.data(), base_payload_.size());
   const std::size_t residuals_begin = payload.size();
-  encodeResiduals(frame, is_i_frame, payload);
+  residuals_.encode(frame, is_i_frame, payload);
   return {residuals_begin - begin, payload.size() - residuals_begin};
 }
 
@@ -228,21 +226,6 @@ Payload::followVoxels(const VoxelFrame& frame,
   history_.reserveFor(after);
 }
 
-void
-Payload::encodeResiduals(const VoxelFrame& frame,
-                         bool is_i_frame,
-                         std::vector<std::uint8_t>& payload)
-{
-  depth_.split.predict(depth_.base_symbols);
-  collectClasses();
-  depth_.row.clear();
-  for (std::size_t i = 0; i < depth_.base_symbols.size(); ++i)
-    if (depth_.split.classes()[i] != DepthSplit::no_residual)
-      depth_.row.push_back(
-          static_cast<std::uint16_t>(depth_.split.residual(i, frame.intensities[i])));
-  residuals_.encode(is_i_frame, depth_.row, depth_.row_classes, payload);
-}
-
 bool
 Payload::decode(CodingWorkspace& memory,
                 const CodedPayload& payload,
@@ -276,7 +259,7 @@ Payload::decode(CodingWorkspace& memory,
   beginFrame(memory, frame, payload.voxel_count, is_i_frame);
   if (!decodeVoxels(begin, residuals, frame))
     return false;
-  if (frame.depth_model && !decodeResiduals(residuals, end, is_i_frame, frame)) {
+  if (frame.depth_model && !residuals_.decode(residuals, end, is_i_frame, frame)) {
     restoreStatistics();
     return false;
   }
@@ -315,25 +298,6 @@ Payload::decodeVoxels(const std::uint8_t* begin,
   }
   restoreStatistics();
   return false;
-}
-
-bool
-Payload::decodeResiduals(const std::uint8_t* begin,
-                         const std::uint8_t* end,
-                         bool is_i_frame,
-                         VoxelFrame& frame)
-{
-  beginSplit(frame);
-  depth_.split.predict(frame.intensities);
-  collectClasses();
-  if (!residuals_.decode(begin, end, is_i_frame, depth_.row_classes, depth_.row))
-    return false;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < frame.size(); ++i)
-    if (depth_.split.classes()[i] != DepthSplit::no_residual &&
-        !depth_.split.symbol(i, depth_.row[next++], frame.intensities[i]))
-      return false;
-  return true;
 }
 
 /** \brief Codes which voxels are occupied, stage by stage, and computes the next
@@ -421,7 +385,7 @@ Payload::releaseMemory()
   if (!models_->points)
     history_.point_statistics = StatisticsTable();
   residuals_.releaseMemory();
-  depth_ = DepthWork();
+  base_payload_ = std::vector<std::uint8_t>();
 }
 
 void
@@ -498,36 +462,11 @@ Payload::learnHistory(HistoryPart part) noexcept
 }
 
 void
-Payload::beginSplit(const VoxelFrame& frame)
-{
-  depth_.blocks.assign(frame.keys);
-  // Without predictions, as the history has no depth offsets.
-  depth_.split.begin(
-      *frame.depth_model, depth_.blocks, {}, frame.intensity_scale.maxSymbol());
-}
-
-void
 Payload::forget() noexcept
 {
   *models_ = firstModels(has_points_);
   history_.clear();
   residuals_.reset();
-}
-
-/** \brief Collects the classes of the residuals: the fraction of the prediction, and
- * the size of the symbol, of which most are large. */
-void
-Payload::collectClasses()
-{
-  depth_.row_classes.clear();
-  for (std::size_t i = 0; i < depth_.split.classes().size(); ++i) {
-    if (depth_.split.classes()[i] == DepthSplit::no_residual)
-      continue;
-    const std::uint32_t size =
-        std::clamp(depth_.split.predictionContext(i) >> 4, 4u, 7u) - 4;
-    depth_.row_classes.push_back(static_cast<std::uint8_t>(
-        size * 4 + (depth_.split.predictionContext(i) >> 2 & 3)));
-  }
 }
 
 } // namespace fast

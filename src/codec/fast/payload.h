@@ -1,7 +1,6 @@
 #pragma once
 
-#include "codec/depth_split.h"
-#include "codec/fast/classed_row.h"
+#include "codec/fast/depth_residuals.h"
 #include "codec/fast/frame_blocks.h"
 #include "codec/fast/history.h"
 #include "codec/fast/intensities.h"
@@ -11,7 +10,6 @@
 #include "codec/fast/tracked_voxels.h"
 #include "codec/history_use.h"
 #include "codec/payload_coder.h"
-#include "voxels/voxel_block.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -97,19 +95,8 @@ private:
                Models& models,
                const std::vector<std::uint16_t>& symbols);
 
-  void
-  encodeResiduals(const VoxelFrame& frame,
-                  bool is_i_frame,
-                  std::vector<std::uint8_t>& payload);
-
   bool
   decodeVoxels(const std::uint8_t* begin, const std::uint8_t* end, VoxelFrame& frame);
-
-  bool
-  decodeResiduals(const std::uint8_t* begin,
-                  const std::uint8_t* end,
-                  bool is_i_frame,
-                  VoxelFrame& frame);
 
   template <class Coder>
   bool
@@ -149,32 +136,16 @@ private:
   const std::vector<std::uint16_t>&
   firstSymbols(const VoxelFrame& frame) const;
 
-  void
-  beginSplit(const VoxelFrame& frame);
-
-  void
-  collectClasses();
-
   /** \brief Returns to the initial state, as an I-frame without voxels does. */
   void
   forget() noexcept;
-
-  /** \brief Scratch of the current frame; a member so that its memory is reused. */
-  struct DepthWork {
-    BlockList blocks;
-    DepthSplit split;
-    std::vector<std::uint16_t> base_symbols;
-    std::vector<std::uint8_t> base_payload;
-    std::vector<std::uint16_t> row;
-    std::vector<std::uint8_t> row_classes;
-  };
 
   /** \brief What learn() has to change for a decoded frame. */
   enum class Change { None, Everything, VoxelsOnly, Emptied };
 
   std::unique_ptr<Models> models_ = std::make_unique<Models>();
   History history_;
-  ClassedRow residuals_;
+  DepthResiduals residuals_;
   Workspace* work_ = nullptr; // of the current frame
   Change change_ = Change::None;
   HistoryUse history_use_;                   // encoder only
@@ -182,7 +153,7 @@ private:
   bool is_i_frame_ = true;                   // the current frame
   bool has_points_ = false;                  // beside intensities
   unsigned int changed_rows_ = 0; // of symbols, whose statistics the frame changed
-  DepthWork depth_;
+  std::vector<std::uint8_t> base_payload_; // scratch, so that its memory is reused
 };
 
 } // namespace fast
