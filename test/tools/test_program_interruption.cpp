@@ -101,7 +101,8 @@ sizeOf(const fs::path& path)
 }
 
 /** \brief Runs the program and interrupts it as soon as a part of its output is there
- * that is more than a header. */
+ * that has more bytes than the header and the descriptions of all streams, so that it
+ * holds frames. */
 ProgramRun
 interrupted(const TestFolder& folder,
             const std::string& arguments,
@@ -113,12 +114,13 @@ interrupted(const TestFolder& folder,
   auto run = std::async(std::launch::async, [&] {
     return runShell(folder, "\"$P\" " + arguments + " & echo $! > process; wait $!");
   });
+  constexpr std::uintmax_t headers = std::uintmax_t{1} << 16;
+  pid_t process = 0;
   // Not by a shell's loop, as the programs that it starts take longer than this one.
-  while (sizeOf(output) <= 512 &&
+  while ((sizeOf(output) <= headers || !(std::ifstream(number) >> process)) &&
          run.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready)
     ;
-  pid_t process = 0;
-  if (std::ifstream(number) >> process)
+  if (process != 0)
     ::kill(process, signal);
   return run.get();
 }
