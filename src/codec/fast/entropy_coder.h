@@ -272,7 +272,7 @@ public:
   bool
   isAtEnd() const;
 
-  unsigned int
+  PCL_EXT_ALWAYS_INLINE unsigned int
   code(NibbleModel& model, unsigned int)
   {
     const std::size_t symbol = model.find(slot());
@@ -281,7 +281,7 @@ public:
     return static_cast<unsigned int>(symbol);
   }
 
-  unsigned int
+  PCL_EXT_ALWAYS_INLINE unsigned int
   code(BitModel& model, unsigned int)
   {
     const unsigned int bit = model.find(slot());
@@ -290,7 +290,7 @@ public:
     return bit;
   }
 
-  unsigned int
+  PCL_EXT_ALWAYS_INLINE unsigned int
   code(const ByteTable& table, unsigned int)
   {
     const unsigned int byte = table.find(slot());
@@ -361,7 +361,7 @@ private:
     return first_ & (probability_one - 1);
   }
 
-  void
+  PCL_EXT_ALWAYS_INLINE void
   advance(ProbabilityRange range)
   {
     std::uint32_t state =

@@ -82,8 +82,15 @@ private:
   static constexpr std::uint32_t least_width = 1u << fine_bits;
   static constexpr std::uint32_t shared = fine_one - symbol_count * least_width;
 
-  void
-  adapt();
+  PCL_EXT_NEVER_INLINE void
+  adapt()
+  {
+    const unsigned int shift = period_log2_ < 5 ? 1 : 2;
+    moveEnds(
+        bounds_.data() + 1, counts_.data(), least_width, shared >> period_log2_, shift);
+    period_log2_ = static_cast<std::uint8_t>(period_log2_ + (period_log2_ < 5 ? 1 : 0));
+    left_ = static_cast<std::uint8_t>(1u << period_log2_);
+  }
 
   std::uint8_t left_ = 4;
   std::uint8_t period_log2_ = 2;
@@ -92,16 +99,6 @@ private:
   std::array<std::uint16_t, symbol_count + 1> bounds_;
   std::array<std::uint8_t, symbol_count> counts_{};
 };
-
-inline void
-NibbleModel::adapt()
-{
-  const unsigned int shift = period_log2_ < 5 ? 1 : 2;
-  moveEnds(
-      bounds_.data() + 1, counts_.data(), least_width, shared >> period_log2_, shift);
-  period_log2_ = static_cast<std::uint8_t>(period_log2_ + (period_log2_ < 5 ? 1 : 0));
-  left_ = static_cast<std::uint8_t>(1u << period_log2_);
-}
 
 /** \brief Adaptive probability of a bit. */
 class BitModel {
