@@ -101,7 +101,9 @@ class Encoder:
         few bytes then. Lossy, and not with `keep_point_counts`. `sensor_pose` tells it from
         where the sensor looks.
     origin : (float, float, float), optional
-        Position from which voxels are counted, metres, 2**20 each way.
+        Position from which voxels are counted, metres, 2**20 each way. None: the world's
+        origin; amid the points of clouds further out; half a voxel lower where all coordinates
+        are multiples of the resolution, which then are kept as they are.
     format : str
         "version1", or "published": the layout of the paper's authors.
     frame_id : str, optional

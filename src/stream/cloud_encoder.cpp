@@ -246,21 +246,24 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
- * such multiples.
+ * such multiples. The step is the resolution, or a larger one if that is asked for.
  * \return false if they are not
  */
 bool
 CloudEncoder::Implementation::fitCoordinateStep(PointBatches& points)
 {
-  if (!settings_.use_coordinate_step || unit_ == IntensityUnit::Share ||
-      settings_.format != StreamFormat::Version1 || settings_.origin ||
-      settings_.bounding_box)
+  if (unit_ == IntensityUnit::Share || settings_.format != StreamFormat::Version1 ||
+      settings_.origin || settings_.bounding_box)
     return false;
   // Not changed to and fro, as a change takes an I-frame.
-  const double step =
-      encoder_.isIFrameDue()
-          ? findCoordinateStep(points, settings_.resolution)
-          : findCoordinateStep(points, settings_.resolution, coordinate_step_);
+  const double step = encoder_.isIFrameDue()
+                          ? findCoordinateStep(points,
+                                               settings_.resolution,
+                                               settings_.use_coordinate_step)
+                          : findCoordinateStep(points,
+                                               settings_.resolution,
+                                               settings_.use_coordinate_step,
+                                               coordinate_step_);
   if (!std::isnan(step) && step != coordinate_step_) {
     EncoderSettings settings = settings_;
     if (step > 0.0) {

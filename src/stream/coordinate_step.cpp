@@ -57,20 +57,26 @@ matchMultiples(PointBatches& points, double step, double tolerance)
 } // namespace
 
 double
-findCoordinateStep(PointBatches& points, double resolution, double largest)
+findCoordinateStep(PointBatches& points,
+                   double resolution,
+                   bool may_be_larger,
+                   double largest)
 {
-  constexpr std::array<double, 10> steps = {
+  constexpr std::array<double, 10> larger_steps = {
       0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001};
-  for (const double step : steps) {
-    if (step > largest || step < 2.0 * resolution)
-      continue;
-    const Match match = matchMultiples(points, step, resolution / 4.0);
-    if (match == Match::NoPoints)
-      return std::numeric_limits<double>::quiet_NaN();
-    if (match == Match::All)
-      return step;
-  }
-  return 0.0;
+  const auto match_or_none = [&](double step, double tolerance) {
+    const Match match =
+        step > largest ? Match::Some : matchMultiples(points, step, tolerance);
+    return match == Match::NoPoints ? std::numeric_limits<double>::quiet_NaN()
+           : match == Match::All    ? step
+                                    : 0.0;
+  };
+  for (const double larger : larger_steps)
+    if (may_be_larger && larger >= 2.0 * resolution)
+      if (const double step = match_or_none(larger, resolution / 4.0); step != 0.0)
+        return step;
+  // More exactly, as a few points anywhere may be near multiples of a small step.
+  return match_or_none(resolution, resolution / 16.0);
 }
 
 } // namespace io

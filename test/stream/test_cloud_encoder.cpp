@@ -267,10 +267,38 @@ TEST_F(CoordinateSteps, AreNotUsedUnlessToldNorForShares)
   encoder_.emplace(settings_, IntensityUnit::Share);
   encode(0.001);
   EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_EQ(frame_.grid.origin, VoxelGrid().origin);
   settings_.use_coordinate_step = false;
   encoder_.reset();
   encode(0.001);
   EXPECT_EQ(frame_.grid.resolution, 1e-4);
+}
+
+TEST_F(CoordinateSteps, OfTheResolutionAreTheCentresWithoutBeingToldSo)
+{
+  settings_.use_coordinate_step = false;
+  const auto is_i_frame = [&] { return encoder_->statistics().coding.is_i_frame; };
+  for (const double step : {0.01, 0.001}) {
+    settings_.resolution = step;
+    encoder_.reset();
+    encode(step);
+    EXPECT_EQ(frame_.grid.resolution, step);
+    EXPECT_EQ(centres(), points_) << step;
+    encode(step);
+    EXPECT_EQ(centres(), points_) << step;
+    EXPECT_FALSE(is_i_frame());
+    encode(step, step / 10.0); // not to a sixteenth of the resolution
+    EXPECT_EQ(frame_.grid.origin, VoxelGrid().origin);
+    EXPECT_TRUE(is_i_frame());
+  }
+}
+
+TEST_F(CoordinateSteps, OfTheResolutionAreNotUsedWithAnOrigin)
+{
+  settings_.resolution = 0.001;
+  settings_.origin = {0.0, 0.0, 1.0};
+  encode(0.001);
+  EXPECT_EQ(frame_.grid.origin, *settings_.origin);
 }
 
 TEST_F(CoordinateSteps, OfDoublesAreFound)

@@ -92,7 +92,10 @@ struct GridSettings {
 
   /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
    * automatic, which is the world's origin, or for clouds further out a corner of its
-   * voxels amid the points. Version1 only. */
+   * voxels amid the points. Where all coordinates of a cloud are multiples of the
+   * resolution, as whole millimetres are of 1 mm, it is half a voxel lower, so that they
+   * are the centres of voxels and are kept as they are; not for shares of a voxel face.
+   * Version1 only. */
   std::optional<std::array<double, 3>> origin;
 
   /** \brief Fixed box, world coordinates, metres; points outside are counted and left
