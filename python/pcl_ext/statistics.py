@@ -10,6 +10,7 @@ class FrameStatistics(NamedTuple):
 
     frame_number: int = 0  #: number of the frame in the stream
     is_i_frame: bool = False  #: decodes without any other frame
+    is_of_changes: bool = False  #: has only what changed since the frame before
     voxels: int = 0  #: occupied voxels, after all filters
     bytes: int = 0  #: the whole frame
     header_bytes: int = 0  #: of these: header
@@ -34,3 +35,5 @@ class CloudStatistics(NamedTuple):
     intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale
     intensities_vanished: int = 0  #: voxels above 0 that became 0
     colours_left_out: int = 0  #: points whose colour has no field
+    voxels_hidden: int = 0  #: occupied ones that the temporal filter left out
+    voxels_held: int = 0  #: ones that it added, which are not occupied now

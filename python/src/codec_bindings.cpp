@@ -30,6 +30,7 @@ asDict(const io::CodedFrameStatistics& coding)
 {
   return py::dict("frame_number"_a = coding.frame_number,
                   "is_i_frame"_a = coding.is_i_frame,
+                  "is_of_changes"_a = coding.is_of_changes,
                   "voxels"_a = coding.voxels,
                   "bytes"_a = coding.bytes,
                   "header_bytes"_a = coding.header_bytes,
@@ -39,9 +40,11 @@ asDict(const io::CodedFrameStatistics& coding)
                   "skipped_bytes"_a = coding.skipped_bytes);
 }
 
+/** \brief Figures of the cloud of an encoded frame. */
 py::dict
-asDict(const io::VoxelizationStatistics& cloud)
+cloudAsDict(const io::FrameStatistics& frame)
 {
+  const io::VoxelizationStatistics& cloud = frame.voxelization;
   return py::dict("resolution"_a = cloud.resolution,
                   "points"_a = cloud.points,
                   "points_used"_a = cloud.points_used,
@@ -52,7 +55,9 @@ asDict(const io::VoxelizationStatistics& cloud)
                   "intensities_not_finite"_a = cloud.intensities_not_finite,
                   "intensities_out_of_range"_a = cloud.intensities_out_of_range,
                   "intensities_vanished"_a = cloud.intensities_vanished,
-                  "colours_left_out"_a = cloud.colours_left_out);
+                  "colours_left_out"_a = cloud.colours_left_out,
+                  "voxels_hidden"_a = frame.voxels_hidden,
+                  "voxels_held"_a = frame.voxels_held);
 }
 
 /** \brief stamp is None, or microseconds and a frame_id. */
@@ -184,7 +189,7 @@ addEncoder(py::module_& module)
       .def("statistics", [](const StreamEncoder& encoder) {
         const io::FrameStatistics frame =
             withoutGil([&] { return encoder.statistics(); });
-        return py::make_tuple(asDict(frame.coding), asDict(frame.voxelization));
+        return py::make_tuple(asDict(frame.coding), cloudAsDict(frame));
       });
 }
 

@@ -39,6 +39,9 @@ def test_both_ends_show_the_same(random, pose_of):
         filtered = receiver.decode(frame, temporal_filter=temporal_filter)
         np.testing.assert_array_equal(filtered, shown)
         assert temporal_filter.status.ok
+        figures = filtering.cloud_statistics
+        assert figures.voxels_hidden == temporal_filter.hidden
+        assert figures.voxels_held == temporal_filter.held
         assert (
             len(filtered)
             == receiver.statistics.voxels - temporal_filter.hidden + temporal_filter.held
@@ -53,6 +56,7 @@ def test_a_still_scene_takes_few_bytes(random):
         [(len(plain.encode(c)), len(filtering.encode(c))) for c in clouds(random, 16)]
     )
     assert 2 * sizes[8:, 1].sum() < sizes[8:, 0].sum()
+    assert filtering.statistics.is_of_changes and not plain.statistics.is_of_changes
 
 
 def test_reset(random):
