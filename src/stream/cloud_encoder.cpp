@@ -256,14 +256,11 @@ CloudEncoder::Implementation::fitCoordinateStep(PointBatches& points)
       settings_.origin || settings_.bounding_box)
     return false;
   // Not changed to and fro, as a change takes an I-frame.
-  const double step = encoder_.isIFrameDue()
-                          ? findCoordinateStep(points,
-                                               settings_.resolution,
-                                               settings_.use_coordinate_step)
-                          : findCoordinateStep(points,
-                                               settings_.resolution,
-                                               settings_.use_coordinate_step,
-                                               coordinate_step_);
+  const double largest = encoder_.isIFrameDue()
+                             ? std::numeric_limits<double>::infinity()
+                             : coordinate_step_;
+  const double step = findCoordinateStep(
+      points, settings_.resolution, settings_.use_coordinate_step, largest);
   if (!std::isnan(step) && step != coordinate_step_) {
     EncoderSettings settings = settings_;
     if (step > 0.0) {

@@ -71,10 +71,13 @@ findCoordinateStep(PointBatches& points,
            : match == Match::All    ? step
                                     : 0.0;
   };
-  for (const double larger : larger_steps)
-    if (may_be_larger && larger >= 2.0 * resolution)
-      if (const double step = match_or_none(larger, resolution / 4.0); step != 0.0)
-        return step;
+  for (const double larger : larger_steps) {
+    if (!may_be_larger || larger < 2.0 * resolution)
+      break;
+    const double step = match_or_none(larger, resolution / 4.0);
+    if (step != 0.0) // also NaN
+      return step;
+  }
   // More exactly, as a few points anywhere may be near multiples of a small step.
   return match_or_none(resolution, resolution / 16.0);
 }

@@ -2,8 +2,6 @@
 
 #include <pcl_ext/compression/point_view.h>
 
-#include <limits>
-
 namespace pcl_ext {
 namespace io {
 
@@ -26,7 +24,7 @@ double
 findCoordinateStep(PointBatches& points,
                    double resolution,
                    bool may_be_larger,
-                   double largest = std::numeric_limits<double>::infinity());
+                   double largest);
 
 } // namespace io
 } // namespace pcl_ext
