@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <limits>
 #include <new>
 #include <optional>
 #include <random>
