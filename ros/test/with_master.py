@@ -17,19 +17,24 @@ import subprocess
 import sys
 import tempfile
 import time
-import uuid
 import xmlrpc.client
 
-MARK = "PCL_EXT_TEST_RUN"  # environment variable of the processes of this run
 SECONDS_TO_START = 30
 SECONDS_TO_STOP = 10
 SECONDS_TO_END = 2  # for processes that are about to end
 PR_SET_PDEATHSIG = 1  # of linux/prctl.h
+PR_SET_CHILD_SUBREAPER = 36
 
 
 def die_with_parent():
     """Called in a child: the kernel kills it if this script is killed."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def adopt_orphans():
+    """Processes whose parent ended become children of this script instead of init's."""
+    if ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0) != 0:
+        sys.exit("with_master: prctl failed")
 
 
 def free_port():
@@ -76,43 +81,67 @@ def stop_master(master):
         master.wait()
 
 
-def processes_of(mark):
-    """The processes that the test started, in all sessions: {pid: command}."""
-    wanted = f"{MARK}={mark}".encode()
-    found = {}
-    for entry in os.listdir("/proc"):
-        if not entry.isdigit():
-            continue
+def process_ids():
+    return set(map(int, filter(str.isdigit, os.listdir("/proc"))))
+
+
+def processes():
+    """{pid: (state, parent)} of all processes, at a time when none began or ended."""
+    while True:
+        found = {}
         try:
-            with open(f"/proc/{entry}/environ", "rb") as file:
-                if wanted not in file.read().split(b"\0"):
-                    continue
-            with open(f"/proc/{entry}/cmdline", "rb") as file:
-                found[int(entry)] = file.read().replace(b"\0", b" ").decode().strip()
-        except OSError:  # it ended, or is of another user
+            for pid in process_ids():
+                with open(f"/proc/{pid}/stat", "rb") as file:
+                    state, parent = file.read().rpartition(b")")[2].split()[:2]
+                found[pid] = (state, int(parent))
+        except OSError:
             continue
+        if process_ids() == set(found):
+            return found
+
+
+def descendants(master):
+    """The processes that the test started, in all sessions: {pid: command}. They are below
+    this script, as it adopts processes without a parent. The master is not among them."""
+    all_processes = processes()
+
+    def is_of_test(pid):
+        while pid in all_processes and pid != master.pid:
+            pid = all_processes[pid][1]
+            if pid == os.getpid():
+                return True
+        return False
+
+    found = {}
+    for pid, (state, _) in all_processes.items():
+        if state not in (b"Z", b"X") and is_of_test(pid):
+            try:
+                with open(f"/proc/{pid}/cmdline", "rb") as file:
+                    found[pid] = file.read().replace(b"\0", b" ").decode().strip()
+            except OSError:  # it ended
+                continue
     return found
 
 
-def wait_until_none(mark, seconds):
+def wait_until_none(master, seconds):
     end = time.monotonic() + seconds
-    while processes_of(mark) and time.monotonic() < end:
+    while descendants(master) and time.monotonic() < end:
         time.sleep(0.05)
-    return processes_of(mark)
+    return descendants(master)
 
 
-def stop_all(mark):
+def stop_all(master):
     for stop_signal in (signal.SIGINT, signal.SIGKILL):
-        for pid in processes_of(mark):
+        for pid in descendants(master):
             try:
                 os.kill(pid, stop_signal)
             except ProcessLookupError:
                 pass
-        if not wait_until_none(mark, SECONDS_TO_STOP):
+        if not wait_until_none(master, SECONDS_TO_STOP):
             return
 
 
-def run(command, environment, time_limit):
+def run(command, environment, time_limit, master):
     """Returns the exit code of the command, 124 if it ran too long."""
     test = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
                             start_new_session=True, preexec_fn=die_with_parent)
@@ -120,7 +149,7 @@ def run(command, environment, time_limit):
         code = test.wait(time_limit)
     except subprocess.TimeoutExpired:
         print(f"with_master: stopped after {time_limit} seconds", file=sys.stderr)
-        stop_all(environment[MARK])
+        stop_all(master)
         test.wait()
         return 124
     if code < 0:
@@ -139,8 +168,8 @@ def main():
 
     # SystemExit, so that the finally below runs.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    adopt_orphans()
     folder = tempfile.mkdtemp(prefix="pcl_ext_ros_test_")
-    mark = uuid.uuid4().hex
     environment = dict(os.environ, ROS_IP="127.0.0.1", ROS_HOME=folder,
                        ROS_LOG_DIR=os.path.join(folder, "log"),
                        ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
@@ -149,15 +178,15 @@ def main():
     master = None
     try:
         master, uri = start_master(environment, folder)
-        environment.update({"ROS_MASTER_URI": uri, MARK: mark})
-        code = run(arguments.command, environment, arguments.time_limit)
-        left = wait_until_none(mark, SECONDS_TO_END)
+        environment.update({"ROS_MASTER_URI": uri})
+        code = run(arguments.command, environment, arguments.time_limit, master)
+        left = wait_until_none(master, SECONDS_TO_END)
         for pid, name in left.items():
             print(f"with_master: left behind: {pid} {name}", file=sys.stderr)
         return code or (1 if left else 0)
     finally:
-        stop_all(mark)
         if master:
+            stop_all(master)
             stop_master(master)
         shutil.rmtree(folder, ignore_errors=True)
 
