@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <streambuf>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -118,6 +119,14 @@ public:
   {
     const std::uint64_t bits = varint();
     return static_cast<std::int64_t>((bits & 1) != 0 ? ~(bits >> 1) : bits >> 1);
+  }
+
+  /** \brief Appends bytes to a text, up to the end of the input. */
+  void
+  text(std::uint64_t size, std::string& text)
+  {
+    for (std::uint64_t i = 0; i < size && failure() == Failure::None; ++i)
+      text.push_back(static_cast<char>(u8()));
   }
 
   /** \brief Appends bytes to a vector. Memory is allocated as bytes arrive, not for the

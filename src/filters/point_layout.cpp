@@ -176,5 +176,27 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
   return {};
 }
 
+std::vector<FoundField>
+findFields(const pcl::PCLPointCloud2& cloud)
+{
+  std::vector<FoundField> found;
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    if (field.name == "x" || field.name == "y" || field.name == "z" ||
+        field.name == "_" || field.datatype < pcl::PCLPointField::INT8 ||
+        field.datatype > pcl::PCLPointField::FLOAT64)
+      continue;
+    // Some programs write a count of 0 for a single number.
+    const std::uint64_t count = std::max<std::uint64_t>(field.count, 1);
+    if (field.offset + count * sizeOf(field.datatype) > cloud.point_step)
+      continue;
+    FoundField& added = found.emplace_back();
+    added.offset = field.offset;
+    added.description.name = field.name;
+    added.description.type = static_cast<io::FieldType>(field.datatype);
+    added.description.count = static_cast<std::uint32_t>(count);
+  }
+  return found;
+}
+
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

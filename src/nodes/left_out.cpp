@@ -25,8 +25,13 @@ isMeant(const pcl::PCLPointField& field,
       (field.name == "rgb" || field.name == "rgba") &&
       settings.compression.colour_bits == 0 &&
       settings.compression.format == io::StreamFormat::Version1;
-  return is_coordinate || is_colour || is_unwanted_colour || field.name == "_" ||
-         field.name == settings.intensity_field;
+  const auto& kept = settings.compression.fields;
+  const bool is_kept =
+      std::any_of(kept.begin(), kept.end(), [&field](const io::FieldSetting& setting) {
+        return setting.name == field.name || setting.name == io::all_fields;
+      });
+  return is_kept || is_coordinate || is_colour || is_unwanted_colour ||
+         field.name == "_" || field.name == settings.intensity_field;
 }
 
 } // namespace

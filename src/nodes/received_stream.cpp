@@ -34,7 +34,8 @@ bytesOf(const io::VoxelFrame& frame)
   return frame.keys.size() * sizeof(frame.keys[0]) +
          frame.intensities.size() * sizeof(frame.intensities[0]) +
          frame.colours.size() * sizeof(frame.colours[0]) +
-         frame.point_counts.size() * sizeof(frame.point_counts[0]);
+         frame.point_counts.size() * sizeof(frame.point_counts[0]) +
+         frame.fieldValueCount() * sizeof(std::uint64_t);
 }
 
 /** \brief True if the bytes had no frame, so that no frame of the sender is lost. */

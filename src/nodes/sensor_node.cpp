@@ -44,6 +44,12 @@ public:
   : batches_(preprocessor)
   {}
 
+  void
+  setReadsFields(bool reads_fields)
+  {
+    batches_.setReadsFields(reads_fields);
+  }
+
   PreprocessingStatus
   open(const Eigen::Isometry3d& sensor_pose, const pcl::PCLPointCloud2& cloud) override
   {
@@ -82,7 +88,9 @@ makePoints(const SensorNodeSettings& settings)
         if (settings.crop_box)
           preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
                                   Eigen::Vector3d(settings.crop_box->max.data()));
-        return std::make_unique<Points>(preprocessor);
+        auto points = std::make_unique<Points>(preprocessor);
+        points->setReadsFields(!settings.compression.fields.empty());
+        return points;
       });
 }
 

@@ -36,7 +36,7 @@ packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
 bool
 hasMore(const io::VoxelFrame& frame)
 {
-  return frame.colour_bits > 0 || frame.has_point_counts;
+  return frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty();
 }
 
 } // namespace
@@ -80,6 +80,7 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
   kept.has_point_counts = false;
   kept.colours.clear();
   kept.point_counts.clear();
+  kept.fields.clear();
   // Counted first, so that no more memory is used than needed.
   kept.keys.resize(count + 1);
   kept.intensities.resize(count + 1);

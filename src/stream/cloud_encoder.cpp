@@ -5,7 +5,9 @@
 #include "bytes/exceptions.h"
 #include "stream/coordinate_step.h"
 #include "stream/frame_warnings.h"
+#include "voxelizing/field_collector.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxelizer.h"
 #include "voxels/grid_fit.h"
 
@@ -48,6 +50,9 @@ checkView(const PointView& points)
                    "; it must be the bytes from one point to the next, a multiple of " +
                    std::to_string(number) + " of at least " +
                    std::to_string(3 * number));
+  for (const FieldView& field : points.fields)
+    if (field.first == nullptr)
+      return invalid("field '" + field.description.name + "' of the view is null");
   if (points.intensities != nullptr && points.intensity_stride % sizeof(float) != 0)
     return invalid("intensity_stride is " + std::to_string(points.intensity_stride) +
                    "; it must be a multiple of 4 bytes");
@@ -92,6 +97,7 @@ public:
   , settings_status_(checkSettings(settings, depth_law))
   , unit_(unit)
   , voxelizer_(usableSettings(settings), unit)
+  , fields_(usableSettings(settings))
   , encoder_(settings.format, settings.i_frame_rate, settings.effort)
   {
     if (settings.temporal_filter != 0)
@@ -148,6 +154,9 @@ private:
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
+  void
+  collectFields(PointBatches& points, VoxelFrame& frame);
+
   bool
   fitCoordinateStep(PointBatches& points);
 
@@ -166,6 +175,7 @@ private:
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
   std::optional<TemporalVoxelFilter> temporal_filter_;
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
+  FieldCollector fields_;
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   TemporalFilterStatus filtering_;      // likewise
@@ -202,6 +212,10 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     return settings_status_;
   }
   const auto voxelize = [&] {
+    if (CompressionStatus status = fields_.select(points.fields()); !status.ok()) {
+      frame.clearVoxels();
+      return status;
+    }
     if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
         unit_ == IntensityUnit::Share)
       voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
@@ -209,6 +223,7 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
     sensor_position_ = elementsOf(sensor_pose.translation());
+    collectFields(points, frame);
     frame.depth_model.reset();
     if (depth_law_ && settings_.format == StreamFormat::Version1 &&
         frame.hasIntensities())
@@ -243,6 +258,32 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
     return;
   encoder_.requestIFrame();
   voxelization_ = voxelizer_.voxelize(points, true, frame);
+}
+
+/** \brief Sets the fields of a voxelized frame, and from where they are predicted. */
+void
+CloudEncoder::Implementation::collectFields(PointBatches& points, VoxelFrame& frame)
+{
+  if (settings_.fields.empty()) {
+    frame.fields.clear();
+    return;
+  }
+  EncoderSettings settings = settings_;
+  settings.resolution = frame.grid.resolution;
+  VoxelLocator locator(settings);
+  if (!settings_.bounding_box)
+    locator.setGrid(frame.grid);
+  fields_.collect(points, locator, frame);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double voxels =
+        (sensor_position_[axis] - frame.grid.origin[axis]) / frame.grid.resolution -
+        static_cast<double>(frame.grid.first_index[axis]);
+    constexpr double far = farthest_viewpoint;
+    frame.viewpoint[axis] =
+        std::isfinite(voxels)
+            ? static_cast<std::int32_t>(std::clamp(std::floor(voxels), -far, far))
+            : 0;
+  }
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are

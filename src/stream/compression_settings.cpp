@@ -85,6 +85,24 @@ checkPublished(const EncoderSettings& settings)
     return invalid("keep_point_counts", "on", "off in the published layout");
   if (settings.origin)
     return invalid("origin", "set", "automatic in the published layout");
+  if (!settings.fields.empty())
+    return invalid("fields", "set", "empty in the published layout");
+  return {};
+}
+
+CompressionStatus
+checkFields(const EncoderSettings& settings)
+{
+  if (settings.temporal_filter != 0 && !settings.fields.empty())
+    return invalid("fields", "set", "empty with temporal_filter");
+  for (const FieldSetting& field : settings.fields) {
+    if (field.name.empty())
+      return invalid("fields: a name", "empty", "that of a field, or all");
+    if (!std::isfinite(field.step) || field.step < 0.0)
+      return invalid(("step of the field '" + field.name + "'").c_str(),
+                     field.step,
+                     "a positive step, or 0 for exact values");
+  }
   return {};
 }
 
@@ -99,6 +117,8 @@ checkLimits(const DecoderLimits& limits)
     return invalid("decoder_limits.max_voxels", 0, "above 0");
   if (limits.max_points == 0)
     return invalid("decoder_limits.max_points", 0, "above 0");
+  if (limits.max_field_values == 0)
+    return invalid("decoder_limits.max_field_values", 0, "above 0");
   return {};
 }
 
@@ -129,6 +149,8 @@ checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& de
         "temporal_filter", settings.temporal_filter, "2 to 64 frames, or 0 for off");
   if (settings.temporal_filter != 0 && settings.keep_point_counts)
     return invalid("keep_point_counts", "on", "off with temporal_filter");
+  if (CompressionStatus status = checkFields(settings); !status.ok())
+    return status;
   if (settings.origin && !isOrigin(*settings.origin))
     return invalid("origin",
                    std::to_string((*settings.origin)[0]) + " " +

@@ -249,7 +249,7 @@ private:
       else
         published_ = published::History();
     }
-    std::size_t needed = frame.size();
+    std::size_t needed = frame.size() + frame.fieldValueCount();
     if (status.ok())
       needed += statistics_.bytes;
     std::size_t taken = needed;
@@ -271,6 +271,8 @@ private:
       frame.intensities.shrink_to_fit();
       frame.colours.shrink_to_fit();
       frame.point_counts.shrink_to_fit();
+      for (FrameField& field : frame.fields)
+        field.numbers.shrink_to_fit();
     };
     // Without memory for smaller copies the memory stays as it is.
     callOrElse(release, [] {});

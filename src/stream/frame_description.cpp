@@ -43,6 +43,7 @@ describeVersion1(ByteSource& source,
     description.intensity_scale = header.intensity_scale;
     description.colour_bits = header.content.colour_bits;
     description.has_point_counts = header.content.has_point_counts;
+    description.fields = header.fields;
     if (header.stamp)
       description.stamp = static_cast<std::uint64_t>(*header.stamp);
   }

@@ -4,11 +4,27 @@
 #include "bytes/exceptions.h"
 #include "codec/frame_failures.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
 namespace pcl_ext {
 namespace io {
+
+namespace {
+
+/** \brief Number of values that a frame has of some fields. */
+std::uint64_t
+fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>& fields)
+{
+  std::uint64_t values = 0;
+  for (const FieldDescription& field : fields)
+    values += field.count;
+  return values *
+         (header.content.has_point_counts ? header.point_count : header.voxel_count);
+}
+
+} // namespace
 
 CompressionStatus
 Version1Decoder::decode(ByteSource& source,
@@ -21,6 +37,10 @@ Version1Decoder::decode(ByteSource& source,
   if (CompressionStatus status = readFrame(source, checksum); !status.ok())
     return status;
   memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
+  if (header_.content.has_fields)
+    memory_taken_ += static_cast<std::size_t>(std::min<std::uint64_t>(
+        limits_.max_field_values,
+        fieldValuesOf(header_, header_.is_i_frame ? header_.fields : fields_)));
   PayloadSizes sizes;
   prepareStamp();
   // If memory runs out the state of the coder is undefined.
@@ -220,7 +240,8 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
                            coarse_voxels_.keys,
                            header_.effort,
                            header_.is_i_frame,
-                           static_cast<std::size_t>(header_.voxel_count)},
+                           static_cast<std::size_t>(header_.voxel_count),
+                           header_.viewpoint},
                           begin,
                           end,
                           frame,
@@ -255,6 +276,8 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
   if (!header_.is_i_frame) {
     const bool has_colours = header_.content.colour_bits > 0;
     header_.content.colour_bits = content_.colour_bits;
+    header_.fields = fields_;
+    header_.viewpoint = viewpoint_;
     if (header_.content != content_ || has_colours != (content_.colour_bits > 0))
       return corruptFrame("a P-frame of another content than its I-frame");
   }
@@ -266,11 +289,30 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     frame.colours.clear();
   if (!frame.has_point_counts)
     frame.point_counts.clear();
+  if (CompressionStatus status = prepareFields(frame); !status.ok())
+    return status;
   if (header_.content.refinement_levels > 0) {
     coarse_voxels_.grid = frame.grid;
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
     coarse_voxels_.intensity_scale.bits = 0;
   }
+  return {};
+}
+
+/** \brief Sets which fields a frame has. */
+CompressionStatus
+Version1Decoder::prepareFields(VoxelFrame& frame)
+{
+  const std::size_t count = header_.content.has_fields ? header_.fields.size() : 0;
+  frame.fields.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    static_cast<FieldDescription&>(frame.fields[i]) = header_.fields[i];
+  frame.viewpoint = header_.viewpoint;
+  const std::uint64_t values = count == 0 ? 0 : fieldValuesOf(header_, header_.fields);
+  if (values > limits_.max_field_values)
+    return {CompressionCode::LimitExceeded,
+            std::to_string(values) + " values of fields exceed the limit of " +
+                std::to_string(limits_.max_field_values)};
   return {};
 }
 
@@ -314,6 +356,8 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   else
     learnWhole();
   content_ = header_.content;
+  fields_.swap(header_.fields);
+  viewpoint_ = header_.viewpoint;
   if (supplement_ && content_.hasSupplement() && !frame.keys.empty())
     supplement_->learn();
   else if (supplement_ && header_.is_i_frame)

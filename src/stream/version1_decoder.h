@@ -127,6 +127,9 @@ private:
   prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame);
 
   CompressionStatus
+  prepareFields(VoxelFrame& frame);
+
+  CompressionStatus
   prepareContent(VoxelFrame& frame);
 
   CompressionStatus
@@ -156,6 +159,8 @@ private:
   std::uint64_t last_stamp_ = 0;
   std::optional<FrameStamp> stamp_;
   supplement::Content content_;
+  std::vector<FieldDescription> fields_;
+  std::array<std::int32_t, 3> viewpoint_{};
   PayloadCoders coders_;
   std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

@@ -4,6 +4,7 @@
 #include "codec/supplement/coarse_voxels.h"
 #include "voxels/ascending_keys.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace pcl_ext {
@@ -16,7 +17,7 @@ Version1Encoder::needsIFrame(const VoxelFrame& frame,
   if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
       frame.depth_model.has_value() != has_depth_model_ ||
       frame.colour_bits != content_.colour_bits ||
-      frame.has_point_counts != content_.has_point_counts)
+      frame.has_point_counts != content_.has_point_counts || hasOtherFields(frame))
     return true;
   // A large change of the stamp, as of the first one in a stream, takes more bytes in a
   // P-frame's header than the stamp itself.
@@ -71,6 +72,18 @@ Version1Encoder::encodeChanges(const VoxelFrame& frame,
   payload_.clear();
   changes_->encode(work_, frame, payload_);
   writeFrame(frame, {payload_.size(), 0, 0}, bytes, statistics);
+}
+
+bool
+Version1Encoder::hasOtherFields(const VoxelFrame& frame) const
+{
+  return !std::equal(frame.fields.begin(),
+                     frame.fields.end(),
+                     fields_.begin(),
+                     fields_.end(),
+                     [](const FieldDescription& one, const FieldDescription& other) {
+                       return one == other;
+                     });
 }
 
 /** \brief True if half of the voxels were in the last frame, too: then a history of
@@ -201,6 +214,11 @@ Version1Encoder::chooseContent(const VoxelFrame& frame)
 {
   content_.colour_bits = frame.colour_bits;
   content_.has_point_counts = frame.has_point_counts;
+  content_.has_fields = !frame.fields.empty();
+  fields_.assign(frame.fields.begin(), frame.fields.end());
+  viewpoint_ = frame.viewpoint;
+  header_.fields = fields_;
+  header_.viewpoint = viewpoint_;
   content_.refinement_levels =
       is_refinement_useful_ ? supplement::chooseRefinement(frame) : 0;
 }
@@ -222,10 +240,14 @@ Version1Encoder::encodeSupplement(const VoxelFrame& frame,
   }
   if (!supplement_)
     supplement_ = std::make_unique<supplement::SupplementCoder>();
-  const supplement::Sizes added = supplement_->encode(
-      {content_, coarse_voxels.keys, effort_, header_.is_i_frame, frame.size()},
-      frame,
-      payload_);
+  const supplement::Sizes added = supplement_->encode({content_,
+                                                       coarse_voxels.keys,
+                                                       effort_,
+                                                       header_.is_i_frame,
+                                                       frame.size(),
+                                                       viewpoint_},
+                                                      frame,
+                                                      payload_);
   sizes.occupancy += added.refinement;
   sizes.attributes += added.attributes;
 }
@@ -271,8 +293,8 @@ Version1Encoder::encodePayloadAs(const VoxelFrame& frame)
 std::size_t
 Version1Encoder::endFrame(const VoxelFrame& frame)
 {
-  const std::size_t needed =
-      frame.size() + payload_.size() + coders_.trackedVoxels(effort_);
+  const std::size_t needed = frame.size() + frame.fieldValueCount() + payload_.size() +
+                             coders_.trackedVoxels(effort_);
   work_.endFrame(needed, needed);
   return needed;
 }

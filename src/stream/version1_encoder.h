@@ -98,6 +98,9 @@ public:
 
 private:
   bool
+  hasOtherFields(const VoxelFrame& frame) const;
+
+  bool
   comeAgain(const std::vector<std::uint64_t>& keys) const;
 
   const VoxelFrame&
@@ -156,6 +159,8 @@ private:
   bool uses_depth_model_ = false;         // encodePayload() since the last I-frame
   std::optional<DepthModel> depth_model_; // that a decoder has
   supplement::Content content_;
+  std::vector<FieldDescription> fields_;
+  std::array<std::int32_t, 3> viewpoint_{};
   bool is_refinement_useful_ = true;                        // by the previous frames
   std::vector<std::uint64_t> last_keys_;                    // with a refinement
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

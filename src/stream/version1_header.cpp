@@ -5,8 +5,10 @@
 #include "bytes/checksum.h"
 #include "bytes/reserve_ahead.h"
 #include "codec/frame_failures.h"
+#include "stream/field_table.h"
 #include "voxels/grid_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -32,11 +34,13 @@ enum Flag : std::uint8_t {
 };
 
 // In the field that describes the content; below them are the levels of the refinement.
-enum ContentFlag : std::uint8_t {
+enum ContentFlag : std::uint16_t {
   colours_flag = 32,
   point_counts_flag = 64,
-  no_intensities_flag = 128
+  no_intensities_flag = 128,
+  fields_flag = 256
 };
+constexpr std::uint64_t known_content = 511;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -52,7 +56,7 @@ hasOrigin(const Version1Header& header)
 }
 
 /** \brief The field that describes the content; 0: intensities only. */
-std::uint8_t
+unsigned int
 contentFieldOf(const Version1Header& header)
 {
   unsigned int field = header.content.refinement_levels;
@@ -62,7 +66,9 @@ contentFieldOf(const Version1Header& header)
     field |= point_counts_flag;
   if (header.is_i_frame && header.intensity_scale.bits == 0)
     field |= no_intensities_flag;
-  return static_cast<std::uint8_t>(field);
+  if (header.content.has_fields)
+    field |= fields_flag;
+  return field;
 }
 
 std::uint8_t
@@ -107,7 +113,7 @@ writeFields(const Version1Header& header, ByteWriter& writer)
   writer.u8(flagsOf(header));
   writer.u32(header.frame_number);
   if (contentFieldOf(header) != 0)
-    writer.u8(contentFieldOf(header));
+    writer.varint(contentFieldOf(header));
   if (header.is_i_frame) {
     writer.f64(header.grid.resolution);
     for (const std::int32_t index : header.grid.first_index)
@@ -120,6 +126,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writer.u8(static_cast<std::uint8_t>(header.content.colour_bits));
     if (header.intensity_scale.bits > 0)
       writeIntensityScale(header.intensity_scale, writer);
+    if (header.content.has_fields)
+      writeFieldTable(header.fields, header.viewpoint, writer);
   }
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
@@ -188,23 +196,24 @@ readFrameId(ByteSource& source, std::string& frame_id)
   const std::uint64_t size = source.varint();
   if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
     return corruptFrame("frame_id too long");
-  for (std::uint64_t i = 0; i < size && source.failure() == ByteSource::Failure::None;
-       ++i)
-    frame_id.push_back(static_cast<char>(source.u8()));
+  source.text(size, frame_id);
   return {};
 }
 
 CompressionStatus
 readContent(ByteSource& source, Version1Header& header)
 {
-  const std::uint8_t field = source.u8();
-  header.content.refinement_levels = field & (colours_flag - 1u);
+  const std::uint64_t field = source.varint();
+  header.content.refinement_levels =
+      static_cast<unsigned int>(field & (colours_flag - 1u));
   header.content.has_point_counts = (field & point_counts_flag) != 0;
   header.content.colour_bits = (field & colours_flag) != 0 ? 1 : 0; // I: follow
+  header.content.has_fields = (field & fields_flag) != 0;           // likewise
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
   if (source.failure() == ByteSource::Failure::None &&
-      (field == 0 || header.content.refinement_levels >= max_grid_depth ||
+      (field == 0 || field > known_content ||
+       header.content.refinement_levels >= max_grid_depth ||
        (!header.is_i_frame && header.intensity_scale.bits == 0)))
     return corruptFrame("invalid content");
   return {};
@@ -227,8 +236,12 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
         (header.content.colour_bits < 1 || header.content.colour_bits > 8))
       return corruptFrame("bits of a colour outside 1 to 8");
   }
-  return header.intensity_scale.bits > 0
-             ? readIntensityScale(source, header.intensity_scale)
+  if (header.intensity_scale.bits > 0)
+    if (CompressionStatus status = readIntensityScale(source, header.intensity_scale);
+        !status.ok())
+      return status;
+  return header.content.has_fields
+             ? readFieldTable(source, header.fields, header.viewpoint)
              : CompressionStatus();
 }
 

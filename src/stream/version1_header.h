@@ -8,6 +8,7 @@
 #include "bytes/byte_source.h"
 #include "codec/supplement/content.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -31,13 +32,15 @@ struct Version1Header {
   bool is_of_changes = false;   // P only
   bool has_depth_model = false; // at the beginning of the payload
   Effort effort = Effort::Balanced;
-  std::uint32_t frame_number = 0;    // a P-frame depends on the frame before it
-  VoxelGrid grid;                    // I only
-  IntensityScale intensity_scale;    // I only; bits 0: no intensities
-  supplement::Content content;       // P: without the colour bits
-  std::optional<std::int64_t> stamp; // P: difference to the previous frame
-  bool has_frame_id = false;         // P: only if it has changed
-  std::string frame_id;              // empty if absent
+  std::uint32_t frame_number = 0;          // a P-frame depends on the frame before it
+  VoxelGrid grid;                          // I only
+  IntensityScale intensity_scale;          // I only; bits 0: no intensities
+  supplement::Content content;             // P: without the colour bits
+  std::vector<FieldDescription> fields;    // I only
+  std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
+  std::optional<std::int64_t> stamp;       // P: difference to the previous frame
+  bool has_frame_id = false;               // P: only if it has changed
+  std::string frame_id;                    // empty if absent
   std::uint64_t voxel_count = 0;
   std::uint64_t payload_size = 0; // bytes, those of the supplement included
   // Depend on the content:

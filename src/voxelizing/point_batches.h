@@ -37,6 +37,15 @@ public:
     return points_.colours != nullptr;
   }
 
+  std::vector<FieldDescription>
+  fields() const override
+  {
+    std::vector<FieldDescription> descriptions;
+    for (const FieldView& field : points_.fields)
+      descriptions.push_back(field.description);
+    return descriptions;
+  }
+
   void
   restart() override
   {
@@ -79,6 +88,7 @@ private:
   slice(std::size_t begin, std::size_t end) const
   {
     PointView view = points_;
+    view.fields.clear(); // they are not read in parts
     if (points_.double_coordinates != nullptr)
       view.double_coordinates = detail::atOffset(points_.double_coordinates,
                                                  begin * points_.coordinate_stride);

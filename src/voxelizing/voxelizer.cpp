@@ -46,6 +46,8 @@ public:
       frame.intensities.shrink_to_fit();
       frame.colours.shrink_to_fit();
       frame.point_counts.shrink_to_fit();
+      for (FrameField& field : frame.fields)
+        field.numbers.shrink_to_fit();
     }
     // If memory runs out within the call, the next one starts with empty containers.
     is_interrupted_ = true;
@@ -262,6 +264,12 @@ private:
 };
 
 PointBatches::~PointBatches() = default;
+
+std::vector<FieldDescription>
+PointBatches::fields() const
+{
+  return {};
+}
 
 std::size_t
 PointBatches::pointsBehindSensor() const

@@ -71,6 +71,23 @@ isCount(std::size_t values, bool has_values, std::size_t voxels)
   return values == (has_values ? voxels : 0);
 }
 
+bool
+areFields(const VoxelFrame& frame)
+{
+  std::size_t values = 0;
+  for (const FrameField& field : frame.fields) {
+    if (!isField(field) ||
+        field.numbers.size() != frame.pointCount() * std::size_t{field.count})
+      return false;
+    values += field.count;
+  }
+  return frame.fields.size() <= most_fields && values <= most_field_values &&
+         std::all_of(
+             frame.viewpoint.begin(), frame.viewpoint.end(), [](std::int32_t x) {
+               return x >= -farthest_viewpoint && x <= farthest_viewpoint;
+             });
+}
+
 } // namespace
 
 std::uint32_t
@@ -109,7 +126,8 @@ isConsistent(const VoxelFrame& frame)
        (!frame.hasIntensities() || !isConsistent(*frame.depth_model))) ||
       !isCount(frame.intensities.size(), frame.hasIntensities(), frame.size()) ||
       !isCount(frame.colours.size(), frame.colour_bits > 0, frame.size()) ||
-      !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()))
+      !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()) ||
+      !areFields(frame))
     return false;
   return frame.keys.empty() ||
          (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&

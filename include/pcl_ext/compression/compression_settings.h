@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -77,6 +79,9 @@ struct DecoderLimits {
   /** \brief Points of one frame, where the stream has the number of points of each
    * voxel; a decoded cloud has as many. Values above 16 max_voxels count as that. */
   std::size_t max_points = std::size_t{1} << 24;
+
+  /** \brief Values of the fields of one frame, of eight bytes each. */
+  std::size_t max_field_values = std::size_t{1} << 24;
 };
 
 /** \brief What a decoder does with a frame of which only the beginning has arrived. */
@@ -157,6 +162,16 @@ struct IntensitySettings {
   IntensityCurve intensity_curve = IntensityCurve::Linear;
 };
 
+/** \brief A field of the points that is kept. */
+struct FieldSetting {
+  std::string name;  ///< of the field, or `all_fields`
+  double step = 0.0; ///< see FieldDescription
+};
+
+/** \brief In the place of a name: all fields that no other setting names, but x, y, z
+ * and, unless colour_bits is 0, rgb and rgba. */
+inline constexpr char all_fields[] = "all";
+
 /** \brief The stream and what its frames have besides intensities. */
 struct StreamSettings {
   /** \brief Bitstream to write. */
@@ -178,6 +193,12 @@ struct StreamSettings {
    * many points as the encoded one: each of them at its voxel's centre, and with its
    * voxel's intensity, which for sums is that of all of them. Version1 only. */
   bool keep_point_counts = false;
+
+  /** \brief Further fields to keep, as ring, time or label of a lidar: with
+   * keep_point_counts of each point, else one value of a voxel, which is the mean, or of
+   * integers the most frequent. Exact, or rounded to a step. The points of a voxel are
+   * in the order of the first field. Version1 only, and not with temporal_filter. */
+  std::vector<FieldSetting> fields;
 };
 
 /** \brief All that CloudEncoder can be set to.

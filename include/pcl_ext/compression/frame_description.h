@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -28,10 +29,11 @@ struct FrameDescription {
   std::size_t points =
       0; ///< of the decoded cloud; voxels, unless these have numbers of points
 
-  VoxelGrid grid;                 ///< I-frames only
-  IntensityScale intensity_scale; ///< I-frames only; 0 bits: no intensities
-  unsigned int colour_bits = 0;   ///< I-frames only; 0: no colours
-  bool has_point_counts = false;  ///< I-frames only
+  VoxelGrid grid;                       ///< I-frames only
+  IntensityScale intensity_scale;       ///< I-frames only; 0 bits: no intensities
+  unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
+  bool has_point_counts = false;        ///< I-frames only
+  std::vector<FieldDescription> fields; ///< I-frames only
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
 
@@ -46,7 +48,7 @@ struct FrameDescription {
 /** \brief Reads the header of the frame at the beginning of a buffer. The frame need
  * not be complete, and its checksum is not verified.
  * \param[in] bytes the first byte
- * \param[in] count number of bytes at hand; 2048 are enough for any header
+ * \param[in] count number of bytes at hand; 8192 are enough for any header
  * \param[in] limits of the decoder that gets the frame
  */
 PCL_EXT_CODEC_EXPORT FrameDescription

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
@@ -8,6 +9,13 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \brief A view of a field of points. */
+struct FieldView {
+  FieldDescription description; ///< name, type and count; its step is not used
+  const void* first = nullptr;  ///< value of the first point; need not be aligned
+  std::size_t stride = 0;       ///< bytes from one point to the next
+};
 
 /** \brief A view of points: x, y, z as consecutive floats or doubles, metres, an
  * intensity and a colour. All may be in the same array or in several. Strides are bytes
@@ -25,6 +33,9 @@ struct PointView {
    * blue from bit 16, 8 and 0 on, as PCL's field rgba; null: no colours. */
   const void* colours = nullptr;
   std::size_t colour_stride = 0;
+  /** \brief Further fields, of which those are kept that StreamSettings::fields
+   * names. */
+  std::vector<FieldView> fields;
 };
 
 /** \brief The points of a cloud, some at a time: for points that are computed while
@@ -42,6 +53,11 @@ public:
 
   virtual bool
   hasColours() const = 0;
+
+  /** \brief The further fields of the points, in the order of PointView::fields; none
+   * without an override. */
+  virtual std::vector<FieldDescription>
+  fields() const;
 
   /** \brief Begins with the first points again: some clouds are read more than once, as
    * those that the grid has to be fitted to, and the first one far from the world's

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
@@ -118,6 +119,9 @@ struct VoxelColour {
   }
 };
 
+/** \brief Farthest position of a viewpoint from the grid's lowest voxel, voxels. */
+constexpr std::int32_t farthest_viewpoint = 1 << 22;
+
 /** \brief One frame of a stream: the occupied voxels of a grid, and for each what the
  * stream has of its intensity, colour and number of points. */
 struct VoxelFrame {
@@ -131,6 +135,13 @@ struct VoxelFrame {
   std::vector<std::uint16_t> intensities;
   std::vector<VoxelColour> colours;        ///< one for each key; empty without colours
   std::vector<std::uint32_t> point_counts; ///< likewise; 1 or more
+
+  /** \brief Further fields of the points, or without numbers of points of the
+   * voxels. */
+  std::vector<FrameField> fields;
+  /** \brief Position of the sensor in the grid, voxels from its lowest one, -2^22 to
+   * 2^22, for the prediction of fields. */
+  std::array<std::int32_t, 3> viewpoint{};
 
   /** \brief Whether voxels have intensities. */
   bool
@@ -163,6 +174,16 @@ struct VoxelFrame {
     return has_point_counts ? points : size();
   }
 
+  /** \brief Number of values of all fields. */
+  std::size_t
+  fieldValueCount() const
+  {
+    std::size_t values = 0;
+    for (const FrameField& field : fields)
+      values += field.numbers.size();
+    return values;
+  }
+
   /** \brief Number of occupied voxels. */
   std::size_t
   size() const
@@ -178,6 +199,8 @@ struct VoxelFrame {
     intensities.clear();
     colours.clear();
     point_counts.clear();
+    for (FrameField& field : fields)
+      field.numbers.clear();
   }
 };
 

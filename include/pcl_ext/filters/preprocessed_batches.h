@@ -39,6 +39,14 @@ public:
     preprocessor_.setSensorPose(sensor_to_world);
   }
 
+  /** \brief Whether the batches have all fields of a cloud but x, y and z; not, if it
+   * is not called. Before open(). */
+  void
+  setReadsFields(bool reads_fields)
+  {
+    reads_fields_ = reads_fields;
+  }
+
   /** \brief Begins a cloud.
    * \param[in] cloud as for SensorPreprocessor::process; must not change while its
    * batches are read
@@ -71,6 +79,9 @@ public:
     return preprocessor_.statistics().has_colours;
   }
 
+  std::vector<io::FieldDescription>
+  fields() const override;
+
   void
   restart() override;
 
@@ -101,6 +112,12 @@ private:
   std::array<OutputPointT, 2 * chunk> points_;
   // Their coordinates, where the preprocessor moves them in double precision.
   std::array<std::array<double, 3>, 2 * chunk> doubles_;
+
+  // Of the points of a batch, all bytes in the cloud, where fields are read.
+  bool reads_fields_ = false;
+  std::vector<FoundField> fields_;
+  std::vector<std::uint32_t> sources_;
+  std::vector<std::uint8_t> point_bytes_;
 
   std::vector<std::unique_ptr<PreprocessedBatches>> parts_; // keep their memory
   std::size_t part_count_ = 0; // since split(); 0: the instance itself is read

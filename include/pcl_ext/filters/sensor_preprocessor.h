@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -18,6 +19,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -73,6 +75,18 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
                 bool needs_intensity,
                 bool reads_colour,
                 PointLayout& layout);
+
+/** \brief A field of a PCLPointCloud2. */
+struct FoundField {
+  io::FieldDescription description; ///< exact
+  std::uint32_t offset = 0;         ///< within a point, bytes
+};
+
+/** \brief Finds the fields of a cloud but x, y, z and the gaps that are called "_".
+ * Those of other datatypes than the eight of io::FieldType, and those that are not within
+ * a point, are left out. */
+PCL_EXT_EXPORT std::vector<FoundField>
+findFields(const pcl::PCLPointCloud2& cloud);
 
 /** \brief Prepares a sensor's cloud for compression: removes points that are not
  * finite, computes intensities, and transforms and crops the cloud in the global
@@ -258,6 +272,9 @@ private:
   std::string intensity_field_ = "intensity";
   bool reads_colours_ = has_colour_field<OutputPointT>;
   PreprocessingStatistics statistics_;
+  /** \brief Where the indices in a chunk of the points that were kept are appended;
+   * null: nowhere. */
+  std::vector<std::uint32_t>* sources_ = nullptr;
 
   // Of the current cloud.
   detail::PointMove move_{};

@@ -17,7 +17,7 @@ inline namespace PCL_EXT_ABI {
 enum class TemporalFilterCode {
   Ok,
   InvalidSettings, ///< the number of frames is outside its range
-  HasPointCounts   ///< the frame has numbers of points, which belong to one cloud
+  HasPointCounts ///< the frame has numbers of points or fields, which are of one cloud
 };
 
 /** \brief Outcome of filtering a frame. */

@@ -195,6 +195,7 @@ decodeFrame(ByteSource& source,
   frame.colours.clear();
   frame.has_point_counts = false;
   frame.point_counts.clear();
+  frame.fields.clear();
   if (!isConsistent(frame))
     return corruptFrame("invalid voxels");
 

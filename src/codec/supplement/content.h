@@ -12,13 +12,14 @@ struct Content {
       0;                        ///< of the octree within a coarse voxel, 0..20; 0: none
   unsigned int colour_bits = 0; ///< of a channel, 1..8; 0: no colours
   bool has_point_counts = false;
+  bool has_fields = false;
 
   /** \brief Whether there is a supplement. Numbers of points are in it only if the
    * voxels are, too. */
   bool
   hasSupplement() const
   {
-    return refinement_levels > 0 || colour_bits > 0;
+    return refinement_levels > 0 || colour_bits > 0 || has_fields;
   }
 
   bool
@@ -26,7 +27,7 @@ struct Content {
   {
     return refinement_levels != other.refinement_levels ||
            colour_bits != other.colour_bits ||
-           has_point_counts != other.has_point_counts;
+           has_point_counts != other.has_point_counts || has_fields != other.has_fields;
   }
 };
 

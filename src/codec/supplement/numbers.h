@@ -76,6 +76,13 @@ public:
     return coded;
   }
 
+  /** \brief Codes a nibble. */
+  PCL_EXT_ALWAYS_INLINE unsigned int
+  codeNibble(fast::NibbleModel& model, unsigned int nibble)
+  {
+    return coder_.code(model, nibble);
+  }
+
   /** \brief Codes a bit. */
   PCL_EXT_ALWAYS_INLINE bool
   codeBit(fast::BitModel& model, bool bit)

@@ -58,8 +58,9 @@ SupplementCoder::reserveSymbols(const Parameters& parameters)
   const Content& content = parameters.content;
   // About what the refinement and the attributes take, one after the other.
   const std::size_t of_refinement = content.refinement_levels > 0 ? 5 : 0;
-  const std::size_t of_attributes =
-      (hasPoints(content) ? 1 : 0) + (content.colour_bits > 0 ? 6 : 0);
+  const std::size_t of_attributes = (hasPoints(content) ? 1 : 0) +
+                                    (content.colour_bits > 0 ? 6 : 0) +
+                                    (content.has_fields ? 6 : 0);
   const std::size_t symbols =
       std::max(of_refinement, of_attributes) * parameters.voxel_count;
   if (ranges_.size() < symbols)
@@ -128,10 +129,13 @@ SupplementCoder::codeAttributes(Coder& coder,
     frame.colours.resize(content.colour_bits > 0 ? frame.size() : 0);
   }
   changes_history_ = false;
+  changes_fields_ = content.has_fields;
   const bool is_whole =
       (content.refinement_levels == 0 || codeIntensities(coding, frame)) &&
       (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
-      (content.colour_bits == 0 || codeColours(coding, parameters, frame));
+      (content.colour_bits == 0 || codeColours(coding, parameters, frame)) &&
+      (!content.has_fields ||
+       fields_.code(coding, parameters.is_i_frame, parameters.viewpoint, frame));
   coder = coding.coder();
   return is_whole;
 }
@@ -214,6 +218,9 @@ SupplementCoder::learn() noexcept
   if (changes_history_)
     history_.learn();
   changes_history_ = false;
+  if (changes_fields_)
+    fields_.learn();
+  changes_fields_ = false;
 }
 
 void
@@ -221,12 +228,14 @@ SupplementCoder::reset() noexcept
 {
   *models_ = Models();
   history_.clear();
+  fields_.reset();
 }
 
 void
 SupplementCoder::releaseMemory()
 {
   history_.releaseMemory();
+  fields_.releaseMemory();
   blocks_ = BlockList();
   directory_ = BlockDirectory();
   ranges_ = std::vector<std::uint32_t>();

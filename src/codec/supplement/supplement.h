@@ -6,6 +6,7 @@
 #include "codec/supplement/colour_history.h"
 #include "codec/supplement/colours.h"
 #include "codec/supplement/content.h"
+#include "codec/supplement/fields.h"
 #include "codec/supplement/refinement.h"
 #include "codec/supplement/residuals.h"
 #include "voxels/block_directory.h"
@@ -34,10 +35,11 @@ struct Parameters {
   Effort effort;                                   ///< of the refinement
   bool is_i_frame;                                 ///< forgets what was before
   std::size_t voxel_count;                         ///< 1 or more
+  const std::array<std::int32_t, 3>& viewpoint;    ///< of the last I-frame
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within coarse voxels, with their intensities and numbers of points, and colours
+ * within coarse voxels, with their intensities and numbers of points, colours and fields
  * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After
  * an exception it can only be destroyed. */
 class SupplementCoder {
@@ -58,8 +60,8 @@ public:
    * \param[in] parameters as for encode
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
-   * \param[in,out] frame grid and scale are given; without levels all but colours; the
-   * rest is set
+   * \param[in,out] frame grid and scale are given; without levels all but colours and the
+   * numbers of fields; the rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */
@@ -119,7 +121,9 @@ private:
   std::unique_ptr<Models> models_ = std::make_unique<Models>();
   std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
   ColourHistory history_;
+  FieldCoder fields_;
   bool changes_history_ = false;
+  bool changes_fields_ = false;
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   BlockDirectory directory_;

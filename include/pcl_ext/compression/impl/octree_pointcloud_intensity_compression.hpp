@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/impl/pcl_conventions.h>
+#include <pcl_ext/compression/impl/point_fields.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include <algorithm>
@@ -83,6 +84,7 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
   cloud.width = static_cast<std::uint32_t>(cloud.size());
   cloud.height = 1;
   cloud.is_dense = true;
+  setFields(frame, cloud);
 }
 
 } // namespace detail
@@ -275,6 +277,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
         [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
         intensities_,
         view);
+  if (!settings().fields.empty())
+    view.fields = detail::fieldViewsOf(*cloud);
   return streams_.encode(view, points_behind_sensor, pose, cloud->header, bytes);
 }
 

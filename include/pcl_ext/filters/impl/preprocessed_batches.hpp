@@ -18,9 +18,22 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::open(
   if (PreprocessingStatus status = preprocessor_.start(cloud, layout_); !status.ok())
     return status;
   cloud_ = &cloud;
+  fields_.clear();
+  if (reads_fields_)
+    fields_ = findFields(cloud);
   end_ = std::size_t{cloud.width} * cloud.height;
   restart();
   return {};
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+std::vector<io::FieldDescription>
+PreprocessedBatches<IntensityModelT, OutputPointT>::fields() const
+{
+  std::vector<io::FieldDescription> descriptions;
+  for (const FoundField& field : fields_)
+    descriptions.push_back(field.description);
+  return descriptions;
 }
 
 template <typename IntensityModelT, typename OutputPointT>
@@ -39,13 +52,21 @@ bool
 PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
 {
   std::size_t count = 0;
+  point_bytes_.clear();
+  preprocessor_.sources_ = fields_.empty() ? nullptr : &sources_;
   // Batches of few points, where most are cropped, would take more time.
   while (count < chunk && next_ < end_) {
     const std::size_t row = next_ / cloud_->width;
     const std::size_t column = next_ % cloud_->width;
     const std::size_t most = std::min({chunk, cloud_->width - column, end_ - next_});
+    sources_.clear();
     count += preprocessor_.readChunk(
         *cloud_, layout_, row, column, most, &points_[count], &doubles_[count]);
+    for (const std::uint32_t source : sources_) {
+      const std::uint8_t* const point = cloud_->data.data() + row * cloud_->row_step +
+                                        (column + source) * cloud_->point_step;
+      point_bytes_.insert(point_bytes_.end(), point, point + cloud_->point_step);
+    }
     next_ += most;
   }
   points = viewOf(count);
@@ -105,6 +126,10 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
   }
   if (!hasColours())
     view.colours = nullptr;
+  for (const FoundField& field : fields_)
+    view.fields.push_back({field.description,
+                           point_bytes_.data() + field.offset,
+                           std::size_t{cloud_->point_step}});
   return view;
 }
 

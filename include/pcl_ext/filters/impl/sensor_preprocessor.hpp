@@ -342,6 +342,9 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::finishChunk(
   if (statistics_.has_colours)
     for (std::size_t i = 0; i < moved.count; ++i)
       setPackedColour(results[i], colour_of(moved.sources[i]));
+  if (sources_ != nullptr)
+    sources_->insert(
+        sources_->end(), moved.sources.begin(), moved.sources.begin() + moved.count);
   statistics_.points_not_finite += moved.not_finite;
   statistics_.points_cropped += count - moved.count - moved.not_finite;
 }

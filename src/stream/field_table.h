@@ -1,0 +1,32 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/status.h>
+
+#include "bytes/byte_source.h"
+#include "bytes/byte_writer.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Writes which fields a stream has, as an I-frame's header does (doc/bitstream.md,
+ * "Frame header"). */
+void
+writeFieldTable(const std::vector<FieldDescription>& fields,
+                const std::array<std::int32_t, 3>& viewpoint,
+                ByteWriter& writer);
+
+/** \brief Reads and checks what writeFieldTable() wrote.
+ * \param[out] fields are appended
+ */
+CompressionStatus
+readFieldTable(ByteSource& source,
+               std::vector<FieldDescription>& fields,
+               std::array<std::int32_t, 3>& viewpoint);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,219 @@
+#include "voxelizing/field_collector.h"
+
+#include "voxelizing/radix_sort.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+std::string
+listOf(const std::vector<FieldDescription>& fields)
+{
+  std::string list;
+  for (const FieldDescription& field : fields)
+    list += (list.empty() ? "'" : ", '") + field.name + "'";
+  return list.empty() ? "none" : list;
+}
+
+bool
+isInteger(FieldType type)
+{
+  return type != FieldType::Float32 && type != FieldType::Float64;
+}
+
+/** \brief The most frequent one, the smallest of several.
+ * \param[in,out] numbers not empty; are sorted
+ */
+std::uint64_t
+mostFrequent(std::vector<std::uint64_t>& numbers)
+{
+  std::sort(numbers.begin(), numbers.end());
+  std::uint64_t best = numbers.front();
+  std::size_t best_count = 0;
+  for (std::size_t begin = 0, end = 0; begin < numbers.size(); begin = end) {
+    while (end < numbers.size() && numbers[end] == numbers[begin])
+      ++end;
+    if (end - begin > best_count) {
+      best = numbers[begin];
+      best_count = end - begin;
+    }
+  }
+  return best;
+}
+
+} // namespace
+
+CompressionStatus
+FieldCollector::select(const std::vector<FieldDescription>& offered)
+{
+  selected_.clear();
+  const auto add = [&](std::size_t index, double step) {
+    const auto is_same = [index](const Selected& other) {
+      return other.index == index;
+    };
+    if (std::any_of(selected_.begin(), selected_.end(), is_same))
+      return;
+    selected_.push_back({offered[index], index});
+    selected_.back().description.step = step;
+  };
+  bool are_all = false;
+  for (const FieldSetting& setting : settings_) {
+    const auto found = std::find_if(
+        offered.begin(), offered.end(), [&setting](const FieldDescription& field) {
+          return field.name == setting.name;
+        });
+    if (found != offered.end())
+      add(static_cast<std::size_t>(found - offered.begin()), setting.step);
+    else if (setting.name == all_fields)
+      are_all = true;
+    else
+      return {CompressionCode::InvalidInput,
+              "the cloud has no field '" + setting.name +
+                  "' to keep; it has: " + listOf(offered)};
+  }
+  for (std::size_t index = 0; are_all && index < offered.size(); ++index) {
+    const std::string& name = offered[index].name;
+    if (!codes_colours_ || (name != "rgb" && name != "rgba"))
+      add(index, 0.0);
+  }
+  std::size_t values = 0;
+  for (const Selected& field : selected_) {
+    if (!isField(field.description))
+      return {CompressionCode::InvalidInput,
+              "field '" + field.description.name +
+                  "' cannot be kept: its name is not of 1 to 64 bytes, or it has not 1 "
+                  "to 4096 values"};
+    values += field.description.count;
+  }
+  if (selected_.size() > most_fields || values > most_field_values)
+    return {CompressionCode::InvalidInput,
+            "too many fields: at most 64 with 4096 values can be kept"};
+  return {};
+}
+
+void
+FieldCollector::collect(PointBatches& points,
+                        const VoxelLocator& locator,
+                        VoxelFrame& frame)
+{
+  entries_.clear();
+  numbers_.resize(selected_.size());
+  for (std::vector<std::uint64_t>& numbers : numbers_)
+    numbers.clear();
+  points.restart();
+  for (PointView batch; points.next(batch);)
+    readBatch(batch, locator, !frame.has_point_counts);
+  radixSort(entries_, spare_, 3 * frame.grid.depth);
+  if (frame.has_point_counts)
+    sortPointsOfVoxels();
+  frame.fields.resize(selected_.size());
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    FrameField& field = frame.fields[i];
+    static_cast<FieldDescription&>(field) = selected_[i].description;
+    if (!frame.has_point_counts) {
+      summarize(i, field);
+      continue;
+    }
+    const std::size_t count = field.count;
+    field.numbers.resize(entries_.size() * count);
+    auto next = field.numbers.begin();
+    for (const Entry& entry : entries_)
+      next = std::copy_n(numbers_[i].begin() +
+                             static_cast<std::ptrdiff_t>(entry.point * count),
+                         count,
+                         next);
+  }
+}
+
+void
+FieldCollector::readBatch(const PointView& points,
+                          const VoxelLocator& locator,
+                          bool of_voxels)
+{
+  VoxelizationStatistics statistics; // counted before
+  for (std::size_t i = 0; i < points.count; i += LocatedPoints::capacity) {
+    locator.find(points, i, located_, statistics);
+    for (std::size_t k = 0; k < located_.count; ++k)
+      entries_.push_back({mortonKey(BlockVoxel{located_.blocks[k], located_.voxels[k]}),
+                          static_cast<std::uint32_t>(entries_.size())});
+    for (std::size_t k = 0; k < selected_.size(); ++k) {
+      FieldDescription description = selected_[k].description;
+      if (of_voxels)
+        description.step = 0.0; // rounded once, as what is made of them
+      readField(points.fields[selected_[k].index], description, numbers_[k]);
+    }
+  }
+}
+
+/** \brief Appends the values of the located points. */
+void
+FieldCollector::readField(const FieldView& view,
+                          const FieldDescription& description,
+                          std::vector<std::uint64_t>& numbers) const
+{
+  const auto* const first = static_cast<const unsigned char*>(view.first);
+  const std::size_t size = sizeOf(description.type);
+  for (std::size_t i = 0; i < located_.count; ++i)
+    for (std::size_t k = 0; k < description.count; ++k)
+      numbers.push_back(fieldNumber(
+          description, first + located_.points[i] * view.stride + k * size));
+}
+
+/** \brief Sorts the points of each voxel by their first field, which then ascends. */
+void
+FieldCollector::sortPointsOfVoxels()
+{
+  if (selected_.empty())
+    return;
+  const std::size_t count = selected_.front().description.count;
+  const std::vector<std::uint64_t>& numbers = numbers_.front();
+  const auto is_lower = [&](const Entry& one, const Entry& other) {
+    return numbers[one.point * count] < numbers[other.point * count];
+  };
+  for (auto begin = entries_.begin(); begin != entries_.end();) {
+    auto end = begin + 1;
+    while (end != entries_.end() && end->key == begin->key)
+      ++end;
+    if (end - begin > 1)
+      std::stable_sort(begin, end, is_lower);
+    begin = end;
+  }
+}
+
+/** \brief Makes one value of those of each voxel: the mean, or of integers the most
+ * frequent. */
+void
+FieldCollector::summarize(std::size_t field, FrameField& summary)
+{
+  FieldDescription exact = summary;
+  exact.step = 0.0;
+  const std::vector<std::uint64_t>& numbers = numbers_[field];
+  summary.numbers.clear();
+  for (std::size_t begin = 0, end = 0; begin < entries_.size(); begin = end) {
+    while (end < entries_.size() && entries_[end].key == entries_[begin].key)
+      ++end;
+    for (std::size_t k = 0; k < exact.count; ++k) {
+      of_voxel_.clear();
+      double sum = 0.0;
+      for (std::size_t i = begin; i < end; ++i) {
+        of_voxel_.push_back(numbers[entries_[i].point * exact.count + k]);
+        sum += fieldValue(exact, of_voxel_.back());
+      }
+      std::array<unsigned char, 8> value{};
+      const double mean = sum / static_cast<double>(end - begin);
+      if (isInteger(exact.type) || end - begin == 1)
+        fieldValue(exact, mostFrequent(of_voxel_), value.data());
+      else
+        storeFieldValue(exact.type, mean, value.data());
+      summary.numbers.push_back(fieldNumber(summary, value.data()));
+    }
+  }
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/status.h>
+
+#include "voxelizing/located_points.h"
+#include "voxelizing/voxel_locator.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Collects the fields that the settings name, in the order of a frame's
+ * voxels. */
+class FieldCollector {
+public:
+  /** \param[in] settings fields to keep; see StreamSettings::fields */
+  explicit FieldCollector(const StreamSettings& settings)
+  : settings_(settings.fields), codes_colours_(settings.colour_bits > 0)
+  {}
+
+  /** \brief Chooses the fields of a cloud.
+   * \param[in] offered those that it has
+   * \return Ok, or InvalidInput if there is none of a name, or too many
+   */
+  CompressionStatus
+  select(const std::vector<FieldDescription>& offered);
+
+  /** \brief Sets the fields of a frame.
+   * \param[in] points the cloud that was voxelized
+   * \param[in] locator with the grid of the frame
+   * \param[in,out] frame voxels and numbers of points are given
+   */
+  void
+  collect(PointBatches& points, const VoxelLocator& locator, VoxelFrame& frame);
+
+private:
+  struct Selected {
+    FieldDescription description;
+    std::size_t index; // among those that the cloud offers
+  };
+
+  /** \brief A point of the cloud. */
+  struct Entry {
+    std::uint64_t key;   // of its voxel
+    std::uint32_t point; // among those that are located
+  };
+
+  friend std::uint64_t
+  keyOf(const Entry& entry)
+  {
+    return entry.key;
+  }
+
+  void
+  readBatch(const PointView& points, const VoxelLocator& locator, bool of_voxels);
+
+  void
+  readField(const FieldView& view,
+            const FieldDescription& description,
+            std::vector<std::uint64_t>& numbers) const;
+
+  void
+  sortPointsOfVoxels();
+
+  void
+  summarize(std::size_t field, FrameField& summary);
+
+  std::vector<FieldSetting> settings_;
+  bool codes_colours_;
+  std::vector<Selected> selected_;
+  // Of the current frame; members so that their memory is reused.
+  LocatedPoints located_;
+  std::vector<Entry> entries_;
+  std::vector<Entry> spare_;
+  std::vector<std::vector<std::uint64_t>> numbers_; // of each field, by located point
+  std::vector<std::uint64_t> of_voxel_;
+};
+
+} // namespace io
+} // namespace pcl_ext
