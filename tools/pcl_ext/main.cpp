@@ -128,8 +128,7 @@ main(int argc, char** argv)
       "pcl_ext");
   program.formatter(std::make_shared<HelpFormat>());
   program.footer("Exit status: 0 done; 1 something lost, damaged or failed; 2 wrong "
-                 "command line;\n"
-                 "130 interrupted, what was done until then is complete.");
+                 "command line; 130 interrupted");
   program.set_version_flag(
       "--version", pcl_ext::version(), "print the version and exit");
   program.set_help_flag("-h,--help", "print this and exit");

@@ -309,8 +309,10 @@ private:
           (sums.warnings > 1
                ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
                : ""));
-    if (!stream.encoder.leftOut().empty())
-      console_.remark(stream.encoder.name() + ": " + stream.encoder.leftOut());
+    if (const std::string& left_out = stream.encoder.leftOut(); !left_out.empty())
+      console_.remark(
+          stream.encoder.name() + ": " + left_out +
+          (left_out.rfind("fields", 0) == 0 ? "; --fields keeps fields" : ""));
     for (const std::string& remark :
          {stream.encoder.frameIdRemark(), stream.encoder.unitRemark()})
       if (!remark.empty())

@@ -132,6 +132,8 @@ describeAttributes(const StreamFigures& stream)
     add("colours " + std::to_string(stream.colour_bits) + " bits");
   if (stream.has_point_counts)
     add("numbers of points");
+  for (const io::FieldDescription& field : stream.fields)
+    add("field " + printable(field.name));
   return text.empty() ? "-" : text;
 }
 
@@ -240,6 +242,12 @@ toJson(const StreamFigures& stream)
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;
   json["has_point_counts"] = stream.has_point_counts;
+  json["fields"] = nlohmann::ordered_json::array();
+  for (const io::FieldDescription& field : stream.fields)
+    json["fields"].push_back({{"name", printable(field.name)},
+                              {"type", nameOf(io::field_types, field.type)},
+                              {"count", field.count},
+                              {"step", field.step}});
   json["frame_id"] = stream.frame_id;
   return json;
 }

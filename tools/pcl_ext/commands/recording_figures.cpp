@@ -37,6 +37,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.intensity_bits = header.intensity_scale.bits;
     figures.colour_bits = header.colour_bits;
     figures.has_point_counts = header.has_point_counts;
+    figures.fields = header.fields;
   }
   figures.has_one_resolution &= figures.resolution == resolution;
 }

@@ -56,10 +56,18 @@ public:
     cloud.point_step = 0;
     for (const char* name : {"x", "y", "z"})
       addField(name, frame.grid.needsDoubles());
-    if (frame.hasIntensities())
+    if (hasIntensity(frame))
       addField("intensity");
-    if (frame.colour_bits > 0)
+    if (hasColour(frame))
       addField("rgb");
+    for (const io::FrameField& field : frame.fields) {
+      addField(field.name);
+      cloud.fields.back().datatype = static_cast<std::uint8_t>(field.type);
+      cloud.fields.back().count = field.count;
+      const auto size =
+          static_cast<std::uint32_t>(io::sizeOf(field.type) * field.count);
+      cloud.point_step += size - bytesOf(pcl::PCLPointField::FLOAT32);
+    }
     const std::size_t points = frame.pointCount();
     cloud.data.resize(points * cloud.point_step);
     cloud.height = 1;
@@ -67,6 +75,31 @@ public:
     cloud.row_step = static_cast<std::uint32_t>(cloud.data.size());
     cloud.is_dense = 1;
     cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
+  }
+
+  /** \brief Whether the voxels' intensities are written: not, if points have one. */
+  static bool
+  hasIntensity(const io::VoxelFrame& frame)
+  {
+    return frame.hasIntensities() && !hasField(frame, "intensity");
+  }
+
+  static bool
+  hasColour(const io::VoxelFrame& frame)
+  {
+    return frame.colour_bits > 0 && !hasField(frame, "rgb") && !hasField(frame, "rgba");
+  }
+
+  /** \brief Writes all fields of a point. */
+  void
+  writeFields(const io::VoxelFrame& frame, std::size_t point)
+  {
+    for (const io::FrameField& field : frame.fields)
+      for (std::size_t i = 0; i < field.count; ++i) {
+        io::fieldValue(
+            field, field.numbers[point * field.count + i], &cloud_.data[written_]);
+        written_ += io::sizeOf(field.type);
+      }
   }
 
   template <typename NumberT>
@@ -78,6 +111,15 @@ public:
   }
 
 private:
+  static bool
+  hasField(const io::VoxelFrame& frame, const std::string& name)
+  {
+    return std::any_of(
+        frame.fields.begin(), frame.fields.end(), [&name](const io::FrameField& field) {
+          return field.name == name;
+        });
+  }
+
   void
   addField(const std::string& name, bool is_double = false)
   {
@@ -147,20 +189,24 @@ void
 toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud)
 {
   PointWriter writer(frame, cloud);
+  const bool has_intensity = PointWriter::hasIntensity(frame);
+  const bool has_colour = PointWriter::hasColour(frame);
   std::size_t voxel = 0;
+  std::size_t point = 0;
   io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const std::uint32_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
     for (std::uint32_t i = 0; i < points; ++i) {
       writer.write(x);
       writer.write(y);
       writer.write(z);
-      if (frame.hasIntensities())
+      if (has_intensity)
         writer.write(intensity);
-      if (frame.colour_bits > 0) {
+      if (has_colour) {
         const io::VoxelColour colour = frame.fullColour(voxel);
         writer.write(std::uint32_t{0xff000000u} | std::uint32_t{colour.r} << 16 |
                      std::uint32_t{colour.g} << 8 | std::uint32_t{colour.b});
       }
+      writer.writeFields(frame, point++);
     }
     ++voxel;
   });

@@ -16,10 +16,12 @@ addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits)
          "--max-voxels",
          [&limits](std::size_t voxels) {
            constexpr std::size_t of_voxel = 16; // bytes, and points
+           constexpr std::size_t values_of_voxel = 4 * of_voxel;
            const io::DecoderLimits least;
            limits = {std::max(least.max_frame_bytes, of_voxel * voxels),
                      voxels,
-                     std::max(least.max_points, of_voxel * voxels)};
+                     std::max(least.max_points, of_voxel * voxels),
+                     std::max(least.max_field_values, values_of_voxel * voxels)};
          },
          "refuse frames with more (8 for each byte of the recording, 2^20 to 2^22)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))

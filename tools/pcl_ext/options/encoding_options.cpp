@@ -196,6 +196,11 @@ EncodingOptions::addGridOptions(CLI::App& app)
   app.add_flag("--keep-point-counts",
                codec_.keep_point_counts,
                "code the number of points of each voxel");
+  addParsed(app,
+            "--fields",
+            "NAME[:STEP],...",
+            "further fields, or all; of voxels without --keep-point-counts",
+            [this](const std::string& text) { codec_.fields = parseFields(text); });
   app.add_flag("--coarsen",
                codec_.coarsen_wide_clouds,
                "larger voxels for clouds wider than 2^21 of them");
