@@ -12,7 +12,7 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 
 from ._native import version as __version__
 from .codec import CompressionWarning, Decoder, Encoder
-from .frames import FrameSize, frame_size, laws, positions, sensors
+from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
 from .outliers import OutlierRemoval
 from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
 from .recording_writer import RecordingWriter
@@ -27,6 +27,7 @@ __all__ = [
     "Decoder",
     "Encoder",
     "Error",
+    "FrameField",
     "FrameSize",
     "FrameStatistics",
     "OutlierRemoval",

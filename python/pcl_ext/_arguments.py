@@ -26,12 +26,14 @@ def limits(
     max_voxels: Optional[int],
     max_frame_bytes: Optional[int],
     max_points: Optional[int],
+    max_field_values: Optional[int],
 ) -> dict[str, Optional[int]]:
     """Limits of decoding. Only those of a recording may be None."""
     return {
         "max_voxels": max_voxels,
         "max_frame_bytes": max_frame_bytes,
         "max_points": max_points,
+        "max_field_values": max_field_values,
     }
 
 

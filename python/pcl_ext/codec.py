@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import re
 import warnings
-from typing import TYPE_CHECKING, Any, Literal, Optional, Sequence, Tuple, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Literal,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from . import _native
 from ._arguments import (
@@ -28,17 +37,36 @@ if TYPE_CHECKING:
 Effort = Literal["fast", "balanced", "small"]
 Law = Literal["automatic", "count", "quadratic", "linear", "native", "none"]
 Sensor = Union[str, Tuple[float, float, int, int]]
+Fields = Union[
+    str,
+    Sequence[Union[str, Tuple[str, Optional[float]]]],
+    Dict[str, Optional[float]],
+]
+
+# Types of fields that can be kept, in the machine's byte order.
+_FIELD_TYPES = {
+    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
+}
 
 
 class CompressionWarning(UserWarning):
     """Not all of a cloud is in its frame."""
 
 
-def _left_out(xyz: Any) -> str:
+def _can_be_kept(dtype: Any) -> bool:
+    """Whether a field can be kept, by its dtype."""
+    return dtype.base.isnative and dtype.base.name in _FIELD_TYPES and dtype.itemsize > 0
+
+
+def _left_out(xyz: Any, kept: set[str]) -> str:
     """The fields of a structured array that are not encoded, in words."""
-    names = getattr(getattr(xyz, "dtype", None), "names", None) or ()
+    dtype = getattr(xyz, "dtype", None)
+    names = getattr(dtype, "names", None) or ()
     colour = next((name for name in ("rgb", "rgba") if name in names), None)
     known = {"x", "y", "z", "intensity"} | ({colour} if colour else {"r", "g", "b"})
+    known |= kept
+    if "all" in kept:
+        known |= {name for name in names if _can_be_kept(dtype[name])}
     left_out = [name for name in names if name not in known]
     return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
 
@@ -91,6 +119,15 @@ class Encoder:
         Bits of a colour channel, 1 to 8; 0: no colours. Without effect on clouds without.
     keep_point_counts : bool
         Also code the number of points of each voxel: as many are decoded, at its centre.
+    fields : str, sequence or dict
+        Further fields of structured arrays to keep, as ring, time or label of a lidar:
+        "all", a name, names and (name, step) pairs, or steps by name. With
+        `keep_point_counts` each point keeps its values, else a voxel has one: the mean, or
+        of integers the most frequent. Without a step, or with None, they are kept as they
+        are, NaN included; with one they are rounded to multiples of it, in the unit of the
+        field. Fields are int8 to int32, uint8 to uint32, float32 or float64 in the machine's
+        byte order, and may have several values for each point. "all" leaves a colour out
+        that `colour_bits` keeps. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
     threads : int
@@ -140,6 +177,7 @@ class Encoder:
         depth_law: Optional[Tuple[int, float, float]] = None,
         colour_bits: int = 6,
         keep_point_counts: bool = False,
+        fields: Fields = (),
         coarsen_wide_clouds: bool = False,
         threads: int = 1,
         temporal_filter: int = 0,
@@ -153,6 +191,10 @@ class Encoder:
             raise TypeError(f"frame_id is {frame_id!r}; it must be a text")
         self._frame_id = frame_id
         self._native = _native.Encoder(settings)
+        self._kept = {
+            field if isinstance(field, str) else field[0]
+            for field in ([fields] if isinstance(fields, str) else fields)
+        }
         self._warning = ""
         self._warned: set[str] = set()
 
@@ -173,8 +215,9 @@ class Encoder:
         xyz : array_like
             float32 or float64 of shape (N, 3) or (rows, columns, 3), metres; or a structured
             array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
-            b (uint8), as `Decoder.decode` returns it. Points that are not finite are left
-            out, and so are other fields, with a warning; rows and columns are not kept.
+            b (uint8), as `Decoder.decode` returns it, and further fields. Points that are
+            not finite are left out, and so are fields that the encoder does not keep, with
+            a warning; rows and columns are not kept.
             May be empty, read-only, of any strides: x, y, z side by side are not copied.
             float64 is not rounded, for coordinates such as those of maps. Must not be
             changed during the call.
@@ -200,7 +243,8 @@ class Encoder:
         ValueError, TypeError
             If an array has another type or shape, or a value is outside its range.
         Error
-            If the cloud cannot be encoded, as one of more than 2**24 voxels.
+            If the cloud cannot be encoded, as one of more than 2**24 voxels, or without a
+            field that is to be kept.
         MemoryError
             After which the next frame is an I-frame.
 
@@ -223,7 +267,7 @@ class Encoder:
             if code == "OutOfMemory":
                 raise MemoryError(message)
             raise Error(message, code)
-        kinds = [text for text in (message, _left_out(xyz)) if text]
+        kinds = [text for text in (message, _left_out(xyz, self._kept)) if text]
         self._warning = "; ".join(kinds)
         for text in kinds:
             self._warn(text)
@@ -288,6 +332,8 @@ class Decoder:
         Most bytes of a frame, and most bytes that are skipped to find one.
     max_points : int
         Most points of a frame whose voxels have a number of points.
+    max_field_values : int
+        Most values of all further fields of a frame; 8 bytes of memory for each.
 
     Examples
     --------
@@ -309,8 +355,11 @@ class Decoder:
         max_voxels: int = 1 << 20,
         max_frame_bytes: int = 1 << 24,
         max_points: int = 1 << 24,
+        max_field_values: int = 1 << 24,
     ):
-        self._native = _native.Decoder(limits(max_voxels, max_frame_bytes, max_points))
+        self._native = _native.Decoder(
+            limits(max_voxels, max_frame_bytes, max_points, max_field_values)
+        )
         self._status = Status()
 
     def decode(
@@ -344,9 +393,12 @@ class Decoder:
         numpy.ndarray or None
             One point at the centre of each voxel: a structured array with x, y, z (metres,
             float32, or float64 in frames that reach more than 2**20 voxels from the origin),
-            intensity (float32) if the stream has it, and r, g, b (uint8) if it has colours;
-            see `positions` for an array of shape (N, 3). None if no frame was decoded:
-            `status` says why.
+            intensity (float32) if the stream has it, r, g, b (uint8) if it has colours, and
+            the further fields that it keeps, in the dtypes and the unit that they had; those
+            of several values for each point have shape (N, values). A field that is called
+            intensity, r, g or b takes the place of the voxel's; one whose name is taken
+            otherwise has "_" added to it. See `positions` for an array of shape (N, 3). None
+            if no frame was decoded: `status` says why.
 
         Raises
         ------

@@ -38,12 +38,22 @@ class FrameSize(NamedTuple):
     drop: int
 
 
+class FrameField(NamedTuple):
+    """A further field of the points of a frame, see `Encoder`."""
+
+    name: str  #: as in the cloud that was encoded
+    dtype: str  #: "int8" to "int32", "uint8" to "uint32", "float32" or "float64"
+    count: int  #: values of a point
+    step: float  #: values are multiples of it, in the unit of the field; 0: exact
+
+
 def frame_size(
     data: Buffer,
     *,
     max_voxels: int = 1 << 20,
     max_frame_bytes: int = 1 << 24,
     max_points: int = 1 << 24,
+    max_field_values: int = 1 << 24,
 ) -> FrameSize:
     """Tells how many bytes the frame at the beginning of some bytes has, for bytes that
     arrive in pieces, as from a socket.
@@ -52,7 +62,7 @@ def frame_size(
     ----------
     data : bytes, bytearray, memoryview or numpy.ndarray of uint8
         The bytes at hand; may be empty.
-    max_voxels, max_frame_bytes, max_points : int
+    max_voxels, max_frame_bytes, max_points, max_field_values : int
         Limits of the `Decoder` that gets the frame.
 
     Returns
@@ -61,7 +71,7 @@ def frame_size(
         `status`, `known`, `needed` and `drop`.
     """
     code, message, *sizes = _native.frame_size(
-        data, limits(max_voxels, max_frame_bytes, max_points)
+        data, limits(max_voxels, max_frame_bytes, max_points, max_field_values)
     )
     return FrameSize(Status(code, message), *sizes)
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 import errno
 import math
 import os
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, NamedTuple, Optional, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Tuple,
+    Union,
+)
 
 from . import _native
 from ._arguments import (
@@ -17,6 +27,7 @@ from ._arguments import (
     removal,
     whole_number,
 )
+from .frames import FrameField
 from .outliers import OutlierRemoval
 from .status import Error, Status
 
@@ -48,6 +59,7 @@ class RecordedFrame(NamedTuple):
     offset: int  #: byte of the file at which the frame or its chunk begins
     is_i_frame: bool  #: decodes without any other frame
     data: bytes  #: what the encoder returned
+    fields: Tuple[FrameField, ...] = ()  #: of an I-frame: further fields of its points
 
 
 class Damage(NamedTuple):
@@ -70,7 +82,7 @@ class Recording:
     ----------
     path : str or os.PathLike
         A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
-    max_voxels, max_frame_bytes, max_points : int, optional
+    max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
         Limits of decoding, see `Decoder`. By default they follow the size of the
         recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
     """
@@ -82,6 +94,7 @@ class Recording:
         max_voxels: Optional[int] = None,
         max_frame_bytes: Optional[int] = None,
         max_points: Optional[int] = None,
+        max_field_values: Optional[int] = None,
     ):
         name = os.fspath(path)
         if name != "-" and not os.path.exists(name):
@@ -89,7 +102,8 @@ class Recording:
         self._native = _native.Recording()
         check_recording(
             *self._native.open(
-                os.fsencode(name), limits(max_voxels, max_frame_bytes, max_points)
+                os.fsencode(name),
+                limits(max_voxels, max_frame_bytes, max_points, max_field_values),
             )
         )
         self._streams = [
@@ -285,6 +299,7 @@ def open(
     max_voxels: Optional[int] = None,
     max_frame_bytes: Optional[int] = None,
     max_points: Optional[int] = None,
+    max_field_values: Optional[int] = None,
 ) -> Recording:
     """Opens a recording, which is found by its content: a .pcxi file, an MCAP file, or a
     rosbag2 folder with messages of type point_cloud_interfaces/msg/CompressedPointCloud2.
@@ -295,7 +310,7 @@ def open(
     ----------
     path : str or os.PathLike
         A file, a folder, or "-" for the standard input.
-    max_voxels, max_frame_bytes, max_points : int, optional
+    max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
         Limits of decoding, see `Decoder`. By default they follow the size of the
         recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
 
@@ -316,11 +331,12 @@ def open(
         max_voxels=max_voxels,
         max_frame_bytes=max_frame_bytes,
         max_points=max_points,
+        max_field_values=max_field_values,
     )
 
 
 def _frame(values: Any) -> RecordedFrame:
-    stream, number, time, stamp, frame_id, offset, is_i_frame, data = values
+    stream, number, time, stamp, frame_id, offset, is_i_frame, data, fields = values
     return RecordedFrame(
         stream,
         number,
@@ -330,4 +346,5 @@ def _frame(values: Any) -> RecordedFrame:
         offset,
         is_i_frame,
         data,
+        tuple(FrameField(*field) for field in fields),
     )

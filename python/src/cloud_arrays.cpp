@@ -2,6 +2,8 @@
 
 #include <pybind11/stl.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -64,6 +66,15 @@ bool
 isNative(const py::dtype& type)
 {
   return type.attr("isnative").cast<bool>();
+}
+
+/** \brief The type of the values of a field, if it can be kept. */
+std::optional<io::FieldType>
+fieldType(const py::dtype& type)
+{
+  if (!isNative(type))
+    return std::nullopt;
+  return valueNamed(io::field_types, textOf(type.attr("name")));
 }
 
 /** \brief Numbers in types and byte orders that a column does not have become float32,
@@ -174,6 +185,7 @@ CloudArrays::takeFields(const py::array& points)
     takeIntensity(points.attr("__getitem__")("intensity"));
   has_intensity_argument_ = false;
   takeColourFields(row);
+  takeFurtherFields(row);
 }
 
 void
@@ -203,6 +215,35 @@ CloudArrays::takeColourFields(const py::array& points)
       throw py::type_error("the field " + std::string(name) + " of xyz has dtype " +
                            textOf(numbers.dtype()) + "; it must be uint8");
     (*columns_.channels)[channel++] = columnOf(numbers);
+  }
+}
+
+void
+CloudArrays::takeFurtherFields(const py::array& points)
+{
+  arrays_.push_back(points);
+  const py::object types = points.dtype().attr("fields");
+  for (const py::handle& name : points.dtype().attr("names")) {
+    FieldColumn field;
+    // A name that has no UTF-8 has a replacement.
+    field.description.name =
+        name.attr("encode")("utf-8", "replace").cast<py::bytes>().cast<std::string>();
+    const std::string& text = field.description.name;
+    const py::object place = types[name];
+    const auto type = place[py::int_(0)].cast<py::dtype>();
+    const auto value_type = type.attr("base").cast<py::dtype>();
+    const auto known_type = fieldType(value_type);
+    if (text == "x" || text == "y" || text == "z" || !known_type ||
+        type.itemsize() == 0)
+      continue;
+    field.description.type = *known_type;
+    field.description.count =
+        static_cast<std::uint32_t>(type.itemsize() / value_type.itemsize());
+    field.first = static_cast<const char*>(points.data()) +
+                  place[py::int_(1)].cast<std::ptrdiff_t>();
+    field.stride = points.strides(0);
+    field.is_channel = columns_.channels && (text == "r" || text == "g" || text == "b");
+    columns_.fields.push_back(field);
   }
 }
 

@@ -18,7 +18,7 @@ class CloudArrays {
 public:
   /** \brief Finds the points in what a caller gave.
    * \param[in] xyz array of shape (..., 3), or structured with fields x, y, z and
-   * possibly intensity and rgb, rgba or r, g, b
+   * possibly intensity, rgb, rgba or r, g, b, and further fields
    * \param[in] intensity None, or numbers in the shape of the cloud
    * \param[in] colour None, or uint8 of shape (..., 3) or (..., 4)
    * \throws py::type_error, py::value_error with the argument and a remedy
@@ -55,6 +55,9 @@ private:
 
   void
   takeColourFields(const py::array& points);
+
+  void
+  takeFurtherFields(const py::array& points);
 
   Column
   columnOf(const py::array& numbers);

@@ -185,16 +185,72 @@ setColours(const CloudColumns& cloud, CloudMemory& memory, io::PointView& view)
   view.colour_stride = sizeof(std::uint32_t);
 }
 
+bool
+isOffered(const FieldColumn& field, const io::StreamSettings& settings)
+{
+  if (!field.is_channel || settings.colour_bits == 0)
+    return true;
+  return std::any_of(settings.fields.begin(),
+                     settings.fields.end(),
+                     [&field](const io::FieldSetting& setting) {
+                       return setting.name == field.description.name;
+                     });
+}
+
+/** \brief Sets the place of a field's values.
+ * \param[out] copy for values from the last point to the first
+ */
+void
+setField(const FieldColumn& field,
+         std::size_t count,
+         std::vector<char>& copy,
+         io::FieldView& view)
+{
+  view.first = field.first;
+  view.stride = strideOf(field.stride, count);
+  if (count < 2 || field.stride >= 0)
+    return;
+  const std::size_t bytes =
+      io::sizeOf(field.description.type) * field.description.count;
+  copy.resize(bytes * count);
+  const char* values = field.first;
+  for (std::size_t i = 0; i < count; ++i, values += field.stride)
+    std::memcpy(copy.data() + i * bytes, values, bytes);
+  view.first = copy.data();
+  view.stride = bytes;
+}
+
+void
+setFields(const CloudColumns& cloud,
+          const io::StreamSettings& settings,
+          CloudMemory& memory,
+          io::PointView& view)
+{
+  if (settings.fields.empty())
+    return;
+  memory.fields.resize(cloud.fields.size());
+  for (std::size_t i = 0; i < cloud.fields.size(); ++i)
+    if (const FieldColumn& field = cloud.fields[i]; isOffered(field, settings)) {
+      view.fields.push_back({field.description});
+      setField(field, cloud.count, memory.fields[i], view.fields.back());
+    }
+}
+
 } // namespace
 
 io::PointView
-viewOf(const CloudColumns& cloud, bool uses_intensities, CloudMemory& memory)
+viewOf(const CloudColumns& cloud,
+       bool uses_intensities,
+       const io::StreamSettings& settings,
+       CloudMemory& memory)
 {
   io::PointView view;
   view.count = cloud.count;
+  // Also those of an empty cloud: its frame then has the fields of the stream's others.
+  setFields(cloud, settings, memory, view);
   static const std::uint32_t black = 0;
   if (cloud.count == 0) {
-    // An empty cloud with colours: its frame then has colours as the stream's others.
+    // Likewise.
     view.colours = cloud.hasColours() ? &black : nullptr;
     return view;
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/point_view.h>
 
 #include <array>
@@ -33,6 +35,15 @@ struct Column {
   NumberType type = NumberType::Float32;
 };
 
+/** \brief A further field of a structured array. The values of a point lie side by
+ * side. */
+struct FieldColumn {
+  io::FieldDescription description; ///< without a step
+  const char* first = nullptr;      ///< may be unaligned
+  std::ptrdiff_t stride = 0;        ///< bytes from one point to the next; any sign
+  bool is_channel = false;          ///< red, green or blue of the array's colour
+};
+
 /** \brief A cloud as it lies in the caller's arrays. */
 struct CloudColumns {
   std::size_t count = 0;
@@ -40,6 +51,7 @@ struct CloudColumns {
   std::optional<Column> intensity;
   std::optional<Column> packed_colour;           ///< 32 bits, as PCL's field rgba
   std::optional<std::array<Column, 3>> channels; ///< or red, green and blue, UInt8
+  std::vector<FieldColumn> fields;               ///< all but x, y and z
 
   bool
   hasColours() const
@@ -55,16 +67,22 @@ struct CloudMemory {
   std::vector<double> double_coordinates;
   std::vector<float> intensities;
   std::vector<std::uint32_t> colours;
+  std::vector<std::vector<char>> fields;
 };
 
 /** \brief The points for the voxelizer: where they lie if its strides allow that, else
  * copies.
  * \param[in] cloud must not change while the view is used
  * \param[in] uses_intensities the view has the intensities, which the cloud must have
+ * \param[in] settings of the stream: the view has fields if some are kept; channels of a
+ * colour that is coded only if they are named
  * \param[out] memory for copies; must not change while the view is used
  */
 io::PointView
-viewOf(const CloudColumns& cloud, bool uses_intensities, CloudMemory& memory);
+viewOf(const CloudColumns& cloud,
+       bool uses_intensities,
+       const io::StreamSettings& settings,
+       CloudMemory& memory);
 
 } // namespace python
 } // namespace pcl_ext

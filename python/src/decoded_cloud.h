@@ -1,11 +1,13 @@
 #pragma once
 
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include <pybind11/numpy.h>
 
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 namespace pcl_ext {
 namespace python {
@@ -14,7 +16,8 @@ namespace py = pybind11;
 
 /** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or
  * as float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as
- * float32 and r, g, b as uint8. */
+ * float32, r, g, b as uint8, and further fields, which replace an intensity and a colour
+ * of the same name. */
 class DecodedCloud {
 public:
   /** \brief Copies the voxels of a frame; does not need the GIL. */
@@ -25,11 +28,23 @@ public:
   intoArray();
 
 private:
-  bool has_intensities_;
-  bool has_colours_;
-  std::size_t coordinate_bytes_;
+  struct Column {
+    io::FieldDescription description;
+    std::size_t offset; // of its first value in a point, bytes
+  };
+
+  /** \brief Adds a column to the layout of a point.
+   * \return its offset
+   */
+  std::size_t
+  addColumn(const io::FieldDescription& description);
+
+  void
+  writeField(const io::FrameField& field, std::size_t offset);
+
+  std::vector<Column> columns_;
   std::size_t count_;
-  std::size_t point_bytes_;
+  std::size_t point_bytes_ = 0;
   std::unique_ptr<unsigned char[]> points_;
 };
 

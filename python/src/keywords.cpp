@@ -22,6 +22,14 @@ shown(const py::object& object)
 
 } // namespace
 
+double
+numberOf(const std::string& name, const py::object& object)
+{
+  if (!isNumber(object))
+    throw py::type_error(name + " is " + shown(object) + "; it must be a number");
+  return py::float_(object);
+}
+
 std::vector<double>
 numbersOf(const char* name, const py::object& object, std::size_t count)
 {
@@ -52,14 +60,17 @@ Keywords::refuse(const char* name, const std::string& demand) const
                         demand);
 }
 
+void
+Keywords::refuseType(const char* name, const std::string& demand) const
+{
+  throw py::type_error(std::string(name) + " is " + shown(at(name)) + "; it must be " +
+                       demand);
+}
+
 double
 Keywords::number(const char* name) const
 {
-  const py::object value = at(name);
-  if (!isNumber(value))
-    throw py::type_error(std::string(name) + " is " + shown(value) +
-                         "; it must be a number");
-  return py::float_(value);
+  return numberOf(name, at(name));
 }
 
 std::size_t
@@ -67,8 +78,7 @@ Keywords::count(const char* name, std::size_t highest) const
 {
   const py::object value = at(name);
   if (PyIndex_Check(value.ptr()) == 0 || PyBool_Check(value.ptr()))
-    throw py::type_error(std::string(name) + " is " + shown(value) +
-                         "; it must be a whole number");
+    refuseType(name, "a whole number");
   // Clamped to the range of the type.
   const py::ssize_t number = PyNumber_AsSsize_t(value.ptr(), nullptr);
   if (number < 0 || static_cast<std::size_t>(number) > highest)
@@ -88,8 +98,7 @@ Keywords::flag(const char* name) const
 {
   const py::object value = at(name);
   if (!PyBool_Check(value.ptr()))
-    throw py::type_error(std::string(name) + " is " + shown(value) +
-                         "; it must be True or False");
+    refuseType(name, "True or False");
   return value.cast<bool>();
 }
 
@@ -98,8 +107,7 @@ Keywords::text(const char* name) const
 {
   const py::object value = at(name);
   if (!py::isinstance<py::str>(value))
-    throw py::type_error(std::string(name) + " is " + shown(value) +
-                         "; it must be a text");
+    refuseType(name, "a text");
   return value.cast<std::string>();
 }
 

@@ -65,12 +65,24 @@ public:
     return *value;
   }
 
+  /** \brief Throws py::value_error. */
   [[noreturn]] void
   refuse(const char* name, const std::string& demand) const;
+
+  /** \brief Throws py::type_error. */
+  [[noreturn]] void
+  refuseType(const char* name, const std::string& demand) const;
 
 private:
   py::dict values_;
 };
+
+/** \brief A number.
+ * \param[in] name for messages
+ * \param[in] object what a caller gave
+ */
+double
+numberOf(const std::string& name, const py::object& object);
 
 /** \brief Numbers in a sequence or an array.
  * \param[in] name for messages

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace python {
@@ -40,6 +41,19 @@ asTuple(const recording::RecordedStream& stream)
                         metadata);
 }
 
+/** \brief Name, dtype, number of values and step of each. */
+py::tuple
+asTuple(const std::vector<io::FieldDescription>& fields)
+{
+  py::list all;
+  for (const io::FieldDescription& field : fields)
+    all.append(py::make_tuple(text(field.name),
+                              nameOf(io::field_types, field.type),
+                              field.count,
+                              field.step));
+  return py::tuple(all);
+}
+
 py::tuple
 asTuple(const recording::RecordedFrame& frame)
 {
@@ -52,7 +66,8 @@ asTuple(const recording::RecordedFrame& frame)
       text(frame.frame_id),
       frame.offset,
       description.status.ok() && description.is_i_frame,
-      py::bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.bytes.size()));
+      py::bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.bytes.size()),
+      asTuple(description.fields));
 }
 
 /** \brief The frame and the status. */

@@ -51,7 +51,7 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
     start(automaticLaw(cloud.columns.intensity.has_value()));
   checkIntensities(cloud);
   const bool is_native = *settings_.law == IntensityLaw::Native;
-  io::PointView view = viewOf(cloud.columns, is_native, memory_);
+  io::PointView view = viewOf(cloud.columns, is_native, settings_.codec, memory_);
   const WorldPose pose =
       cloud.sensor_pose.value_or(settings_.sensor_pose.value_or(WorldPose::Identity()));
   std::size_t points_behind_sensor = 0;

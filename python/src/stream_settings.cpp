@@ -19,6 +19,10 @@ namespace {
 constexpr std::size_t any_size =
     static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) - 1;
 
+constexpr char field_demand[] =
+    "'all', a name, a sequence of names and (name, step) pairs, or a dict of steps by "
+    "name";
+
 template <typename StatusT>
 void
 throwUnlessOk(const StatusT& status)
@@ -90,6 +94,39 @@ readDepthLaw(const Keywords& values)
       is_exponent ? static_cast<unsigned int>(law[0]) : 0, law[1], law[2]};
 }
 
+/** \brief One field: its name, or a pair of name and step. */
+io::FieldSetting
+readField(const Keywords& values, py::object name)
+{
+  py::object step = py::none();
+  if (py::isinstance<py::tuple>(name) && py::len(name) == 2) {
+    step = name[py::int_(1)];
+    name = name[py::int_(0)];
+  }
+  if (!py::isinstance<py::str>(name))
+    values.refuse("fields", field_demand);
+  io::FieldSetting field{name.cast<std::string>()};
+  if (!step.is_none())
+    field.step = numberOf("the step of '" + field.name + "' in fields", step);
+  return field;
+}
+
+std::vector<io::FieldSetting>
+readFields(const Keywords& values)
+{
+  py::object fields = values.at("fields");
+  if (py::isinstance<py::str>(fields))
+    return {readField(values, fields)};
+  if (py::isinstance<py::dict>(fields))
+    fields = py::list(fields.attr("items")());
+  if (!py::isinstance<py::sequence>(fields))
+    values.refuseType("fields", field_demand);
+  std::vector<io::FieldSetting> settings;
+  for (const py::handle& field : fields)
+    settings.push_back(readField(values, py::reinterpret_borrow<py::object>(field)));
+  return settings;
+}
+
 io::EncoderSettings
 readCodecSettings(const Keywords& values)
 {
@@ -101,6 +138,7 @@ readCodecSettings(const Keywords& values)
   readIntensityCoding(values, settings);
   settings.colour_bits = values.smallCount("colour_bits");
   settings.keep_point_counts = values.flag("keep_point_counts");
+  settings.fields = readFields(values);
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
   settings.threads = values.smallCount("threads");
   settings.temporal_filter = values.smallCount("temporal_filter");
@@ -164,6 +202,7 @@ readLimits(const py::dict& values, const std::optional<io::DecoderLimits>& defau
   read("max_frame_bytes", limits.max_frame_bytes);
   read("max_voxels", limits.max_voxels);
   read("max_points", limits.max_points);
+  read("max_field_values", limits.max_field_values);
   throwUnlessOk(io::checkLimits(limits));
   return limits;
 }
@@ -208,6 +247,7 @@ defaultSettings()
                   "intensity_bits"_a = codec.intensity_bits,
                   "colour_bits"_a = codec.colour_bits,
                   "keep_point_counts"_a = codec.keep_point_counts,
+                  "fields"_a = py::tuple(),
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
                   "threads"_a = codec.threads,
                   "temporal_filter"_a = codec.temporal_filter,
@@ -215,6 +255,7 @@ defaultSettings()
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,
                   "max_points"_a = limits.max_points,
+                  "max_field_values"_a = limits.max_field_values,
                   "min_log_odds"_a = removal.min_log_odds,
                   "full_intensity"_a = removal.full_intensity,
                   "use_history"_a = removal.use_history,

@@ -9,20 +9,22 @@ README = pathlib.Path(__file__).parents[1] / "README.md"
 EXAMPLES = re.findall(r"^```python\n(.*?)^```", README.read_text(), re.M | re.S)
 
 
-def test_there_are_five():
-    assert len(EXAMPLES) == 5
+def test_there_are_six():
+    assert len(EXAMPLES) == 6
 
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", range(6))
 def test_example(number, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(EXAMPLES[number], f"example {number}", "exec"), {})
     printed = capsys.readouterr().out
     assert printed
     if number == 2:
+        assert "'time', 'ring') True\n" in printed
+    if number == 3:
         removed, kept = re.findall(r"\d+", printed)
         assert int(removed) > 30 and int(kept) > 5000
-    if number == 3:
-        assert printed.count("/sensor_") >= 20
     if number == 4:
+        assert printed.count("/sensor_") >= 20
+    if number == 5:
         assert re.fullmatch(r"2 MissingReference .*\n", printed)

@@ -131,6 +131,8 @@ def test_a_long_frame_id(room):
     [
         ({"max_voxels": 0}, ValueError, "max_voxels is 0"),
         ({"max_points": 0}, ValueError, "max_points is 0"),
+        ({"max_field_values": 0}, ValueError, "max_field_values is 0"),
+        ({"max_field_values": 1.5}, TypeError, "max_field_values is 1.5"),
         ({"max_frame_bytes": 0}, ValueError, "max_frame_bytes is 0"),
         ({"max_voxels": -1}, ValueError, "max_voxels is -1"),
         ({"max_voxels": 2**70}, ValueError, "max_voxels is 1180591620717411303424"),
