@@ -10,6 +10,7 @@
 #include "support/forged_frames.h"
 #include "support/golden_streams.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <random>
@@ -83,6 +84,13 @@ invalidFrames()
     return putTogether(changed_parts);
   };
   using Header = Version1Header;
+  const auto withField = [&](auto change) {
+    return forged([&](Header& header) {
+      header.content.has_fields = true;
+      header.fields = {{"ring", FieldType::UInt16}};
+      change(header);
+    });
+  };
 
   Bytes wrong_checksum = i_frame;
   wrong_checksum[6] = static_cast<std::uint8_t>(wrong_checksum[6] ^ 1u);
@@ -93,6 +101,29 @@ invalidFrames()
   voxels_out_of_nothing.header.voxel_count = std::uint64_t{1} << 20;
   voxels_out_of_nothing.header.grid = emptyFrame(21).grid;
   voxels_out_of_nothing.payload = {0};
+  // The type, with a step, and the number of values are before the step.
+  const auto step_of_256 =
+      withField([](Header& header) { header.fields.front().step = 256.0; });
+  const Bytes bytes_of_256{0x84, 1, 0, 0, 0, 0, 0, 0, 0x70, 0x40};
+  const auto step_place = std::search(
+      step_of_256.begin(), step_of_256.end(), bytes_of_256.begin(), bytes_of_256.end());
+  const Bytes no_field_step =
+      changed(step_of_256,
+              static_cast<std::size_t>(step_place - step_of_256.begin()) + 8,
+              {0, 0});
+  // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 what is not
+  // known.
+  const Bytes unknown_content =
+      changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, 0x04});
+  // More points than the header has.
+  VoxelFrame points = voxels;
+  addPointCounts(random, points);
+  points.fields = {{{"ring", FieldType::UInt16}, {}}};
+  points.fields.front().numbers.resize(points.pointCount());
+  FrameEncoder point_encoder(StreamFormat::Version1, 100);
+  Parts parts_with_points = takeApart(encoded(point_encoder, points));
+  parts_with_points.header.point_count = points.size();
+  const Bytes points_of_fields = putTogether(parts_with_points);
   DepthModel cubes;
   cubes.exponent = 3;
   DepthModel far_away;
@@ -130,7 +161,34 @@ invalidFrames()
       {"long_frame_id", forged([](Header& header) {
          header.has_frame_id = true;
          header.frame_id = std::string(1025, 'x');
-       })}};
+       })},
+      {"unknown_content", unknown_content},
+      {"no_fields", withField([](Header& header) { header.fields.clear(); })},
+      {"too_many_fields", withField([](Header& header) {
+         header.fields.resize(most_fields + 1, header.fields.front());
+       })},
+      {"field_without_name",
+       withField([](Header& header) { header.fields.front().name.clear(); })},
+      {"long_field_name", withField([](Header& header) {
+         header.fields.front().name = std::string(most_field_name_bytes + 1, 'x');
+       })},
+      {"unknown_field_type", withField([](Header& header) {
+         header.fields.front().type = static_cast<FieldType>(9);
+       })},
+      {"field_without_values",
+       withField([](Header& header) { header.fields.front().count = 0; })},
+      {"too_many_field_values", withField([](Header& header) {
+         header.fields.resize(2, header.fields.front());
+         header.fields.front().count = most_field_values;
+       })},
+      {"negative_field_step",
+       withField([](Header& header) { header.fields.front().step = -1.0; })},
+      {"no_field_step", no_field_step},
+      {"viewpoint_far_away", withField([](Header& header) {
+         header.viewpoint[1] = -farthest_viewpoint - 1;
+       })},
+      {"fields_without_supplement", withField([](Header&) {})},
+      {"points_of_fields_without_end", points_of_fields}};
 }
 
 bool

@@ -47,6 +47,8 @@ class Voxels:
     symbols: List[int]
     colours: List[Tuple[int, int, int]] = field(default_factory=list)
     point_counts: List[int] = field(default_factory=list)
+    fields: List[List[int]] = field(default_factory=list)
+    """Of each field the numbers of all points."""
 
 
 def counts_of_symbols(symbols: List[int], excess: Callable[[], int]) -> List[int]:

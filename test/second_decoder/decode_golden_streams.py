@@ -35,6 +35,8 @@ def voxel_checksum(frame: Frame) -> int:
         for colour in frame.voxels.colours[i : i + 1]:
             numbers += colour
         numbers += frame.voxels.point_counts[i : i + 1]
+    for field in frame.voxels.fields:
+        numbers += field
     checksum = 0xCBF29CE484222325
     for number in numbers:
         for byte in number.to_bytes(8, "little"):

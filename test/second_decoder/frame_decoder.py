@@ -26,6 +26,7 @@ from invalid_frame import InvalidFrame, require
 from supplement import SupplementMemory, decode_supplement
 
 MOST_BYTES = 16 << 20
+MOST_FIELD_VALUES = 1 << 25
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,10 @@ class FrameDecoder:
         if header.is_i_frame:
             self._require_new(header)
         kept = self._with_header(header)
+        content = kept.content
+        points = header.point_count if content.has_point_counts else header.voxel_count
+        values = points * sum(field.value_count for field in content.fields)
+        require(values <= MOST_FIELD_VALUES, "there are too many values of fields")
         frame = self._with_payload(header, kept, payload)
         self._order.decoded(
             header.number,
@@ -136,7 +141,11 @@ class FrameDecoder:
         has_intensities = kept.content.has_intensities
         require(
             replace(
-                header.content, colour_bits=colour_bits, has_intensities=has_intensities
+                header.content,
+                colour_bits=colour_bits,
+                has_intensities=has_intensities,
+                fields=kept.content.fields,
+                viewpoint=kept.content.viewpoint,
             )
             == kept.content,
             "a P-frame has another content",

@@ -19,7 +19,20 @@ CHECKED_FROM = 9
 _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
-_COLOURS, _POINT_COUNTS, _NO_INTENSITIES = 32, 64, 128
+_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS = 32, 64, 128, 256
+
+
+@dataclass(frozen=True)
+class Field:
+    """What is said of a field of points."""
+
+    name: bytes
+    type: int
+    """1..8."""
+    value_count: int
+    """Values of a point."""
+    step: Optional[float]
+    """None: values are exact."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +44,14 @@ class Content:
     """In a P-frame 1, whatever those of its I-frame are."""
     has_point_counts: bool = False
     has_intensities: bool = True
+    has_fields: bool = False
+    fields: Tuple[Field, ...] = ()
+    """These and the viewpoint are an I-frame's."""
+    viewpoint: Tuple[int, int, int] = (0, 0, 0)
 
     @property
     def has_supplement(self) -> bool:
-        return bool(self.levels or self.colour_bits)
+        return bool(self.levels or self.colour_bits or self.has_fields)
 
 
 @dataclass(frozen=True)
@@ -149,8 +166,8 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
-    (field,) = reader.numbers("B")
-    require(field != 0, "the content is none")
+    field = reader.varint()
+    require(0 < field < 512, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
     require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
     return Content(
@@ -158,6 +175,7 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         1 if field & _COLOURS else 0,
         bool(field & _POINT_COUNTS),
         not field & _NO_INTENSITIES,
+        bool(field & _FIELDS),
     )
 
 
@@ -178,6 +196,36 @@ def _scale(reader: ByteReader) -> IntensityScale:
         require(number_range >= 1 << bits, "the scale should be a linear one")
     require(1 <= bits <= 16, "the bits are none of 1..16")
     return IntensityScale(offset, step, bits, number_range)
+
+
+def _field(reader: ByteReader) -> Field:
+    size = reader.varint()
+    require(1 <= size <= 64, "the name of a field has none of 1..64 bytes")
+    name = reader.bytes(size)
+    (kind,) = reader.numbers("B")
+    require(1 <= kind & 127 <= 8, "the type of a field is none of 1..8")
+    value_count = reader.varint()
+    require(value_count > 0, "a field has no values")
+    step = None
+    if kind & 128:
+        (step,) = reader.numbers("d")
+        require(math.isfinite(step) and step > 0, "the step of a field is none")
+    return Field(name, kind & 127, value_count, step)
+
+
+def _fields(reader: ByteReader) -> Tuple[Field, ...]:
+    count = reader.varint()
+    require(1 <= count <= 64, "the fields are none of 1..64")
+    fields = tuple(_field(reader) for _ in range(count))
+    values = sum(field.value_count for field in fields)
+    require(values <= 4096, "a point has too many values")
+    return fields
+
+
+def _viewpoint(reader: ByteReader) -> Tuple[int, int, int]:
+    x, y, z = (from_zigzag(reader.varint()) for _ in range(3))
+    require(max(abs(x), abs(y), abs(z)) <= 1 << 22, "the viewpoint is too far away")
+    return x, y, z
 
 
 def read_header(reader: ByteReader) -> FrameHeader:
@@ -203,6 +251,9 @@ def read_header(reader: ByteReader) -> FrameHeader:
         scale = NO_INTENSITIES
         if content.has_intensities:
             scale = _scale(reader)
+        if content.has_fields:
+            fields = _fields(reader)
+            content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else from_zigzag(reader.varint())

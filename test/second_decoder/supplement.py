@@ -1,41 +1,23 @@
-"""The supplement: voxels within cells, their intensities, numbers of points, colours.
+"""The supplement: voxels within cells, and what the content has of voxels and points.
 
-doc/bitstream_supplement.md; each class of this file holds one of its sections.
+doc/bitstream_supplement.md; each class of this file holds one of its sections. Sections
+"Numbers" and "Fields" are in supplement_numbers.py and fields.py.
 """
 
 from dataclasses import dataclass, field, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from coded_frame import Voxels
+from fields import FieldMemory, Points, decode_field
 from frame_header import ByteReader, Content, FrameHeader
 from invalid_frame import require
 from morton import neighbours
-from rans import BitModel, NibbleModel, RansDecoder
+from supplement_numbers import Models, NumberReader
 
 Colour = Tuple[int, int, int]
 """Red, green, blue."""
 
 _LONGEST_ABSENCE = 8
-
-
-class Models:
-    """Models by their kind and context, made when they are first used."""
-
-    def __init__(self) -> None:
-        self._nibbles: Dict[tuple, NibbleModel] = {}
-        self._bits: Dict[tuple, BitModel] = {}
-
-    def copy(self) -> "Models":
-        other = Models()
-        other._nibbles = {key: model.copy() for key, model in self._nibbles.items()}
-        other._bits = {key: model.copy() for key, model in self._bits.items()}
-        return other
-
-    def nibble(self, *context: object) -> NibbleModel:
-        return self._nibbles.setdefault(context, NibbleModel())
-
-    def bit(self, *context: object) -> BitModel:
-        return self._bits.setdefault(context, BitModel())
 
 
 @dataclass(frozen=True)
@@ -45,35 +27,8 @@ class SupplementMemory:
     models: Models = field(default_factory=Models)
     means: Dict[int, Tuple[Colour, int]] = field(default_factory=dict)
     """By key: the mean colour in sixteenths, and the frames since the voxel's last."""
-
-
-class NumberReader:
-    """Section "Numbers"."""
-
-    def __init__(self, source: bytes, voxel_count: int, models: Models) -> None:
-        self.rans = RansDecoder(source, voxel_count)
-        self.models = models
-
-    def number(self, *context: object) -> int:
-        low = self.models.nibble(*context).read(self.rans)
-        if low < 15:
-            return low
-        length = 2 * self.models.nibble("lengths").read(self.rans) + self.bits(1)
-        return ((1 << length) | self.bits(length)) + 14
-
-    def bits(self, size: int) -> int:
-        number = 0
-        while size > 0:
-            part = min(size, 12)
-            number = number << part | self.rans.bits(part)
-            size -= part
-        return number
-
-    def bit(self, *context: object) -> int:
-        return self.models.bit(*context).read(self.rans)
-
-    def require_end(self) -> None:
-        self.rans.require_end()
+    fields: Tuple[FieldMemory, ...] = ()
+    """One of each field; none before the first frame with voxels."""
 
 
 class RefinementReader:
@@ -301,5 +256,20 @@ def decode_supplement(
         voxels = replace(voxels, colours=colours)
         if not content.levels:
             means = _next_means(means, voxels.keys, colours)
+    fields = memory.fields
+    if content.fields:
+        require(
+            not content.has_point_counts
+            or sum(voxels.point_counts) == header.point_count,
+            "the numbers of points have another sum",
+        )
+        points = Points(voxels.keys, voxels.point_counts, depth, content.viewpoint)
+        fields = tuple(of_field.copy() for of_field in fields)
+        fields = fields or tuple(FieldMemory() for _ in content.fields)
+        numbers = [
+            decode_field(reader, described, index, points, fields[index])
+            for index, described in enumerate(content.fields)
+        ]
+        voxels = replace(voxels, fields=numbers)
     reader.require_end()
-    return voxels, SupplementMemory(models, means)
+    return voxels, SupplementMemory(models, means, fields)

@@ -53,7 +53,22 @@ const std::vector<InvalidFile> files{
     {"grid_too_deep", CompressionCode::Corrupt, "grid depth outside 1 to 21"},
     {"grid_off_the_lattice", CompressionCode::Corrupt, "grid outside the lattice"},
     {"symbols_of_17_bits", CompressionCode::Corrupt, "invalid intensity scale"},
-    {"long_frame_id", CompressionCode::Corrupt, "frame_id too long"}};
+    {"long_frame_id", CompressionCode::Corrupt, "frame_id too long"},
+    {"unknown_content", CompressionCode::Corrupt, "invalid content"},
+    {"no_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
+    {"too_many_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
+    {"field_without_name", CompressionCode::Corrupt, "invalid field"},
+    {"long_field_name", CompressionCode::Corrupt, "name of a field too long"},
+    {"unknown_field_type", CompressionCode::Corrupt, "invalid field"},
+    {"field_without_values", CompressionCode::Corrupt, "invalid field"},
+    {"too_many_field_values", CompressionCode::Corrupt, "too many values of a point"},
+    {"negative_field_step", CompressionCode::Corrupt, "invalid field"},
+    {"no_field_step", CompressionCode::Corrupt, "invalid field"},
+    {"viewpoint_far_away", CompressionCode::Corrupt, "viewpoint too far away"},
+    {"fields_without_supplement",
+     CompressionCode::Corrupt,
+     "the supplement does not decode"},
+    {"points_of_fields_without_end", CompressionCode::Corrupt, ""}};
 
 TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {

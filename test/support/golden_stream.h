@@ -67,6 +67,9 @@ public:
       if (frame.has_point_counts)
         add(frame.point_counts[i]);
     }
+    for (const FrameField& field : frame.fields)
+      for (const std::uint64_t number : field.numbers)
+        add(number);
   }
 
   std::uint64_t

@@ -7,6 +7,7 @@
 
 #include "support/changing_frames.h"
 #include "support/golden_disorder.h"
+#include "support/golden_fields.h"
 #include "support/golden_rare_cases.h"
 #include "support/golden_stream.h"
 #include "support/supplement_frames.h"
@@ -295,6 +296,7 @@ goldenStreams()
     streams.push_back(goldenScales(std::string(prefix) + "scales", effort));
     streams.push_back(goldenFewCells(std::string(prefix) + "few_cells", effort));
     streams.push_back(goldenMovedWall(std::string(prefix) + "moved_wall", effort));
+    streams.push_back(goldenFields(std::string(prefix) + "fields", effort));
   }
   // What one effort has, or all have in common.
   streams.push_back(goldenSpread("fast_spread", Effort::Fast));
