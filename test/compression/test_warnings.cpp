@@ -58,13 +58,13 @@ TEST(CompressionWarnings, PointsBehindTheSensor)
 TEST(CompressionWarnings, APoseThatIsNotFiniteIsRefused)
 {
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 100, {0.0, 0.0, 3.0}, 1.0);
-  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  const float undefined = std::numeric_limits<float>::quiet_NaN();
   std::stringstream stream;
   Quadratic encoder(settingsWith(usual_resolution));
-  cloud->sensor_origin_.y() = not_a_number;
+  cloud->sensor_origin_.y() = undefined;
   expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
   cloud->sensor_origin_.y() = 0.0f;
-  cloud->sensor_orientation_.w() = not_a_number;
+  cloud->sensor_orientation_.w() = undefined;
   expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
   Compression native(settingsWith(usual_resolution)); // does not use it
   expectCode(native.encodePointCloud(cloud, stream), CompressionCode::Ok);

@@ -24,6 +24,7 @@ smallLimits()
   limits.max_frame_bytes = std::size_t{1} << 13;
   limits.max_voxels = std::size_t{1} << 10;
   limits.max_points = std::size_t{1} << 12;
+  limits.max_field_values = std::size_t{1} << 13;
   return limits;
 }
 
@@ -33,7 +34,7 @@ requireReason(const io::CompressionStatus& status, const io::VoxelFrame& frame)
 {
   require(!status.ok() && !status.message().empty());
   require(frame.keys.empty() && frame.intensities.empty() && frame.colours.empty() &&
-          frame.point_counts.empty());
+          frame.point_counts.empty() && frame.fieldValueCount() == 0);
 }
 
 /** \brief Requires what isConsistent() checks, once more, and the small limits. */
@@ -59,6 +60,7 @@ requireWhole(const io::VoxelFrame& frame)
   for (const std::uint32_t count : frame.point_counts)
     require(count > 0);
   require(frame.pointCount() <= smallLimits().max_points);
+  require(frame.fieldValueCount() <= smallLimits().max_field_values);
 }
 
 /** \brief Requires that the size of a decoded frame is known from its bytes, and not

@@ -9,6 +9,7 @@
 
 #include "frame_row.h"
 #include "fuzz_input.h"
+#include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -29,6 +30,7 @@ struct StreamKind {
   io::StreamFormat format;
   io::Effort effort;
   bool has_depth_model;
+  bool has_fields = false; ///< and numbers of points
 };
 
 /** \brief Bytes of an input that mean different streams. */
@@ -45,11 +47,12 @@ streamKind(std::uint8_t choice)
                                   {StreamFormat::Version1, Effort::Balanced, false},
                                   {StreamFormat::Published, Effort::Balanced, false},
                                   {StreamFormat::Version1, Effort::Fast, true},
-                                  {StreamFormat::Version1, Effort::Balanced, true}};
+                                  {StreamFormat::Version1, Effort::Balanced, true},
+                                  {StreamFormat::Version1, Effort::Fast, false, true}};
   constexpr StreamKind dear_kinds[] = {{StreamFormat::Version1, Effort::Small, false},
                                        {StreamFormat::Version1, Effort::Small, true}};
   choice = choice % stream_choices;
-  return choice < 14 ? kinds[choice % 5] : dear_kinds[choice % 2];
+  return choice < 14 ? kinds[choice % 6] : dear_kinds[choice % 2];
 }
 
 /** \brief What a sensor saw. */
@@ -78,6 +81,11 @@ sensorFrames(const StreamKind& kind,
     SensorFrame frame{voxels, std::nullopt};
     if (i == 7)
       io::test::clearVoxels(frame.voxels);
+    if (kind.has_fields) {
+      frame.voxels.has_point_counts = true;
+      frame.voxels.point_counts.assign(frame.voxels.size(), 1 + i % 2);
+      io::test::addFields(random, frame.voxels);
+    }
     // A name that does not fit into a short string, which would take no memory.
     if (kind.format == io::StreamFormat::Version1 && i % 3 != 2)
       frame.stamp =

@@ -37,6 +37,19 @@ MUTANTS = [
            "if (size > remaining_)\n    fail(Failure::LimitExceeded);\n  else",
            "if (size > remaining_ + 1)\n    fail(Failure::LimitExceeded);\n  else"),
 
+    # Fields.
+    Mutant("src/codec/supplement/field_pass.h", "the error of an expectation does not fade",
+           "errors_[source] / 16;", "errors_[source] / 8;"),
+    Mutant("src/codec/supplement/field_pass.h", "an index beyond the list of numbers",
+           "if (indices[i] >= state_.dictionary.size())",
+           "if (indices[i] > state_.dictionary.size())"),
+    Mutant("src/codec/supplement/field_numbers.h", "a length above 64 bits",
+           "if (length > 64)", "if (length > 65)"),
+    Mutant("src/voxelizing/field_collector.cpp", "the largest of the most frequent",
+           "end - begin > best_count", "end - begin >= best_count"),
+    Mutant("src/stream/version1_decoder.cpp", "one value above the limit",
+           "values > limits_.max_field_values", "values > limits_.max_field_values + 1"),
+
     # Header, checksum, order of frames.
     Mutant("src/bytes/checksum.cpp", "the reference is not part of the checksum",
            "auto checksum = crc32_z(0, prefix.data(), prefix.size());",

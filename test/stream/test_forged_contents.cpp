@@ -80,6 +80,48 @@ TEST(ForgedContents, OfIFramesAreRefused)
   }
 }
 
+TEST(ForgedContents, OfFieldsAreRefused)
+{
+  std::mt19937_64 random(6);
+  RoomStream room(roomSettings(6, 20));
+  VoxelFrame frame = room.next();
+  addPointCounts(random, frame);
+  addFields(random, frame);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Bytes first = encoded(encoder, frame);
+  const Parts good = takeApart(first);
+  using Change = std::function<void(Version1Header&)>;
+  const std::vector<Change> changes = {
+      [](Version1Header& h) { h.fields.clear(); },
+      [](Version1Header& h) { h.fields.pop_back(); },
+      [](Version1Header& h) { h.fields.resize(65, h.fields[0]); },
+      [](Version1Header& h) { h.fields[0].name.clear(); },
+      [](Version1Header& h) { h.fields[0].name.assign(65, 'a'); },
+      [](Version1Header& h) { h.fields[0].type = FieldType{0}; },
+      [](Version1Header& h) { h.fields[0].type = FieldType{9}; },
+      [](Version1Header& h) { h.fields[0].count = 0; },
+      [](Version1Header& h) { h.fields[0].count = 2; },
+      [](Version1Header& h) { h.fields[0].count = 4097; },
+      [](Version1Header& h) { h.fields[0].count = 0xffffffff; },
+      [](Version1Header& h) { h.fields[1].step = -1.0; },
+      [](Version1Header& h) {
+        h.fields[1].step = std::numeric_limits<double>::infinity();
+      },
+      [](Version1Header& h) { h.viewpoint[2] = (1 << 22) + 1; },
+      [](Version1Header& h) { h.viewpoint[0] = -(1 << 22) - 1; },
+      [](Version1Header& h) { h.content.has_fields = false; }};
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    SCOPED_TRACE(i);
+    Parts parts = good;
+    changes[i](parts.header);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+    EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
+    expectSameFrame(back, frame);
+  }
+}
+
 TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)
 {
   std::mt19937_64 random(6);
@@ -98,7 +140,8 @@ TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)
   for (const auto& content : {supplement::Content{},
                               supplement::Content{0, 0, true},
                               supplement::Content{0, 1, true},
-                              supplement::Content{1, 1, false}}) {
+                              supplement::Content{1, 1, false},
+                              supplement::Content{0, 1, false, true}}) {
     Parts parts = good;
     parts.header.content = content;
     EXPECT_NE(answerTo(putTogether(parts, checksum), first, {second}, {frames[1]}),

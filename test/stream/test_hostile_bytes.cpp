@@ -36,6 +36,7 @@ enum class HostileContent {
   RoomWithDepths,
   RoomOf16BitsWithDepths,
   ColouredRoom,
+  FieldsOfVoxels,
   FineVoxels,
   FewVoxels
 };
@@ -63,6 +64,7 @@ hostileKinds(StreamFormat format)
       {Content::RoomWithDepths, "RoomWithDepths"},
       {Content::RoomOf16BitsWithDepths, "RoomOf16BitsWithDepths"},
       {Content::ColouredRoom, "ColouredRoom"},
+      {Content::FieldsOfVoxels, "FieldsOfVoxels"},
       {Content::FineVoxels, "FineVoxels"},
       {Content::FewVoxels, "FewVoxels"}};
   std::vector<HostileKind> kinds;
@@ -108,6 +110,8 @@ hostileFrames(HostileContent content)
       addColours(random, 5, frames.back());
     if (content == Content::ColouredRoom || content == Content::FineVoxels)
       addPointCounts(random, frames.back());
+    if (content == Content::FieldsOfVoxels)
+      addFields(random, frames.back());
   }
   return frames;
 }
@@ -186,7 +190,8 @@ protected:
     else {
       ++refused_;
       EXPECT_TRUE(back_.keys.empty() && back_.intensities.empty() &&
-                  back_.colours.empty() && back_.point_counts.empty());
+                  back_.colours.empty() && back_.point_counts.empty() &&
+                  back_.fieldValueCount() == 0);
     }
     return status.code();
   }

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -56,6 +57,47 @@ addPointCounts(std::mt19937_64& random, VoxelFrame& frame)
     frame.point_counts.push_back(
         static_cast<std::uint32_t>(1 + below(random, std::uint64_t{1} << bits)));
   }
+}
+
+/** \brief Adds fields of the points, or without numbers of points of the voxels: one
+ * that follows from the place, one of few numbers in a wide range, one of noise, and one
+ * of three values. Voxels have few points then. */
+inline void
+addFields(std::mt19937_64& random, VoxelFrame& frame)
+{
+  for (std::uint32_t& count : frame.point_counts)
+    count = 1 + count % 3;
+  frame.fields.clear();
+  frame.viewpoint = {-3, 5, 7};
+  const auto add = [&](const char* name, FieldType type, double step, auto number_of) {
+    FrameField& field = frame.fields.emplace_back();
+    field.name = name;
+    field.type = type;
+    field.step = step;
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel)
+      for (std::uint32_t i = 0;
+           i < (frame.has_point_counts ? frame.point_counts[voxel] : 1);
+           ++i)
+        field.numbers.push_back(number_of(voxelPosition(frame.keys[voxel])));
+  };
+  add("ring", FieldType::UInt16, 0.0, [&](const VoxelPosition& at) {
+    return at.z / 4 + below(random, 2);
+  });
+  add("time", FieldType::Float64, 0.0, [&](const VoxelPosition& at) {
+    return (std::uint64_t{1} << 62) + 987654321 * (at.x % 8);
+  });
+  add("noise", FieldType::Float32, 0.01, [&](const VoxelPosition&) {
+    return (std::uint64_t{1} << 52) + below(random, 100);
+  });
+  add("normal", FieldType::Int8, 0.0, [](const VoxelPosition& at) {
+    return std::uint64_t{at.y % 256};
+  });
+  FrameField& normal = frame.fields.back();
+  normal.count = 3;
+  const std::vector<std::uint64_t> first = normal.numbers;
+  normal.numbers.clear();
+  for (const std::uint64_t number : first)
+    normal.numbers.insert(normal.numbers.end(), {number, 128, 255 - number});
 }
 
 /** \brief A frame of some 1500 voxels in a deep grid, of which nearly none has a

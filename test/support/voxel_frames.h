@@ -177,6 +177,12 @@ expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
   EXPECT_TRUE(frame.colours == expected.colours);
   EXPECT_EQ(frame.has_point_counts, expected.has_point_counts);
   EXPECT_EQ(frame.point_counts, expected.point_counts);
+  ASSERT_EQ(frame.fields.size(), expected.fields.size());
+  for (std::size_t i = 0; i < frame.fields.size(); ++i) {
+    EXPECT_TRUE(frame.fields[i] == expected.fields[i]) << expected.fields[i].name;
+    EXPECT_EQ(frame.fields[i].numbers, expected.fields[i].numbers)
+        << expected.fields[i].name;
+  }
 }
 
 inline void

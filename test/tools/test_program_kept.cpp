@@ -155,7 +155,7 @@ TEST(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
   EXPECT_EQ(
       run(folder, "encode lidar -o x.mcap").errors,
       "pcl_ext encode: /lidar: fields that are left out: ring, time; the rows and "
-      "columns of the points are not kept\n");
+      "columns of the points are not kept; --fields keeps fields\n");
 }
 
 } // namespace test

@@ -28,6 +28,7 @@ struct ContentCase {
   bool has_intensities;
   unsigned int colour_bits;
   bool has_point_counts;
+  bool has_fields;
 };
 
 std::vector<ContentCase>
@@ -38,7 +39,9 @@ allContents()
     for (const bool has_intensities : {false, true})
       for (const unsigned int colour_bits : {0u, 1u, 5u, 8u})
         for (const bool has_point_counts : {false, true})
-          contents.push_back({is_fine, has_intensities, colour_bits, has_point_counts});
+          for (const bool has_fields : {false, true})
+            contents.push_back(
+                {is_fine, has_intensities, colour_bits, has_point_counts, has_fields});
   return contents;
 }
 
@@ -48,7 +51,8 @@ descriptionOf(const ContentCase& content)
   return std::string(content.is_fine ? "fine" : "room") +
          (content.has_intensities ? ", intensities" : "") + ", colour bits " +
          std::to_string(content.colour_bits) +
-         (content.has_point_counts ? ", points" : "");
+         (content.has_point_counts ? ", points" : "") +
+         (content.has_fields ? ", fields" : "");
 }
 
 /** \brief Some frames of a stream, one of them without voxels. */
@@ -68,6 +72,8 @@ framesOf(const ContentCase& content)
       addColours(random, content.colour_bits, frame);
     if (content.has_point_counts)
       addPointCounts(random, frame);
+    if (content.has_fields)
+      addFields(random, frame);
     frames.push_back(frame);
   }
   return frames;

@@ -1,0 +1,191 @@
+/** \file
+ * \brief Fields of points through the class, for PCL's types and for registered ones.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include <pcl/point_types.h>
+#include <pcl/register_point_struct.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <set>
+#include <sstream>
+
+/** \brief A point of a lidar, as its ROS driver publishes it. */
+struct PointXYZIRT {
+  PCL_ADD_POINT4D
+  float intensity;
+  std::uint16_t ring;
+  double timestamp;
+  float descriptor[4];
+  PCL_MAKE_ALIGNED_OPERATOR_NEW
+} EIGEN_ALIGN16;
+
+// clang-format off
+POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZIRT,
+                                  (float, x, x)(float, y, y)(float, z, z)
+                                  (float, intensity, intensity)
+                                  (std::uint16_t, ring, ring)
+                                  (double, timestamp, timestamp)
+                                  (float[4], descriptor, descriptor))
+// clang-format on
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::io;
+
+pcl::PointCloud<PointXYZIRT>::Ptr
+lidarCloud()
+{
+  std::mt19937 random(3);
+  pcl::PointCloud<PointXYZIRT>::Ptr cloud(new pcl::PointCloud<PointXYZIRT>);
+  for (int i = 0; i < 2000; ++i) {
+    PointXYZIRT point{};
+    point.x = 0.01f * static_cast<float>(random() % 500);
+    point.y = 0.01f * static_cast<float>(random() % 500);
+    point.z = 0.02f * static_cast<float>(i % 32);
+    point.intensity = 0.37f * static_cast<float>(random() % 1000);
+    point.ring = static_cast<std::uint16_t>(i % 32);
+    point.timestamp = 1.7e9 + 1e-4 * i; // tells the points apart
+    for (float& value : point.descriptor)
+      value = static_cast<float>(random() % 100);
+    cloud->push_back(point);
+  }
+  return cloud;
+}
+
+template <typename PointT>
+typename pcl::PointCloud<PointT>::Ptr
+sentAndReceived(const IntensityCompressionSettings& settings,
+                const typename pcl::PointCloud<PointT>::ConstPtr& cloud)
+{
+  using Compressor = OctreePointCloudIntensityCompression<PointT, NativeIntensity>;
+  std::stringstream stream;
+  EXPECT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
+  typename Compressor::PointCloudPtr received;
+  Compressor decoder;
+  EXPECT_TRUE(decoder.decodePointCloud(stream, received).ok());
+  return received;
+}
+
+TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.1;
+  settings.keep_point_counts = true;
+  settings.fields = {{all_fields}};
+  const auto cloud = lidarCloud();
+  const auto received = sentAndReceived<PointXYZIRT>(settings, cloud);
+  ASSERT_EQ(received->size(), cloud->size());
+  std::map<double, PointXYZIRT> by_time;
+  for (const PointXYZIRT& point : *cloud)
+    by_time[point.timestamp] = point;
+  for (const PointXYZIRT& point : *received) {
+    ASSERT_EQ(by_time.count(point.timestamp), 1u);
+    const PointXYZIRT& original = by_time.at(point.timestamp);
+    by_time.erase(point.timestamp);
+    EXPECT_LE(
+        (point.getVector3fMap() - original.getVector3fMap()).lpNorm<Eigen::Infinity>(),
+        0.0501f);
+    // Its own, not the mean of its voxel.
+    EXPECT_EQ(point.intensity, original.intensity);
+    EXPECT_EQ(point.ring, original.ring);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_EQ(point.descriptor[i], original.descriptor[i]);
+  }
+  EXPECT_TRUE(by_time.empty());
+}
+
+TEST(ClassFields, GoToFieldsOfOtherTypesByName)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.1;
+  settings.keep_point_counts = true;
+  settings.fields = {{"timestamp", 0.5}, {"intensity"}};
+  using Encoder = OctreePointCloudIntensityCompression<PointXYZIRT, NativeIntensity>;
+  using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
+  std::stringstream stream;
+  const auto cloud = lidarCloud();
+  ASSERT_TRUE(Encoder(settings).encodePointCloud(cloud, stream).ok());
+  Decoder decoder;
+  Decoder::PointCloudPtr received;
+  ASSERT_TRUE(decoder.decodePointCloud(stream, received).ok());
+  std::multiset<float> sent_intensities;
+  for (const PointXYZIRT& point : *cloud)
+    sent_intensities.insert(point.intensity);
+  std::multiset<float> intensities;
+  for (const pcl::PointXYZI& point : *received)
+    intensities.insert(point.intensity);
+  EXPECT_EQ(intensities, sent_intensities);
+}
+
+TEST(ClassFields, StayThoseOfTheStreamInAnEmptyCloud)
+{
+  IntensityCompressionSettings settings;
+  settings.fields = {{"ring"}};
+  OctreePointCloudIntensityCompression<PointXYZIRT> encoder(settings);
+  std::stringstream stream;
+  ASSERT_TRUE(encoder.encodePointCloud(lidarCloud(), stream).ok());
+  const pcl::PointCloud<PointXYZIRT>::Ptr empty(new pcl::PointCloud<PointXYZIRT>);
+  ASSERT_TRUE(encoder.encodePointCloud(empty, stream).ok());
+  EXPECT_FALSE(encoder.statistics().coding.is_i_frame);
+}
+
+TEST(ClassFields, OfNormalsAreMeansInVoxels)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 1.0;
+  settings.fields = {{"normal_x"}, {"curvature", 0.25}};
+  pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud(
+      new pcl::PointCloud<pcl::PointXYZINormal>);
+  for (const float normal : {0.25f, 0.75f, 0.5f, 1.0f}) {
+    pcl::PointXYZINormal point;
+    point.x = point.y = point.z = 0.5f;
+    point.normal_x = normal;
+    point.normal_y = 1.0f;
+    point.curvature = normal;
+    cloud->push_back(point);
+  }
+  const auto received = sentAndReceived<pcl::PointXYZINormal>(settings, cloud);
+  ASSERT_EQ(received->size(), 1u);
+  EXPECT_EQ((*received)[0].normal_x, 0.625f);
+  EXPECT_EQ((*received)[0].normal_y, 0.0f);  // not kept
+  EXPECT_EQ((*received)[0].curvature, 0.5f); // 2.5 steps, rounded to even
+}
+
+TEST(ClassFields, OfColoursAreExactWhereTheyAreNotCodedByVoxel)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 1.0;
+  settings.colour_bits = 0;
+  settings.keep_point_counts = true;
+  settings.fields = {{all_fields}};
+  pcl::PointCloud<pcl::PointXYZRGBL>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBL>);
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    pcl::PointXYZRGBL point;
+    point.x = point.y = point.z = 0.5f;
+    point.rgba = 0xff000000u + 7919 * i;
+    point.label = i; // the points of a voxel ascend with the first field
+    cloud->push_back(point);
+  }
+  using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGBL>;
+  std::stringstream stream;
+  ASSERT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
+  Compressor::PointCloudPtr received;
+  Compressor decoder;
+  ASSERT_TRUE(decoder.decodePointCloud(stream, received).ok());
+  ASSERT_EQ(received->size(), cloud->size());
+  std::map<std::uint32_t, std::uint32_t> colours;
+  for (const auto& point : *received)
+    colours[point.label] = point.rgba;
+  for (const auto& point : *cloud)
+    EXPECT_EQ(colours[point.label], point.rgba);
+}
+
+} // namespace

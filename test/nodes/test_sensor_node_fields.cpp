@@ -1,0 +1,135 @@
+/** \file
+ * \brief A SensorNode keeps fields of any PointCloud2.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "support/sensor_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::IntensityLaw;
+using pcl_ext::io::FrameDecoder;
+using pcl_ext::io::VoxelFrame;
+
+void
+addField(pcl::PCLPointCloud2& cloud,
+         const char* name,
+         std::uint32_t offset,
+         std::uint8_t datatype,
+         std::uint32_t count = 1)
+{
+  pcl::PCLPointField field;
+  field.name = name;
+  field.offset = offset;
+  field.datatype = datatype;
+  field.count = count;
+  cloud.fields.push_back(field);
+}
+
+/** \brief An organised cloud of 8 x 500 points with gaps between and after the fields;
+ * points that are not finite, and others outside of a box. */
+pcl::PCLPointCloud2
+lidarMessage()
+{
+  using Field = pcl::PCLPointField;
+  pcl::PCLPointCloud2 cloud;
+  addField(cloud, "ring", 0, Field::UINT8);
+  addField(cloud, "x", 4, Field::FLOAT32);
+  addField(cloud, "y", 8, Field::FLOAT32);
+  addField(cloud, "z", 12, Field::FLOAT32);
+  addField(cloud, "_", 16, Field::FLOAT32);
+  addField(cloud, "t", 21, Field::UINT32, 0); // one value, not aligned
+  addField(cloud, "pair", 25, Field::INT16, 2);
+  addField(cloud, "beyond", 30, Field::FLOAT64);
+  cloud.point_step = 32;
+  cloud.width = 500;
+  cloud.height = 8;
+  cloud.row_step = cloud.width * cloud.point_step + 12;
+  cloud.data.resize(cloud.height * cloud.row_step);
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      std::uint8_t* const point =
+          cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+      const float place[3] = {column % 7 == 3 ? std::numeric_limits<float>::quiet_NaN()
+                                              : 0.011f * static_cast<float>(column),
+                              0.3f * static_cast<float>(row),
+                              1.0f};
+      const std::uint32_t t = column + 1000 * row;
+      const std::int16_t pair[2] = {static_cast<std::int16_t>(column),
+                                    static_cast<std::int16_t>(-column)};
+      point[0] = static_cast<std::uint8_t>(row);
+      std::memcpy(point + 4, place, sizeof(place));
+      std::memcpy(point + 21, &t, sizeof(t));
+      std::memcpy(point + 25, pair, sizeof(pair));
+    }
+  return cloud;
+}
+
+TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.resolution = 0.25;
+  settings.compression.keep_point_counts = true;
+  settings.compression.fields = {{pcl_ext::io::all_fields}};
+  settings.compression.bounding_box.reset();
+  settings.crop_box = pcl_ext::io::BoundingBox{{0.0, -9.0, -9.0}, {4.0, 9.0, 9.0}};
+  SensorNode node(settings);
+  const pcl::PCLPointCloud2 cloud = lidarMessage();
+  EXPECT_EQ(describeLeftOut(cloud, settings),
+            "the rows and columns of the points are not kept");
+  FrameDecoder decoder;
+  const VoxelFrame frame =
+      decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
+  ASSERT_EQ(frame.fields.size(), 3u);
+  EXPECT_EQ(frame.fields[0].name, "ring");
+  EXPECT_EQ(frame.fields[1].name, "t");
+  EXPECT_EQ(frame.fields[2].name, "pair");
+  EXPECT_EQ(frame.fields[2].count, 2u);
+  std::size_t expected = 0;
+  for (std::uint32_t column = 0; column < 500; ++column)
+    expected += column % 7 != 3 && 0.011f * static_cast<float>(column) <= 4.0f ? 8 : 0;
+  ASSERT_EQ(frame.pointCount(), expected);
+  std::map<std::uint64_t, std::size_t> seen;
+  std::size_t point = 0;
+  for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
+    const double x =
+        frame.grid.centre(0, pcl_ext::io::voxelPosition(frame.keys[voxel]).x);
+    for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i, ++point) {
+      const std::uint64_t t = frame.fields[1].numbers[point];
+      ++seen[t];
+      EXPECT_EQ(frame.fields[0].numbers[point], t / 1000);
+      EXPECT_EQ(frame.fields[2].numbers[2 * point], 32768 + t % 1000);
+      EXPECT_EQ(frame.fields[2].numbers[2 * point + 1], 32768 - t % 1000);
+      EXPECT_NEAR(0.011 * static_cast<double>(t % 1000), x, 0.1251);
+    }
+  }
+  EXPECT_EQ(seen.size(), expected);
+}
+
+TEST(SensorNodeFields, StayThoseOfTheStreamInAnEmptyCloud)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.fields = {{"ring"}};
+  settings.compression.bounding_box.reset();
+  SensorNode node(settings);
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  encoded(node, cloud, pcl_ext::WorldPose::Identity());
+  cloud.width = cloud.height = cloud.row_step = 0;
+  cloud.data.clear();
+  encoded(node, cloud, pcl_ext::WorldPose::Identity());
+  EXPECT_FALSE(node.statistics().frame.coding.is_i_frame);
+}
+
+} // namespace

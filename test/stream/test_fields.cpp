@@ -1,0 +1,356 @@
+/** \file
+ * \brief Fields of points and of voxels: from points to frames and back.
+ */
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_description.h>
+
+#include "support/status_codes.h"
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <random>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using pcl_ext::IntensityUnit;
+
+/** \brief A point of a spinning lidar. */
+struct LidarPoint {
+  float x, y, z;
+  std::uint16_t ring;
+  std::int8_t label;
+  std::uint8_t flags[3];
+  float intensity;
+  double time;
+};
+
+FieldView
+viewOfField(const std::vector<LidarPoint>& points,
+            const char* name,
+            FieldType type,
+            std::size_t offset,
+            std::uint32_t count = 1)
+{
+  FieldView view;
+  view.description.name = name;
+  view.description.type = type;
+  view.description.count = count;
+  view.first = reinterpret_cast<const unsigned char*>(points.data()) + offset;
+  view.stride = sizeof(LidarPoint);
+  return view;
+}
+
+PointView
+viewOf(const std::vector<LidarPoint>& points)
+{
+  PointView view;
+  view.count = points.size();
+  view.coordinates = &points.front().x;
+  view.coordinate_stride = sizeof(LidarPoint);
+  view.fields = {
+      viewOfField(points, "ring", FieldType::UInt16, offsetof(LidarPoint, ring)),
+      viewOfField(points, "label", FieldType::Int8, offsetof(LidarPoint, label)),
+      viewOfField(points, "flags", FieldType::UInt8, offsetof(LidarPoint, flags), 3),
+      viewOfField(
+          points, "intensity", FieldType::Float32, offsetof(LidarPoint, intensity)),
+      viewOfField(points, "time", FieldType::Float64, offsetof(LidarPoint, time))};
+  return view;
+}
+
+/** \brief A turn of a lidar in a room; some points are not finite. */
+std::vector<LidarPoint>
+turnOf(unsigned int seed)
+{
+  std::mt19937_64 random(seed);
+  std::vector<LidarPoint> points;
+  for (unsigned int column = 0; column < 360; ++column)
+    for (std::uint16_t ring = 0; ring < 16; ++ring) {
+      LidarPoint point{};
+      const double azimuth = column * 0.0174533;
+      const double elevation = (ring - 8) * 0.03;
+      const double range = 3.0 + std::cos(3 * azimuth) + 0.01 * uniform(random, -1, 1);
+      point.x = static_cast<float>(range * std::cos(azimuth) * std::cos(elevation));
+      point.y = static_cast<float>(range * std::sin(azimuth) * std::cos(elevation));
+      point.z = static_cast<float>(range * std::sin(elevation));
+      if (below(random, 50) == 0)
+        point.x = std::numeric_limits<float>::quiet_NaN();
+      point.ring = ring;
+      point.label = static_cast<std::int8_t>(column / 60 - 3);
+      for (std::uint8_t& flag : point.flags)
+        flag = static_cast<std::uint8_t>(below(random, 3));
+      point.intensity = static_cast<float>(below(random, 256));
+      point.time = 1.6e9 + seed * 0.1 + column * 1e-4 + ring * 2.3e-6;
+      points.push_back(point);
+    }
+  return points;
+}
+
+using Index = std::array<std::int64_t, 3>;
+
+Index
+voxelOf(const LidarPoint& point, double resolution)
+{
+  const auto index = [resolution](float coordinate) {
+    return static_cast<std::int64_t>(
+        std::floor(static_cast<double>(coordinate) / resolution));
+  };
+  return {index(point.x), index(point.y), index(point.z)};
+}
+
+/** \brief The voxel of each point of a frame, in its order. */
+std::vector<Index>
+voxelsOf(const VoxelFrame& frame)
+{
+  std::vector<Index> voxels;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame.keys[i]);
+    const Index index = {std::int64_t{position.x} + frame.grid.first_index[0],
+                         std::int64_t{position.y} + frame.grid.first_index[1],
+                         std::int64_t{position.z} + frame.grid.first_index[2]};
+    voxels.insert(
+        voxels.end(), frame.has_point_counts ? frame.point_counts[i] : 1, index);
+  }
+  return voxels;
+}
+
+/** \brief Encodes and decodes the clouds of a stream. */
+class Fields : public ::testing::TestWithParam<Effort> {
+protected:
+  Fields()
+  {
+    settings_.resolution = 0.05;
+    settings_.effort = GetParam();
+    settings_.keep_point_counts = true;
+  }
+
+  CompressionStatus
+  send(const std::vector<LidarPoint>& points)
+  {
+    if (!encoder_)
+      encoder_.emplace(settings_, IntensityUnit::None);
+    VoxelFrame frame;
+    CompressionStatus status =
+        encoder_->voxelize(viewOf(points), pcl_ext::WorldPose::Identity(), frame);
+    if (status.ok())
+      status = encoder_->encode(frame, std::nullopt, bytes_);
+    return status.ok() ? decoder_.decode(bytes_.data(), bytes_.size(), decoded_)
+                       : status;
+  }
+
+  /** \brief A field of the decoded frame. */
+  const FrameField&
+  field(const std::string& name) const
+  {
+    for (const FrameField& field : decoded_.fields)
+      if (field.name == name)
+        return field;
+    throw std::out_of_range(name);
+  }
+
+  EncoderSettings settings_;
+  std::optional<CloudEncoder> encoder_;
+  FrameDecoder decoder_;
+  Bytes bytes_;
+  VoxelFrame decoded_;
+};
+
+INSTANTIATE_TEST_SUITE_P(,
+                         Fields,
+                         ::testing::ValuesIn(all_efforts),
+                         [](const auto& instance) { return nameOf(instance.param); });
+
+TEST_P(Fields, OfPointsComeBackExactlyWithTheirVoxels)
+{
+  settings_.fields = {{all_fields}};
+  for (unsigned int seed = 0; seed < 4; ++seed) {
+    const std::vector<LidarPoint> points = turnOf(seed);
+    ASSERT_TRUE(send(points).ok());
+    ASSERT_EQ(decoded_.fields.size(), 5u);
+    // All that a point has, as bytes; flags are three values.
+    using Values = std::
+        tuple<Index, std::uint16_t, std::int8_t, std::array<int, 3>, float, double>;
+    std::vector<Values> sent;
+    for (const LidarPoint& point : points)
+      if (std::isfinite(point.x))
+        sent.push_back({voxelOf(point, settings_.resolution),
+                        point.ring,
+                        point.label,
+                        {point.flags[0], point.flags[1], point.flags[2]},
+                        point.intensity,
+                        point.time});
+    std::vector<Values> received;
+    const std::vector<Index> voxels = voxelsOf(decoded_);
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      LidarPoint point{};
+      fieldValue(field("ring"), field("ring").numbers[i], &point.ring);
+      fieldValue(field("label"), field("label").numbers[i], &point.label);
+      for (std::size_t k = 0; k < 3; ++k)
+        fieldValue(field("flags"), field("flags").numbers[3 * i + k], &point.flags[k]);
+      fieldValue(field("intensity"), field("intensity").numbers[i], &point.intensity);
+      fieldValue(field("time"), field("time").numbers[i], &point.time);
+      received.push_back({voxels[i],
+                          point.ring,
+                          point.label,
+                          {point.flags[0], point.flags[1], point.flags[2]},
+                          point.intensity,
+                          point.time});
+    }
+    std::sort(sent.begin(), sent.end());
+    std::sort(received.begin(), received.end());
+    EXPECT_EQ(received, sent);
+    // The points of a voxel ascend with the first field.
+    for (std::size_t i = 1; i < voxels.size(); ++i)
+      EXPECT_TRUE(voxels[i] != voxels[i - 1] ||
+                  field("ring").numbers[i] >= field("ring").numbers[i - 1]);
+  }
+}
+
+TEST_P(Fields, OfVoxelsAreMeansAndOfIntegersTheMostFrequent)
+{
+  settings_.fields = {{"intensity"}, {"ring"}};
+  settings_.keep_point_counts = false;
+  const std::vector<LidarPoint> points = turnOf(7);
+  ASSERT_TRUE(send(points).ok());
+  std::map<Index, std::vector<LidarPoint>> of_voxel;
+  for (const LidarPoint& point : points)
+    if (std::isfinite(point.x))
+      of_voxel[voxelOf(point, settings_.resolution)].push_back(point);
+  const std::vector<Index> voxels = voxelsOf(decoded_);
+  ASSERT_EQ(voxels.size(), of_voxel.size());
+  std::size_t with_several = 0;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const std::vector<LidarPoint>& inside = of_voxel.at(voxels[i]);
+    with_several += inside.size() > 1 ? 1 : 0;
+    double sum = 0.0;
+    std::map<std::uint16_t, std::size_t> counts;
+    for (const LidarPoint& point : inside) {
+      sum += static_cast<double>(point.intensity);
+      ++counts[point.ring];
+    }
+    const auto most = std::max_element(
+        counts.begin(), counts.end(), [](const auto& one, const auto& other) {
+          return one.second < other.second; // the first of equals: the lowest ring
+        });
+    float intensity = 0.0f;
+    fieldValue(field("intensity"), field("intensity").numbers[i], &intensity);
+    EXPECT_EQ(intensity, static_cast<float>(sum / static_cast<double>(inside.size())));
+    EXPECT_EQ(field("ring").numbers[i], most->first);
+  }
+  EXPECT_GT(with_several, 100u);
+}
+
+TEST_P(Fields, WithAStepAreWithinHalfOfIt)
+{
+  settings_.fields = {{"ring"}, {"time", 1e-5}, {"intensity", 10.0}};
+  const std::vector<LidarPoint> points = turnOf(3);
+  ASSERT_TRUE(send(points).ok());
+  // Ring and the step of the time tell the points apart.
+  std::map<std::pair<int, std::int64_t>, LidarPoint> sent;
+  for (const LidarPoint& point : points)
+    sent[{point.ring, std::llround(point.time * 1e4 - point.ring * 0.023)}] = point;
+  ASSERT_EQ(sent.size(), points.size());
+  for (std::size_t i = 0; i < field("ring").numbers.size(); ++i) {
+    const auto ring = static_cast<int>(field("ring").numbers[i]);
+    const double time = fieldValue(field("time"), field("time").numbers[i]);
+    const LidarPoint& point = sent.at({ring, std::llround(time * 1e4 - ring * 0.023)});
+    EXPECT_LE(std::abs(time - point.time), 5.5e-6); // doubles are 2.4e-7 apart there
+    float intensity = 0.0f;
+    fieldValue(field("intensity"), field("intensity").numbers[i], &intensity);
+    EXPECT_LE(std::abs(intensity - point.intensity), 5.0f);
+    EXPECT_EQ(std::fmod(intensity, 10.0f), 0.0f);
+  }
+}
+
+TEST_P(Fields, AreDescribedByAnIFrame)
+{
+  settings_.fields = {{"time", 0.25}, {"flags"}};
+  ASSERT_TRUE(send(turnOf(0)).ok());
+  const FrameDescription description = describeFrame(bytes_.data(), bytes_.size());
+  ASSERT_EQ(description.fields.size(), 2u);
+  EXPECT_EQ(description.fields[0].name, "time");
+  EXPECT_EQ(description.fields[0].type, FieldType::Float64);
+  EXPECT_EQ(description.fields[0].step, 0.25);
+  EXPECT_EQ(description.fields[1].name, "flags");
+  EXPECT_EQ(description.fields[1].count, 3u);
+}
+
+TEST_P(Fields, OfRingAndTimeTakeFewBytes)
+{
+  ASSERT_TRUE(send(turnOf(0)).ok());
+  const std::size_t without = bytes_.size();
+  encoder_.reset();
+  decoder_ = FrameDecoder();
+  settings_.fields = {{"ring"}};
+  ASSERT_TRUE(send(turnOf(0)).ok());
+  // 4 bits as they are; they follow from the direction, except where voxels are large.
+  EXPECT_LT(bytes_.size() - without, turnOf(0).size() / 4);
+}
+
+TEST_P(Fields, ThatACloudLacksAreAnError)
+{
+  settings_.fields = {{"reflectivity"}};
+  const CompressionStatus status = send(turnOf(0));
+  EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
+  EXPECT_EQ(status.message(),
+            "the cloud has no field 'reflectivity' to keep; it has: 'ring', 'label', "
+            "'flags', 'intensity', 'time'");
+}
+
+TEST(FieldSettings, AreChecked)
+{
+  const auto message_of = [](auto change) {
+    EncoderSettings settings;
+    settings.fields = {{"ring", 0.5}};
+    change(settings);
+    return checkSettings(settings).message();
+  };
+  EXPECT_EQ(message_of([](EncoderSettings&) {}), "");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].step = -0.5; }),
+            "step of the field 'ring' is -0.5; it must be a positive step, or 0 for "
+            "exact values");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].name.clear(); }),
+            "fields: a name is empty; it must be that of a field, or all");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.temporal_filter = 8; }),
+            "fields is set; it must be empty with temporal_filter");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.format = StreamFormat::Published; }),
+            "fields is set; it must be empty in the published layout");
+  EXPECT_EQ(
+      message_of([](EncoderSettings& s) { s.decoder_limits.max_field_values = 0; }),
+      "decoder_limits.max_field_values is 0; it must be above 0");
+}
+
+TEST_P(Fields, BeyondTheLimitAreRefused)
+{
+  settings_.fields = {{"flags"}};
+  ASSERT_TRUE(send(turnOf(0)).ok());
+  const std::size_t values = decoded_.fieldValueCount();
+  DecoderLimits limits;
+  limits.max_field_values = values;
+  EXPECT_TRUE(FrameDecoder(limits).decode(bytes_.data(), bytes_.size(), decoded_).ok());
+  limits.max_field_values = values - 1;
+  const CompressionStatus status =
+      FrameDecoder(limits).decode(bytes_.data(), bytes_.size(), decoded_);
+  EXPECT_EQ(status.code(), CompressionCode::LimitExceeded);
+  EXPECT_EQ(status.message(),
+            std::to_string(values) + " values of fields exceed the limit of " +
+                std::to_string(values - 1));
+  EXPECT_EQ(decoded_.fieldValueCount(), 0u);
+}
+
+} // namespace
