@@ -68,6 +68,42 @@ withDepthModel(Parts parts, const DepthModel& model)
   return putTogetherSized(parts);
 }
 
+/** \brief The bytes of a frame of version 1 behind its header. */
+Bytes
+payloadOf(const VoxelFrame& frame)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  const Bytes bytes = encoded(encoder, frame);
+  return {bytes.begin() +
+              static_cast<std::ptrdiff_t>(encoder.statistics().header_bytes),
+          bytes.end()};
+}
+
+/** \brief Two voxels whose points are 19 modulo 2^32, as the header says, and a field of
+ * 60001 points. */
+Bytes
+withPointsThatOverflow()
+{
+  VoxelFrame voxels = emptyFrame(5);
+  voxels.keys = {3, 77};
+  voxels.intensities = {1, 2};
+  voxels.has_point_counts = true;
+  voxels.point_counts = {0xfffffff5u, 30};
+  const Bytes of_voxels = payloadOf(voxels);
+  voxels.point_counts = {60000, 1};
+  voxels.fields = {{{"ring", FieldType::UInt16}, {}}};
+  voxels.fields.front().numbers.resize(voxels.pointCount());
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  Parts parts = takeApart(encoded(encoder, voxels));
+  const auto supplement_size =
+      static_cast<std::ptrdiff_t>(parts.header.supplement_size);
+  const Bytes supplement(parts.payload.end() - supplement_size, parts.payload.end());
+  parts.payload = of_voxels;
+  append(supplement, parts.payload);
+  parts.header.point_count = 19;
+  return putTogetherSized(parts);
+}
+
 /** \brief Frames of which each is invalid in one way, by the name of their file. */
 std::vector<std::pair<std::string, Bytes>>
 invalidFrames()
@@ -188,7 +224,8 @@ invalidFrames()
          header.viewpoint[1] = -farthest_viewpoint - 1;
        })},
       {"fields_without_supplement", withField([](Header&) {})},
-      {"points_of_fields_without_end", points_of_fields}};
+      {"points_of_fields_without_end", points_of_fields},
+      {"points_of_fields_that_overflow", withPointsThatOverflow()}};
 }
 
 bool

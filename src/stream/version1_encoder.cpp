@@ -245,6 +245,7 @@ Version1Encoder::encodeSupplement(const VoxelFrame& frame,
                                                        effort_,
                                                        header_.is_i_frame,
                                                        frame.size(),
+                                                       header_.point_count,
                                                        viewpoint_},
                                                       frame,
                                                       payload_);

@@ -68,7 +68,8 @@ const std::vector<InvalidFile> files{
     {"fields_without_supplement",
      CompressionCode::Corrupt,
      "the supplement does not decode"},
-    {"points_of_fields_without_end", CompressionCode::Corrupt, ""}};
+    {"points_of_fields_without_end", CompressionCode::Corrupt, ""},
+    {"points_of_fields_that_overflow", CompressionCode::Corrupt, ""}};
 
 TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {

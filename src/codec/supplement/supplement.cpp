@@ -7,6 +7,7 @@
 #include "simd/bit_operations.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -19,6 +20,15 @@ bool
 hasPoints(const Content& content)
 {
   return content.has_point_counts && content.refinement_levels > 0;
+}
+
+/** \brief Whether each voxel has points, which are as many as the header says: fields
+ * have so many values. */
+bool
+arePoints(const std::vector<std::uint32_t>& counts, std::uint64_t sum)
+{
+  return std::find(counts.begin(), counts.end(), 0u) == counts.end() &&
+         std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) == sum;
 }
 
 } // namespace
@@ -135,7 +145,8 @@ SupplementCoder::codeAttributes(Coder& coder,
       (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
       (content.colour_bits == 0 || codeColours(coding, parameters, frame)) &&
       (!content.has_fields ||
-       fields_.code(coding, parameters.is_i_frame, parameters.viewpoint, frame));
+       (arePoints(frame.point_counts, parameters.point_count) &&
+        fields_.code(coding, parameters.is_i_frame, parameters.viewpoint, frame)));
   coder = coding.coder();
   return is_whole;
 }

@@ -35,6 +35,7 @@ struct Parameters {
   Effort effort;                                   ///< of the refinement
   bool is_i_frame;                                 ///< forgets what was before
   std::size_t voxel_count;                         ///< 1 or more
+  std::uint64_t point_count;                       ///< of the header; 0 without them
   const std::array<std::int32_t, 3>& viewpoint;    ///< of the last I-frame
 };
 
