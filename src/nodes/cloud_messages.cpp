@@ -11,6 +11,20 @@ namespace {
 constexpr const char* format_of_version1 = "pcl_ext/version1";
 constexpr const char* format_of_published = "pcl_ext/published";
 
+/** \brief Writes the further fields of a point.
+ * \return after the last byte
+ */
+std::uint8_t*
+writeFields(const io::VoxelFrame& frame, std::size_t point, std::uint8_t* data)
+{
+  for (const io::FrameField& field : frame.fields)
+    for (std::size_t i = 0; i < field.count; ++i) {
+      io::fieldValue(field, field.numbers[point * field.count + i], data);
+      data += io::sizeOf(field.type);
+    }
+  return data;
+}
+
 } // namespace
 
 const char*
@@ -34,11 +48,23 @@ faultOfFormat(const std::string& format)
              : "unknown format '" + format + "'";
 }
 
+VoxelPointLayout
+layoutOf(const io::VoxelFrame& frame)
+{
+  return {frame.pointCount(),
+          frame.colour_bits > 0,
+          frame.grid.needsDoubles(),
+          {frame.fields.begin(), frame.fields.end()}};
+}
+
 void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
 {
-  const bool has_colours = frame.colour_bits > 0;
+  const VoxelPointLayout layout = layoutOf(frame);
+  const bool has_intensity = layout.hasVoxelIntensity();
+  const bool has_colour = layout.hasVoxelColour();
   std::size_t voxel = 0;
+  std::size_t point = 0;
   io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const std::uint8_t* const first = data;
     const std::array<decltype(x), 3> place{x, y, z};
@@ -47,17 +73,21 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
       data += sizeof(element);
     };
     append(place);
-    append(intensity);
-    if (has_colours) {
+    if (has_intensity)
+      append(intensity);
+    if (has_colour) {
       const io::VoxelColour colour = frame.fullColour(voxel);
       const std::uint32_t packed =
           std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
       append(packed);
     }
-    const auto point_step = static_cast<std::size_t>(data - first);
+    const auto of_voxel = static_cast<std::size_t>(data - first);
+    data = writeFields(frame, point++, data);
     for (std::uint32_t i = 1; frame.has_point_counts && i < frame.point_counts[voxel];
-         ++i, data += point_step)
-      std::memcpy(data, first, point_step);
+         ++i) {
+      std::memcpy(data, first, of_voxel);
+      data = writeFields(frame, point++, data + of_voxel);
+    }
     ++voxel;
   });
 }

@@ -142,6 +142,12 @@ describePoints(Descriptions& parameters)
                     defaults.keep_point_counts,
                     "Send the number of points of each voxel, so that a decoded cloud "
                     "has as many; version1 only."));
+  parameters.push_back(textParameter(
+      "fields",
+      "",
+      "Further fields to keep, as ring,time:1e-6 (exact; in steps), or all: with "
+      "keep_point_counts of each point, else the mean of a voxel, or of integers the "
+      "most frequent; version1 only; not with temporal_filter; '': none."));
   parameters.push_back(
       flagParameter("coarsen_wide_clouds",
                     defaults.coarsen_wide_clouds,

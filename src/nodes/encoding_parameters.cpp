@@ -14,7 +14,8 @@ namespace {
 const char* const sensor_numbers =
     "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
 
-void
+/** \return what is wrong; empty if nothing */
+std::string
 readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
 {
   settings.resolution = access.get<double>("resolution");
@@ -30,6 +31,7 @@ readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
   settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
   settings.threads = access.count("threads");
   settings.temporal_filter = access.count("temporal_filter");
+  return io::parseFields(access.get<std::string>("fields"), settings.fields).message();
 }
 
 /** \brief The sensor by its name or by its four numbers, 0 of which are not set.
@@ -128,7 +130,9 @@ readEncodingParameters(const ParameterValues& values,
     return fault;
   const ParameterAccess access(encodingParameters(), converted);
   SensorNodeSettings read = settings;
-  readCompression(access, read.compression);
+  if (const std::string fault = readCompression(access, read.compression);
+      !fault.empty())
+    return fault;
   read.law = readLaw(access, has_intensities);
   read.intensity_field = access.get<std::string>("intensity_field");
   if (const std::string fault = readSensor(access, read.sensor); !fault.empty())

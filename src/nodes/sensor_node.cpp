@@ -224,6 +224,8 @@ private:
     statistics_.outliers_removed = outliers;
     statistics_.decoded_points = pipeline_->frame.pointCount();
     statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
+    statistics_.decoded_fields.assign(pipeline_->frame.fields.begin(),
+                                      pipeline_->frame.fields.end());
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }

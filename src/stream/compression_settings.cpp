@@ -7,6 +7,8 @@
 #include "voxels/grid_fit.h"
 
 #include <cmath>
+#include <locale>
+#include <sstream>
 #include <string>
 
 namespace pcl_ext {
@@ -107,6 +109,33 @@ checkFields(const EncoderSettings& settings)
 }
 
 } // namespace
+
+CompressionStatus
+parseFields(const std::string& text, std::vector<FieldSetting>& fields)
+{
+  fields.clear();
+  std::istringstream parts(text);
+  parts.imbue(std::locale::classic());
+  for (std::string part; std::getline(parts, part, ',');) {
+    FieldSetting& field = fields.emplace_back();
+    // The last colon, as names may have one.
+    const std::size_t colon = part.rfind(':');
+    field.name = part.substr(0, colon);
+    std::istringstream step(colon == std::string::npos ? "" : part.substr(colon + 1));
+    step.imbue(std::locale::classic());
+    const bool has_step = colon != std::string::npos;
+    if (field.name.empty() ||
+        (has_step && (!(step >> field.step) || !step.eof() || !(field.step > 0.0)))) {
+      fields.clear();
+      return invalid(
+          "fields",
+          "'" + text + "'",
+          "names with commas between them, each with :STEP above 0 if it has "
+          "one, or all");
+    }
+  }
+  return {};
+}
 
 CompressionStatus
 checkLimits(const DecoderLimits& limits)

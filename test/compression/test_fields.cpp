@@ -88,7 +88,7 @@ TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
     by_time[point.timestamp] = point;
   for (const PointXYZIRT& point : *received) {
     ASSERT_EQ(by_time.count(point.timestamp), 1u);
-    const PointXYZIRT& original = by_time.at(point.timestamp);
+    const PointXYZIRT original = by_time.at(point.timestamp);
     by_time.erase(point.timestamp);
     EXPECT_LE(
         (point.getVector3fMap() - original.getVector3fMap()).lpNorm<Eigen::Infinity>(),

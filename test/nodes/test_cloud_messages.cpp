@@ -198,6 +198,52 @@ TEST(CloudMessages, AFrameIsDescribedAsTheCloudThatItBecomes)
   EXPECT_EQ(message.format, "pcl_ext/published");
 }
 
+TEST(CloudMessages, FieldsFollowTheOthersOrTakeTheirPlace)
+{
+  VoxelFrame frame = emptyFrame(2);
+  frame.keys = {5, 9};
+  frame.intensities = {60, 70};
+  frame.has_point_counts = true;
+  frame.point_counts = {2, 1};
+  const auto add = [&frame](const char* name,
+                            FieldType type,
+                            std::uint32_t count,
+                            const std::vector<std::uint64_t>& numbers) {
+    FrameField& field = frame.fields.emplace_back();
+    field.name = name;
+    field.type = type;
+    field.count = count;
+    field.numbers = numbers;
+  };
+  add("ring", FieldType::UInt8, 1, {3, 4, 5});
+  add("pair", FieldType::Int16, 2, {32769, 32770, 32771, 32772, 32773, 32774});
+  for (const bool has_own_intensity : {false, true}) {
+    if (has_own_intensity)
+      add("intensity", FieldType::UInt8, 1, {7, 8, 9});
+    ASSERT_TRUE(isConsistent(frame));
+    Message message;
+    writeVoxels(frame, message);
+    std::string names;
+    for (const auto& field : message.fields)
+      names += field.name + " " + std::to_string(field.offset) + ",";
+    const std::uint32_t ring = has_own_intensity ? 12 : 16;
+    EXPECT_EQ(names,
+              has_own_intensity ? "x 0,y 4,z 8,ring 12,pair 13,intensity 17,"
+                                : "x 0,y 4,z 8,intensity 12,ring 16,pair 17,");
+    ASSERT_EQ(message.data.size(), 3 * message.point_step);
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::size_t point = i * message.point_step;
+      EXPECT_EQ(message.data[point + ring], 3 + i);
+      EXPECT_EQ(valueAt<std::int16_t>(message.data, point + ring + 1), 1 + 2 * i);
+      EXPECT_EQ(valueAt<std::int16_t>(message.data, point + ring + 3), 2 + 2 * i);
+      if (has_own_intensity)
+        EXPECT_EQ(message.data[point + 17], 7 + i);
+      else
+        EXPECT_EQ(valueAt<float>(message.data, point + 12), i < 2 ? 60.0f : 70.0f);
+    }
+  }
+}
+
 TEST(CloudMessages, CloudsAreCopiedOrMoved)
 {
   Message message;

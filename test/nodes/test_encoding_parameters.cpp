@@ -58,6 +58,8 @@ textOfSettings(const SensorNodeSettings& settings)
   add("intensity_curve", static_cast<int>(codec.intensity_curve));
   add("colour_bits", codec.colour_bits);
   add("keep_point_counts", codec.keep_point_counts);
+  for (const io::FieldSetting& field : codec.fields)
+    add(field.name.c_str(), field.step);
   add("coarsen_wide_clouds", codec.coarsen_wide_clouds);
   add("threads", codec.threads);
   add("temporal_filter", codec.temporal_filter);
@@ -127,6 +129,10 @@ encodingChanges()
       {{{"colour_bits", 0}}, [](Settings& s) { s.compression.colour_bits = 0; }},
       {{{"keep_point_counts", true}},
        [](Settings& s) { s.compression.keep_point_counts = true; }},
+      {{{"fields", "ring,time:1e-6"}},
+       [](Settings& s) {
+         s.compression.fields = {{"ring"}, {"time", 1e-6}};
+       }},
       {{{"coarsen_wide_clouds", true}},
        [](Settings& s) { s.compression.coarsen_wide_clouds = true; }},
       {{{"threads", 256}}, [](Settings& s) { s.compression.threads = 256; }},
@@ -246,6 +252,11 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            "intensity_curve is companded; it must be linear in the published layout"},
           {{{"format", "published"}, {"keep_point_counts", true}},
            "keep_point_counts is on; it must be off in the published layout"},
+          {{{"fields", "ring:-1"}},
+           "fields is 'ring:-1'; it must be names with commas between them, each with "
+           ":STEP above 0 if it has one, or all"},
+          {{{"temporal_filter", 8}, {"fields", "all"}},
+           "fields is set; it must be empty with temporal_filter"},
           {{{"temporal_filter", 8}, {"keep_point_counts", true}},
            "keep_point_counts is on; it must be off with temporal_filter"}}) {
     SensorNodeSettings settings;

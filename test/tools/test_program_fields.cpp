@@ -133,10 +133,18 @@ TEST_F(ProgramFields, ThatAreLeftOutAreNamedWithTheOption)
 
 TEST_F(ProgramFields, OfMistakenOptionsAreRefused)
 {
-  expectFailure(folder_, "encode clouds -o x.pcxi --fields ,", 2, "without a name");
-  expectFailure(
-      folder_, "encode clouds -o x.pcxi --fields ring:0", 2, "must be above 0");
-  expectFailure(folder_, "encode clouds -o x.pcxi --fields ring:a", 2, "fields");
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields ,",
+                2,
+                "--fields is ','; it must be names");
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields ring:0",
+                2,
+                "--fields is 'ring:0'; it must be names");
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields ring:a",
+                2,
+                "--fields is 'ring:a'; it");
   expectFailure(folder_,
                 "encode clouds -o x.pcxi --fields ring --format published",
                 2,

@@ -255,6 +255,14 @@ struct IntensityCompressionSettings : EncoderSettings {
   bool show_statistics = false;
 };
 
+/** \brief Reads names of fields with commas between them, each with :STEP if it has one,
+ * as "ring,time:1e-6" or "all".
+ * \param[out] fields none for an empty text
+ * \return Ok, or InvalidSettings with the text
+ */
+PCL_EXT_CODEC_EXPORT CompressionStatus
+parseFields(const std::string& text, std::vector<FieldSetting>& fields);
+
 /** \brief Checks limits, which are above 0.
  * \return Ok, or InvalidSettings with the field
  */

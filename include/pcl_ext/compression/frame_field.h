@@ -92,6 +92,17 @@ struct FrameField : FieldDescription {
 PCL_EXT_CODEC_EXPORT bool
 isField(const FieldDescription& field);
 
+/** \brief Whether one of some descriptions or fields has a name. */
+template <typename FieldsT>
+bool
+hasField(const FieldsT& fields, const std::string& name)
+{
+  for (const FieldDescription& field : fields)
+    if (field.name == name)
+      return true;
+  return false;
+}
+
 /** \brief Longest name of a field, bytes. */
 constexpr std::size_t most_field_name_bytes = 64;
 /** \brief Most fields of a frame, and most values of a point in all of them. */

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/nodes/sensor_node.h>
@@ -15,6 +16,7 @@
 #include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace pcl_ext {
 namespace nodes {
@@ -56,34 +58,64 @@ faultOfMessage(const MessageT& message, const std::string& global_frame)
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
+/** \brief What describeVoxels() describes. */
+struct VoxelPointLayout {
+  std::size_t points = 0;
+  bool has_colours = false;
+  bool has_doubles = false; ///< coordinates are FLOAT64
+  std::vector<io::FieldDescription> fields;
+
+  /** \brief Whether points have the intensity of their voxel: not, if they have their
+   * own. */
+  bool
+  hasVoxelIntensity() const
+  {
+    return !io::hasField(fields, "intensity");
+  }
+
+  bool
+  hasVoxelColour() const
+  {
+    return has_colours && !io::hasField(fields, "rgb") && !io::hasField(fields, "rgba");
+  }
+};
+
+/** \brief The layout of the points of a frame. */
+PCL_EXT_EXPORT VoxelPointLayout
+layoutOf(const io::VoxelFrame& frame);
+
 /** \brief Describes a cloud of points at voxel centres: x, y, z in metres, FLOAT64
- * where VoxelGrid::needsDoubles() and else FLOAT32, intensity, FLOAT32, and where there
- * are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0. The
+ * where VoxelGrid::needsDoubles() and else FLOAT32; intensity, FLOAT32; where there
+ * are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0; and
+ * the further fields, of which intensity, rgb and rgba take the place of these. The
  * header is unchanged.
  * \tparam MessageT PointCloud2 or CompressedPointCloud2
  */
 template <typename MessageT>
 void
-describeVoxels(std::size_t points,
-               bool has_colours,
-               bool has_doubles,
-               MessageT& message)
+describeVoxels(const VoxelPointLayout& layout, MessageT& message)
 {
-  constexpr const char* names[] = {"x", "y", "z", "intensity", "rgb"};
-  constexpr std::uint8_t float32 = 7;
-  constexpr std::uint8_t float64 = 8;
   message.height = 1;
-  message.width = static_cast<std::uint32_t>(points);
-  message.fields.resize(has_colours ? 5 : 4);
+  message.width = static_cast<std::uint32_t>(layout.points);
+  message.fields.clear();
   message.point_step = 0;
-  for (std::size_t i = 0; i < message.fields.size(); ++i) {
-    const bool is_double = has_doubles && i < 3;
-    message.fields[i].name = names[i];
-    message.fields[i].offset = message.point_step;
-    message.fields[i].datatype = is_double ? float64 : float32;
-    message.fields[i].count = 1;
-    message.point_step += is_double ? 8 : 4;
-  }
+  const auto add =
+      [&message](const std::string& name, io::FieldType type, std::uint32_t count) {
+        auto& field = message.fields.emplace_back();
+        field.name = name;
+        field.offset = message.point_step;
+        field.datatype = static_cast<std::uint8_t>(type);
+        field.count = count;
+        message.point_step += static_cast<std::uint32_t>(io::sizeOf(type) * count);
+      };
+  for (const char* name : {"x", "y", "z"})
+    add(name, layout.has_doubles ? io::FieldType::Float64 : io::FieldType::Float32, 1);
+  if (layout.hasVoxelIntensity())
+    add("intensity", io::FieldType::Float32, 1);
+  if (layout.hasVoxelColour())
+    add("rgb", io::FieldType::Float32, 1);
+  for (const io::FieldDescription& field : layout.fields)
+    add(field.name, field.type, field.count);
   message.is_bigendian = false;
   message.row_step = message.point_step * message.width;
   message.is_dense = true;
@@ -99,9 +131,10 @@ describeFrame(const SensorNodeStatistics& statistics,
               const SensorNodeSettings& settings,
               MessageT& message)
 {
-  describeVoxels(statistics.decoded_points,
-                 statistics.preprocessing.has_colours,
-                 statistics.decoded_doubles,
+  describeVoxels(VoxelPointLayout{statistics.decoded_points,
+                                  statistics.preprocessing.has_colours,
+                                  statistics.decoded_doubles,
+                                  statistics.decoded_fields},
                  message);
   message.format = messageFormat(settings.compression.format);
 }
@@ -114,8 +147,7 @@ template <typename PointCloud2T>
 void
 writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
 {
-  describeVoxels(
-      frame.pointCount(), frame.colour_bits > 0, frame.grid.needsDoubles(), message);
+  describeVoxels(layoutOf(frame), message);
   // Not row_step, which is of 32 bits.
   message.data.resize(frame.pointCount() * message.point_step);
   writeVoxelPoints(frame, message.data.data());

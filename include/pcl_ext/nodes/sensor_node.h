@@ -113,7 +113,8 @@ struct SensorNodeStatistics {
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
   std::size_t decoded_points = 0; ///< of the cloud that the last frame is decoded to
   bool decoded_doubles = false;   ///< its coordinates are FLOAT64
-  io::FrameStatistics frame;      ///< of the last frame
+  std::vector<io::FieldDescription> decoded_fields; ///< its further fields
+  io::FrameStatistics frame;                        ///< of the last frame
   StreamRates rates;
 
   /** \brief Bytes of the clouds against bytes of the frames; 0 before the first. */

@@ -81,13 +81,14 @@ public:
   static bool
   hasIntensity(const io::VoxelFrame& frame)
   {
-    return frame.hasIntensities() && !hasField(frame, "intensity");
+    return frame.hasIntensities() && !io::hasField(frame.fields, "intensity");
   }
 
   static bool
   hasColour(const io::VoxelFrame& frame)
   {
-    return frame.colour_bits > 0 && !hasField(frame, "rgb") && !hasField(frame, "rgba");
+    return frame.colour_bits > 0 && !io::hasField(frame.fields, "rgb") &&
+           !io::hasField(frame.fields, "rgba");
   }
 
   /** \brief Writes all fields of a point. */
@@ -111,15 +112,6 @@ public:
   }
 
 private:
-  static bool
-  hasField(const io::VoxelFrame& frame, const std::string& name)
-  {
-    return std::any_of(
-        frame.fields.begin(), frame.fields.end(), [&name](const io::FrameField& field) {
-          return field.name == name;
-        });
-  }
-
   void
   addField(const std::string& name, bool is_double = false)
   {

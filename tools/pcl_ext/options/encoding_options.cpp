@@ -200,7 +200,11 @@ EncodingOptions::addGridOptions(CLI::App& app)
             "--fields",
             "NAME[:STEP],...",
             "further fields, or all; of voxels without --keep-point-counts",
-            [this](const std::string& text) { codec_.fields = parseFields(text); });
+            [this](const std::string& text) {
+              const auto status = io::parseFields(text, codec_.fields);
+              if (!status.ok())
+                throw UsageError(status.message());
+            });
   app.add_flag("--coarsen",
                codec_.coarsen_wide_clouds,
                "larger voxels for clouds wider than 2^21 of them");

@@ -30,7 +30,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"keep_point_counts", "--keep-point-counts"},
     {"coarsen_wide_clouds", "--coarsen"},
     {"temporal_filter", "--temporal-filter"},
-    {"fields is set", "--fields is set"},
+    {"fields is", "--fields is"},
     {"bounding_box", "--bounding-box"},
     {"crop_box", "--crop"},
     {"sensor_pose", "--pose"},

@@ -124,31 +124,6 @@ parsePosition(const std::string& option, const std::string& text)
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-std::vector<io::FieldSetting>
-parseFields(const std::string& text)
-{
-  std::vector<io::FieldSetting> fields;
-  std::istringstream parts(text);
-  for (std::string part; std::getline(parts, part, ',');) {
-    io::FieldSetting& field = fields.emplace_back();
-    // The last colon, as names may have one.
-    const std::size_t colon = part.rfind(':');
-    field.name = part.substr(0, colon);
-    if (field.name.empty())
-      throw UsageError("--fields: a field without a name in '" + text + "'");
-    if (colon == std::string::npos)
-      continue;
-    const std::vector<double> step = parseNumbers("fields", part.substr(colon + 1));
-    expectCount("fields", step, 1, "the step of '" + field.name + "'");
-    if (!(step[0] > 0.0))
-      throw UsageError("--fields: the step of '" + field.name + "' must be above 0");
-    field.step = step[0];
-  }
-  if (fields.empty())
-    throw UsageError("--fields needs names of fields, or all");
-  return fields;
-}
-
 RuntimeSensor
 parseSensor(const std::string& text)
 {

@@ -50,12 +50,6 @@ parseSensor(const std::string& text);
 WorldPose
 parsePose(const std::string& text);
 
-/** \brief Reads names of fields with commas between them, each with :STEP if it has one.
- * \throws UsageError
- */
-std::vector<io::FieldSetting>
-parseFields(const std::string& text);
-
 /** \brief Numbers of frames: begin to end - 1. */
 struct FrameRange {
   std::size_t begin = 0;
