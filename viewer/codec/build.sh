@@ -47,7 +47,7 @@ mapfile -t coders < <(find src/{bytes,voxels,codec} -name '*.cpp' | sort)
 compile "-O2 -fno-unroll-loops -fno-vectorize" coders "${coders[@]}" &
 compile -O2 outliers src/outliers/*.cpp
 compile -Os others \
-  src/stream/{foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
+  src/stream/{field_table,foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
   src/stream/{version1_decoder,version1_header}.cpp src/recording/recording_limits.cpp \
   $package/src/*.cpp
 wait $!
