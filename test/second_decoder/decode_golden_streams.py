@@ -5,7 +5,7 @@
 An implementation of the documents alone: decoding the voxels that the library's encoder
 was given shows that the documents are complete. Each line of checksums.txt is a frame:
 stream, I or P, number of voxels, checksum of the voxels (hexadecimal), stamp and
-frame_id or -. The first frame of each stream must be refused when it is cut off, when a
+frame_id or -, and with fields the checksum of their numbers. The first frame of each stream must be refused when it is cut off, when a
 bit is inverted, and when it is missing. The stream "disorder" has other bytes between its
 frames, and frames that must be refused. Ends with 1 at the first difference.
 """
@@ -21,7 +21,7 @@ from invalid_frame import InvalidFrame
 
 
 def voxel_checksum(frame: Frame) -> int:
-    """FNV-1a with 64 bits over 64-bit numbers: grid, scale, keys and what voxels have."""
+    """The checksum of grid, scale, keys and what voxels have, but fields."""
     x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
     scale = frame.scale
     numbers = [x, y, z, frame.grid.depth, scale.bits, scale.number_range or 0]
@@ -35,8 +35,11 @@ def voxel_checksum(frame: Frame) -> int:
         for colour in frame.voxels.colours[i : i + 1]:
             numbers += colour
         numbers += frame.voxels.point_counts[i : i + 1]
-    for field in frame.voxels.fields:
-        numbers += field
+    return fnv(numbers)
+
+
+def fnv(numbers: List[int]) -> int:
+    """FNV-1a with 64 bits over 64-bit numbers."""
     checksum = 0xCBF29CE484222325
     for number in numbers:
         for byte in number.to_bytes(8, "little"):
@@ -51,7 +54,10 @@ def line_of(name: str, frame: Frame) -> str:
     if frame.stamp is not None:
         stamp = f"{frame.stamp} '{frame.frame_id.decode()}'"
     voxels, checksum = len(frame.voxels.keys), voxel_checksum(frame)
-    return f"{name} {kind} {voxels} {checksum:016x} {stamp}"
+    fields = ""
+    if any(frame.voxels.fields):
+        fields = f" fields {fnv([n for field in frame.voxels.fields for n in field]):016x}"
+    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:

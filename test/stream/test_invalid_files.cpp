@@ -68,8 +68,12 @@ const std::vector<InvalidFile> files{
     {"fields_without_supplement",
      CompressionCode::Corrupt,
      "the supplement does not decode"},
-    {"points_of_fields_without_end", CompressionCode::Corrupt, ""},
-    {"points_of_fields_that_overflow", CompressionCode::Corrupt, ""}};
+    {"points_of_fields_without_end",
+     CompressionCode::Corrupt,
+     "the supplement does not decode"},
+    {"points_of_fields_that_overflow",
+     CompressionCode::Corrupt,
+     "the supplement does not decode"}};
 
 TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {

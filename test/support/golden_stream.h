@@ -41,8 +41,31 @@ struct GoldenStream {
   std::vector<Sending> sendings = {}; ///< none: each frame once
 };
 
-/** \brief FNV-1a with 64 bits over all that a voxel frame says of its voxels. */
-class VoxelChecksum {
+/** \brief FNV-1a with 64 bits over numbers of 64 bits. */
+class Checksum {
+public:
+  std::uint64_t
+  value() const
+  {
+    return value_;
+  }
+
+protected:
+  void
+  add(std::uint64_t number)
+  {
+    for (int byte = 0; byte < 8; ++byte, number >>= 8) {
+      value_ ^= number & 0xff;
+      value_ *= 0x100000001b3;
+    }
+  }
+
+private:
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+/** \brief The checksum of all that a voxel frame says of its voxels, but fields. */
+class VoxelChecksum : public Checksum {
 public:
   explicit VoxelChecksum(const VoxelFrame& frame)
   {
@@ -67,32 +90,23 @@ public:
       if (frame.has_point_counts)
         add(frame.point_counts[i]);
     }
+  }
+};
+
+/** \brief The same of the numbers of all fields. */
+class FieldChecksum : public Checksum {
+public:
+  explicit FieldChecksum(const VoxelFrame& frame)
+  {
     for (const FrameField& field : frame.fields)
       for (const std::uint64_t number : field.numbers)
         add(number);
   }
-
-  std::uint64_t
-  value() const
-  {
-    return value_;
-  }
-
-private:
-  void
-  add(std::uint64_t number)
-  {
-    for (int byte = 0; byte < 8; ++byte, number >>= 8) {
-      value_ ^= number & 0xff;
-      value_ *= 0x100000001b3;
-    }
-  }
-
-  std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
 /** \brief What checksums.txt has of a frame, except for the name of its stream and
- * whether it is an I-frame: number of voxels, checksum, and stamp and frame_id or -. */
+ * whether it is an I-frame: number of voxels, checksum, stamp and frame_id or -, and with
+ * fields the checksum of these. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {
@@ -103,6 +117,9 @@ lineOf(const GoldenFrame& frame)
     line << frame.stamp->stamp << " '" << frame.stamp->frame_id << '\'';
   else
     line << '-';
+  if (frame.frame.fieldValueCount() > 0)
+    line << " fields " << std::hex << std::setw(16) << std::setfill('0')
+         << FieldChecksum(frame.frame).value();
   return line.str();
 }
 
