@@ -154,7 +154,7 @@ private:
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
-  void
+  CompressionStatus
   collectFields(PointBatches& points, VoxelFrame& frame);
 
   bool
@@ -223,7 +223,10 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
     sensor_position_ = elementsOf(sensor_pose.translation());
-    collectFields(points, frame);
+    if (CompressionStatus status = collectFields(points, frame); !status.ok()) {
+      frame.clearVoxels();
+      return status;
+    }
     frame.depth_model.reset();
     if (depth_law_ && settings_.format == StreamFormat::Version1 &&
         frame.hasIntensities())
@@ -261,19 +264,20 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
 }
 
 /** \brief Sets the fields of a voxelized frame, and from where they are predicted. */
-void
+CompressionStatus
 CloudEncoder::Implementation::collectFields(PointBatches& points, VoxelFrame& frame)
 {
   if (settings_.fields.empty()) {
     frame.fields.clear();
-    return;
+    return {};
   }
   EncoderSettings settings = settings_;
   settings.resolution = frame.grid.resolution;
   VoxelLocator locator(settings);
   if (!settings_.bounding_box)
     locator.setGrid(frame.grid);
-  fields_.collect(points, locator, frame);
+  if (CompressionStatus status = fields_.collect(points, locator, frame); !status.ok())
+    return status;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double voxels =
         (sensor_position_[axis] - frame.grid.origin[axis]) / frame.grid.resolution -
@@ -284,6 +288,7 @@ CloudEncoder::Implementation::collectFields(PointBatches& points, VoxelFrame& fr
             ? static_cast<std::int32_t>(std::clamp(std::floor(voxels), -far, far))
             : 0;
   }
+  return {};
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are

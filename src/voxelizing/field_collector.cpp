@@ -96,7 +96,7 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
   return {};
 }
 
-void
+CompressionStatus
 FieldCollector::collect(PointBatches& points,
                         const VoxelLocator& locator,
                         VoxelFrame& frame)
@@ -115,19 +115,34 @@ FieldCollector::collect(PointBatches& points,
   for (std::size_t i = 0; i < selected_.size(); ++i) {
     FrameField& field = frame.fields[i];
     static_cast<FieldDescription&>(field) = selected_[i].description;
-    if (!frame.has_point_counts) {
+    if (frame.has_point_counts)
+      arrange(i, field);
+    else
       summarize(i, field);
-      continue;
-    }
-    const std::size_t count = field.count;
-    field.numbers.resize(entries_.size() * count);
-    auto next = field.numbers.begin();
-    for (const Entry& entry : entries_)
-      next = std::copy_n(numbers_[i].begin() +
-                             static_cast<std::ptrdiff_t>(entry.point * count),
-                         count,
-                         next);
+    if (std::any_of(
+            field.numbers.begin(), field.numbers.end(), [&field](std::uint64_t number) {
+              return isFieldNumberClamped(field, number);
+            }))
+      return {
+          CompressionCode::InvalidInput,
+          "field '" + field.name +
+              "' has a value of 2^52 steps or more: it needs a larger step, or none"};
   }
+  return {};
+}
+
+/** \brief Puts the numbers of a field in the order of the voxels. */
+void
+FieldCollector::arrange(std::size_t field, FrameField& arranged) const
+{
+  const std::size_t count = arranged.count;
+  arranged.numbers.resize(entries_.size() * count);
+  auto next = arranged.numbers.begin();
+  for (const Entry& entry : entries_)
+    next = std::copy_n(numbers_[field].begin() +
+                           static_cast<std::ptrdiff_t>(entry.point * count),
+                       count,
+                       next);
 }
 
 void

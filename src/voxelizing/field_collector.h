@@ -36,8 +36,9 @@ public:
    * \param[in] points the cloud that was voxelized
    * \param[in] locator with the grid of the frame
    * \param[in,out] frame voxels and numbers of points are given
+   * \return Ok, or InvalidInput for a value of 2^52 steps or more
    */
-  void
+  CompressionStatus
   collect(PointBatches& points, const VoxelLocator& locator, VoxelFrame& frame);
 
 private:
@@ -68,6 +69,9 @@ private:
 
   void
   sortPointsOfVoxels();
+
+  void
+  arrange(std::size_t field, FrameField& arranged) const;
 
   void
   summarize(std::size_t field, FrameField& summary);

@@ -152,6 +152,13 @@ fieldNumber(const FieldDescription& field, const void* value)
   });
 }
 
+bool
+isFieldNumberClamped(const FieldDescription& field, std::uint64_t number)
+{
+  return field.step != 0.0 &&
+         (number == minus_infinity_number + 1 || number == infinity_number - 1);
+}
+
 void
 fieldValue(const FieldDescription& field, std::uint64_t number, void* value)
 {

@@ -312,6 +312,27 @@ TEST_P(Fields, ThatACloudLacksAreAnError)
             "'flags', 'intensity', 'time'");
 }
 
+TEST_P(Fields, OfTooManyStepsAreAnError)
+{
+  settings_.fields = {{"ring"}, {"time", 4e-7}}; // 1.6e9 s are 4.0e15 steps
+  EXPECT_TRUE(send(turnOf(0)).ok());
+  for (const bool keeps_points : {true, false}) {
+    settings_.keep_point_counts = keeps_points;
+    settings_.fields.back().step = 3.5e-7; // 4.57e15, and 2^52 is 4.50e15
+    for (const double sign : {1.0, -1.0}) {
+      std::vector<LidarPoint> points = turnOf(0);
+      for (LidarPoint& point : points)
+        point.time *= sign;
+      encoder_.reset();
+      const CompressionStatus status = send(points);
+      EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
+      EXPECT_EQ(status.message(),
+                "field 'time' has a value of 2^52 steps or more: it needs a larger "
+                "step, or none");
+    }
+  }
+}
+
 TEST(FieldSettings, AreChecked)
 {
   const auto message_of = [](auto change) {

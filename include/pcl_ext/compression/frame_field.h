@@ -61,8 +61,8 @@ struct FieldDescription {
   std::string name; ///< 1 to 64 bytes
   FieldType type = FieldType::Float32;
   std::uint32_t count = 1; ///< values of a point, 1 to 4096
-  /** \brief Values are rounded to multiples of it, in the unit of the field; 0: they are
-   * kept as they are, NaN and its bits included. */
+  /** \brief Values are rounded to multiples of it, in the unit of the field, and are
+   * below 2^52 of them; 0: they are kept as they are, NaN and its bits included. */
   double step = 0.0;
 
   bool
@@ -117,6 +117,11 @@ constexpr std::size_t most_field_values = 4096;
  */
 PCL_EXT_CODEC_EXPORT std::uint64_t
 fieldNumber(const FieldDescription& field, const void* value);
+
+/** \brief Whether a number is that of a finite value of 2^52 steps or more, which may
+ * have been clamped. */
+PCL_EXT_CODEC_EXPORT bool
+isFieldNumberClamped(const FieldDescription& field, std::uint64_t number);
 
 /** \brief The value of a number, rounded and clamped to the range of the type. Numbers
  * that fieldNumber() does not return give any value.
