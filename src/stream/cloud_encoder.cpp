@@ -404,10 +404,13 @@ CloudEncoder::Implementation::encode(const VoxelFrame& frame,
       voxelization_, encoder_.statistics(), filtering_.hidden, filtering_.held};
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
-      [this] {
-        return CompressionStatus(
-            CompressionCode::Ok,
-            frameWarning(statistics_, settings_, unit_, doublings_ > 0));
+      [&] {
+        return CompressionStatus(CompressionCode::Ok,
+                                 frameWarning(statistics_,
+                                              settings_,
+                                              unit_,
+                                              doublings_ > 0,
+                                              frame.fieldValueCount()));
       },
       [] { return CompressionStatus(); });
 }

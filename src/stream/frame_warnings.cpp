@@ -80,6 +80,7 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
 void
 warnOfLimits(const FrameStatistics& statistics,
              const EncoderSettings& settings,
+             std::size_t field_values,
              std::string& text)
 {
   const DecoderLimits& limits = settings.decoder_limits;
@@ -96,6 +97,7 @@ warnOfLimits(const FrameStatistics& statistics,
   exceed(statistics.coding.bytes, limits.max_frame_bytes, "max_frame_bytes");
   if (settings.keep_point_counts)
     exceed(statistics.voxelization.points_used, limits.max_points, "max_points");
+  exceed(field_values, limits.max_field_values, "max_field_values");
 }
 
 /** \brief Mentions intensities that the scale cannot hold. */
@@ -147,7 +149,8 @@ std::string
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
-             bool is_coarsened)
+             bool is_coarsened,
+             std::size_t field_values)
 {
   std::string text;
   if (is_coarsened)
@@ -157,7 +160,7 @@ frameWarning(const FrameStatistics& statistics,
   warnOfPoints(
       statistics.voxelization, settings.format == StreamFormat::Published, text);
   warnOfIntensities(statistics.voxelization, settings, unit, text);
-  warnOfLimits(statistics, settings, text);
+  warnOfLimits(statistics, settings, field_values, text);
   return text;
 }
 

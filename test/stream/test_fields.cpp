@@ -372,6 +372,18 @@ TEST_P(Fields, BeyondTheLimitAreRefused)
             std::to_string(values) + " values of fields exceed the limit of " +
                 std::to_string(values - 1));
   EXPECT_EQ(decoded_.fieldValueCount(), 0u);
+  // The encoder of a stream of such decoders tells.
+  settings_.decoder_limits = limits;
+  encoder_.emplace(settings_, IntensityUnit::None);
+  VoxelFrame frame;
+  const std::vector<LidarPoint> points = turnOf(0);
+  ASSERT_TRUE(
+      encoder_->voxelize(viewOf(points), pcl_ext::WorldPose::Identity(), frame).ok());
+  EXPECT_EQ(
+      encoder_->encode(frame, std::nullopt, bytes_).message(),
+      "the frame needs a decoder with decoder_limits.max_field_values of at least " +
+          std::to_string(values) + "; that of the settings is " +
+          std::to_string(values - 1));
 }
 
 } // namespace

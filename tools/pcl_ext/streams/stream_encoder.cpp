@@ -110,7 +110,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
 
 /** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin
  * at an I-frame, so that only the bytes since then count.
- * \throws std::runtime_error if a frame has more voxels or points; the next one is an I-frame
+ * \throws std::runtime_error if a frame has more voxels, points or values of fields; the
+ * next one is an I-frame
  */
 void
 StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
@@ -122,16 +123,23 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
   const std::size_t points = options_.codec().keep_point_counts
                                  ? statistics.frame.voxelization.points_used
                                  : 0;
+  std::size_t values = 0;
+  for (const io::FieldDescription& field : statistics.decoded_fields)
+    values += field.count * statistics.decoded_points;
   if (statistics.frame.coding.voxels <= limits.max_voxels &&
-      points <= limits.max_points && bytes <= limits.max_frame_bytes)
+      points <= limits.max_points && bytes <= limits.max_frame_bytes &&
+      values <= limits.max_field_values)
     return;
   node_->requestIFrame();
   throw std::runtime_error(
-      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
-      counted(bytes, "byte") +
+      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") +
+      (values > limits.max_field_values ? ", " + counted(values, "value") + " of fields"
+                                        : "") +
+      " in " + counted(bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
-      (points > limits.max_points ? ", or leave out --keep-point-counts" : ""));
+      (points > limits.max_points ? ", or leave out --keep-point-counts" : "") +
+      (values > limits.max_field_values ? ", or keep fewer --fields" : ""));
 }
 
 bool
