@@ -53,20 +53,32 @@ class CompressionWarning(UserWarning):
     """Not all of a cloud is in its frame."""
 
 
-def _can_be_kept(dtype: Any) -> bool:
-    """Whether a field can be kept, by its dtype."""
-    return dtype.base.isnative and dtype.base.name in _FIELD_TYPES and dtype.itemsize > 0
+# Limits of the library.
+_MOST_NAME_BYTES = 64
+_MOST_VALUES = 4096
 
 
-def _left_out(xyz: Any, kept: set[str]) -> str:
+def _can_be_kept(name: str, dtype: Any) -> bool:
+    """Whether a field can be kept, by its name and its dtype."""
+    return (
+        dtype.base.isnative
+        and dtype.base.name in _FIELD_TYPES
+        and 0 < dtype.itemsize <= _MOST_VALUES * dtype.base.itemsize
+        and len(name.encode("utf-8", "replace")) <= _MOST_NAME_BYTES
+    )
+
+
+def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
     """The fields of a structured array that are not encoded, in words."""
     dtype = getattr(xyz, "dtype", None)
     names = getattr(dtype, "names", None) or ()
     colour = next((name for name in ("rgb", "rgba") if name in names), None)
     known = {"x", "y", "z", "intensity"} | ({colour} if colour else {"r", "g", "b"})
-    known |= kept
+    known |= kept - {"all"}
     if "all" in kept:
-        known |= {name for name in names if _can_be_kept(dtype[name])}
+        colours = {"rgb", "rgba"} if codes_colours else set()
+        of_all = {name for name in names if _can_be_kept(name, dtype[name])}
+        known |= of_all - colours
     left_out = [name for name in names if name not in known]
     return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
 
@@ -125,9 +137,10 @@ class Encoder:
         `keep_point_counts` each point keeps its values, else a voxel has one: the mean, or
         of integers the most frequent. Without a step, or with None, they are kept as they
         are, NaN included; with one they are rounded to multiples of it, in the unit of the
-        field. Fields are int8 to int32, uint8 to uint32, float32 or float64 in the machine's
-        byte order, and may have several values for each point. "all" leaves a colour out
-        that `colour_bits` keeps. Not with `temporal_filter`, and "version1" only.
+        field, which for integers is a whole number. Fields are int8 to int32, uint8 to
+        uint32, float32 or float64 in the machine's byte order, and may have several values
+        for each point. "all" leaves a colour out that `colour_bits` keeps. At most 64 fields
+        with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
     threads : int
@@ -195,6 +208,7 @@ class Encoder:
             field if isinstance(field, str) else field[0]
             for field in ([fields] if isinstance(fields, str) else fields)
         }
+        self._codes_colours = colour_bits > 0
         self._warning = ""
         self._warned: set[str] = set()
 
@@ -267,7 +281,8 @@ class Encoder:
             if code == "OutOfMemory":
                 raise MemoryError(message)
             raise Error(message, code)
-        kinds = [text for text in (message, _left_out(xyz, self._kept)) if text]
+        left_out = _left_out(xyz, self._kept, self._codes_colours)
+        kinds = [text for text in (message, left_out) if text]
         self._warning = "; ".join(kinds)
         for text in kinds:
             self._warn(text)

@@ -98,8 +98,11 @@ def test_the_most_values(room):
     assert decoded["values"].shape == (9, 4095)
     with pytest.raises(pcl_ext.Error, match="at most 64 with 4096 values"):
         code(with_fields(room[:9], ("values", "u1", 4096)), fields="all")
-    with pytest.raises(pcl_ext.Error, match="'values' cannot be kept.* 4096 values"):
-        code(with_fields(room[:9], ("values", "u1", 4097)), fields=["number", "values"])
+    more = with_fields(room[:9], ("values", "u1", 4097))
+    with pytest.raises(pcl_ext.Error, match="'values' cannot be kept: .* 4097 .* 1 to 4096$"):
+        code(more, fields=["number", "values"])
+    with pytest.warns(pcl_ext.CompressionWarning, match="left out: values$"):
+        assert keep(more).dtype.names == ("x", "y", "z", "number")
 
 
 @pytest.mark.parametrize(
@@ -122,6 +125,18 @@ def test_steps(room, random, kind, step):
     assert 0.4 * step / 2 < error.max() <= step / 2 + rounding
     multiples = np.clip(np.rint(exact / step) * step, ends.min, ends.max)
     np.testing.assert_allclose(decoded["value"], multiples, rtol=0, atol=rounding)
+
+
+def test_steps_that_are_not_possible(room):
+    points = with_fields(room, ("time", "f8"))
+    points["time"] = 1.7e9
+    with pytest.raises(pcl_ext.Error, match="'number' cannot be kept: .* its step is 1.5; "):
+        code(points, fields={"number": 1.5})
+    assert keep(points, fields={"number": None, "time": 1e-6}) is not None
+    # Doubles are 2.4e-7 apart there.
+    for keep_point_counts in (False, True):
+        with pytest.raises(pcl_ext.Error, match=r"'time' has a value of 2\^52 steps"):
+            code(points, fields={"time": 1e-7}, keep_point_counts=keep_point_counts)
 
 
 def test_special_values_with_a_step(room):
@@ -244,6 +259,8 @@ BAD_FIELDS = [
     ([("ring", -1)], ValueError, "step of the field 'ring' is -1; it must be a positive step"),
     ({"ring": np.nan}, ValueError, "step of the field 'ring' is nan"),
     ({"ring": np.inf}, ValueError, "step of the field 'ring' is inf"),
+    (["ring", ("ring", 2)], ValueError, "fields has 'ring' twice; it must have each name once"),
+    ({"all": 0.5}, ValueError, "step of the field 'all' is 0.5; it must be 0, as all means"),
 ]
 
 
@@ -454,6 +471,9 @@ def test_packed_colours(room, random):
     points = with_fields(room, ("rgb", "u4"))
     points["rgb"] = random.integers(0, 1 << 24, len(room))
     assert keep(points).dtype.names == ("x", "y", "z", "r", "g", "b", "number")
+    both = with_fields(room, ("rgb", "u4"), ("rgba", "u4"))
+    with pytest.warns(pcl_ext.CompressionWarning, match="left out: rgba$"):
+        assert keep(both).dtype.names == ("x", "y", "z", "r", "g", "b", "number")
     decoded = keep(points, colour_bits=0)
     assert decoded.dtype.names == ("x", "y", "z", "number", "rgb")
     assert_same_bits(decoded, points, ["rgb"])
@@ -464,8 +484,12 @@ def test_names_of_other_scripts(room):
     points = with_fields(room[:20], (name, "u2"))
     points[name] = np.arange(20)
     assert_same_bits(keep(points, ["number", name]), points, [name])
-    with pytest.raises(pcl_ext.Error, match="name is not of 1 to 64 bytes"):
-        code(with_fields(room[:20], ("µ" * 33, "u2")), fields="all")
+    long_name = "µ" * 33
+    points = with_fields(room[:20], (long_name, "u2"))
+    with pytest.raises(pcl_ext.Error, match="its name has 66 bytes; it must have 1 to 64$"):
+        code(points, fields=["number", long_name])
+    with pytest.warns(pcl_ext.CompressionWarning, match=f"left out: {long_name}$"):
+        assert keep(points).dtype.names == ("x", "y", "z", "number")
     # What has no UTF-8 is no reason to refuse a cloud.
     odd = keep(with_fields(room[:20], ("\udc80", "u2")))
     assert odd.dtype.names == ("x", "y", "z", "number", "?")

@@ -1,14 +1,44 @@
+#include "nodes/left_out.h"
+
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "nodes/sensor_node_settings.h"
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace nodes {
 
 namespace {
+
+/** \brief Whether FieldCollector keeps a field as a further one.
+ * \param[in] offered those of the cloud that can be kept
+ */
+bool
+isKept(const pcl::PCLPointField& field,
+       const std::vector<FoundField>& offered,
+       const SensorNodeSettings& settings)
+{
+  const auto first =
+      std::find_if(offered.begin(), offered.end(), [&field](const FoundField& other) {
+        return other.description.name == field.name;
+      });
+  const auto found =
+      std::find_if(first, offered.end(), [&field](const FoundField& other) {
+        return other.description.name == field.name && other.offset == field.offset;
+      });
+  if (found == offered.end())
+    return false;
+  const auto& kept = settings.compression.fields;
+  return std::any_of(kept.begin(), kept.end(), [&](const io::FieldSetting& setting) {
+    return setting.name == io::all_fields
+               ? io::isOneOfAllFields(found->description, codesColours(settings))
+               : setting.name == field.name && found == first;
+  });
+}
 
 /** \brief True for a field that is encoded, and for what fills gaps between fields. The
  * law decides on the intensity, which is therefore never left out without being asked
@@ -25,13 +55,16 @@ isMeant(const pcl::PCLPointField& field,
       (field.name == "rgb" || field.name == "rgba") &&
       settings.compression.colour_bits == 0 &&
       settings.compression.format == io::StreamFormat::Version1;
-  const auto& kept = settings.compression.fields;
-  const bool is_kept =
-      std::any_of(kept.begin(), kept.end(), [&field](const io::FieldSetting& setting) {
-        return setting.name == field.name || setting.name == io::all_fields;
-      });
-  return is_kept || is_coordinate || is_colour || is_unwanted_colour ||
-         field.name == "_" || field.name == settings.intensity_field;
+  return is_coordinate || is_colour || is_unwanted_colour || field.name == "_" ||
+         field.name == settings.intensity_field;
+}
+
+bool
+hasField(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  return std::any_of(cloud.fields.begin(),
+                     cloud.fields.end(),
+                     [&name](const auto& field) { return field.name == name; });
 }
 
 } // namespace
@@ -49,10 +82,12 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
     return {};
   constexpr std::size_t most_named = 16;
   constexpr std::size_t longest_name = 64;
+  const std::vector<FoundField> offered = findFields(cloud);
   std::string fields;
   std::size_t count = 0;
   for (const pcl::PCLPointField& field : cloud.fields)
-    if (!isMeant(field, layout, settings) && ++count <= most_named)
+    if (!isMeant(field, layout, settings) && !isKept(field, offered, settings) &&
+        ++count <= most_named)
       fields += (fields.empty() ? "" : ", ") + field.name.substr(0, longest_name);
   if (count > most_named)
     fields += ", ...";
@@ -61,6 +96,27 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
   if (fields.empty())
     return order;
   return "fields that are left out: " + fields + (order.empty() ? "" : "; ") + order;
+}
+
+std::string
+faultOfNamedFields(const pcl::PCLPointCloud2& cloud,
+                   const std::vector<io::FieldSetting>& settings)
+{
+  if (settings.empty())
+    return {};
+  const std::vector<FoundField> offered = findFields(cloud);
+  for (const io::FieldSetting& setting : settings) {
+    if (setting.name == io::all_fields || !hasField(cloud, setting.name) ||
+        std::any_of(
+            offered.begin(), offered.end(), [&setting](const FoundField& field) {
+              return field.description.name == setting.name;
+            }))
+      continue;
+    return "field '" + setting.name +
+           "' cannot be kept: it is a coordinate or a gap, its datatype is none of " +
+           "int8 to uint32, float32 and float64, or it is not within a point";
+  }
+  return {};
 }
 
 } // namespace nodes

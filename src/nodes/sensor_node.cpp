@@ -6,6 +6,7 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"
+#include "nodes/left_out.h"
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
 
@@ -262,7 +263,8 @@ private:
         pipeline_->filters->points->open(Eigen::Isometry3d(*last_transform_), cloud);
     if (!status.ok())
       return {SensorNodeCode::InvalidCloud, status.message()};
-    return {};
+    const std::string fault = faultOfNamedFields(cloud, settings_.compression.fields);
+    return {fault.empty() ? SensorNodeCode::Ok : SensorNodeCode::InvalidCloud, fault};
   }
 
   SensorNodeStatus

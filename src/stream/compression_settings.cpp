@@ -6,6 +6,7 @@
 #include "stream/setting_checks.h"
 #include "voxels/grid_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <locale>
 #include <sstream>
@@ -93,19 +94,35 @@ checkPublished(const EncoderSettings& settings)
 }
 
 CompressionStatus
+checkFieldSettings(const std::vector<FieldSetting>& fields)
+{
+  for (auto field = fields.begin(); field != fields.end(); ++field) {
+    const std::string step = "step of the field '" + field->name + "'";
+    if (field->name.empty())
+      return invalid("fields: a name", "empty", "that of a field, or all");
+    if (!std::isfinite(field->step) || field->step < 0.0)
+      return invalid(
+          step.c_str(), field->step, "a positive step, or 0 for exact values");
+    if (field->name == all_fields && field->step != 0.0)
+      return invalid(step.c_str(),
+                     field->step,
+                     "0, as all means exact values; name the fields with a step");
+    const auto is_same = [field](const FieldSetting& other) {
+      return other.name == field->name;
+    };
+    if (std::any_of(fields.begin(), field, is_same))
+      return {CompressionCode::InvalidSettings,
+              "fields has '" + field->name + "' twice; it must have each name once"};
+  }
+  return {};
+}
+
+CompressionStatus
 checkFields(const EncoderSettings& settings)
 {
   if (settings.temporal_filter != 0 && !settings.fields.empty())
     return invalid("fields", "set", "empty with temporal_filter");
-  for (const FieldSetting& field : settings.fields) {
-    if (field.name.empty())
-      return invalid("fields: a name", "empty", "that of a field, or all");
-    if (!std::isfinite(field.step) || field.step < 0.0)
-      return invalid(("step of the field '" + field.name + "'").c_str(),
-                     field.step,
-                     "a positive step, or 0 for exact values");
-  }
-  return {};
+  return checkFieldSettings(settings.fields);
 }
 
 } // namespace
@@ -114,7 +131,8 @@ CompressionStatus
 parseFields(const std::string& text, std::vector<FieldSetting>& fields)
 {
   fields.clear();
-  std::istringstream parts(text);
+  // A comma at the end has an empty name after it.
+  std::istringstream parts(text.empty() ? text : text + ',');
   parts.imbue(std::locale::classic());
   for (std::string part; std::getline(parts, part, ',');) {
     FieldSetting& field = fields.emplace_back();
@@ -134,7 +152,17 @@ parseFields(const std::string& text, std::vector<FieldSetting>& fields)
           "one, or all");
     }
   }
-  return {};
+  CompressionStatus status = checkFieldSettings(fields);
+  if (!status.ok())
+    fields.clear();
+  return status;
+}
+
+bool
+isOneOfAllFields(const FieldDescription& field, bool codes_colours)
+{
+  return isField(field) &&
+         !(codes_colours && (field.name == "rgb" || field.name == "rgba"));
 }
 
 CompressionStatus

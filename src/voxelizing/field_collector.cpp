@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <locale>
+#include <sstream>
 #include <string>
 
 namespace pcl_ext {
@@ -24,6 +27,26 @@ bool
 isInteger(FieldType type)
 {
   return type != FieldType::Float32 && type != FieldType::Float64;
+}
+
+/** \brief Why a field cannot be kept; empty if it can. */
+std::string
+faultOf(const FieldDescription& field)
+{
+  std::ostringstream fault;
+  fault.imbue(std::locale::classic());
+  if (field.name.empty() || field.name.size() > most_field_name_bytes)
+    fault << "its name has " << field.name.size() << " bytes; it must have 1 to "
+          << most_field_name_bytes;
+  else if (field.count < 1 || field.count > most_field_values)
+    fault << "a point has " << field.count << " values of it; it must have 1 to "
+          << most_field_values;
+  else if (isInteger(field.type) && std::floor(field.step) != field.step)
+    fault << "its values are integers and its step is " << field.step
+          << "; it must be a whole number, or 0 for exact values";
+  else if (!isField(field))
+    fault << "its type or its step is unknown";
+  return fault.str();
 }
 
 /** \brief The most frequent one, the smallest of several.
@@ -63,36 +86,37 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
   };
   bool are_all = false;
   for (const FieldSetting& setting : settings_) {
+    // Also where a field has this name, which is one of them.
+    if (setting.name == all_fields) {
+      are_all = true;
+      continue;
+    }
     const auto found = std::find_if(
         offered.begin(), offered.end(), [&setting](const FieldDescription& field) {
           return field.name == setting.name;
         });
-    if (found != offered.end())
-      add(static_cast<std::size_t>(found - offered.begin()), setting.step);
-    else if (setting.name == all_fields)
-      are_all = true;
-    else
+    if (found == offered.end())
       return {CompressionCode::InvalidInput,
               "the cloud has no field '" + setting.name +
                   "' to keep; it has: " + listOf(offered)};
+    add(static_cast<std::size_t>(found - offered.begin()), setting.step);
   }
-  for (std::size_t index = 0; are_all && index < offered.size(); ++index) {
-    const std::string& name = offered[index].name;
-    if (!codes_colours_ || (name != "rgb" && name != "rgba"))
+  for (std::size_t index = 0; are_all && index < offered.size(); ++index)
+    if (isOneOfAllFields(offered[index], codes_colours_))
       add(index, 0.0);
-  }
   std::size_t values = 0;
   for (const Selected& field : selected_) {
-    if (!isField(field.description))
+    if (const std::string fault = faultOf(field.description); !fault.empty())
       return {CompressionCode::InvalidInput,
-              "field '" + field.description.name +
-                  "' cannot be kept: its name is not of 1 to 64 bytes, or it has not 1 "
-                  "to 4096 values"};
+              "field '" + field.description.name + "' cannot be kept: " + fault};
     values += field.description.count;
   }
   if (selected_.size() > most_fields || values > most_field_values)
     return {CompressionCode::InvalidInput,
-            "too many fields: at most 64 with 4096 values can be kept"};
+            "too many fields: " + std::to_string(selected_.size()) + " with " +
+                std::to_string(values) + " values a point; at most " +
+                std::to_string(most_fields) + " with " +
+                std::to_string(most_field_values) + " values can be kept"};
   return {};
 }
 

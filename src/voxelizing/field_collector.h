@@ -27,7 +27,8 @@ public:
 
   /** \brief Chooses the fields of a cloud.
    * \param[in] offered those that it has
-   * \return Ok, or InvalidInput if there is none of a name, or too many
+   * \return Ok, or InvalidInput if there is none of a name, one cannot be kept, or
+   * there are too many
    */
   CompressionStatus
   select(const std::vector<FieldDescription>& offered);

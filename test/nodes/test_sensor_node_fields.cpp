@@ -13,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <string>
 #include <vector>
 
 namespace {
@@ -88,7 +89,8 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
   SensorNode node(settings);
   const pcl::PCLPointCloud2 cloud = lidarMessage();
   EXPECT_EQ(describeLeftOut(cloud, settings),
-            "the rows and columns of the points are not kept");
+            "fields that are left out: beyond; the rows and columns of the points are "
+            "not kept");
   FrameDecoder decoder;
   const VoxelFrame frame =
       decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
@@ -116,6 +118,48 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
     }
   }
   EXPECT_EQ(seen.size(), expected);
+}
+
+TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
+{
+  using Field = pcl::PCLPointField;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.fields = {{pcl_ext::io::all_fields}};
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  addField(cloud, "stamp", 24, pcl_ext::detail::uint64_datatype);
+  addField(cloud, std::string(65, 'n').c_str(), 21, Field::UINT8);
+  addField(cloud, "t", 25, Field::UINT8); // kept, as all names are
+  addField(cloud, "rgb", 16, Field::UINT32);
+  addField(cloud, "rgba", 20, Field::UINT32);
+  EXPECT_EQ(describeLeftOut(cloud, settings),
+            "fields that are left out: beyond, stamp, " + std::string(64, 'n') +
+                ", rgba; the rows and columns of the points are not kept");
+  SensorNode all(settings);
+  FrameDecoder decoder;
+  const VoxelFrame frame =
+      decodedWith(decoder, encoded(all, cloud, pcl_ext::WorldPose::Identity()));
+  ASSERT_EQ(frame.fields.size(), 4u);
+  EXPECT_EQ(frame.fields[3].name, "t");
+  // Of a name that is there twice the first is kept.
+  settings.compression.fields = {{"t"}, {"rgba"}};
+  EXPECT_EQ(describeLeftOut(cloud, settings),
+            "fields that are left out: ring, pair, beyond, stamp, " +
+                std::string(64, 'n') +
+                ", t; the rows and columns of the points are not kept");
+  for (const char* name : {"stamp", "beyond", "x"}) {
+    settings.compression.fields = {{name}};
+    SensorNode node(settings);
+    std::vector<std::uint8_t> bytes;
+    const SensorNodeStatus status =
+        node.encode(cloud, pcl_ext::WorldPose::Identity(), bytes);
+    EXPECT_EQ(status.code(), SensorNodeCode::InvalidCloud);
+    EXPECT_EQ(
+        status.message(),
+        "field '" + std::string(name) +
+            "' cannot be kept: it is a coordinate or a gap, its datatype is none "
+            "of int8 to uint32, float32 and float64, or it is not within a point");
+  }
 }
 
 TEST(SensorNodeFields, StayThoseOfTheStreamInAnEmptyCloud)

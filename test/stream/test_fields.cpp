@@ -18,7 +18,9 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -333,6 +335,115 @@ TEST_P(Fields, OfTooManyStepsAreAnError)
   }
 }
 
+TEST_P(Fields, OfIntegersNeedWholeSteps)
+{
+  // Multiples of 1.5 would be rounded once more: 5 is 3 of them, and so 4.
+  settings_.fields = {{"time", 0.5}, {"ring", 1.5}};
+  const CompressionStatus status = send(turnOf(0));
+  EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
+  EXPECT_EQ(status.message(),
+            "field 'ring' cannot be kept: its values are integers and its step is 1.5; "
+            "it must be a whole number, or 0 for exact values");
+  settings_.fields.back().step = 3.0;
+  encoder_.reset();
+  ASSERT_TRUE(send(turnOf(0)).ok());
+  for (const std::uint64_t number : field("ring").numbers)
+    EXPECT_EQ(std::fmod(fieldValue(field("ring"), number), 3.0), 0.0);
+}
+
+/** \brief A turn whose flags have other descriptions. */
+class DescribedFields : public Fields {
+protected:
+  /** \brief Sends a turn.
+   * \param[in] name that of the flags
+   * \param[in] count their values
+   */
+  CompressionStatus
+  sendFlags(const std::string& name, std::uint32_t count)
+  {
+    const std::vector<LidarPoint> points = turnOf(0);
+    PointView view = viewOf(points);
+    view.fields[2].description.name = name;
+    view.fields[2].description.count = count;
+    CloudEncoder encoder(settings_, IntensityUnit::None);
+    VoxelFrame frame;
+    CompressionStatus status =
+        encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame);
+    names_.clear();
+    for (const FrameField& field : frame.fields)
+      names_ += (names_.empty() ? "" : " ") + field.name;
+    return status;
+  }
+
+  std::string names_; ///< of the fields of the frame
+};
+
+INSTANTIATE_TEST_SUITE_P(, DescribedFields, ::testing::Values(Effort::Fast));
+
+TEST_P(DescribedFields, AreAlwaysMeantByTheWordAll)
+{
+  settings_.fields = {{all_fields}};
+  ASSERT_TRUE(sendFlags("all", 3).ok());
+  EXPECT_EQ(names_, "ring label all intensity time");
+  settings_.fields = {{"time"}, {all_fields}};
+  ASSERT_TRUE(sendFlags("all", 3).ok());
+  EXPECT_EQ(names_, "time ring label all intensity");
+}
+
+TEST_P(DescribedFields, ThatCannotBeKeptAreLeftOutOfAll)
+{
+  const std::string long_name(65, 'n');
+  settings_.fields = {{all_fields}};
+  ASSERT_TRUE(sendFlags(long_name, 3).ok());
+  EXPECT_EQ(names_, "ring label intensity time");
+  ASSERT_TRUE(sendFlags("", 3).ok());
+  EXPECT_EQ(names_, "ring label intensity time");
+  ASSERT_TRUE(sendFlags("flags", 4097).ok());
+  EXPECT_EQ(names_, "ring label intensity time");
+  // But not without being told where they are named.
+  settings_.fields = {{long_name}};
+  EXPECT_EQ(sendFlags(long_name, 3).message(),
+            "field '" + long_name +
+                "' cannot be kept: its name has 65 bytes; it must have 1 to 64");
+  settings_.fields = {{"flags"}};
+  EXPECT_EQ(sendFlags("flags", 4097).message(),
+            "field 'flags' cannot be kept: a point has 4097 values of it; it must have "
+            "1 to 4096");
+}
+
+TEST_P(DescribedFields, OfTooManyValuesAreAnErrorWithTheirNumbers)
+{
+  settings_.fields = {{all_fields}};
+  const CompressionStatus status = sendFlags("flags", 4093);
+  EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
+  EXPECT_EQ(status.message(),
+            "too many fields: 5 with 4097 values a point; at most 64 with 4096 values "
+            "can be kept");
+}
+
+TEST(FieldSettings, AreReadFromText)
+{
+  const auto fault_of = [](const char* text) {
+    std::vector<FieldSetting> fields = {{"other"}};
+    const CompressionStatus status = parseFields(text, fields);
+    EXPECT_TRUE(status.ok() || fields.empty()) << text;
+    return status.message();
+  };
+  EXPECT_EQ(fault_of(""), "");
+  EXPECT_EQ(fault_of("ring,time:1e-6,a:b:2,all"), "");
+  for (const std::string text : {"ring,", ",ring", "ring,,time", ":1", "ring:", "a:b"})
+    EXPECT_EQ(fault_of(text.c_str()),
+              "fields is '" + text +
+                  "'; it must be names with commas between them, each with :STEP above "
+                  "0 if it has one, or all");
+  EXPECT_EQ(fault_of("all:0.1"),
+            "step of the field 'all' is 0.1; it must be 0, as all means exact values; "
+            "name the fields with a step");
+  EXPECT_EQ(fault_of("ring,time,ring:2"),
+            "fields has 'ring' twice; it must have each name once");
+  EXPECT_EQ(fault_of("all,all"), "fields has 'all' twice; it must have each name once");
+}
+
 TEST(FieldSettings, AreChecked)
 {
   const auto message_of = [](auto change) {
@@ -347,6 +458,11 @@ TEST(FieldSettings, AreChecked)
             "exact values");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].name.clear(); }),
             "fields: a name is empty; it must be that of a field, or all");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields.push_back({"ring"}); }),
+            "fields has 'ring' twice; it must have each name once");
+  EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].name = all_fields; }),
+            "step of the field 'all' is 0.5; it must be 0, as all means exact values; "
+            "name the fields with a step");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.temporal_filter = 8; }),
             "fields is set; it must be empty with temporal_filter");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.format = StreamFormat::Published; }),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/named_value.h>
 #include <pcl_ext/rigid_pose.h>
@@ -165,11 +166,12 @@ struct IntensitySettings {
 /** \brief A field of the points that is kept. */
 struct FieldSetting {
   std::string name;  ///< of the field, or `all_fields`
-  double step = 0.0; ///< see FieldDescription
+  double step = 0.0; ///< see FieldDescription; of integers a whole number
 };
 
-/** \brief In the place of a name: all fields that no other setting names, but x, y, z
- * and, unless colour_bits is 0, rgb and rgba. */
+/** \brief In the place of a name, without a step: all fields that can be kept and that no
+ * other setting names, but x, y, z and, unless colour_bits is 0, rgb and rgba. It means
+ * them also where a field is called so. */
 inline constexpr char all_fields[] = "all";
 
 /** \brief The stream and what its frames have besides intensities. */
@@ -197,7 +199,8 @@ struct StreamSettings {
   /** \brief Further fields to keep, as ring, time or label of a lidar: with
    * keep_point_counts of each point, else one value of a voxel, which is the mean, or of
    * integers the most frequent. Exact, or rounded to a step. The points of a voxel are
-   * in the order of the first field. Version1 only, and not with temporal_filter. */
+   * in the order of the first field. At most 64 with 4096 values a point, each named
+   * once. Version1 only, and not with temporal_filter. */
   std::vector<FieldSetting> fields;
 };
 
@@ -256,12 +259,20 @@ struct IntensityCompressionSettings : EncoderSettings {
 };
 
 /** \brief Reads names of fields with commas between them, each with :STEP if it has one,
- * as "ring,time:1e-6" or "all".
+ * as "ring,time:1e-6" or "all". A name that has a colon needs a step; one with a comma
+ * cannot be given.
  * \param[out] fields none for an empty text
  * \return Ok, or InvalidSettings with the text
  */
 PCL_EXT_CODEC_EXPORT CompressionStatus
 parseFields(const std::string& text, std::vector<FieldSetting>& fields);
+
+/** \brief Whether `all_fields` stands for a field, too.
+ * \param[in] field of a cloud, not x, y or z
+ * \param[in] codes_colours colour_bits is not 0
+ */
+PCL_EXT_CODEC_EXPORT bool
+isOneOfAllFields(const FieldDescription& field, bool codes_colours);
 
 /** \brief Checks limits, which are above 0.
  * \return Ok, or InvalidSettings with the field

@@ -31,6 +31,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"coarsen_wide_clouds", "--coarsen"},
     {"temporal_filter", "--temporal-filter"},
     {"fields is", "--fields is"},
+    {"fields has", "--fields has"},
     {"bounding_box", "--bounding-box"},
     {"crop_box", "--crop"},
     {"sensor_pose", "--pose"},
