@@ -74,6 +74,43 @@ digitsOf(const pcl::PCLPointCloud2& cloud)
   return has_doubles ? std::numeric_limits<double>::max_digits10 : usual;
 }
 
+/** \brief Makes a name of a field one word that no other field has.
+ * \param[in,out] taken names; the new one is added
+ */
+std::string
+nameInHeader(std::string name, std::set<std::string>& taken)
+{
+  for (char& character : name)
+    if (const auto code = static_cast<unsigned char>(character);
+        code <= ' ' || code == 0x7f)
+      character = '_';
+  while (!taken.insert(name).second)
+    name += '_';
+  return name;
+}
+
+/** \brief The fields of a cloud as a file can have them. Those of several values become
+ * several of one value in PLY files, as PCL reads no others there. */
+std::vector<pcl::PCLPointField>
+fieldsOfFile(const std::vector<pcl::PCLPointField>& fields, CloudFormat format)
+{
+  std::vector<pcl::PCLPointField> written;
+  std::set<std::string> taken = {"_"}; // fills gaps
+  for (pcl::PCLPointField field : fields) {
+    const std::string name = field.name;
+    const std::uint32_t parts = format == CloudFormat::Ply ? field.count : 1;
+    field.count /= std::max(parts, 1u);
+    for (std::uint32_t i = 0; i < parts; ++i) {
+      field.name =
+          nameInHeader(parts > 1 ? name + '_' + std::to_string(i) : name, taken);
+      written.push_back(field);
+      field.offset +=
+          static_cast<std::uint32_t>(pcl::getFieldSize(field.datatype)) * field.count;
+    }
+  }
+  return written;
+}
+
 int
 writeFile(const std::string& path,
           CloudFormat format,
@@ -93,6 +130,28 @@ writeFile(const std::string& path,
     return pcl::PLYWriter().writeBinary(path, cloud, origin, orientation, false);
   }
   return -1;
+}
+
+/** \brief As writeFile(), with the fields that a file can have. */
+int
+writeWithFieldsOfFile(const std::string& path,
+                      CloudFormat format,
+                      const pcl::PCLPointCloud2& cloud,
+                      const Viewpoint& viewpoint)
+{
+  const std::vector<pcl::PCLPointField> fields = fieldsOfFile(cloud.fields, format);
+  const auto have_same_name = [](const auto& one, const auto& other) {
+    return one.name == other.name;
+  };
+  if (std::equal(fields.begin(),
+                 fields.end(),
+                 cloud.fields.begin(),
+                 cloud.fields.end(),
+                 have_same_name))
+    return writeFile(path, format, cloud, viewpoint);
+  pcl::PCLPointCloud2 changed = cloud;
+  changed.fields = fields;
+  return writeFile(path, format, changed, viewpoint);
 }
 
 /** \brief Adds the clouds in a folder that decoding may have written; none if it does
@@ -279,7 +338,7 @@ CloudFolder::writeWithPcl(const std::string& name,
   bool is_written = false;
   errno = 0;
   try {
-    is_written = writeFile(file_.path(), format_, cloud, viewpoint) == 0;
+    is_written = writeWithFieldsOfFile(file_.path(), format_, cloud, viewpoint) == 0;
   }
   catch (const pcl::IOException&) {
     // As below.
