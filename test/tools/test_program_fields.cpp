@@ -1,9 +1,12 @@
 /** \file
  * Fields of files and recordings through the program and back.
  */
+#include <pcl_ext/nodes/sensor_node.h>
+
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
 
 #include <gtest/gtest.h>
 
@@ -11,7 +14,9 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <iomanip>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,17 +28,20 @@ namespace test {
 namespace {
 
 /** \brief A cloud with a ring (UINT16) and a time (FLOAT64) after the coordinates, as a
- * PCD file has it. */
+ * PCD file has it.
+ * \param[in] ring_name, time_name their names
+ */
 pcl::PCLPointCloud2
-cloudWithRings()
+cloudWithRings(const std::string& ring_name = "ring",
+               const std::string& time_name = "time:gps")
 {
   pcl::PCLPointCloud2 cloud;
   const std::vector<std::pair<std::string, std::uint8_t>> fields = {
       {"x", pcl::PCLPointField::FLOAT32},
       {"y", pcl::PCLPointField::FLOAT32},
       {"z", pcl::PCLPointField::FLOAT32},
-      {"ring", pcl::PCLPointField::UINT16},
-      {"time:gps", pcl::PCLPointField::FLOAT64}};
+      {ring_name, pcl::PCLPointField::UINT16},
+      {time_name, pcl::PCLPointField::FLOAT64}};
   for (const auto& [name, type] : fields) {
     pcl::PCLPointField& field = cloud.fields.emplace_back();
     field.name = name;
@@ -70,6 +78,34 @@ furtherBytes(const pcl::PCLPointCloud2& cloud)
         std::string(point + cloud.fields.at(3).offset, point + cloud.point_step));
   }
   return points;
+}
+
+/** \brief Records a cloud as the only frame of a recording, with all its fields. */
+void
+recordCloud(const pcl::PCLPointCloud2& cloud, const std::string& path)
+{
+  nodes::SensorNodeSettings settings;
+  settings.law = IntensityLaw::None;
+  settings.compression.resolution = 0.1;
+  settings.compression.keep_point_counts = true;
+  settings.compression.fields = {{io::all_fields}};
+  KnownStream stream;
+  stream.name = "/lidar";
+  nodes::SensorNode node(settings);
+  ASSERT_TRUE(
+      node.encode(cloud, WorldPose::Identity(), stream.frames.emplace_back().bytes)
+          .hasFrame());
+  record({stream}, path);
+}
+
+/** \brief The fields of a cloud with blanks between them. */
+std::string
+fieldsOf(const pcl::PCLPointCloud2& cloud)
+{
+  std::string names;
+  for (const pcl::PCLPointField& field : cloud.fields)
+    names += (names.empty() ? "" : " ") + field.name;
+  return names;
 }
 
 /** \brief A folder with such a cloud in clouds/0.pcd. */
@@ -109,6 +145,100 @@ TEST_F(ProgramFields, ComeBackInFilesAndInMessages)
   }
 }
 
+TEST_F(ProgramFields, HaveNamesOfOneWordInFiles)
+{
+  const pcl::PCLPointCloud2 sent = cloudWithRings("the\nring\x7f", "the_ring_");
+  recordCloud(sent, folder_ / "x.mcap");
+  for (const char* format : {"binary", "ascii", "compressed"}) {
+    expectRun(folder_, std::string("decode x.mcap -o out --overwrite --pcd ") + format);
+    pcl::PCLPointCloud2 received;
+    ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+    EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__") << format;
+    EXPECT_EQ(furtherBytes(received), furtherBytes(sent)) << format;
+  }
+  expectRun(folder_, "decode x.mcap -o out --overwrite --ply");
+  pcl::PCLPointCloud2 received;
+  ASSERT_EQ(pcl::io::loadPLYFile(folder_ / "out/000000.ply", received), 0);
+  EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__");
+  EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
+  // What fills gaps is no name.
+  recordCloud(cloudWithRings(" ", "time"), folder_ / "y.mcap");
+  expectRun(folder_, "decode y.mcap -o out --overwrite");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+  EXPECT_EQ(fieldsOf(received), "x y z __ time");
+}
+
+TEST_F(ProgramFields, OfSeveralValuesAreSeveralInPlyFiles)
+{
+  pcl::PCLPointCloud2 sent = cloudWithRings("ring", "pair_1");
+  // The time as four numbers, one of whose names is taken.
+  sent.fields[4].name = "pair";
+  sent.fields[4].datatype = pcl::PCLPointField::UINT16;
+  sent.fields[4].count = 4;
+  sent.fields[3].name = "pair_1";
+  recordCloud(sent, folder_ / "x.mcap");
+  expectRun(folder_, "decode x.mcap -o ply --ply");
+  pcl::PCLPointCloud2 received;
+  ASSERT_EQ(pcl::io::loadPLYFile(folder_ / "ply/000000.ply", received), 0);
+  EXPECT_EQ(fieldsOf(received), "x y z pair_1 pair_0 pair_1_ pair_2 pair_3");
+  EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
+  // The program reads it, too.
+  expectRun(folder_, "encode ply -o y.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun(folder_, "decode y.mcap -o pcd");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "pcd/000000.pcd", received), 0);
+  EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
+  // PCD files keep them together.
+  expectRun(folder_, "decode x.mcap -o whole");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "whole/000000.pcd", received), 0);
+  EXPECT_EQ(fieldsOf(received), "x y z pair_1 pair");
+}
+
+TEST_F(ProgramFields, IntensityIsCodedOnce)
+{
+  const auto bitsOf = [this](const std::string& options) {
+    expectRun(folder_, "encode room -q -o x.mcap --overwrite " + options);
+    return decode(folder_ / "x.mcap").at(0).voxels.at(0).intensity_scale.bits;
+  };
+  writeClouds(folder_, "room", roomClouds(1));
+  EXPECT_GT(bitsOf(""), 0u);
+  for (const std::string fields : {"--fields all", "--fields intensity:0.5"}) {
+    EXPECT_EQ(bitsOf(fields), 0u);
+    EXPECT_EQ(bitsOf(fields + " --keep-point-counts"), 0u);
+    // Unless an option asks for that of voxels.
+    EXPECT_GT(bitsOf(fields + " --law native"), 0u);
+    EXPECT_EQ(bitsOf(fields + " --intensity-bits 9"), 9u);
+    EXPECT_GT(bitsOf(fields + " --intensity-field intensity"), 0u);
+  }
+  const pcl::PointCloud<pcl::PointXYZI> sent = roomClouds(1)[0];
+  expectRun(folder_,
+            "encode room -q -o x.mcap --overwrite --fields all --keep-point-counts");
+  expectRun(folder_, "decode x.mcap -o out");
+  std::multiset<float> sent_intensities;
+  std::multiset<float> received;
+  for (const pcl::PointXYZI& point : sent)
+    sent_intensities.insert(point.intensity);
+  for (const pcl::PointXYZI& point : readCloud(folder_ / "out/000000.pcd"))
+    received.insert(point.intensity);
+  EXPECT_EQ(received, sent_intensities);
+}
+
+TEST_F(ProgramFields, AreInTheRatio)
+{
+  // x, y, z, ring and time take 22 bytes.
+  for (const auto& [options, of_point] :
+       {std::pair<std::string, double>{"--fields all", 22.0}, {"", 16.0}}) {
+    const ProgramRun encoded =
+        run(folder_, "encode clouds -o x.pcxi --overwrite " + options);
+    const auto bytes =
+        static_cast<double>(decode(folder_ / "x.pcxi").at(0).frames.at(0).bytes.size());
+    std::ostringstream ratio;
+    ratio << "ratio " << std::fixed << std::setprecision(1) << 600 * of_point / bytes
+          << " to " << std::setprecision(0) << of_point << " bytes a point";
+    EXPECT_NE(encoded.output.find(ratio.str()), std::string::npos)
+        << encoded.output << ratio.str();
+  }
+}
+
 TEST_F(ProgramFields, AreNamedByInfo)
 {
   expectRun(folder_, "encode clouds -o x.pcxi --fields time:gps:0.01,ring");
@@ -131,8 +261,33 @@ TEST_F(ProgramFields, ThatAreLeftOutAreNamedWithTheOption)
       << without.output << without.errors;
 }
 
+TEST_F(ProgramFields, ThatAllCannotKeepAreNamedWithoutTheOption)
+{
+  const std::string name(65, 'n');
+  EXPECT_EQ(
+      pcl::PCDWriter().writeBinary(folder_ / "clouds/0.pcd", cloudWithRings(name)), 0);
+  const ProgramRun all = run(folder_, "encode clouds -o x.pcxi --fields all");
+  EXPECT_EQ(all.status, 0) << all.errors;
+  EXPECT_NE((all.output + all.errors)
+                .find("fields that are left out: " + name.substr(0, 64) + '\n'),
+            std::string::npos)
+      << all.output << all.errors;
+}
+
 TEST_F(ProgramFields, OfMistakenOptionsAreRefused)
 {
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields all:0.1",
+                2,
+                "step of the field 'all' is 0.1; it must be 0");
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields ring,ring",
+                2,
+                "--fields has 'ring' twice; it must have each name once");
+  expectFailure(folder_,
+                "encode clouds -o x.pcxi --fields ring,",
+                2,
+                "--fields is 'ring,'; it must be names");
   expectFailure(folder_,
                 "encode clouds -o x.pcxi --fields ,",
                 2,

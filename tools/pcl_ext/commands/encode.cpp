@@ -309,10 +309,15 @@ private:
           (sums.warnings > 1
                ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
                : ""));
+    const auto& kept = options_.encoding.codec().fields;
+    const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
+      return field.name == io::all_fields;
+    });
     if (const std::string& left_out = stream.encoder.leftOut(); !left_out.empty())
-      console_.remark(
-          stream.encoder.name() + ": " + left_out +
-          (left_out.rfind("fields", 0) == 0 ? "; --fields keeps fields" : ""));
+      console_.remark(stream.encoder.name() + ": " + left_out +
+                      (left_out.rfind("fields", 0) == 0 && !are_all
+                           ? "; --fields keeps fields"
+                           : ""));
     for (const std::string& remark :
          {stream.encoder.frameIdRemark(), stream.encoder.unitRemark()})
       if (!remark.empty())
@@ -345,6 +350,7 @@ private:
       sums.hidden_voxels += part.hidden_voxels;
       sums.held_voxels += part.held_voxels;
       sums.bytes += part.bytes;
+      sums.point_bytes += part.point_bytes;
       has_empty_stream |= !report(*stream);
     }
     const std::vector<std::string> damage = input_->damage();

@@ -33,9 +33,14 @@ describeEncoded(const EncodedSums& sums,
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
     text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";
+  // What fields take is compared with the points of the clouds.
+  const double of_point = options.codec().fields.empty() || sums.encoded_points == 0
+                              ? 16.0
+                              : static_cast<double>(sums.point_bytes) / encoded_points;
   text += ", ratio " +
-          formatted(16.0 * encoded_points / static_cast<double>(sums.bytes), 1) +
-          " to 16 bytes a point";
+          formatted(of_point * encoded_points / static_cast<double>(sums.bytes), 1) +
+          " to " + formatted(of_point, 0) + " bytes a point" +
+          (options.codec().fields.empty() ? "" : " of the clouds");
   if (options.removesOutliers())
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
             counted(sums.outliers + occupied, "voxel") + " removed as outliers";

@@ -1,5 +1,6 @@
 #include "options/encoding_options.h"
 
+#include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/recording/recording_reader.h>
@@ -58,6 +59,14 @@ isMeant(const std::string& given, const std::string& stream)
   return given == stream || (!given.empty() && '/' + given == stream);
 }
 
+/** \brief Options for the intensities of voxels. */
+std::vector<std::string>
+scaleOptions()
+{
+  return {
+      "--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"};
+}
+
 /** \brief Numbers with commas between them, which are read as the same numbers. */
 std::string
 textOf(std::initializer_list<double> numbers)
@@ -110,7 +119,7 @@ EncodingOptions::addCodecOptions(CLI::App& app)
             "-l,--law",
             lawChoices(),
             law_,
-            "automatic: native if clouds have one, else none");
+            "automatic: native, or none (also if in --fields)");
   addParsed(app,
             "--sensor",
             "SENSOR",
@@ -271,9 +280,7 @@ EncodingOptions::checkEffects() const
                       ", which makes intensities of its own: leave one of them out");
   if (law_ == IntensityLaw::None)
     refuseOptions(
-        *app_,
-        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
-        "has no effect with --law none: leave one of them out");
+        *app_, scaleOptions(), "has no effect with --law none: leave one of them out");
   if (codec_.format == io::StreamFormat::Published) {
     refuseOptions(*app_,
                   {"--effort", "--coarsen"},
@@ -325,10 +332,30 @@ EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
   if (!has_intensity)
     refuseOptions(
         *app_,
-        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+        scaleOptions(),
         "has no effect on clouds without intensities: leave it out, or add --law "
         "count");
-  return automaticLaw(has_intensity);
+  return automaticLaw(has_intensity && !keepsIntensityAsField(cloud));
+}
+
+bool
+EncodingOptions::keepsIntensityAsField(const pcl::PCLPointCloud2& cloud) const
+{
+  std::vector<std::string> of_voxels = scaleOptions();
+  of_voxels.insert(of_voxels.end(), {"--law", "--intensity-field"});
+  if (std::any_of(of_voxels.begin(), of_voxels.end(), [this](const std::string& name) {
+        return isGiven(*app_, name);
+      }))
+    return false;
+  const std::vector<FoundField> offered = findFields(cloud);
+  const auto& kept = codec_.fields;
+  return std::any_of(offered.begin(), offered.end(), [&kept](const FoundField& field) {
+    const std::string& name = field.description.name;
+    return name == "intensity" && io::isField(field.description) &&
+           std::any_of(kept.begin(), kept.end(), [&name](const auto& setting) {
+             return setting.name == name || setting.name == io::all_fields;
+           });
+  });
 }
 
 void

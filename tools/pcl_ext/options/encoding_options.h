@@ -68,7 +68,8 @@ public:
   void
   checkFrameId(bool has_messages) const;
 
-  /** \brief The law of a cloud; automatic: native if it has an intensity, else none. */
+  /** \brief The law of a cloud; automatic: native if it has an intensity that is not
+   * kept as a further field, else none. */
   IntensityLaw
   lawOf(const pcl::PCLPointCloud2& cloud) const;
 
@@ -161,6 +162,11 @@ private:
 
   void
   addGridOptions(CLI::App& app);
+
+  /** \brief Whether a cloud's intensity is a further field, whose values decoding gives
+   * in place of those of voxels, and no option asks for these. */
+  bool
+  keepsIntensityAsField(const pcl::PCLPointCloud2& cloud) const;
 
   void
   checkEffects() const;

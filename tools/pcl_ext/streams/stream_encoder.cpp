@@ -104,6 +104,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   sums_.hidden_voxels += statistics.frame.voxels_hidden;
   sums_.held_voxels += statistics.frame.voxels_held;
   sums_.bytes += bytes.size();
+  sums_.point_bytes += statistics.frame.voxelization.points_used * encoded.point_step;
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
 }

@@ -27,8 +27,9 @@ struct EncodedSums {
   std::size_t hidden_voxels = 0;    ///< by --temporal-filter
   std::size_t held_voxels = 0;      ///< likewise, and part of `voxels`
   std::size_t bytes = 0;
-  std::size_t warnings = 0;  ///< frames with one
-  std::string first_warning; ///< with its frame
+  std::size_t point_bytes = 0; ///< of encoded points in the clouds
+  std::size_t warnings = 0;    ///< frames with one
+  std::string first_warning;   ///< with its frame
 };
 
 /** \brief Encodes the clouds of a stream. */
