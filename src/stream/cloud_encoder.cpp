@@ -50,6 +50,11 @@ checkView(const PointView& points)
                    "; it must be the bytes from one point to the next, a multiple of " +
                    std::to_string(number) + " of at least " +
                    std::to_string(3 * number));
+  if (points.image.width > 0 && points.pixels == nullptr &&
+      std::uint64_t{points.image.width} * points.image.height != points.count)
+    return invalid("the image has " + std::to_string(points.image.width) + " x " +
+                   std::to_string(points.image.height) + " pixels, but " +
+                   std::to_string(points.count) + " points");
   for (const FieldView& field : points.fields)
     if (field.first == nullptr)
       return invalid("field '" + field.description.name + "' of the view is null");
@@ -155,7 +160,10 @@ private:
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
   CompressionStatus
-  collectFields(PointBatches& points, VoxelFrame& frame);
+  collectFields(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+  bool
+  wantsImage(const ImageSize& size, const VoxelFrame& frame) const;
 
   bool
   fitCoordinateStep(PointBatches& points);
@@ -176,6 +184,7 @@ private:
   std::optional<TemporalVoxelFilter> temporal_filter_;
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FieldCollector fields_;
+  ImageCollector image_;
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   TemporalFilterStatus filtering_;      // likewise
@@ -223,7 +232,8 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
       voxelizeWide(points, frame);
     refitIntensities(points, frame);
     sensor_position_ = elementsOf(sensor_pose.translation());
-    if (CompressionStatus status = collectFields(points, frame); !status.ok()) {
+    if (CompressionStatus status = collectFields(points, sensor_pose, frame);
+        !status.ok()) {
       frame.clearVoxels();
       return status;
     }
@@ -263,11 +273,40 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
   voxelization_ = voxelizer_.voxelize(points, true, frame);
 }
 
-/** \brief Sets the fields of a voxelized frame, and from where they are predicted. */
-CompressionStatus
-CloudEncoder::Implementation::collectFields(PointBatches& points, VoxelFrame& frame)
+/** \brief Whether the points of a frame may be coded in the order of their sensor: where
+ * voxels have many, or pixels few, that takes more bytes. */
+bool
+CloudEncoder::Implementation::wantsImage(const ImageSize& size,
+                                         const VoxelFrame& frame) const
 {
-  if (settings_.fields.empty()) {
+  constexpr std::size_t most_points_of_voxel = 4;
+  constexpr std::size_t most_pixels_of_point = 64;
+  const std::size_t points = voxelization_.points_used;
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  const DecoderLimits& limits = settings_.decoder_limits;
+  return frame.has_point_counts && size.width > 1 && size.height > 1 &&
+         size.width <= most_image_side && size.height <= most_image_side &&
+         pixels <= std::min<std::size_t>(most_image_pixels, limits.max_points) &&
+         pixels * fields_.valuesOfPoint() <= limits.max_field_values &&
+         (encoder_.isIFrameDue() ? points <= most_points_of_voxel * frame.size() &&
+                                       pixels <= most_pixels_of_point * points
+                                 : encoder_.takesImages());
+}
+
+/** \brief Sets fields and image of a voxelized frame, and from where fields are
+ * predicted. */
+CompressionStatus
+CloudEncoder::Implementation::collectFields(PointBatches& points,
+                                            const WorldPose& sensor_pose,
+                                            VoxelFrame& frame)
+{
+  const ImageSize image_size = points.imageSize();
+  const bool wants_image = !frame.keys.empty() && wantsImage(image_size, frame);
+  frame.image = PointImage();
+  // A cloud without points has no other order than those before it.
+  if (frame.keys.empty() && !encoder_.isIFrameDue() && encoder_.takesImages())
+    frame.image = image_.rays();
+  if (settings_.fields.empty() && !wants_image) {
     frame.fields.clear();
     return {};
   }
@@ -276,7 +315,14 @@ CloudEncoder::Implementation::collectFields(PointBatches& points, VoxelFrame& fr
   VoxelLocator locator(settings);
   if (!settings_.bounding_box)
     locator.setGrid(frame.grid);
-  if (CompressionStatus status = fields_.collect(points, locator, frame); !status.ok())
+  if (wants_image)
+    image_.begin(image_size, sensor_pose);
+  if (CompressionStatus status = fields_.collect(points,
+                                                 locator,
+                                                 wants_image ? &image_ : nullptr,
+                                                 encoder_.isIFrameDue(),
+                                                 frame);
+      !status.ok())
     return status;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double voxels =

@@ -249,7 +249,8 @@ private:
       else
         published_ = published::History();
     }
-    std::size_t needed = frame.size() + frame.fieldValueCount();
+    std::size_t needed =
+        frame.size() + frame.fieldValueCount() + frame.image.pixelCount();
     if (status.ok())
       needed += statistics_.bytes;
     std::size_t taken = needed;
@@ -273,6 +274,8 @@ private:
       frame.point_counts.shrink_to_fit();
       for (FrameField& field : frame.fields)
         field.numbers.shrink_to_fit();
+      frame.image.pixels.shrink_to_fit();
+      frame.image.depths.shrink_to_fit();
     };
     // Without memory for smaller copies the memory stays as it is.
     callOrElse(release, [] {});

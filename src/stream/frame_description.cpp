@@ -44,6 +44,7 @@ describeVersion1(ByteSource& source,
     description.colour_bits = header.content.colour_bits;
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
+    description.image = {header.image.width, header.image.height};
     if (header.stamp)
       description.stamp = static_cast<std::uint64_t>(*header.stamp);
   }

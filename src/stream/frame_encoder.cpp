@@ -30,6 +30,12 @@ public:
     return is_i_frame_requested_ || frames_since_i_frame_ >= i_frame_rate_;
   }
 
+  bool
+  takesImages() const
+  {
+    return version1_.takesImages();
+  }
+
   void
   requestIFrame()
   {
@@ -195,6 +201,12 @@ bool
 FrameEncoder::isIFrameDue() const
 {
   return implementation_->isIFrameDue();
+}
+
+bool
+FrameEncoder::takesImages() const
+{
+  return implementation_->takesImages();
 }
 
 void

@@ -20,6 +20,9 @@ fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>&
   std::uint64_t values = 0;
   for (const FieldDescription& field : fields)
     values += field.count;
+  // A decoded cloud has values in all pixels.
+  if (header.content.has_image)
+    return values * header.image.pixelCount();
   return values *
          (header.content.has_point_counts ? header.point_count : header.voxel_count);
 }
@@ -57,6 +60,7 @@ Version1Decoder::decode(ByteSource& source,
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;
   statistics.is_of_changes = header_.is_of_changes;
+  statistics.has_image = header_.content.has_image;
   statistics.occupancy_bytes = sizes.occupancy;
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
@@ -199,7 +203,7 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
   if (!header_.is_i_frame &&
       coder.trackedVoxels() > maxTrackedVoxels(limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
-  const bool is_refined = header_.content.refinement_levels > 0;
+  const bool is_refined = header_.content.hasVoxels();
   const std::uint64_t count =
       is_refined ? header_.coarse_voxel_count : header_.voxel_count;
   if (coder.decode(work,
@@ -247,7 +251,7 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
                           end,
                           frame,
                           supplement_sizes);
-  sizes.occupancy += supplement_sizes.refinement;
+  sizes.occupancy += supplement_sizes.voxels;
   sizes.attributes += supplement_sizes.attributes;
   return is_whole;
 }
@@ -279,6 +283,7 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     header_.content.colour_bits = content_.colour_bits;
     header_.fields = fields_;
     header_.viewpoint = viewpoint_;
+    header_.image = image_;
     if (header_.content != content_ || has_colours != (content_.colour_bits > 0))
       return corruptFrame("a P-frame of another content than its I-frame");
   }
@@ -292,12 +297,28 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     frame.point_counts.clear();
   if (CompressionStatus status = prepareFields(frame); !status.ok())
     return status;
-  if (header_.content.refinement_levels > 0) {
+  prepareImage(frame);
+  if (header_.content.hasVoxels()) {
     coarse_voxels_.grid = frame.grid;
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
     coarse_voxels_.intensity_scale.bits = 0;
   }
   return {};
+}
+
+/** \brief Sets size and rays of a frame's image. */
+void
+Version1Decoder::prepareImage(VoxelFrame& frame) const
+{
+  if (!header_.content.has_image) {
+    frame.image = PointImage();
+    return;
+  }
+  frame.image.width = header_.image.width;
+  frame.image.height = header_.image.height;
+  frame.image.rays = header_.image.rays;
+  frame.image.pixels.clear();
+  frame.image.depths.clear();
 }
 
 /** \brief Sets which fields a frame has. */
@@ -323,7 +344,7 @@ Version1Decoder::prepareDepthModel(const std::uint8_t*& payload,
 {
   if (!header_.is_i_frame && !depth_model_)
     return corruptFrame("a P-frame with a depth model, its I-frame without");
-  if (!frame.hasIntensities() || header_.content.refinement_levels > 0)
+  if (!frame.hasIntensities() || header_.content.hasVoxels())
     return corruptFrame("a depth model without intensities that it predicts");
   if (!readDepthModel(payload, frame.depth_model.emplace()))
     return corruptFrame("invalid depth model");
@@ -359,6 +380,7 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   content_ = header_.content;
   fields_.swap(header_.fields);
   viewpoint_ = header_.viewpoint;
+  std::swap(image_, header_.image);
   if (supplement_ && content_.hasSupplement() && !frame.keys.empty())
     supplement_->learn();
   else if (supplement_ && header_.is_i_frame)

@@ -129,6 +129,9 @@ private:
   CompressionStatus
   prepareFields(VoxelFrame& frame);
 
+  void
+  prepareImage(VoxelFrame& frame) const;
+
   CompressionStatus
   prepareContent(VoxelFrame& frame);
 
@@ -161,6 +164,7 @@ private:
   supplement::Content content_;
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
+  PointImage image_; // without points
   PayloadCoders coders_;
   std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

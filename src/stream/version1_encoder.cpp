@@ -1,7 +1,9 @@
 #include "stream/version1_encoder.h"
 
+#include "bytes/byte_writer.h"
 #include "bytes/exceptions.h"
 #include "codec/supplement/coarse_voxels.h"
+#include "stream/image_table.h"
 #include "voxels/ascending_keys.h"
 
 #include <algorithm>
@@ -17,7 +19,8 @@ Version1Encoder::needsIFrame(const VoxelFrame& frame,
   if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
       frame.depth_model.has_value() != has_depth_model_ ||
       frame.colour_bits != content_.colour_bits ||
-      frame.has_point_counts != content_.has_point_counts || hasOtherFields(frame))
+      frame.has_point_counts != content_.has_point_counts || hasOtherFields(frame) ||
+      hasOtherImage(frame))
     return true;
   // A large change of the stamp, as of the first one in a stream, takes more bytes in a
   // P-frame's header than the stamp itself.
@@ -39,7 +42,7 @@ Version1Encoder::match(const VoxelFrame& frame)
 {
   const VoxelFrame& coded = codedVoxels(frame);
   const std::size_t tracked = coder().match(work_, coded);
-  if (content_.refinement_levels == 0)
+  if (!content_.hasVoxels())
     is_refinement_useful_ = 4 * tracked < coded.size();
   return coded;
 }
@@ -86,6 +89,18 @@ Version1Encoder::hasOtherFields(const VoxelFrame& frame) const
                      });
 }
 
+/** \brief True if the points do not have the order and the rays of the last frame,
+ * which was coded with these, or may have those of the first one with points. */
+bool
+Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
+{
+  if (is_i_frame_empty_ && !content_.has_image)
+    return frame.image.hasPixels() && !frame.keys.empty();
+  return content_.has_image &&
+         (frame.image.width != image_.width || frame.image.height != image_.height ||
+          frame.image.rays != image_.rays);
+}
+
 /** \brief True if half of the voxels were in the last frame, too: then a history of
  * them is worth more than a refinement. */
 bool
@@ -98,17 +113,20 @@ Version1Encoder::comeAgain(const std::vector<std::uint64_t>& keys) const
   return !keys.empty() && 2 * repeated >= keys.size();
 }
 
-/** \brief What the coder of voxels codes: with a refinement the coarse voxels. */
+/** \brief What the coder of voxels codes: with a refinement the coarse voxels, with an
+ * image nothing. */
 const VoxelFrame&
 Version1Encoder::codedVoxels(const VoxelFrame& frame)
 {
-  if (content_.refinement_levels == 0)
+  if (!content_.hasVoxels())
     return frame;
+  coarse_voxels_.keys.clear();
   coarse_voxels_.grid = frame.grid;
   coarse_voxels_.grid.depth -= content_.refinement_levels;
   coarse_voxels_.intensity_scale.bits = 0;
-  supplement::coarseVoxelsOf(
-      frame.keys, content_.refinement_levels, coarse_voxels_.keys);
+  if (!content_.has_image)
+    supplement::coarseVoxelsOf(
+        frame.keys, content_.refinement_levels, coarse_voxels_.keys);
   return coarse_voxels_;
 }
 
@@ -151,16 +169,55 @@ Version1Encoder::encode(const VoxelFrame& frame,
 {
   const bool is_i_frame = matched == nullptr;
   writeHeader(frame, is_i_frame, stamp);
-  if (is_i_frame)
-    chooseContent(frame);
-  const VoxelFrame& coded = is_i_frame ? codedVoxels(frame) : *matched;
+  const PayloadSizes sizes =
+      is_i_frame ? encodeIFrame(frame) : encodeContent(frame, *matched);
+  writeFrame(frame, sizes, bytes, statistics);
+  keepForChanges(frame);
+}
+
+/** \brief Encodes payload and supplement of an I-frame. Where the sensor's order of the
+ * points is known they are coded with it and without it. With it, if that takes fewer
+ * bytes; where the difference is large some I-frames are not tried. */
+PayloadSizes
+Version1Encoder::encodeIFrame(const VoxelFrame& frame)
+{
+  const auto encode = [&](bool has_image) {
+    setContent(frame, has_image);
+    return encodeContent(frame, codedVoxels(frame));
+  };
+  is_i_frame_empty_ = frame.keys.empty();
+  if (!frame.image.hasPixels() || is_i_frame_empty_)
+    return encode(false);
+  if (settled_i_frames_ > 0) {
+    --settled_i_frames_;
+    return encode(is_image_smaller_);
+  }
+  encode(false);
+  const std::size_t size_without = payload_.size();
+  const PayloadSizes sizes = encode(true);
+  std::vector<std::uint8_t> table;
+  ByteWriter writer(table);
+  writeImageTable(frame.image, writer);
+  const std::size_t size = payload_.size() + table.size();
+  is_image_smaller_ = size <= size_without;
+  constexpr unsigned int settled_i_frames = 15;
+  if (std::max(size, size_without) > 2 * std::min(size, size_without))
+    settled_i_frames_ = settled_i_frames;
+  return is_image_smaller_ ? sizes : encode(false);
+}
+
+/** \brief Encodes payload and supplement of a frame.
+ * \param[in] coded result of codedVoxels
+ */
+PayloadSizes
+Version1Encoder::encodeContent(const VoxelFrame& frame, const VoxelFrame& coded)
+{
   header_.coarse_voxel_count = coded.size();
   PayloadSizes sizes = encodePayload(coded);
   const std::size_t supplement_begin = payload_.size();
   encodeSupplement(frame, coded, sizes);
   header_.supplement_size = payload_.size() - supplement_begin;
-  writeFrame(frame, sizes, bytes, statistics);
-  keepForChanges(frame);
+  return sizes;
 }
 
 /** \brief Appends the frame whose payload is encoded. */
@@ -180,6 +237,7 @@ Version1Encoder::writeFrame(const VoxelFrame& frame,
   frame_number_ = header.frame_number;
   statistics.is_i_frame = header.is_i_frame;
   statistics.is_of_changes = header.is_of_changes;
+  statistics.has_image = content_.has_image;
   statistics.frame_number = frame_number_;
   statistics.bytes = bytes.size();
   statistics.header_bytes = bytes.size() - payload_.size();
@@ -208,9 +266,9 @@ Version1Encoder::keepForChanges(const VoxelFrame& frame)
   changes_->learnWhole(header_.is_i_frame);
 }
 
-/** \brief Chooses what is in the supplements until the next I-frame. */
+/** \brief Sets what is in the supplements until the next I-frame. */
 void
-Version1Encoder::chooseContent(const VoxelFrame& frame)
+Version1Encoder::setContent(const VoxelFrame& frame, bool has_image)
 {
   content_.colour_bits = frame.colour_bits;
   content_.has_point_counts = frame.has_point_counts;
@@ -219,8 +277,15 @@ Version1Encoder::chooseContent(const VoxelFrame& frame)
   viewpoint_ = frame.viewpoint;
   header_.fields = fields_;
   header_.viewpoint = viewpoint_;
+  content_.has_image = has_image;
+  if (has_image) {
+    image_.width = frame.image.width;
+    image_.height = frame.image.height;
+    image_.rays = frame.image.rays;
+    header_.image = image_;
+  }
   content_.refinement_levels =
-      is_refinement_useful_ ? supplement::chooseRefinement(frame) : 0;
+      is_refinement_useful_ && !has_image ? supplement::chooseRefinement(frame) : 0;
 }
 
 /** \brief Appends the supplement to the payload, if the content has one. */
@@ -249,7 +314,7 @@ Version1Encoder::encodeSupplement(const VoxelFrame& frame,
                                                        viewpoint_},
                                                       frame,
                                                       payload_);
-  sizes.occupancy += added.refinement;
+  sizes.occupancy += added.voxels;
   sizes.attributes += added.attributes;
 }
 
@@ -294,7 +359,8 @@ Version1Encoder::encodePayloadAs(const VoxelFrame& frame)
 std::size_t
 Version1Encoder::endFrame(const VoxelFrame& frame)
 {
-  const std::size_t needed = frame.size() + frame.fieldValueCount() + payload_.size() +
+  const std::size_t needed = frame.size() + frame.fieldValueCount() +
+                             frame.image.pixelCount() + payload_.size() +
                              coders_.trackedVoxels(effort_);
   work_.endFrame(needed, needed);
   return needed;

@@ -83,6 +83,13 @@ public:
     return changes_ && changes_->hasLastFrame();
   }
 
+  /** \brief Whether a P-frame may have an image. */
+  bool
+  takesImages() const
+  {
+    return content_.has_image || is_i_frame_empty_;
+  }
+
   /** \brief Ends a frame in the memory that is used for one.
    * \return voxels, bytes and records that the stream needed for it
    */
@@ -99,6 +106,9 @@ public:
 private:
   bool
   hasOtherFields(const VoxelFrame& frame) const;
+
+  bool
+  hasOtherImage(const VoxelFrame& frame) const;
 
   bool
   comeAgain(const std::vector<std::uint64_t>& keys) const;
@@ -120,8 +130,14 @@ private:
   void
   keepForChanges(const VoxelFrame& frame);
 
+  PayloadSizes
+  encodeIFrame(const VoxelFrame& frame);
+
+  PayloadSizes
+  encodeContent(const VoxelFrame& frame, const VoxelFrame& coded);
+
   void
-  chooseContent(const VoxelFrame& frame);
+  setContent(const VoxelFrame& frame, bool has_image);
 
   void
   encodeSupplement(const VoxelFrame& frame,
@@ -161,6 +177,10 @@ private:
   supplement::Content content_;
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
+  PointImage image_;                                        // without points
+  bool is_i_frame_empty_ = false;                           // the last one
+  bool is_image_smaller_ = false;                           // at the last I-frame
+  unsigned int settled_i_frames_ = 0;                       // that are not tried
   bool is_refinement_useful_ = true;                        // by the previous frames
   std::vector<std::uint64_t> last_keys_;                    // with a refinement
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

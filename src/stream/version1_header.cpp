@@ -6,6 +6,7 @@
 #include "bytes/reserve_ahead.h"
 #include "codec/frame_failures.h"
 #include "stream/field_table.h"
+#include "stream/image_table.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
@@ -38,9 +39,10 @@ enum ContentFlag : std::uint16_t {
   colours_flag = 32,
   point_counts_flag = 64,
   no_intensities_flag = 128,
-  fields_flag = 256
+  fields_flag = 256,
+  image_flag = 512
 };
-constexpr std::uint64_t known_content = 511;
+constexpr std::uint64_t known_content = 1023;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -68,6 +70,8 @@ contentFieldOf(const Version1Header& header)
     field |= no_intensities_flag;
   if (header.content.has_fields)
     field |= fields_flag;
+  if (header.content.has_image)
+    field |= image_flag;
   return field;
 }
 
@@ -128,6 +132,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writeIntensityScale(header.intensity_scale, writer);
     if (header.content.has_fields)
       writeFieldTable(header.fields, header.viewpoint, writer);
+    if (header.content.has_image)
+      writeImageTable(header.image, writer);
   }
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
@@ -209,11 +215,14 @@ readContent(ByteSource& source, Version1Header& header)
   header.content.has_point_counts = (field & point_counts_flag) != 0;
   header.content.colour_bits = (field & colours_flag) != 0 ? 1 : 0; // I: follow
   header.content.has_fields = (field & fields_flag) != 0;           // likewise
+  header.content.has_image = (field & image_flag) != 0;             // likewise
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
   if (source.failure() == ByteSource::Failure::None &&
       (field == 0 || field > known_content ||
        header.content.refinement_levels >= max_grid_depth ||
+       (header.content.has_image &&
+        (!header.content.has_point_counts || header.content.refinement_levels > 0)) ||
        (!header.is_i_frame && header.intensity_scale.bits == 0)))
     return corruptFrame("invalid content");
   return {};
@@ -221,7 +230,10 @@ readContent(ByteSource& source, Version1Header& header)
 
 /** \brief Reads the fields of an I-frame only, except for the stamp. */
 CompressionStatus
-readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
+readIFrameFields(ByteSource& source,
+                 std::uint8_t flags,
+                 const DecoderLimits& limits,
+                 Version1Header& header)
 {
   if (CompressionStatus status =
           readGrid(source, (flags & origin_flag) != 0, header.grid);
@@ -240,9 +252,13 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
     if (CompressionStatus status = readIntensityScale(source, header.intensity_scale);
         !status.ok())
       return status;
-  return header.content.has_fields
-             ? readFieldTable(source, header.fields, header.viewpoint)
-             : CompressionStatus();
+  if (header.content.has_fields)
+    if (CompressionStatus status =
+            readFieldTable(source, header.fields, header.viewpoint);
+        !status.ok())
+      return status;
+  return header.content.has_image ? readImageTable(source, limits, header.image)
+                                  : CompressionStatus();
 }
 
 /** \brief Reads how much of what there is. */
@@ -260,14 +276,17 @@ readCounts(ByteSource& source, Version1Header& header)
 }
 
 CompressionStatus
-readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
+readFields(ByteSource& source,
+           std::uint8_t flags,
+           const DecoderLimits& limits,
+           Version1Header& header)
 {
   header.frame_number = source.u32();
   CompressionStatus status;
   if ((flags & content_flag) != 0)
     status = readContent(source, header);
   if (status.ok() && header.is_i_frame)
-    status = readIFrameFields(source, flags, header);
+    status = readIFrameFields(source, flags, limits, header);
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();
@@ -388,7 +407,7 @@ readVersion1Header(ByteSource& source,
       (header.is_of_changes && (header.has_depth_model || (flags & content_flag) != 0)))
     return corruptFrame("unknown flags");
   header.effort = static_cast<Effort>(effort);
-  CompressionStatus status = readFields(source, flags, header);
+  CompressionStatus status = readFields(source, flags, limits, header);
   if (status.ok() && source.failure() == ByteSource::Failure::None)
     status = checkFields(header, limits);
   source.recordTo(nullptr);

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
@@ -38,6 +39,7 @@ struct Version1Header {
   supplement::Content content;             // P: without the colour bits
   std::vector<FieldDescription> fields;    // I only
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
+  PointImage image;                        // I only, without points
   std::optional<std::int64_t> stamp;       // P: difference to the previous frame
   bool has_frame_id = false;               // P: only if it has changed
   std::string frame_id;                    // empty if absent

@@ -123,6 +123,8 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
 CompressionStatus
 FieldCollector::collect(PointBatches& points,
                         const VoxelLocator& locator,
+                        ImageCollector* image,
+                        bool may_refit_rays,
                         VoxelFrame& frame)
 {
   entries_.clear();
@@ -130,10 +132,17 @@ FieldCollector::collect(PointBatches& points,
   for (std::vector<std::uint64_t>& numbers : numbers_)
     numbers.clear();
   points.restart();
-  for (PointView batch; points.next(batch);)
-    readBatch(batch, locator, !frame.has_point_counts);
+  std::size_t first = 0;
+  for (PointView batch; points.next(batch); first += batch.count)
+    readBatch(batch, locator, image, first, !frame.has_point_counts);
+  const bool has_image =
+      image != nullptr && image->fit(may_refit_rays, frame.grid, frame.image);
+  if (has_image)
+    findDepths(*image);
   radixSort(entries_, spare_, 3 * frame.grid.depth);
-  if (frame.has_point_counts)
+  if (has_image)
+    setImage(*image, frame);
+  else if (frame.has_point_counts)
     sortPointsOfVoxels();
   frame.fields.resize(selected_.size());
   for (std::size_t i = 0; i < selected_.size(); ++i) {
@@ -172,11 +181,15 @@ FieldCollector::arrange(std::size_t field, FrameField& arranged) const
 void
 FieldCollector::readBatch(const PointView& points,
                           const VoxelLocator& locator,
+                          ImageCollector* image,
+                          std::size_t first,
                           bool of_voxels)
 {
   VoxelizationStatistics statistics; // counted before
   for (std::size_t i = 0; i < points.count; i += LocatedPoints::capacity) {
     locator.find(points, i, located_, statistics);
+    if (image != nullptr)
+      image->add(points, first, located_);
     for (std::size_t k = 0; k < located_.count; ++k)
       entries_.push_back({mortonKey(BlockVoxel{located_.blocks[k], located_.voxels[k]}),
                           static_cast<std::uint32_t>(entries_.size())});
@@ -201,6 +214,31 @@ FieldCollector::readField(const FieldView& view,
     for (std::size_t k = 0; k < description.count; ++k)
       numbers.push_back(fieldNumber(
           description, first + located_.points[i] * view.stride + k * size));
+}
+
+/** \brief Finds the depths of all points, in their order. */
+void
+FieldCollector::findDepths(ImageCollector& image)
+{
+  depths_.clear();
+  for (const Entry& entry : entries_)
+    depths_.push_back(image.depth(entry.point, entry.key));
+}
+
+/** \brief Sets pixels and depths of the sorted points. */
+void
+FieldCollector::setImage(const ImageCollector& image, VoxelFrame& frame)
+{
+  const auto is_before = [&](const Entry& one, const Entry& other) {
+    return one.key < other.key ||
+           (one.key == other.key && image.pixel(one.point) < image.pixel(other.point));
+  };
+  if (!std::is_sorted(entries_.begin(), entries_.end(), is_before))
+    std::sort(entries_.begin(), entries_.end(), is_before);
+  for (const Entry& entry : entries_) {
+    frame.image.pixels.push_back(image.pixel(entry.point));
+    frame.image.depths.push_back(depths_[entry.point]);
+  }
 }
 
 /** \brief Sorts the points of each voxel by their first field, which then ascends. */

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
+#include "voxelizing/image_collector.h"
 #include "voxelizing/located_points.h"
 #include "voxelizing/voxel_locator.h"
 
@@ -16,8 +17,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Collects the fields that the settings name, in the order of a frame's
- * voxels. */
+/** \brief Collects what points have of their own, in the order of a frame's voxels: the
+ * fields that the settings name, and the order of the sensor. */
 class FieldCollector {
 public:
   /** \param[in] settings fields to keep; see StreamSettings::fields */
@@ -36,11 +37,27 @@ public:
   /** \brief Sets the fields of a frame.
    * \param[in] points the cloud that was voxelized
    * \param[in] locator with the grid of the frame
+   * \param[in,out] image begun, if the order of the points is of use; else null
+   * \param[in] may_refit_rays see ImageCollector::fit
    * \param[in,out] frame voxels and numbers of points are given
    * \return Ok, or InvalidInput for a value of 2^52 steps or more
    */
   CompressionStatus
-  collect(PointBatches& points, const VoxelLocator& locator, VoxelFrame& frame);
+  collect(PointBatches& points,
+          const VoxelLocator& locator,
+          ImageCollector* image,
+          bool may_refit_rays,
+          VoxelFrame& frame);
+
+  /** \brief Values of a point in the selected fields. */
+  std::size_t
+  valuesOfPoint() const
+  {
+    std::size_t values = 0;
+    for (const Selected& field : selected_)
+      values += field.description.count;
+    return values;
+  }
 
 private:
   struct Selected {
@@ -61,7 +78,17 @@ private:
   }
 
   void
-  readBatch(const PointView& points, const VoxelLocator& locator, bool of_voxels);
+  readBatch(const PointView& points,
+            const VoxelLocator& locator,
+            ImageCollector* image,
+            std::size_t first,
+            bool of_voxels);
+
+  void
+  findDepths(ImageCollector& image);
+
+  void
+  setImage(const ImageCollector& image, VoxelFrame& frame);
 
   void
   readField(const FieldView& view,
@@ -86,6 +113,7 @@ private:
   std::vector<Entry> spare_;
   std::vector<std::vector<std::uint64_t>> numbers_; // of each field, by located point
   std::vector<std::uint64_t> of_voxel_;
+  std::vector<std::uint32_t> depths_; // of the located points, with an image
 };
 
 } // namespace io

@@ -46,6 +46,12 @@ public:
     return descriptions;
   }
 
+  ImageSize
+  imageSize() const override
+  {
+    return points_.image;
+  }
+
   void
   restart() override
   {
@@ -88,7 +94,7 @@ private:
   slice(std::size_t begin, std::size_t end) const
   {
     PointView view = points_;
-    view.fields.clear(); // they are not read in parts
+    view.fields.clear(); // they are not read in parts, nor are pixels
     if (points_.double_coordinates != nullptr)
       view.double_coordinates = detail::atOffset(points_.double_coordinates,
                                                  begin * points_.coordinate_stride);

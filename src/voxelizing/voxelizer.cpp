@@ -265,6 +265,12 @@ private:
 
 PointBatches::~PointBatches() = default;
 
+ImageSize
+PointBatches::imageSize() const
+{
+  return {};
+}
+
 std::vector<FieldDescription>
 PointBatches::fields() const
 {

@@ -8,8 +8,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Removes voxels of a frame, with their intensities, colours, numbers of points
- * and fields.
+/** \brief Removes voxels of a frame, with their intensities, colours, numbers of
+ * points, fields and pixels.
  * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
  * \param[in] is_kept is called with the index of each voxel, in order
  * \return number of voxels removed
@@ -19,18 +19,25 @@ std::size_t
 keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
 {
   const std::size_t count = frame.size();
+  const auto move =
+      [](auto& values, std::size_t from, std::size_t number, std::size_t to) {
+        if (from != to && !values.empty())
+          std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(from),
+                      number,
+                      values.begin() + static_cast<std::ptrdiff_t>(to));
+      };
   std::size_t kept = 0;
   std::size_t point = 0;
   std::size_t kept_points = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t points = frame.point_counts.empty() ? 1 : frame.point_counts[i];
     for (FrameField& field : frame.fields)
-      if (kept_points != point)
-        std::copy_n(field.numbers.begin() +
-                        static_cast<std::ptrdiff_t>(point * field.count),
-                    points * field.count,
-                    field.numbers.begin() +
-                        static_cast<std::ptrdiff_t>(kept_points * field.count));
+      move(field.numbers,
+           point * field.count,
+           points * field.count,
+           kept_points * field.count);
+    move(frame.image.pixels, point, points, kept_points);
+    move(frame.image.depths, point, points, kept_points);
     point += points;
     // Written in any case, as a branch would be mispredicted.
     frame.keys[kept] = frame.keys[i];
@@ -50,6 +57,8 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
   frame.point_counts.resize(frame.point_counts.empty() ? 0 : kept);
   for (FrameField& field : frame.fields)
     field.numbers.resize(kept_points * field.count);
+  frame.image.pixels.resize(frame.image.hasPixels() ? kept_points : 0);
+  frame.image.depths.resize(frame.image.hasPixels() ? kept_points : 0);
   return count - kept;
 }
 

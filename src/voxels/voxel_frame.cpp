@@ -88,6 +88,38 @@ areFields(const VoxelFrame& frame)
              });
 }
 
+/** \brief True if each point has a pixel of its own, ascending within a voxel, and a
+ * depth. */
+bool
+arePixels(const VoxelFrame& frame)
+{
+  const PointImage& image = frame.image;
+  std::vector<bool> is_taken(image.pixelCount());
+  std::size_t point = 0;
+  for (const std::uint32_t count : frame.point_counts)
+    for (std::uint32_t i = 0; i < count; ++i, ++point) {
+      const std::uint32_t pixel = image.pixels[point];
+      if (pixel >= is_taken.size() || is_taken[pixel] ||
+          (i > 0 && pixel < image.pixels[point - 1]) ||
+          image.depths[point] >= depth_end)
+        return false;
+      is_taken[pixel] = true;
+    }
+  return true;
+}
+
+bool
+isImage(const VoxelFrame& frame)
+{
+  const PointImage& image = frame.image;
+  if (!image.hasPixels())
+    return image.pixels.empty() && image.depths.empty();
+  const std::size_t points = frame.pointCount();
+  return frame.has_point_counts && isConsistent(image) &&
+         image.pixels.size() == points && image.depths.size() == points &&
+         arePixels(frame);
+}
+
 } // namespace
 
 std::uint32_t
@@ -127,7 +159,7 @@ isConsistent(const VoxelFrame& frame)
       !isCount(frame.intensities.size(), frame.hasIntensities(), frame.size()) ||
       !isCount(frame.colours.size(), frame.colour_bits > 0, frame.size()) ||
       !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()) ||
-      !areFields(frame))
+      !areFields(frame) || !isImage(frame))
     return false;
   return frame.keys.empty() ||
          (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&

@@ -34,6 +34,7 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
+  ImageSize image; ///< of points in the order of their sensor; I-frames only
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
 

@@ -34,6 +34,11 @@ public:
   bool
   isIFrameDue() const;
 
+  /** \brief Whether a next frame, if no I-frame is due, may have the order of its
+   * points, VoxelFrame::image: not, if the last I-frame took fewer bytes without. */
+  bool
+  takesImages() const;
+
   /** \brief Makes the next frame an I-frame. */
   void
   requestIFrame();

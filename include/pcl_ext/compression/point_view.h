@@ -1,10 +1,12 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace pcl_ext {
@@ -36,6 +38,12 @@ struct PointView {
   /** \brief Further fields, of which those are kept that StreamSettings::fields
    * names. */
   std::vector<FieldView> fields;
+  /** \brief Columns and rows of the image that a sensor made, if it has an order of
+   * points; with it points that are kept may come back in this order. */
+  ImageSize image;
+  /** \brief Pixel of each point, row * width + column, all different; null: there are
+   * as many points as pixels, in their order. */
+  const std::uint32_t* pixels = nullptr;
 };
 
 /** \brief The points of a cloud, some at a time: for points that are computed while
@@ -58,6 +66,12 @@ public:
    * without an override. */
   virtual std::vector<FieldDescription>
   fields() const;
+
+  /** \brief Size of the image that the points are of, if they have one; then
+   * PointView::pixels says which, or they are all pixels, in their order. None without
+   * an override. */
+  virtual ImageSize
+  imageSize() const;
 
   /** \brief Begins with the first points again: some clouds are read more than once, as
    * those that the grid has to be fitted to, and the first one far from the world's

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
@@ -143,6 +144,10 @@ struct VoxelFrame {
    * 2^22, for the prediction of fields. */
   std::array<std::int32_t, 3> viewpoint{};
 
+  /** \brief The sensor's order of the points, if they have one; with numbers of points
+   * only. */
+  PointImage image;
+
   /** \brief Whether voxels have intensities. */
   bool
   hasIntensities() const
@@ -163,8 +168,7 @@ struct VoxelFrame {
     return {full(colour.r), full(colour.g), full(colour.b)};
   }
 
-  /** \brief Number of points that a decoded cloud has: one for each voxel, or as many
-   * as it had. */
+  /** \brief Number of points: one for each voxel, or as many as it had. */
   std::size_t
   pointCount() const
   {
@@ -172,6 +176,37 @@ struct VoxelFrame {
     for (const std::uint32_t count : point_counts)
       points += count;
     return has_point_counts ? points : size();
+  }
+
+  /** \brief Number of points of a decoded cloud: those of its image, some of which are
+   * not a number, or else pointCount(). */
+  std::size_t
+  cloudSize() const
+  {
+    return image.hasPixels() ? image.pixelCount() : pointCount();
+  }
+
+  /** \brief Where a point is in a decoded cloud.
+   * \param[in] point in the order of the voxels, below pointCount()
+   */
+  std::size_t
+  cloudIndex(std::size_t point) const
+  {
+    return image.hasPixels() ? image.pixels[point] : point;
+  }
+
+  /** \brief Columns of a decoded cloud. */
+  std::size_t
+  cloudWidth() const
+  {
+    return image.hasPixels() ? image.width : pointCount();
+  }
+
+  /** \brief Rows of a decoded cloud. */
+  std::uint32_t
+  cloudHeight() const
+  {
+    return image.hasPixels() ? image.height : 1;
   }
 
   /** \brief Number of values of all fields. */
@@ -201,6 +236,8 @@ struct VoxelFrame {
     point_counts.clear();
     for (FrameField& field : fields)
       field.numbers.clear();
+    image.pixels.clear();
+    image.depths.clear();
   }
 };
 

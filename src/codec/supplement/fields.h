@@ -40,12 +40,14 @@ struct FieldState {
   std::vector<std::uint64_t> last;
 };
 
-/** \brief Where the values of a frame's points are. */
+/** \brief Where the values of a frame's points are. With an image each point is taken for
+ * a voxel of its own, and they are in the order of their pixels. */
 struct FieldPlaces {
   BlockList blocks;
   BlockDirectory directory;
-  std::vector<std::array<std::uint32_t, 3>> lower; ///< voxels at -x, -y, -z, or itself
-  std::vector<Direction> directions;               ///< of the voxels
+  std::vector<std::array<std::uint32_t, 3>>
+      lower; ///< voxels at -x, -y, -z (pixels: left, above), or itself
+  std::vector<Direction> directions;       ///< of the voxels
   std::vector<std::uint32_t> before;       ///< index + 1 in the last frame; 0: none
   std::vector<std::uint32_t> first_points; ///< of each voxel, and the end
 };
@@ -57,6 +59,7 @@ public:
   /** \brief Codes the fields of a frame.
    * \param[in,out] coding a NumberCoding
    * \param[in] is_i_frame forgets what was before
+   * \param[in] has_image points are in the order of their pixels
    * \param[in] viewpoint position in the grid, voxels
    * \param[in,out] frame all but numbers of fields are given; the decoder sets these
    * \return false if what was decoded are no fields
@@ -65,6 +68,7 @@ public:
   bool
   code(CodingT& coding,
        bool is_i_frame,
+       bool has_image,
        const std::array<std::int32_t, 3>& viewpoint,
        FrameT& frame);
 
@@ -83,6 +87,12 @@ private:
   void
   findPlaces(const std::array<std::int32_t, 3>& viewpoint, const VoxelFrame& frame);
 
+  void
+  findPixels(const PointImage& image);
+
+  void
+  preparePlaces(std::size_t count);
+
   std::vector<FieldState> states_;
   std::vector<FieldState> next_states_;
   std::vector<std::uint64_t> last_keys_;
@@ -90,15 +100,19 @@ private:
   // Of the current frame; members so that their memory is reused.
   FieldPlaces places_;
   std::vector<std::uint64_t> indices_;
+  std::vector<std::uint32_t> points_;  // by pixel, of an image
+  std::vector<std::uint64_t> numbers_; // of a field, likewise
 };
 
 extern template bool
 FieldCoder::code(NumberCoding<fast::NibbleEncoder>&,
                  bool,
+                 bool,
                  const std::array<std::int32_t, 3>&,
                  const VoxelFrame&);
 extern template bool
 FieldCoder::code(NumberCoding<fast::NibbleDecoder>&,
+                 bool,
                  bool,
                  const std::array<std::int32_t, 3>&,
                  VoxelFrame&);

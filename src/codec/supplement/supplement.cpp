@@ -42,16 +42,17 @@ SupplementCoder::encode(const Parameters& parameters,
   const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
   Sizes sizes;
   reserveSymbols(parameters);
-  if (parameters.content.refinement_levels > 0) {
+  changes_image_ = false;
+  if (parameters.content.hasVoxels()) {
     fast::NibbleEncoder coder(ranges_);
-    codeRefinement(coder, parameters, frame.keys);
+    codeVoxels(coder, parameters, frame);
     bytes_.clear();
     coder.finish(interleaving, words_, bytes_);
     const std::size_t begin = bytes.size();
     ByteWriter writer(bytes);
     writer.varint(bytes_.size());
     writer.raw(bytes_.data(), bytes_.size());
-    sizes.refinement = bytes.size() - begin;
+    sizes.voxels = bytes.size() - begin;
   }
   const std::size_t begin = bytes.size();
   fast::NibbleEncoder coder(ranges_);
@@ -66,13 +67,13 @@ void
 SupplementCoder::reserveSymbols(const Parameters& parameters)
 {
   const Content& content = parameters.content;
-  // About what the refinement and the attributes take, one after the other.
-  const std::size_t of_refinement = content.refinement_levels > 0 ? 5 : 0;
+  // About what the voxels and the attributes take, one after the other.
+  const std::size_t of_voxels = content.hasVoxels() ? 5 : 0;
   const std::size_t of_attributes = (hasPoints(content) ? 1 : 0) +
                                     (content.colour_bits > 0 ? 6 : 0) +
                                     (content.has_fields ? 6 : 0);
   const std::size_t symbols =
-      std::max(of_refinement, of_attributes) * parameters.voxel_count;
+      std::max(of_voxels, of_attributes) * parameters.voxel_count;
   if (ranges_.size() < symbols)
     ranges_ = std::vector<std::uint32_t>(symbols);
 }
@@ -87,7 +88,8 @@ SupplementCoder::decode(const Parameters& parameters,
   *next_models_ = parameters.is_i_frame ? Models() : *models_;
   const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
   sizes = {0, static_cast<std::size_t>(end - begin)};
-  if (parameters.content.refinement_levels > 0) {
+  changes_image_ = false;
+  if (parameters.content.hasVoxels()) {
     MemoryBuffer buffer(begin, sizes.attributes);
     ByteSource source(buffer, sizes.attributes);
     const std::uint64_t size = source.varint();
@@ -96,28 +98,39 @@ SupplementCoder::decode(const Parameters& parameters,
       return false;
     begin += source.consumed();
     fast::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
-    if (coder.isOverrun() || !codeRefinement(coder, parameters, frame.keys) ||
-        !coder.isAtEnd())
+    if (coder.isOverrun() || !codeVoxels(coder, parameters, frame) || !coder.isAtEnd())
       return false;
     begin += size;
-    sizes.refinement = sizes.attributes - static_cast<std::size_t>(end - begin);
-    sizes.attributes -= sizes.refinement;
+    sizes.voxels = sizes.attributes - static_cast<std::size_t>(end - begin);
+    sizes.attributes -= sizes.voxels;
   }
   fast::NibbleDecoder coder(begin, end, interleaving, bytes_);
   return !coder.isOverrun() && codeAttributes(coder, parameters, frame) &&
          coder.isAtEnd();
 }
 
-template <class Coder, class KeysT>
+/** \brief Codes the voxels within coarse voxels, or those of an image. */
+template <class Coder, class FrameT>
 bool
-SupplementCoder::codeRefinement(Coder& coder, const Parameters& parameters, KeysT& keys)
+SupplementCoder::codeVoxels(Coder& coder, const Parameters& parameters, FrameT& frame)
 {
   NumberCoding<Coder> coding(coder, next_models_->lengths);
-  RefinementPass<NumberCoding<Coder>> pass(next_models_->refinement,
-                                           parameters.content.refinement_levels,
-                                           parameters.effort != Effort::Fast);
-  const bool is_whole =
-      pass.run(coding, parameters.coarse_voxels, parameters.voxel_count, keys);
+  bool is_whole = false;
+  if (parameters.content.has_image) {
+    if (!image_)
+      image_ = std::make_unique<ImageCoder>();
+    changes_image_ = true;
+    is_whole =
+        image_->code(coding, parameters.is_i_frame, parameters.point_count, frame) &&
+        frame.size() == parameters.voxel_count;
+  }
+  else {
+    RefinementPass<NumberCoding<Coder>> pass(next_models_->refinement,
+                                             parameters.content.refinement_levels,
+                                             parameters.effort != Effort::Fast);
+    is_whole =
+        pass.run(coding, parameters.coarse_voxels, parameters.voxel_count, frame.keys);
+  }
   coder = coding.coder();
   return is_whole;
 }
@@ -132,7 +145,7 @@ SupplementCoder::codeAttributes(Coder& coder,
   const Content& content = parameters.content;
   NumberCoding<Coder> coding(coder, next_models_->lengths);
   if constexpr (Coder::is_decoder) {
-    if (content.refinement_levels > 0)
+    if (content.hasVoxels())
       frame.intensities.resize(frame.hasIntensities() ? frame.size() : 0);
     if (hasPoints(content))
       frame.point_counts.resize(frame.size());
@@ -141,12 +154,15 @@ SupplementCoder::codeAttributes(Coder& coder,
   changes_history_ = false;
   changes_fields_ = content.has_fields;
   const bool is_whole =
-      (content.refinement_levels == 0 || codeIntensities(coding, frame)) &&
+      (!content.hasVoxels() || codeIntensities(coding, frame)) &&
       (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
       (content.colour_bits == 0 || codeColours(coding, parameters, frame)) &&
-      (!content.has_fields ||
-       (arePoints(frame.point_counts, parameters.point_count) &&
-        fields_.code(coding, parameters.is_i_frame, parameters.viewpoint, frame)));
+      (!content.has_fields || (arePoints(frame.point_counts, parameters.point_count) &&
+                               fields_.code(coding,
+                                            parameters.is_i_frame,
+                                            content.has_image,
+                                            parameters.viewpoint,
+                                            frame)));
   coder = coding.coder();
   return is_whole;
 }
@@ -206,10 +222,12 @@ SupplementCoder::codeColours(CodingT& coding,
 {
   static const ColourHistory no_history;
   // Where most voxels are alone they rarely come again.
-  const bool is_sparse = parameters.content.refinement_levels > 0;
+  const bool is_sparse = parameters.content.hasVoxels();
   ColourPass pass(next_models_->colours,
                   parameters.content.colour_bits,
                   parameters.is_i_frame || is_sparse ? no_history : history_);
+  if (parameters.content.has_image)
+    return pass.runImage(coding, frame.image, frame.point_counts, frame.colours);
   if (is_sparse)
     return pass.runSparse(coding, frame.colours);
   blocks_.assign(frame.keys);
@@ -232,6 +250,9 @@ SupplementCoder::learn() noexcept
   if (changes_fields_)
     fields_.learn();
   changes_fields_ = false;
+  if (changes_image_)
+    image_->learn();
+  changes_image_ = false;
 }
 
 void
@@ -240,6 +261,7 @@ SupplementCoder::reset() noexcept
   *models_ = Models();
   history_.clear();
   fields_.reset();
+  image_.reset();
 }
 
 void
@@ -247,6 +269,8 @@ SupplementCoder::releaseMemory()
 {
   history_.releaseMemory();
   fields_.releaseMemory();
+  if (image_)
+    image_->releaseMemory();
   blocks_ = BlockList();
   directory_ = BlockDirectory();
   ranges_ = std::vector<std::uint32_t>();

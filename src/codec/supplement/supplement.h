@@ -7,6 +7,7 @@
 #include "codec/supplement/colours.h"
 #include "codec/supplement/content.h"
 #include "codec/supplement/fields.h"
+#include "codec/supplement/image.h"
 #include "codec/supplement/refinement.h"
 #include "codec/supplement/residuals.h"
 #include "voxels/block_directory.h"
@@ -24,7 +25,7 @@ namespace supplement {
 
 /** \brief Bytes of a supplement by what they code. */
 struct Sizes {
-  std::size_t refinement = 0;
+  std::size_t voxels = 0;
   std::size_t attributes = 0;
 };
 
@@ -40,7 +41,8 @@ struct Parameters {
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within coarse voxels, with their intensities and numbers of points, colours and fields
+ * within coarse voxels or of an image, with their intensities and numbers of points,
+ * colours and fields
  * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After
  * an exception it can only be destroyed. */
 class SupplementCoder {
@@ -61,8 +63,8 @@ public:
    * \param[in] parameters as for encode
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
-   * \param[in,out] frame grid and scale are given; without levels all but colours and the
-   * numbers of fields; the rest is set
+   * \param[in,out] frame grid and scale are given; where the content has no voxels
+   * all but colours and the numbers of fields; with an image its size and rays; the rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */
@@ -99,9 +101,9 @@ private:
   void
   reserveSymbols(const Parameters& parameters);
 
-  template <class Coder, class KeysT>
+  template <class Coder, class FrameT>
   bool
-  codeRefinement(Coder& coder, const Parameters& parameters, KeysT& keys);
+  codeVoxels(Coder& coder, const Parameters& parameters, FrameT& frame);
 
   template <class Coder, class FrameT>
   bool
@@ -123,8 +125,10 @@ private:
   std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
   ColourHistory history_;
   FieldCoder fields_;
+  std::unique_ptr<ImageCoder> image_; // made when it is needed
   bool changes_history_ = false;
   bool changes_fields_ = false;
+  bool changes_image_ = false;
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   BlockDirectory directory_;

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include "voxelizing/located_points.h"
+#include "voxelizing/ray_fit.h"
+#include "voxels/rays.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Collects the pixels of the points of clouds that have a sensor's order, and
+ * fits the rays of their images. */
+class ImageCollector {
+public:
+  ImageCollector() = default;
+  ImageCollector(const ImageCollector&) = delete;
+  ImageCollector&
+  operator=(const ImageCollector&) = delete;
+
+  /** \brief Begins a cloud.
+   * \param[in] size of its image
+   * \param[in] sensor_pose sensor -> cloud, metres
+   */
+  void
+  begin(const ImageSize& size, const WorldPose& sensor_pose);
+
+  /** \brief Adds the located points of the next points of the cloud.
+   * \param[in] points the batch
+   * \param[in] first index in the cloud of the first point of the batch
+   */
+  void
+  add(const PointView& points, std::size_t first, const LocatedPoints& located);
+
+  /** \brief Number of points that were added. */
+  std::size_t
+  size() const
+  {
+    return points_.size();
+  }
+
+  /** \brief Pixel of a point that was added. */
+  std::uint32_t
+  pixel(std::size_t point) const
+  {
+    return points_[point].row * size_.width + points_[point].column;
+  }
+
+  /** \brief Sets size and rays of an image: those of the last cloud, turned where the
+   * pose or the grid is another one, or new ones where the size is.
+   * \param[in] may_refit fit new ones in any case
+   * \param[in] grid of the voxels
+   * \param[out] image without points
+   * \return false if points are not along rays, or share a pixel
+   */
+  bool
+  fit(bool may_refit, const VoxelGrid& grid, PointImage& image);
+
+  /** \brief Size and rays of the last fit(), without points. */
+  const PointImage&
+  rays() const
+  {
+    return rays_;
+  }
+
+  /** \brief The depth of a point that was added, on the rays of the last fit().
+   * \param[in] key Morton key of its voxel
+   */
+  std::uint32_t
+  depth(std::size_t point, std::uint64_t key);
+
+private:
+  bool
+  arePixels();
+
+  ImageSize size_{};
+  WorldPose from_sensor_ = WorldPose::Identity();
+  WorldPose to_sensor_ = WorldPose::Identity();
+  std::vector<PixelPoint> points_; // of the current cloud
+  std::vector<bool> is_taken_;
+  std::optional<FittedRays> fitted_;       // last
+  PointImage rays_;                        // of these, without points
+  VoxelGrid grid_;                         // of rays_
+  WorldPose pose_ = WorldPose::Identity(); // likewise
+  std::optional<RayReader> reader_;        // of rays_, if points are along them
+};
+
+} // namespace io
+} // namespace pcl_ext

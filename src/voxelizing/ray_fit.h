@@ -1,0 +1,84 @@
+#pragma once
+
+#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief A point of an image, in the coordinates of its sensor, metres. */
+struct PixelPoint {
+  std::uint32_t row;
+  std::uint32_t column;
+  Eigen::Vector3d position;
+};
+
+/** \brief Rays in the coordinates of a sensor, metres; see RayModel. */
+struct FittedRays {
+  /** \brief Of a row of a spinning sensor; see RayRow. */
+  struct Row {
+    double angle = 0.0; ///< radians
+    double run = 0.0;   ///< metres for a metre of depth, as rise
+    double rise = 0.0;
+    double along = 0.0; ///< metres, as across and up
+    double across = 0.0;
+    double up = 0.0;
+  };
+
+  RayShape shape = RayShape::Planar;
+  Eigen::Matrix3d plane = Eigen::Matrix3d::Zero(); ///< columns as RayModel::plane
+  double turn = 0.0;                               ///< of a column, radians
+  std::vector<Row> rows;
+  /** \brief Distance of the depths that there are, metres; 0: depths of any size. */
+  double depth_step = 0.0;
+};
+
+/** \brief Fits the rays of a camera.
+ * \return nothing if there are too few points for it
+ */
+std::optional<FittedRays>
+fitPlanarRays(const std::vector<PixelPoint>& points);
+
+/** \brief Fits the rays of a spinning sensor, whose axis is z.
+ * \param[in] points row after row
+ */
+std::optional<FittedRays>
+fitSpinningRays(const std::vector<PixelPoint>& points,
+                std::uint32_t width,
+                std::uint32_t height);
+
+/** \brief Fits the rays of an image of either kind of sensor.
+ * \param[in] points row after row
+ * \param[in] sensor_pose sensor -> grid, metres
+ * \param[in] grid where the rays are to be
+ * \param[in] size of the image
+ * \return nothing if there are no such rays
+ */
+std::optional<FittedRays>
+fitRays(const std::vector<PixelPoint>& points,
+        const WorldPose& sensor_pose,
+        const VoxelGrid& grid,
+        const ImageSize& size);
+
+/** \brief Makes the integers of an image of fitted rays.
+ * \param[in] sensor_pose sensor -> grid, metres
+ * \param[in] grid where the rays are to be
+ * \param[in,out] image its size is given, rays are set
+ * \return whether they are within their ranges
+ */
+bool
+setRays(const FittedRays& fitted,
+        const WorldPose& sensor_pose,
+        const VoxelGrid& grid,
+        PointImage& image);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The median of absolute values.
+ * \param[in,out] values finite, not empty; are reordered
+ */
+inline double
+medianSize(std::vector<double>& values)
+{
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end(), [](double one, double other) {
+    return std::abs(one) < std::abs(other);
+  });
+  return std::abs(*middle);
+}
+
+/** \brief The largest number in the place of one that is not finite, which has no
+ * order. */
+inline double
+finiteOrLargest(double number)
+{
+  return std::isfinite(number) ? number : std::numeric_limits<double>::max();
+}
+
+/** \brief Fits target = features * result by least squares, six times: each time without
+ * what is far from the last result.
+ * \param[in] targets not empty
+ * \param[out] error median of the errors; the largest number if there is no result
+ */
+template <int count>
+Eigen::Matrix<double, count, 1>
+fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
+            const std::vector<double>& targets,
+            double& error)
+{
+  using Vector = Eigen::Matrix<double, count, 1>;
+  Vector result = Vector::Zero();
+  double most = std::numeric_limits<double>::infinity();
+  std::vector<double> errors(targets.size());
+  for (int round = 0; round < 6; ++round) {
+    Eigen::Matrix<double, count, count> squares =
+        Eigen::Matrix<double, count, count>::Zero();
+    Vector products = Vector::Zero();
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      if (std::abs(targets[i] - features[i].dot(result)) <= most) {
+        squares += features[i] * features[i].transpose();
+        products += features[i] * targets[i];
+      }
+    result = squares.ldlt().solve(products);
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
+    error = medianSize(errors);
+    most = 4.0 * error;
+  }
+  return result;
+}
+
+constexpr double two_pi = 6.28318530717958647693;
+
+/** \brief How well numbers are multiples of a step, up to a common offset: 0 to 1.
+ * \param[out] offset of them, -step / 2 to step / 2
+ */
+inline double
+coherence(const std::vector<double>& numbers, double step, double& offset)
+{
+  std::complex<double> sum;
+  for (const double number : numbers)
+    sum += std::polar(1.0, two_pi * number / step);
+  offset = std::arg(sum) * step / two_pi;
+  return numbers.empty() ? 0.0 : std::abs(sum) / static_cast<double>(numbers.size());
+}
+
+// Distances of the depths that sensors measure, metres, the largest first.
+inline constexpr double depth_steps[] = {
+    0.01, 0.008, 0.005, 0.004, 0.002, 0.001, 0.0005, 0.00025, 0.0002, 0.0001};
+constexpr double least_coherence = 0.9;
+
+} // namespace io
+} // namespace pcl_ext
