@@ -231,7 +231,8 @@ class Encoder:
             array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
             b (uint8), as `Decoder.decode` returns it, and further fields. Points that are
             not finite are left out, and so are fields that the encoder does not keep, with
-            a warning; rows and columns are not kept.
+            a warning. Rows and columns are kept with keep_point_counts where that saves
+            bytes.
             May be empty, read-only, of any strides: x, y, z side by side are not copied.
             float64 is not rounded, for coordinates such as those of maps. Must not be
             changed during the call.
@@ -406,8 +407,9 @@ class Decoder:
         Returns
         -------
         numpy.ndarray or None
-            One point at the centre of each voxel: a structured array with x, y, z (metres,
-            float32, or float64 in frames that reach more than 2**20 voxels from the origin),
+            One point at the centre of each voxel, or, if the frame has them, in rows and
+            columns, with x, y, z of NaN where there is no point: a structured array with x,
+            y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
             intensity (float32) if the stream has it, r, g, b (uint8) if it has colours, and
             the further fields that it keeps, in the dtypes and the unit that they had; those
             of several values for each point have shape (N, values). A field that is called

@@ -101,8 +101,9 @@ class OutlierRemoval:
         Returns
         -------
         numpy.ndarray
-            float32, one for each point: natural logarithm of the odds of surface against
-            noise; infinite where none is judged (see `status`).
+            float32, one for each point, in the shape of the cloud: natural logarithm of the
+            odds of surface against noise; infinite where none is judged (see `status`), NaN
+            where a cloud of rows and columns has no point.
         """
         native = getattr(decoder, "_native", None)
         if not isinstance(native, _native.Decoder):

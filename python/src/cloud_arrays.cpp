@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -163,6 +164,16 @@ CloudArrays::columnOf(const py::array& numbers)
           *numberType(array.dtype())};
 }
 
+/** \brief Takes an array of rows and columns for an image. */
+void
+CloudArrays::setImage()
+{
+  constexpr py::ssize_t most = std::numeric_limits<std::uint32_t>::max();
+  if (shape_.size() == 2 && shape_[0] <= most && shape_[1] <= most)
+    columns_.image = {static_cast<std::uint32_t>(shape_[1]),
+                      static_cast<std::uint32_t>(shape_[0])};
+}
+
 void
 CloudArrays::takeFields(const py::array& points)
 {
@@ -173,6 +184,7 @@ CloudArrays::takeFields(const py::array& points)
       throw py::value_error("xyz has fields " + textOf(points.dtype().attr("names")) +
                             "; it must have x, y and z");
   shape_ = shapeOf(points);
+  setImage();
   const auto row = points.attr("reshape")(-1).cast<py::array>();
   columns_.count = static_cast<std::size_t>(row.size());
   std::size_t axis = 0;
@@ -254,6 +266,7 @@ CloudArrays::takeCoordinates(py::array points)
     throwShape("xyz", points, "it must be (N, 3); of more columns pass xyz[:, :3]");
   checkFloat("xyz", points.dtype());
   shape_ = shapeOf(points, 1);
+  setImage();
   points = inKnownType(points);
   if (points.ndim() > 2)
     points = points.attr("reshape")(-1, 3).cast<py::array>();

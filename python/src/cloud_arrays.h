@@ -42,6 +42,9 @@ public:
 
 private:
   void
+  setImage();
+
+  void
   takeFields(const py::array& points);
 
   void

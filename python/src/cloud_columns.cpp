@@ -246,6 +246,7 @@ viewOf(const CloudColumns& cloud,
 {
   io::PointView view;
   view.count = cloud.count;
+  view.image = cloud.image;
   // Also those of an empty cloud: its frame then has the fields of the stream's others.
   setFields(cloud, settings, memory, view);
   static const std::uint32_t black = 0;

@@ -47,6 +47,7 @@ struct FieldColumn {
 /** \brief A cloud as it lies in the caller's arrays. */
 struct CloudColumns {
   std::size_t count = 0;
+  io::ImageSize image;               ///< of an array of rows and columns
   std::array<Column, 3> coordinates; ///< Float32 or Float64, metres
   std::optional<Column> intensity;
   std::optional<Column> packed_colour;           ///< 32 bits, as PCL's field rgba

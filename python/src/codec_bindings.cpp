@@ -118,9 +118,13 @@ stampOf(const StreamDecoder& decoder)
 py::array_t<float>
 score(OutlierFilter& outliers, const StreamDecoder& decoder)
 {
-  const std::vector<float> log_odds =
+  const StreamDecoder::Scores scores =
       withoutGil([&] { return decoder.score(outliers); });
-  return py::array_t<float>(static_cast<py::ssize_t>(log_odds.size()), log_odds.data());
+  const auto rows = static_cast<py::ssize_t>(scores.rows);
+  const auto columns = static_cast<py::ssize_t>(scores.columns);
+  if (rows == 1)
+    return py::array_t<float>(columns, scores.log_odds.data());
+  return py::array_t<float>({rows, columns}, scores.log_odds.data());
 }
 
 py::tuple

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 
 namespace pcl_ext {
@@ -40,7 +41,8 @@ formatOf(const io::FieldDescription& column)
 
 } // namespace
 
-DecodedCloud::DecodedCloud(const io::VoxelFrame& frame) : count_(frame.pointCount())
+DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
+: width_(frame.cloudWidth()), height_(frame.cloudHeight())
 {
   const auto coordinate =
       frame.grid.needsDoubles() ? io::FieldType::Float64 : io::FieldType::Float32;
@@ -62,11 +64,13 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame) : count_(frame.pointCoun
     alignment = std::max(alignment, io::sizeOf(column.description.type));
   point_bytes_ = roundedUp(point_bytes_, alignment);
 
-  points_ = std::make_unique<unsigned char[]>(count_ * point_bytes_);
-  unsigned char* next = points_.get();
+  points_ = std::make_unique<unsigned char[]>(frame.cloudSize() * point_bytes_);
+  if (frame.image.hasPixels())
+    writeMissingPoints(frame.grid.needsDoubles());
+  std::size_t point = 0;
   std::size_t voxel = 0;
   io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
-    const unsigned char* const first = next;
+    unsigned char* const next = pointAt(frame, point);
     const std::array<decltype(x), 3> place = {x, y, z};
     std::memcpy(next, place.data(), sizeof(place));
     if (intensity_offset)
@@ -78,14 +82,14 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame) : count_(frame.pointCoun
         if (channel_offsets[i])
           next[*channel_offsets[i]] = channels[i];
     }
-    next += point_bytes_;
     const std::size_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
-    for (std::size_t copy = 1; copy < points; ++copy, next += point_bytes_)
-      std::memcpy(next, first, point_bytes_);
+    for (std::size_t copy = 1; copy < points; ++copy)
+      std::memcpy(pointAt(frame, point + copy), next, point_bytes_);
+    point += points;
     ++voxel;
   });
   for (std::size_t i = 0; i < frame.fields.size(); ++i)
-    writeField(frame.fields[i], columns_[first_field + i].offset);
+    writeField(frame, frame.fields[i], columns_[first_field + i].offset);
 }
 
 std::size_t
@@ -99,14 +103,41 @@ DecodedCloud::addColumn(const io::FieldDescription& description)
 }
 
 void
-DecodedCloud::writeField(const io::FrameField& field, std::size_t offset)
+DecodedCloud::writeField(const io::VoxelFrame& frame,
+                         const io::FrameField& field,
+                         std::size_t offset)
 {
   const std::size_t size = io::sizeOf(field.type);
   const std::uint64_t* number = field.numbers.data();
-  unsigned char* point = points_.get();
-  for (std::size_t i = 0; i < count_; ++i, point += point_bytes_)
+  const std::size_t points = frame.pointCount();
+  for (std::size_t i = 0; i < points; ++i)
     for (std::size_t k = 0; k < field.count; ++k, ++number)
-      io::fieldValue(field, *number, point + offset + k * size);
+      io::fieldValue(field, *number, pointAt(frame, i) + offset + k * size);
+}
+
+/** \brief Where a point of a frame is. */
+unsigned char*
+DecodedCloud::pointAt(const io::VoxelFrame& frame, std::size_t point)
+{
+  return points_.get() + frame.cloudIndex(point) * point_bytes_;
+}
+
+/** \brief Sets the coordinates of all points to what is not a number, x, y and z being
+ * the first columns. */
+void
+DecodedCloud::writeMissingPoints(bool are_doubles)
+{
+  const auto write = [this](auto not_a_number) {
+    for (std::size_t i = 0; i < width_ * height_; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::memcpy(points_.get() + i * point_bytes_ + axis * sizeof(not_a_number),
+                    &not_a_number,
+                    sizeof(not_a_number));
+  };
+  if (are_doubles)
+    write(std::numeric_limits<double>::quiet_NaN());
+  else
+    write(std::numeric_limits<float>::quiet_NaN());
 }
 
 py::array
@@ -129,9 +160,13 @@ DecodedCloud::intoArray()
   const py::capsule owner(
       points, [](void* memory) { delete[] static_cast<unsigned char*>(memory); });
   points_.release();
+  const auto width = static_cast<py::ssize_t>(width_);
+  const auto step = static_cast<py::ssize_t>(point_bytes_);
+  if (height_ == 1)
+    return py::array(type, {width}, {step}, points, owner);
   return py::array(type,
-                   {static_cast<py::ssize_t>(count_)},
-                   {static_cast<py::ssize_t>(point_bytes_)},
+                   {static_cast<py::ssize_t>(height_), width},
+                   {width * step, step},
                    points,
                    owner);
 }

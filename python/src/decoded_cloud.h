@@ -17,7 +17,7 @@ namespace py = pybind11;
 /** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or
  * as float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as
  * float32, r, g, b as uint8, and further fields, which replace an intensity and a colour
- * of the same name. */
+ * of the same name. In rows and columns if the frame has an image. */
 class DecodedCloud {
 public:
   /** \brief Copies the voxels of a frame; does not need the GIL. */
@@ -40,10 +40,19 @@ private:
   addColumn(const io::FieldDescription& description);
 
   void
-  writeField(const io::FrameField& field, std::size_t offset);
+  writeField(const io::VoxelFrame& frame,
+             const io::FrameField& field,
+             std::size_t offset);
+
+  unsigned char*
+  pointAt(const io::VoxelFrame& frame, std::size_t point);
+
+  void
+  writeMissingPoints(bool are_doubles);
 
   std::vector<Column> columns_;
-  std::size_t count_;
+  std::size_t width_;
+  std::size_t height_;
   std::size_t point_bytes_ = 0;
   std::unique_ptr<unsigned char[]> points_;
 };

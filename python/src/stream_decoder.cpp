@@ -1,5 +1,8 @@
 #include "stream_decoder.h"
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <new>
 
 namespace pcl_ext {
@@ -26,18 +29,22 @@ StreamDecoder::decode(const std::uint8_t* bytes,
   return status;
 }
 
-std::vector<float>
+StreamDecoder::Scores
 StreamDecoder::score(OutlierFilter& outliers) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<float> log_odds = outliers.score(frame_);
-  if (!frame_.has_point_counts)
-    return log_odds;
-  std::vector<float> of_points;
-  of_points.reserve(frame_.pointCount());
+  const std::vector<float> log_odds = outliers.score(frame_);
+  if (!frame_.has_point_counts || log_odds.size() != frame_.size())
+    return {log_odds, 1, log_odds.size()};
+  Scores scores{
+      std::vector<float>(frame_.cloudSize(), std::numeric_limits<float>::quiet_NaN()),
+      frame_.cloudHeight(),
+      frame_.cloudWidth()};
+  std::size_t point = 0;
   for (std::size_t voxel = 0; voxel < frame_.size(); ++voxel)
-    of_points.insert(of_points.end(), frame_.point_counts[voxel], log_odds[voxel]);
-  return of_points;
+    for (std::uint32_t i = 0; i < frame_.point_counts[voxel]; ++i)
+      scores.log_odds[frame_.cloudIndex(point++)] = log_odds[voxel];
+  return scores;
 }
 
 std::optional<io::FrameStamp>

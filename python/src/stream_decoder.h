@@ -38,9 +38,16 @@ public:
          const Denoising& denoising,
          std::optional<DecodedCloud>& cloud);
 
-  /** \brief Log-odds of the points of the last frame, for which the filter's history is
-   * used and continued; empty if there is none. */
-  std::vector<float>
+  /** \brief Log-odds of the points of a cloud. */
+  struct Scores {
+    std::vector<float> log_odds; ///< NaN where an image has no point
+    std::size_t rows = 1;
+    std::size_t columns = 0;
+  };
+
+  /** \brief Scores of the last frame, for which the filter's history is used and
+   * continued; empty if there is none. */
+  Scores
   score(OutlierFilter& outliers) const;
 
   std::optional<io::FrameStamp>

@@ -1,7 +1,9 @@
 #include <pcl_ext/nodes/cloud_messages.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 
 namespace pcl_ext {
 namespace nodes {
@@ -11,10 +13,8 @@ namespace {
 constexpr const char* format_of_version1 = "pcl_ext/version1";
 constexpr const char* format_of_published = "pcl_ext/published";
 
-/** \brief Writes the further fields of a point.
- * \return after the last byte
- */
-std::uint8_t*
+/** \brief Writes the further fields of a point. */
+void
 writeFields(const io::VoxelFrame& frame, std::size_t point, std::uint8_t* data)
 {
   for (const io::FrameField& field : frame.fields)
@@ -22,7 +22,25 @@ writeFields(const io::VoxelFrame& frame, std::size_t point, std::uint8_t* data)
       io::fieldValue(field, field.numbers[point * field.count + i], data);
       data += io::sizeOf(field.type);
     }
-  return data;
+}
+
+/** \brief Writes points that are not a number, with fields of 0. */
+void
+writeMissingPoints(const VoxelPointLayout& layout, std::uint8_t* data)
+{
+  const std::size_t point_step = layout.pointStep();
+  const std::size_t points = layout.width * layout.height;
+  std::fill_n(data, points * point_step, std::uint8_t{0});
+  const auto write = [&](auto not_a_number) {
+    const std::array<decltype(not_a_number), 3> place{
+        not_a_number, not_a_number, not_a_number};
+    for (std::size_t i = 0; i < points; ++i)
+      std::memcpy(data + i * point_step, place.data(), sizeof(place));
+  };
+  if (layout.has_doubles)
+    write(std::numeric_limits<double>::quiet_NaN());
+  else
+    write(std::numeric_limits<float>::quiet_NaN());
 }
 
 } // namespace
@@ -51,7 +69,8 @@ faultOfFormat(const std::string& format)
 VoxelPointLayout
 layoutOf(const io::VoxelFrame& frame)
 {
-  return {frame.pointCount(),
+  return {frame.cloudWidth(),
+          frame.cloudHeight(),
           frame.colour_bits > 0,
           frame.grid.needsDoubles(),
           {frame.fields.begin(), frame.fields.end()}};
@@ -63,9 +82,14 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
   const VoxelPointLayout layout = layoutOf(frame);
   const bool has_intensity = layout.hasVoxelIntensity();
   const bool has_colour = layout.hasVoxelColour();
+  std::uint8_t* const cloud = data;
+  const std::size_t point_step = layout.pointStep();
+  if (frame.image.hasPixels())
+    writeMissingPoints(layout, cloud);
   std::size_t voxel = 0;
   std::size_t point = 0;
   io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+    data = cloud + frame.cloudIndex(point) * point_step;
     const std::uint8_t* const first = data;
     const std::array<decltype(x), 3> place{x, y, z};
     const auto append = [&data](const auto& element) {
@@ -82,11 +106,12 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
       append(packed);
     }
     const auto of_voxel = static_cast<std::size_t>(data - first);
-    data = writeFields(frame, point++, data);
+    writeFields(frame, point++, data);
     for (std::uint32_t i = 1; frame.has_point_counts && i < frame.point_counts[voxel];
          ++i) {
+      data = cloud + frame.cloudIndex(point) * point_step;
       std::memcpy(data, first, of_voxel);
-      data = writeFields(frame, point++, data + of_voxel);
+      writeFields(frame, point++, data + of_voxel);
     }
     ++voxel;
   });

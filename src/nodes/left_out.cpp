@@ -92,7 +92,10 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
   if (count > most_named)
     fields += ", ...";
   const std::string order =
-      cloud.height > 1 ? "the rows and columns of the points are not kept" : "";
+      cloud.height <= 1 ? ""
+      : settings.compression.keep_point_counts
+          ? "the rows and columns of the points are kept only where that saves bytes"
+          : "the rows and columns of the points are not kept";
   if (fields.empty())
     return order;
   return "fields that are left out: " + fields + (order.empty() ? "" : "; ") + order;

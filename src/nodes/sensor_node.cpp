@@ -223,7 +223,10 @@ private:
     count(cloud, bytes.size(), cycle.count());
     statistics_.preprocessing = pipeline_->filters->points->statistics();
     statistics_.outliers_removed = outliers;
-    statistics_.decoded_points = pipeline_->frame.pointCount();
+    const bool has_image = pipeline_->encoder.statistics().coding.has_image;
+    statistics_.decoded_width =
+        has_image ? pipeline_->frame.cloudWidth() : pipeline_->frame.pointCount();
+    statistics_.decoded_height = has_image ? pipeline_->frame.cloudHeight() : 1;
     statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
     statistics_.decoded_fields.assign(pipeline_->frame.fields.begin(),
                                       pipeline_->frame.fields.end());

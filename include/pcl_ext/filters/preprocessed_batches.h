@@ -82,6 +82,14 @@ public:
   std::vector<io::FieldDescription>
   fields() const override;
 
+  io::ImageSize
+  imageSize() const override
+  {
+    return cloud_ != nullptr && cloud_->height > 1
+               ? io::ImageSize{cloud_->width, cloud_->height}
+               : io::ImageSize();
+  }
+
   void
   restart() override;
 
@@ -118,6 +126,7 @@ private:
   std::vector<FoundField> fields_;
   std::vector<std::uint32_t> sources_;
   std::vector<std::uint8_t> point_bytes_;
+  std::vector<std::uint32_t> pixels_;
 
   std::vector<std::unique_ptr<PreprocessedBatches>> parts_; // keep their memory
   std::size_t part_count_ = 0; // since split(); 0: the instance itself is read

@@ -51,16 +51,18 @@ faultOfMessage(const MessageT& message, const std::string& global_frame)
 
 /** \brief The points of a frame as the data of a PointCloud2 with the layout that
  * describeVoxels() writes: one for each voxel, or as many as it has where the frame has
- * numbers of points.
+ * numbers of points, in the order of their sensor if the frame has it; pixels without a
+ * point have coordinates that are not a number.
  * \param[in] frame for which isConsistent() is true
- * \param[out] data frame.pointCount() * point_step bytes
+ * \param[out] data frame.cloudSize() * point_step bytes
  */
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
 /** \brief What describeVoxels() describes. */
 struct VoxelPointLayout {
-  std::size_t points = 0;
+  std::size_t width = 0;
+  std::uint32_t height = 1; ///< of an image above 1
   bool has_colours = false;
   bool has_doubles = false; ///< coordinates are FLOAT64
   std::vector<io::FieldDescription> fields;
@@ -77,6 +79,17 @@ struct VoxelPointLayout {
   hasVoxelColour() const
   {
     return has_colours && !io::hasField(fields, "rgb") && !io::hasField(fields, "rgba");
+  }
+
+  /** \brief Bytes of a point. */
+  std::size_t
+  pointStep() const
+  {
+    std::size_t bytes = 3 * (has_doubles ? sizeof(double) : sizeof(float));
+    bytes += (hasVoxelIntensity() ? 4 : 0) + (hasVoxelColour() ? 4 : 0);
+    for (const io::FieldDescription& field : fields)
+      bytes += io::sizeOf(field.type) * field.count;
+    return bytes;
   }
 };
 
@@ -95,8 +108,8 @@ template <typename MessageT>
 void
 describeVoxels(const VoxelPointLayout& layout, MessageT& message)
 {
-  message.height = 1;
-  message.width = static_cast<std::uint32_t>(layout.points);
+  message.height = layout.height;
+  message.width = static_cast<std::uint32_t>(layout.width);
   message.fields.clear();
   message.point_step = 0;
   const auto add =
@@ -118,7 +131,7 @@ describeVoxels(const VoxelPointLayout& layout, MessageT& message)
     add(field.name, field.type, field.count);
   message.is_bigendian = false;
   message.row_step = message.point_step * message.width;
-  message.is_dense = true;
+  message.is_dense = layout.height == 1;
 }
 
 /** \brief Describes the last frame of a node in its message: the format, and the cloud
@@ -131,7 +144,8 @@ describeFrame(const SensorNodeStatistics& statistics,
               const SensorNodeSettings& settings,
               MessageT& message)
 {
-  describeVoxels(VoxelPointLayout{statistics.decoded_points,
+  describeVoxels(VoxelPointLayout{statistics.decoded_width,
+                                  statistics.decoded_height,
                                   statistics.preprocessing.has_colours,
                                   statistics.decoded_doubles,
                                   statistics.decoded_fields},
@@ -149,7 +163,7 @@ writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
 {
   describeVoxels(layoutOf(frame), message);
   // Not row_step, which is of 32 bits.
-  message.data.resize(frame.pointCount() * message.point_step);
+  message.data.resize(frame.cloudSize() * message.point_step);
   writeVoxelPoints(frame, message.data.data());
 }
 

@@ -111,8 +111,9 @@ struct SensorNodeStatistics {
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
-  std::size_t decoded_points = 0; ///< of the cloud that the last frame is decoded to
-  bool decoded_doubles = false;   ///< its coordinates are FLOAT64
+  std::size_t decoded_width = 0; ///< of the cloud that the last frame is decoded to
+  std::uint32_t decoded_height = 1;
+  bool decoded_doubles = false;                     ///< its coordinates are FLOAT64
   std::vector<io::FieldDescription> decoded_fields; ///< its further fields
   io::FrameStatistics frame;                        ///< of the last frame
   StreamRates rates;

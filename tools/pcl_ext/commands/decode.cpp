@@ -152,10 +152,10 @@ private:
     decoded_ += decoder.decodedVoxels();
     removed_ += decoder.decodedVoxels() - decoder.voxels().size();
     toCloud(decoder.voxels(), cloud_);
-    points_ += cloud_.width;
+    points_ += decoder.voxels().pointCount();
     if (bag_)
       bag_->write(item, frame_, cloud_, input_);
-    else if (cloud_.width > 0)
+    else if (!decoder.voxels().keys.empty())
       folder_->write(folder_of_stream_[item.stream],
                      item.number,
                      cloud_,

@@ -132,6 +132,9 @@ describeAttributes(const StreamFigures& stream)
     add("colours " + std::to_string(stream.colour_bits) + " bits");
   if (stream.has_point_counts)
     add("numbers of points");
+  if (stream.image.width > 0)
+    add("image of " + std::to_string(stream.image.width) + " x " +
+        std::to_string(stream.image.height) + " points");
   for (const io::FieldDescription& field : stream.fields)
     add("field " + printable(field.name));
   return text.empty() ? "-" : text;
@@ -242,6 +245,7 @@ toJson(const StreamFigures& stream)
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;
   json["has_point_counts"] = stream.has_point_counts;
+  json["image"] = {{"width", stream.image.width}, {"height", stream.image.height}};
   json["fields"] = nlohmann::ordered_json::array();
   for (const io::FieldDescription& field : stream.fields)
     json["fields"].push_back({{"name", printable(field.name)},

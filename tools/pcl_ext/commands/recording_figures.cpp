@@ -38,6 +38,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.colour_bits = header.colour_bits;
     figures.has_point_counts = header.has_point_counts;
     figures.fields = header.fields;
+    figures.image = header.image;
   }
   figures.has_one_resolution &= figures.resolution == resolution;
 }

@@ -35,6 +35,7 @@ struct StreamFigures {
   unsigned int colour_bits = 0;
   bool has_point_counts = false;
   std::vector<io::FieldDescription> fields;
+  io::ImageSize image;
   std::string frame_id;
   std::size_t missing = 0;    ///< by the numbers of the frames
   std::size_t unreadable = 0; ///< in the recording, but damaged

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -68,12 +69,14 @@ public:
           static_cast<std::uint32_t>(io::sizeOf(field.type) * field.count);
       cloud.point_step += size - bytesOf(pcl::PCLPointField::FLOAT32);
     }
-    const std::size_t points = frame.pointCount();
-    cloud.data.resize(points * cloud.point_step);
-    cloud.height = 1;
-    cloud.width = static_cast<std::uint32_t>(points);
-    cloud.row_step = static_cast<std::uint32_t>(cloud.data.size());
-    cloud.is_dense = 1;
+    const bool has_image = frame.image.hasPixels();
+    cloud.data.assign(frame.cloudSize() * cloud.point_step, 0);
+    cloud.height = frame.cloudHeight();
+    cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
+    cloud.row_step = static_cast<std::uint32_t>(cloud.width * cloud.point_step);
+    cloud.is_dense = has_image && frame.cloudSize() > frame.pointCount() ? 0 : 1;
+    if (cloud.is_dense == 0)
+      writeMissingPoints(frame);
     cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
   }
 
@@ -89,6 +92,13 @@ public:
   {
     return frame.colour_bits > 0 && !io::hasField(frame.fields, "rgb") &&
            !io::hasField(frame.fields, "rgba");
+  }
+
+  /** \brief Goes to a point of the frame. */
+  void
+  moveTo(const io::VoxelFrame& frame, std::size_t point)
+  {
+    written_ = frame.cloudIndex(point) * cloud_.point_step;
   }
 
   /** \brief Writes all fields of a point. */
@@ -112,6 +122,20 @@ public:
   }
 
 private:
+  /** \brief Writes points that are not a number. */
+  void
+  writeMissingPoints(const io::VoxelFrame& frame)
+  {
+    for (std::size_t i = 0; i < frame.cloudSize(); ++i) {
+      written_ = i * cloud_.point_step;
+      for (int axis = 0; axis < 3; ++axis)
+        if (frame.grid.needsDoubles())
+          write(std::numeric_limits<double>::quiet_NaN());
+        else
+          write(std::numeric_limits<float>::quiet_NaN());
+    }
+  }
+
   void
   addField(const std::string& name, bool is_double = false)
   {
@@ -188,6 +212,7 @@ toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud)
   io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const std::uint32_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
     for (std::uint32_t i = 0; i < points; ++i) {
+      writer.moveTo(frame, point);
       writer.write(x);
       writer.write(y);
       writer.write(z);

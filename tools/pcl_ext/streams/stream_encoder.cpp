@@ -126,7 +126,7 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
                                  : 0;
   std::size_t values = 0;
   for (const io::FieldDescription& field : statistics.decoded_fields)
-    values += field.count * statistics.decoded_points;
+    values += field.count * statistics.decoded_width * statistics.decoded_height;
   if (statistics.frame.coding.voxels <= limits.max_voxels &&
       points <= limits.max_points && bytes <= limits.max_frame_bytes &&
       values <= limits.max_field_values)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <limits>
 #include <new>
 #include <type_traits>
 #include <utility>
@@ -52,12 +53,11 @@ useOwnIntensities([[maybe_unused]] const IntensityModelT& model,
 }
 
 /** \brief A point at the centre of each voxel of a frame, in its order, or as many as
- * the voxel had. */
+ * the voxel had, in the order of their sensor if the frame has it. */
 template <typename PointT>
 void
 fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
-  cloud.resize(frame.pointCount());
   // Static: g++ would build a local one member by member for each point, and copying it
   // immediately afterwards stalls the processor. White, as PCL has points without a
   // colour.
@@ -66,10 +66,18 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     setColour(point, {255, 255, 255});
     return point;
   }();
+  cloud.resize(frame.cloudSize());
+  const bool has_image = frame.image.hasPixels();
+  if (has_image) {
+    PointT missing = blank;
+    missing.x = missing.y = missing.z = std::numeric_limits<float>::quiet_NaN();
+    std::fill(cloud.points.begin(), cloud.points.end(), missing);
+  }
   PointT* next = cloud.points.data();
   std::size_t voxel = 0;
+  std::size_t place = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    PointT& point = *next++;
+    PointT& point = has_image ? cloud.points[frame.image.pixels[place]] : *next++;
     point = blank;
     point.x = x;
     point.y = y;
@@ -77,13 +85,18 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     setNativeIntensity(point, intensity);
     if (frame.colour_bits > 0)
       setColour(point, frame.fullColour(voxel));
-    if (frame.has_point_counts)
+    if (has_image)
+      for (std::uint32_t i = 1; i < frame.point_counts[voxel]; ++i)
+        cloud.points[frame.image.pixels[place + i]] = point;
+    else if (frame.has_point_counts)
       next = std::fill_n(next, frame.point_counts[voxel] - 1, point);
+    if (has_image)
+      place += frame.point_counts[voxel];
     ++voxel;
   });
-  cloud.width = static_cast<std::uint32_t>(cloud.size());
-  cloud.height = 1;
-  cloud.is_dense = true;
+  cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
+  cloud.height = frame.cloudHeight();
+  cloud.is_dense = place == cloud.size() || !has_image;
   setFields(frame, cloud);
 }
 
@@ -265,6 +278,9 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
             "intensity model uses the depth; set sensor_pose"};
   this->setInputCloud(cloud); // as PCL's class does
   PointView view = pointViewOf(*cloud);
+  if (cloud->isOrganized() &&
+      std::size_t{cloud->width} * cloud->height == cloud->size())
+    view.image = {cloud->width, cloud->height};
   const SensorPose pose =
       detail::sensorPose(settings(), cloud->sensor_origin_, cloud->sensor_orientation_);
   std::size_t points_behind_sensor = 0;

@@ -62,11 +62,12 @@ setFields(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
         continue;
       const auto type = static_cast<FieldType>(target.datatype);
       auto* const first = reinterpret_cast<unsigned char*>(cloud.points.data());
-      for (std::size_t i = 0; i < cloud.size(); ++i)
+      const std::size_t points = frame.pointCount();
+      for (std::size_t i = 0; i < points; ++i)
         for (std::size_t k = 0; k < field.count && k < target.count; ++k) {
           const std::uint64_t number = field.numbers[i * field.count + k];
-          unsigned char* const value =
-              first + i * sizeof(PointT) + target.offset + k * sizeOf(type);
+          unsigned char* const value = first + frame.cloudIndex(i) * sizeof(PointT) +
+                                       target.offset + k * sizeOf(type);
           if (type == field.type)
             fieldValue(field, number, value);
           else

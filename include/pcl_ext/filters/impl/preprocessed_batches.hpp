@@ -53,7 +53,9 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
 {
   std::size_t count = 0;
   point_bytes_.clear();
-  preprocessor_.sources_ = fields_.empty() ? nullptr : &sources_;
+  const bool has_image = imageSize().width > 0;
+  pixels_.clear();
+  preprocessor_.sources_ = fields_.empty() && !has_image ? nullptr : &sources_;
   // Batches of few points, where most are cropped, would take more time.
   while (count < chunk && next_ < end_) {
     const std::size_t row = next_ / cloud_->width;
@@ -63,6 +65,11 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
     count += preprocessor_.readChunk(
         *cloud_, layout_, row, column, most, &points_[count], &doubles_[count]);
     for (const std::uint32_t source : sources_) {
+      if (has_image)
+        pixels_.push_back(
+            static_cast<std::uint32_t>(row * cloud_->width + column + source));
+      if (fields_.empty())
+        continue;
       const std::uint8_t* const point = cloud_->data.data() + row * cloud_->row_step +
                                         (column + source) * cloud_->point_step;
       point_bytes_.insert(point_bytes_.end(), point, point + cloud_->point_step);
@@ -126,6 +133,10 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
   }
   if (!hasColours())
     view.colours = nullptr;
+  if (imageSize().width > 0) {
+    view.image = imageSize();
+    view.pixels = pixels_.data();
+  }
   for (const FoundField& field : fields_)
     view.fields.push_back({field.description,
                            point_bytes_.data() + field.offset,
