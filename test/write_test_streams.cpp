@@ -9,6 +9,7 @@
  */
 #include "support/forged_frames.h"
 #include "support/golden_streams.h"
+#include "support/image_frames.h"
 
 #include <algorithm>
 #include <fstream>
@@ -147,10 +148,11 @@ invalidFrames()
       changed(step_of_256,
               static_cast<std::size_t>(step_place - step_of_256.begin()) + 8,
               {0, 0});
-  // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 what is not
-  // known.
-  const Bytes unknown_content =
-      changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, 0x04});
+  // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 an image, 0x80
+  // 0x08 what is not known.
+  const auto withContent = [&](std::uint8_t high) {
+    return changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, high});
+  };
   // More points than the header has.
   VoxelFrame points = voxels;
   addPointCounts(random, points);
@@ -167,6 +169,15 @@ invalidFrames()
   Parts cut_off = parts;
   cut_off.header.has_depth_model = true;
   cut_off.payload.resize(depth_model_size - 1);
+
+  const VoxelFrame image = imageFrame(random, planarImage(48, 32), 8);
+  FrameEncoder image_encoder(StreamFormat::Version1, 100);
+  const Parts parts_with_image = takeApart(encoded(image_encoder, image));
+  const auto withImage = [&](auto change) {
+    Parts changed_parts = parts_with_image;
+    change(changed_parts.header.image);
+    return putTogether(changed_parts);
+  };
 
   return {
       {"ends_in_header", Bytes(i_frame.begin(), i_frame.begin() + 20)},
@@ -198,7 +209,8 @@ invalidFrames()
          header.has_frame_id = true;
          header.frame_id = std::string(1025, 'x');
        })},
-      {"unknown_content", unknown_content},
+      {"unknown_content", withContent(0x08)},
+      {"image_without_point_counts", withContent(0x04)},
       {"no_fields", withField([](Header& header) { header.fields.clear(); })},
       {"too_many_fields", withField([](Header& header) {
          header.fields.resize(most_fields + 1, header.fields.front());
@@ -225,7 +237,14 @@ invalidFrames()
        })},
       {"fields_without_supplement", withField([](Header&) {})},
       {"points_of_fields_without_end", points_of_fields},
-      {"points_of_fields_that_overflow", withPointsThatOverflow()}};
+      {"points_of_fields_that_overflow", withPointsThatOverflow()},
+      {"image_without_columns", withImage([](PointImage& i) { i.width = 0; })},
+      {"too_many_pixels",
+       withImage([](PointImage& i) { i.width = i.height = 1 << 13; })},
+      {"rays_too_steep", withImage([](PointImage& i) {
+         i.rays.plane[0][2] = (std::int64_t{1} << 46) + 1;
+       })},
+      {"image_with_other_rows", withImage([](PointImage& i) { --i.height; })}};
 }
 
 bool

@@ -21,7 +21,7 @@ from invalid_frame import InvalidFrame
 
 
 def voxel_checksum(frame: Frame) -> int:
-    """The checksum of grid, scale, keys and what voxels have, but fields."""
+    """The checksum of grid, scale, keys and what voxels have, but fields and images."""
     x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
     scale = frame.scale
     numbers = [x, y, z, frame.grid.depth, scale.bits, scale.number_range or 0]
@@ -57,7 +57,10 @@ def line_of(name: str, frame: Frame) -> str:
     fields = ""
     if any(frame.voxels.fields):
         fields = f" fields {fnv([n for field in frame.voxels.fields for n in field]):016x}"
-    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}"
+    image = ""
+    if frame.voxels.image:
+        image = f" image {fnv(frame.voxels.image):016x}"
+    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}{image}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:

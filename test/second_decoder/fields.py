@@ -5,7 +5,7 @@ doc/bitstream_supplement.md, "Fields".
 
 from dataclasses import dataclass, field
 from math import isqrt
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple, Union
 
 from frame_header import Field, from_zigzag
 from invalid_frame import require
@@ -46,7 +46,7 @@ def _towards_zero(dividend: int, divisor: int) -> int:
 class WideReader:
     """Wide numbers of a field."""
 
-    def __init__(self, reader: NumberReader, field_index: int) -> None:
+    def __init__(self, reader: NumberReader, field_index: object) -> None:
         self._reader = reader
         self._field = field_index
 
@@ -183,11 +183,34 @@ class Points:
         return azimuth(x, y), elevation(x, y, z)
 
 
+class PixelPoints:
+    """Points of an image, each taken for a voxel of its own, whose key is its pixel."""
+
+    def __init__(self, pixels: Sequence[int], width: int) -> None:
+        self.keys = sorted(pixels)
+        self.counts = len(self.keys) * [1]
+        self._width = width
+
+    def size(self) -> int:
+        return len(self.keys)
+
+    def lower_neighbours(self, key: int) -> Tuple[Optional[int], ...]:
+        """Pixels at the left and above."""
+        return (key - 1 if key % self._width else None, key - self._width)
+
+    def direction(self, key: int) -> Tuple[int, int]:
+        """Column and row as bins."""
+        return key % self._width % _AZIMUTHS, key // self._width % _ELEVATIONS
+
+
+AnyPoints = Union[Points, PixelPoints]
+
+
 class SingleValues:
     """Section "Single values": the numbers of a frame, or indices of a list."""
 
     def __init__(
-        self, reader: WideReader, points: Points, memory: FieldMemory, start: int
+        self, reader: WideReader, points: AnyPoints, memory: FieldMemory, start: int
     ) -> None:
         self._reader = reader
         self._points = points
@@ -251,7 +274,7 @@ def _read_list(reader: WideReader, point_count: int) -> List[int]:
 
 
 def _read_single_values(
-    reader: WideReader, described: Field, points: Points, memory: FieldMemory
+    reader: WideReader, described: Field, points: AnyPoints, memory: FieldMemory
 ) -> List[int]:
     has_list = bool(reader.bit())
     if has_list != bool(memory.listed):
@@ -269,7 +292,7 @@ def _read_single_values(
 
 
 def _read_several_values(
-    reader: WideReader, described: Field, points: Points
+    reader: WideReader, described: Field, points: AnyPoints
 ) -> List[int]:
     """Section "Several values"."""
     error = _ERROR_AT_START
@@ -298,7 +321,7 @@ def decode_field(
     reader: NumberReader,
     described: Field,
     index: int,
-    points: Points,
+    points: AnyPoints,
     memory: FieldMemory,
 ) -> List[int]:
     """The numbers of all points; changes the memory."""

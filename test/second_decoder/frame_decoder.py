@@ -89,6 +89,8 @@ class FrameDecoder:
         kept = self._with_header(header)
         content = kept.content
         points = header.point_count if content.has_point_counts else header.voxel_count
+        if content.image is not None:
+            points = content.image.width * content.image.height
         values = points * sum(field.value_count for field in content.fields)
         require(values <= MOST_FIELD_VALUES, "there are too many values of fields")
         frame = self._with_payload(header, kept, payload)
@@ -146,6 +148,7 @@ class FrameDecoder:
                 has_intensities=has_intensities,
                 fields=kept.content.fields,
                 viewpoint=kept.content.viewpoint,
+                image=kept.content.image,
             )
             == kept.content,
             "a P-frame has another content",
@@ -179,7 +182,7 @@ class FrameDecoder:
             model = read_depth_model(reader)
             payload = payload[reader.at :]
             require(
-                kept.content.has_intensities and not kept.content.levels,
+                kept.content.has_intensities and not kept.content.has_voxels,
                 "a depth model without intensities",
             )
         require(header.supplement_size <= len(payload), "the supplement is too large")
@@ -191,13 +194,14 @@ class FrameDecoder:
             "a frame without voxels has a payload",
         )
         levels = kept.content.levels
-        has_intensities = kept.content.has_intensities and not levels
-        has_points = kept.content.has_point_counts and not levels
+        has_voxels = kept.content.has_voxels
+        has_intensities = kept.content.has_intensities and not has_voxels
+        has_points = kept.content.has_point_counts and not has_voxels
         symbol_bits = POINT_SYMBOL_BITS if has_points else 0
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
-            header.coarse_voxel_count if levels else header.voxel_count,
+            header.coarse_voxel_count if has_voxels else header.voxel_count,
             kept.scale.bits if has_intensities else symbol_bits,
             kept.grid.depth - levels,
             model,

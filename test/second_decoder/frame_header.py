@@ -7,7 +7,7 @@ import math
 import struct
 import zlib
 from dataclasses import dataclass, replace
-from typing import Optional, Tuple
+from typing import Iterable, Optional, Sequence, Tuple
 
 from invalid_frame import InvalidFrame, require
 
@@ -19,7 +19,8 @@ CHECKED_FROM = 9
 _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
-_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS = 32, 64, 128, 256
+_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE = 32, 64, 128, 256, 512
+_MOST_PIXELS = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,21 @@ class Field:
 
 
 @dataclass(frozen=True)
+class Image:
+    """Size and rays of an image."""
+
+    width: int
+    height: int
+    is_spinning: bool
+    has_half_steps: bool
+    origin: Tuple[int, ...]
+    vectors: Tuple[Tuple[int, ...], ...]
+    """A, B and C, or X, Y and Z of a spinning one."""
+    turns: Tuple[Tuple[int, ...], ...] = ()
+    rows: Tuple[Tuple[int, ...], ...] = ()
+
+
+@dataclass(frozen=True)
 class Content:
     """What frames have."""
 
@@ -48,10 +64,18 @@ class Content:
     fields: Tuple[Field, ...] = ()
     """These and the viewpoint are an I-frame's."""
     viewpoint: Tuple[int, int, int] = (0, 0, 0)
+    has_image: bool = False
+    image: Optional[Image] = None
+    """An I-frame's, too."""
 
     @property
     def has_supplement(self) -> bool:
-        return bool(self.levels or self.colour_bits or self.has_fields)
+        return bool(self.has_voxels or self.colour_bits or self.has_fields)
+
+    @property
+    def has_voxels(self) -> bool:
+        """Whether the voxels are in the supplement."""
+        return bool(self.levels or self.has_image)
 
 
 @dataclass(frozen=True)
@@ -167,8 +191,12 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
-    require(0 < field < 512, "the content is none")
+    require(0 < field < 1024, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
+    require(
+        not field & _IMAGE or (field & _POINT_COUNTS and not field & 31),
+        "an image is without numbers of points or with levels",
+    )
     require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
     return Content(
         field & 31,
@@ -176,6 +204,7 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         bool(field & _POINT_COUNTS),
         not field & _NO_INTENSITIES,
         bool(field & _FIELDS),
+        has_image=bool(field & _IMAGE),
     )
 
 
@@ -228,6 +257,61 @@ def _viewpoint(reader: ByteReader) -> Tuple[int, int, int]:
     return x, y, z
 
 
+def _svarints(reader: ByteReader, count: int) -> Tuple[int, ...]:
+    return tuple(from_zigzag(reader.varint()) for _ in range(count))
+
+
+def _require_within(numbers: Iterable[int], most: int) -> None:
+    require(all(abs(n) <= most for n in numbers), "a number of rays is too large")
+
+
+def _require_direction(cosine: int, sine: int) -> None:
+    one = 1 << 30
+    _require_within((cosine, sine), one)
+    require(cosine**2 + sine**2 <= one * (one + 2), "a direction is too long")
+
+
+def _require_plane(vectors: Sequence[Sequence[int]], width: int, height: int) -> None:
+    steepest = 1 << 46
+    for vector, parts in zip(vectors, (1, width, height)):
+        _require_within(vector, steepest // parts)
+    for a, b, c in zip(*vectors):
+        for column in (0, width - 1):
+            for row in (0, height - 1):
+                _require_within((a + b * column + c * row,), steepest)
+
+
+def _rows(reader: ByteReader, height: int) -> Tuple[Tuple[int, ...], ...]:
+    rows = []
+    row: Tuple[int, ...] = 7 * (0,)
+    for _ in range(height):
+        row = tuple(n + d for n, d in zip(row, _svarints(reader, 7)))
+        _require_direction(row[0], row[1])
+        _require_within(row, 1 << 30)
+        rows.append(row)
+    return tuple(rows)
+
+
+def _image(reader: ByteReader) -> Image:
+    width, height = reader.varint(), reader.varint()
+    (flags,) = reader.numbers("B")
+    require(1 <= width <= 65536 and 1 <= height <= 65536, "the image is none")
+    require(width * height <= _MOST_PIXELS and flags < 4, "the image is none")
+    origin = _svarints(reader, 3)
+    _require_within(origin, 1 << 38)
+    vectors = tuple(_svarints(reader, 3) for _ in range(3))
+    image = Image(width, height, bool(flags & 1), bool(flags & 2), origin, vectors)
+    if not image.is_spinning:
+        _require_plane(vectors, width, height)
+        return image
+    for vector in vectors:
+        _require_within(vector, 1 << 30)
+    turns = tuple(_svarints(reader, 2) for _ in range((width - 1).bit_length()))
+    for cosine, sine in turns:
+        _require_direction(cosine, sine)
+    return replace(image, turns=turns, rows=_rows(reader, height))
+
+
 def read_header(reader: ByteReader) -> FrameHeader:
     """The header at the reader, which stops at the payload."""
     require(reader.bytes(len(MAGIC)) == MAGIC, "no frame begins here")
@@ -254,6 +338,8 @@ def read_header(reader: ByteReader) -> FrameHeader:
         if content.has_fields:
             fields = _fields(reader)
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
+        if content.has_image:
+            content = replace(content, image=_image(reader))
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else from_zigzag(reader.varint())

@@ -1,17 +1,18 @@
 """The supplement: voxels within cells, and what the content has of voxels and points.
 
 doc/bitstream_supplement.md; each class of this file holds one of its sections. Sections
-"Numbers" and "Fields" are in supplement_numbers.py and fields.py.
+"Numbers", "Fields" and "Image" are in supplement_numbers.py, fields.py and image.py.
 """
 
 from dataclasses import dataclass, field, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from coded_frame import Voxels
-from fields import FieldMemory, Points, decode_field
-from frame_header import ByteReader, Content, FrameHeader
+from fields import AnyPoints, FieldMemory, PixelPoints, Points, decode_field
+from frame_header import ByteReader, Content, FrameHeader, Image
+from image import ImageReader
 from invalid_frame import require
-from morton import neighbours
+from morton import neighbours, node_at
 from supplement_numbers import Models, NumberReader
 
 Colour = Tuple[int, int, int]
@@ -29,6 +30,8 @@ class SupplementMemory:
     """By key: the mean colour in sixteenths, and the frames since the voxel's last."""
     fields: Tuple[FieldMemory, ...] = ()
     """One of each field; none before the first frame with voxels."""
+    past: Dict[int, int] = field(default_factory=dict)
+    """Of pixels of an image."""
 
 
 class RefinementReader:
@@ -165,6 +168,39 @@ class ColourReader:
             found[key] = self._voxel(key, near)
         return list(found.values())
 
+    def read_image(self, voxels: Voxels, width: int) -> List[Colour]:
+        """The colours where the voxels are those of an image."""
+        of_pixel: Dict[int, int] = {}
+        first_pixels = []
+        pixels = iter(voxels.image[2::2])
+        for voxel, count in enumerate(voxels.point_counts):
+            of_voxel = [next(pixels) for _ in range(count)]
+            first_pixels.append((of_voxel[0], voxel))
+            of_pixel.update((pixel, voxel) for pixel in of_voxel)
+        found: Dict[int, Colour] = {}
+        for pixel, voxel in sorted(first_pixels):
+            column = pixel % width
+            beside = (
+                of_pixel.get(pixel - 1) if column else None,
+                of_pixel.get(pixel - width),
+                of_pixel.get(pixel - width - 1) if column else None,
+            )
+            left, up, corner = (None if v is None else found[v] for v in beside)
+            found[voxel] = self._colour(0, self._near(left, up, corner))
+        return [colour for _, colour in sorted(found.items())]
+
+    def _near(
+        self, left: Optional[Colour], up: Optional[Colour], corner: Optional[Colour]
+    ) -> Sequence[int]:
+        left, up = left or up, up or left
+        if left is None or up is None:
+            return self._last
+        near = []
+        for one, other, plane in zip(left, up, corner or up):
+            low, high = sorted((one, other))
+            near.append(16 * min(max(one + other - plane, low), high))
+        return near
+
     def _voxel(self, key: int, near: Sequence[int]) -> Colour:
         if key not in self._means:
             return self._colour(0, near)
@@ -214,6 +250,40 @@ def _next_means(
     return after
 
 
+def _in_order_of_voxels(
+    pixels: Sequence[int], content: Content, numbers: List[List[int]]
+) -> List[List[int]]:
+    """Numbers in the order of the voxels of those in the order of the pixels."""
+    places = {pixel: place for place, pixel in enumerate(sorted(pixels))}
+    ordered = []
+    for described, of_field in zip(content.fields, numbers):
+        n = described.value_count
+        ordered.append(
+            [x for pixel in pixels for x in of_field[places[pixel] * n :][:n]]
+        )
+    return ordered
+
+
+def _read_image(
+    reader: NumberReader, image: Image, header: FrameHeader, depth: int, past: dict
+) -> Tuple[Voxels, Dict[int, int]]:
+    """The voxels of the points of an image, and the past of its pixels after it."""
+    image_reader = ImageReader(reader, image, depth, past)
+    points, past = image_reader.read(header.point_count)
+    of_keys: Dict[Optional[int], List[int]] = {}
+    for pixel, point in points.items():
+        x, y, z = point.position
+        of_keys.setdefault(node_at((x, y, z), depth), []).append(pixel)
+    require(len(of_keys) == header.voxel_count, "an image has other voxels")
+    voxels = Voxels([], [], image=[image.width, image.height])
+    for key, pixels in sorted(of_keys.items()):
+        voxels.keys.append(key)
+        voxels.point_counts.append(len(pixels))
+        for pixel in pixels:
+            voxels.image.extend((pixel, points[pixel].depth))
+    return voxels, past
+
+
 def decode_supplement(
     source: bytes,
     header: FrameHeader,
@@ -229,32 +299,42 @@ def decode_supplement(
     """
     if header.is_i_frame:
         memory = SupplementMemory()
+    image = content.image
     if not content.has_supplement or not header.voxel_count:
         require(not source, "a frame without voxels has a supplement")
+        if image is not None:
+            voxels = replace(voxels, image=[image.width, image.height])
         return voxels, memory
     models = memory.models.copy()
     count = header.voxel_count
-    if content.levels:
+    past = memory.past
+    if content.has_voxels:
         bytes_left = ByteReader(source)
         part = bytes_left.bytes(bytes_left.varint())
         reader = NumberReader(part, count, models)
-        refinement = RefinementReader(reader, content.levels, header.effort)
-        voxels = Voxels(refinement.read(voxels.keys, count), [])
+        if image is not None:
+            voxels, past = _read_image(reader, image, header, depth, past)
+        else:
+            refinement = RefinementReader(reader, content.levels, header.effort)
+            voxels = Voxels(refinement.read(voxels.keys, count), [])
         reader.require_end()
         source = source[bytes_left.at :]
     reader = NumberReader(source, count, models)
-    if content.levels and symbol_bits:
+    if content.has_voxels and symbol_bits:
         voxels = replace(voxels, symbols=_read_intensities(reader, count, symbol_bits))
     if content.levels and content.has_point_counts:
         counts = _read_point_counts(reader, count)
         voxels = replace(voxels, point_counts=counts)
     means = memory.means
     if content.colour_bits:
-        tracked = {} if content.levels else means
+        tracked = {} if content.has_voxels else means
         colour_reader = ColourReader(reader, content.colour_bits, tracked)
-        colours = colour_reader.read(voxels.keys, None if content.levels else depth)
+        if image is not None:
+            colours = colour_reader.read_image(voxels, image.width)
+        else:
+            colours = colour_reader.read(voxels.keys, None if content.levels else depth)
         voxels = replace(voxels, colours=colours)
-        if not content.levels:
+        if not content.has_voxels:
             means = _next_means(means, voxels.keys, colours)
     fields = memory.fields
     if content.fields:
@@ -263,13 +343,19 @@ def decode_supplement(
             or sum(voxels.point_counts) == header.point_count,
             "the numbers of points have another sum",
         )
-        points = Points(voxels.keys, voxels.point_counts, depth, content.viewpoint)
+        points: AnyPoints
+        if image is not None:
+            points = PixelPoints(voxels.image[2::2], image.width)
+        else:
+            points = Points(voxels.keys, voxels.point_counts, depth, content.viewpoint)
         fields = tuple(of_field.copy() for of_field in fields)
         fields = fields or tuple(FieldMemory() for _ in content.fields)
         numbers = [
             decode_field(reader, described, index, points, fields[index])
             for index, described in enumerate(content.fields)
         ]
+        if image is not None:
+            numbers = _in_order_of_voxels(voxels.image[2::2], content, numbers)
         voxels = replace(voxels, fields=numbers)
     reader.require_end()
-    return voxels, SupplementMemory(models, means, fields)
+    return voxels, SupplementMemory(models, means, fields, past)

@@ -55,6 +55,7 @@ const std::vector<InvalidFile> files{
     {"symbols_of_17_bits", CompressionCode::Corrupt, "invalid intensity scale"},
     {"long_frame_id", CompressionCode::Corrupt, "frame_id too long"},
     {"unknown_content", CompressionCode::Corrupt, "invalid content"},
+    {"image_without_point_counts", CompressionCode::Corrupt, "invalid content"},
     {"no_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
     {"too_many_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
     {"field_without_name", CompressionCode::Corrupt, "invalid field"},
@@ -72,6 +73,12 @@ const std::vector<InvalidFile> files{
      CompressionCode::Corrupt,
      "the supplement does not decode"},
     {"points_of_fields_that_overflow",
+     CompressionCode::Corrupt,
+     "the supplement does not decode"},
+    {"image_without_columns", CompressionCode::Corrupt, "invalid image"},
+    {"too_many_pixels", CompressionCode::Corrupt, "invalid image"},
+    {"rays_too_steep", CompressionCode::Corrupt, "invalid rays"},
+    {"image_with_other_rows",
      CompressionCode::Corrupt,
      "the supplement does not decode"}};
 

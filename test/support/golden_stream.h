@@ -104,9 +104,23 @@ public:
   }
 };
 
+/** \brief The same of the size of the image and the pixels and depths of points. */
+class ImageChecksum : public Checksum {
+public:
+  explicit ImageChecksum(const PointImage& image)
+  {
+    add(image.width);
+    add(image.height);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      add(image.pixels[i]);
+      add(image.depths[i]);
+    }
+  }
+};
+
 /** \brief What checksums.txt has of a frame, except for the name of its stream and
  * whether it is an I-frame: number of voxels, checksum, stamp and frame_id or -, and with
- * fields the checksum of these. */
+ * fields the checksum of these, and with an image that of it. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {
@@ -120,6 +134,9 @@ lineOf(const GoldenFrame& frame)
   if (frame.frame.fieldValueCount() > 0)
     line << " fields " << std::hex << std::setw(16) << std::setfill('0')
          << FieldChecksum(frame.frame).value();
+  if (frame.frame.image.hasPixels())
+    line << " image " << std::hex << std::setw(16) << std::setfill('0')
+         << ImageChecksum(frame.frame.image).value();
   return line.str();
 }
 

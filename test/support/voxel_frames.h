@@ -177,6 +177,11 @@ expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
   EXPECT_TRUE(frame.colours == expected.colours);
   EXPECT_EQ(frame.has_point_counts, expected.has_point_counts);
   EXPECT_EQ(frame.point_counts, expected.point_counts);
+  EXPECT_EQ(frame.image.width, expected.image.width);
+  EXPECT_EQ(frame.image.height, expected.image.height);
+  EXPECT_TRUE(frame.image.rays == expected.image.rays);
+  EXPECT_EQ(frame.image.pixels, expected.image.pixels);
+  EXPECT_EQ(frame.image.depths, expected.image.depths);
   ASSERT_EQ(frame.fields.size(), expected.fields.size());
   for (std::size_t i = 0; i < frame.fields.size(); ++i) {
     EXPECT_TRUE(frame.fields[i] == expected.fields[i]) << expected.fields[i].name;
