@@ -1,9 +1,12 @@
 #include <pcl_ext/nodes/cloud_messages.h>
 
+#include "support/image_frames.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <random>
@@ -173,10 +176,39 @@ TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
   EXPECT_EQ(blue, "122233");
 }
 
+TEST(CloudMessages, PointsHaveTheOrderOfTheirSensor)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame frame = imageFrame(random, planarImage(48, 32), 8);
+  FrameField& field = frame.fields.emplace_back();
+  field.name = "pixel";
+  field.type = FieldType::UInt32;
+  field.numbers.assign(frame.image.pixels.begin(), frame.image.pixels.end());
+  Message message;
+  writeVoxels(frame, message);
+  EXPECT_EQ(message.width, 48u);
+  EXPECT_EQ(message.height, 32u);
+  EXPECT_FALSE(message.is_dense);
+  EXPECT_EQ(message.point_step, layoutOf(frame).pointStep());
+  ASSERT_EQ(message.data.size(), std::size_t{48} * 32 * message.point_step);
+  std::vector<bool> is_there(48 * 32);
+  for (const std::uint32_t pixel : frame.image.pixels)
+    is_there[pixel] = true;
+  for (std::uint32_t pixel = 0; pixel < 48 * 32; ++pixel) {
+    const std::uint8_t* const point = message.data.data() + pixel * message.point_step;
+    float x = 0.0f;
+    std::uint32_t value = 0;
+    std::memcpy(&x, point, sizeof(x));
+    std::memcpy(&value, point + message.point_step - 4, sizeof(value));
+    EXPECT_EQ(std::isnan(x), !is_there[pixel]);
+    EXPECT_EQ(value, is_there[pixel] ? pixel : 0);
+  }
+}
+
 TEST(CloudMessages, AFrameIsDescribedAsTheCloudThatItBecomes)
 {
   SensorNodeStatistics statistics;
-  statistics.decoded_points = 7;
+  statistics.decoded_width = 7;
   statistics.frame.coding.voxels = 3;
   SensorNodeSettings settings;
   for (const bool has_colours : {false, true}) {

@@ -252,7 +252,7 @@ TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
               "");
     const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
     ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
-    const std::size_t points = sender.health().node.decoded_points;
+    const std::size_t points = sender.health().node.decoded_width;
     EXPECT_EQ(points, voxels.pointCount());
     EXPECT_EQ(points, keep_point_counts ? 2000 : voxels.size());
     EXPECT_LT(voxels.size(), 2000u);

@@ -3,6 +3,7 @@
  * or impossible counts of it.
  */
 #include "support/forged_frames.h"
+#include "support/image_frames.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -122,6 +123,73 @@ TEST(ForgedContents, OfFieldsAreRefused)
   }
 }
 
+TEST(ForgedContents, OfImagesAreRefused)
+{
+  std::mt19937_64 random(7);
+  constexpr std::int32_t beyond_one = (1 << 30) + 1;
+  constexpr std::int64_t far_away = (std::int64_t{1} << 38) + 1;
+  constexpr std::int64_t steep = std::int64_t{1} << 46;
+  using Change = std::function<void(PointImage&)>;
+  const std::vector<Change> of_all = {
+      [](PointImage& i) { i.width = 0; },
+      [](PointImage& i) { i.width = 0xffffffff; },
+      [](PointImage& i) { i.width = i.height = 1 << 13; },
+      [](PointImage& i) { ++i.width; },
+      [](PointImage& i) { i.height = 0; },
+      [](PointImage& i) { --i.height; },
+      [](PointImage& i) { i.rays.origin[1] = far_away; },
+      [](PointImage& i) {
+        i.rays.origin[2] = std::numeric_limits<std::int64_t>::min();
+      },
+      [](PointImage& i) { i.rays = RayModel(); }};
+  const std::vector<Change> of_cameras = {
+      [](PointImage& i) { i.rays.plane[0][2] = steep + 1; },
+      [](PointImage& i) { i.rays.plane[1][0] = steep / i.width + 1; },
+      [](PointImage& i) { i.rays.plane[2][1] = -steep / i.height - 1; },
+      [](PointImage& i) {
+        i.rays.plane[0][0] = i.rays.plane[1][0] = steep / i.width;
+        i.rays.plane[2][0] = steep / i.height;
+      },
+      [](PointImage& i) {
+        i.rays.plane[1][1] = std::numeric_limits<std::int64_t>::min();
+      }};
+  const std::vector<Change> of_lidars = {
+      [=](PointImage& i) { i.rays.axes[2][1] = beyond_one; },
+      [](PointImage& i) {
+        i.rays.turns[0] = {1 << 30, 1 << 16};
+      },
+      [](PointImage& i) { i.rays.turns.pop_back(); },
+      [](PointImage& i) { i.rays.rows.pop_back(); },
+      [](PointImage& i) { i.rays.rows[3].cosine = i.rays.rows[3].sine = 1 << 30; },
+      [=](PointImage& i) { i.rays.rows[0].run = beyond_one; },
+      [=](PointImage& i) { i.rays.rows[1].rise = -beyond_one; },
+      [=](PointImage& i) { i.rays.rows[2].along = beyond_one; },
+      [=](PointImage& i) { i.rays.rows[3].across = -beyond_one; },
+      [=](PointImage& i) { i.rays.rows[4].up = beyond_one; }};
+  for (const bool is_camera : {true, false}) {
+    const VoxelFrame frame = is_camera
+                                 ? imageFrame(random, planarImage(48, 32), 8)
+                                 : imageFrame(random, spinningImage(48, 16, 8), 8);
+    FrameEncoder encoder(StreamFormat::Version1, 10);
+    const Bytes first = encoded(encoder, frame);
+    ASSERT_TRUE(encoder.statistics().has_image);
+    const Parts good = takeApart(first);
+    std::vector<Change> changes = of_all;
+    const std::vector<Change>& further = is_camera ? of_cameras : of_lidars;
+    changes.insert(changes.end(), further.begin(), further.end());
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      SCOPED_TRACE(i);
+      Parts parts = good;
+      changes[i](parts.header.image);
+      FrameDecoder decoder;
+      VoxelFrame back;
+      EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+      EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
+      expectSameFrame(back, frame);
+    }
+  }
+}
+
 TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)
 {
   std::mt19937_64 random(6);
@@ -141,7 +209,8 @@ TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)
                               supplement::Content{0, 0, true},
                               supplement::Content{0, 1, true},
                               supplement::Content{1, 1, false},
-                              supplement::Content{0, 1, false, true}}) {
+                              supplement::Content{0, 1, false, true},
+                              supplement::Content{0, 1, true, false, true}}) {
     Parts parts = good;
     parts.header.content = content;
     EXPECT_NE(answerTo(putTogether(parts, checksum), first, {second}, {frames[1]}),

@@ -5,6 +5,7 @@
  * was, and neither takes more memory than it may.
  */
 #include "support/forged_frames.h"
+#include "support/image_frames.h"
 #include "support/supplement_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -37,6 +38,7 @@ enum class HostileContent {
   RoomOf16BitsWithDepths,
   ColouredRoom,
   FieldsOfVoxels,
+  Image,
   FineVoxels,
   FewVoxels
 };
@@ -65,6 +67,7 @@ hostileKinds(StreamFormat format)
       {Content::RoomOf16BitsWithDepths, "RoomOf16BitsWithDepths"},
       {Content::ColouredRoom, "ColouredRoom"},
       {Content::FieldsOfVoxels, "FieldsOfVoxels"},
+      {Content::Image, "Image"},
       {Content::FineVoxels, "FineVoxels"},
       {Content::FewVoxels, "FewVoxels"}};
   std::vector<HostileKind> kinds;
@@ -105,12 +108,14 @@ hostileFrames(HostileContent content)
       continue;
     }
     frames.push_back(content == Content::FineVoxels ? fineFrame(random, 8)
-                                                    : room.next());
+                     : content == Content::Image
+                         ? imageFrame(random, planarImage(40, 24), 8)
+                         : room.next());
     if (content == Content::ColouredRoom)
       addColours(random, 5, frames.back());
     if (content == Content::ColouredRoom || content == Content::FineVoxels)
       addPointCounts(random, frames.back());
-    if (content == Content::FieldsOfVoxels)
+    if (content == Content::FieldsOfVoxels || content == Content::Image)
       addFields(random, frames.back());
   }
   return frames;

@@ -1,0 +1,61 @@
+"""Arrays of rows and columns, which come back as such where that saves bytes."""
+
+import numpy as np
+
+import pcl_ext
+
+
+def depth_image(rows=90, columns=120):
+    """Points of a camera, depths in whole millimetres; one in ten is missing."""
+    random = np.random.default_rng(5)
+    row, column = np.mgrid[0:rows, 0:columns]
+    depth = 0.001 * (1500 + 2 * column + random.integers(0, 3, (rows, columns)))
+    points = np.zeros((rows, columns), [*((axis, "f4") for axis in "xyz"), ("label", "u2")])
+    points["x"] = (column - columns / 2) / 100 * depth
+    points["y"] = (row - rows / 2) / 100 * depth
+    points["z"] = depth
+    points["label"] = row // 9 * 100 + column
+    points["x"][random.random((rows, columns)) < 0.1] = np.nan
+    return points
+
+
+def test_rows_and_columns_come_back():
+    points = depth_image()
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all")
+    decoder = pcl_ext.Decoder()
+    for _ in range(3):
+        decoded = decoder.decode(encoder.encode(points))
+        assert decoded.shape == points.shape
+        missing = np.isnan(points["x"])
+        for axis in "xyz":
+            np.testing.assert_array_equal(np.isnan(decoded[axis]), missing)
+            error = np.abs(decoded[axis] - points[axis])[~missing]
+            assert error.max() <= 0.000501
+        np.testing.assert_array_equal(decoded["label"], np.where(missing, 0, points["label"]))
+        assert pcl_ext.positions(decoded).shape == (*points.shape, 3)
+
+
+def test_order_takes_fewer_bytes():
+    points = depth_image()
+    settings = {"law": "none", "keep_point_counts": True}
+    in_order = pcl_ext.Encoder(0.001, **settings).encode(points)
+    without = pcl_ext.Encoder(0.001, **settings).encode(points.reshape(-1))
+    assert 2 * len(in_order) < len(without)
+
+
+def test_coarse_voxels_are_one_row():
+    decoded = pcl_ext.Decoder().decode(
+        pcl_ext.Encoder(0.05, keep_point_counts=True).encode(depth_image())
+    )
+    assert decoded.ndim == 1
+
+
+def test_scores_have_the_shape_of_the_cloud():
+    points = depth_image()
+    encoder = pcl_ext.Encoder(0.001, keep_point_counts=True)
+    decoder = pcl_ext.Decoder()
+    decoded = decoder.decode(encoder.encode(points))
+    assert decoded.shape == points.shape
+    scores = pcl_ext.OutlierRemoval().score(decoder)
+    assert scores.shape == decoded.shape
+    np.testing.assert_array_equal(np.isnan(scores), np.isnan(decoded["x"]))

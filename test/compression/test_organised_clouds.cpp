@@ -1,0 +1,97 @@
+/** \file
+ * \brief Organised clouds through the class: rows, columns and missing points come back.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <sstream>
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::io;
+
+/** \brief What a camera sees of a wall: depths in whole millimetres, and colours. */
+pcl::PointCloud<pcl::PointXYZRGB>::Ptr
+wallCloud(bool has_gaps)
+{
+  std::mt19937 random(7);
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGB>);
+  for (std::uint32_t row = 0; row < 90; ++row)
+    for (std::uint32_t column = 0; column < 120; ++column) {
+      pcl::PointXYZRGB point(static_cast<std::uint8_t>(row),
+                             static_cast<std::uint8_t>(column),
+                             static_cast<std::uint8_t>(random() % 4));
+      const float depth = 0.001f * static_cast<float>(1500 + 2 * column + random() % 3);
+      point.x = (static_cast<float>(column) - 59.5f) / 100.0f * depth;
+      point.y = (static_cast<float>(row) - 44.5f) / 100.0f * depth;
+      point.z = depth;
+      if (has_gaps && random() % 10 == 0)
+        point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+      cloud->push_back(point);
+    }
+  cloud->width = 120;
+  cloud->height = 90;
+  cloud->is_dense = !has_gaps;
+  return cloud;
+}
+
+TEST(OrganisedClouds, ComeBackWithRowsColumnsAndGaps)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_point_counts = true;
+  settings.fields = {{"rgb"}};
+  for (const bool has_gaps : {false, true}) {
+    const auto cloud = wallCloud(has_gaps);
+    using Compressor =
+        OctreePointCloudIntensityCompression<pcl::PointXYZRGB, NoIntensity>;
+    std::stringstream stream;
+    ASSERT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
+    Compressor::PointCloudPtr received;
+    ASSERT_TRUE(Compressor().decodePointCloud(stream, received).ok());
+    ASSERT_EQ(received->width, 120u);
+    ASSERT_EQ(received->height, 90u);
+    EXPECT_EQ(received->is_dense, !has_gaps);
+    for (std::size_t i = 0; i < cloud->size(); ++i) {
+      const pcl::PointXYZRGB& point = (*received)[i];
+      const pcl::PointXYZRGB& original = (*cloud)[i];
+      ASSERT_EQ(std::isnan(point.x), std::isnan(original.x)) << i;
+      if (std::isnan(point.x)) {
+        EXPECT_TRUE(std::isnan(point.y) && std::isnan(point.z));
+        continue;
+      }
+      EXPECT_LE((point.getVector3fMap() - original.getVector3fMap())
+                    .lpNorm<Eigen::Infinity>(),
+                0.0005001f);
+      EXPECT_EQ(point.rgba, original.rgba);
+    }
+  }
+}
+
+TEST(OrganisedClouds, OfCoarseVoxelsAreRowsOfPoints)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  for (const bool keep_point_counts : {false, true}) {
+    settings.keep_point_counts = keep_point_counts;
+    const auto cloud = wallCloud(true);
+    using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
+    std::stringstream stream;
+    ASSERT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
+    Compressor::PointCloudPtr received;
+    ASSERT_TRUE(Compressor().decodePointCloud(stream, received).ok());
+    EXPECT_EQ(received->height, 1u);
+    EXPECT_TRUE(received->is_dense);
+  }
+}
+
+} // namespace

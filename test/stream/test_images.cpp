@@ -1,0 +1,156 @@
+/** \file
+ * \brief Frames whose points have the order of a sensor.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+
+#include "support/image_frames.h"
+#include "support/supplement_frames.h"
+#include "support/voxel_frames.h"
+#include "voxels/keep_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <utility>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+class Images : public testing::TestWithParam<Effort> {};
+
+TEST_P(Images, RandomFramesComeBack)
+{
+  std::mt19937_64 random(11);
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  FrameDecoder decoder;
+  for (int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(i);
+    const PointImage image =
+        i / 6 % 2 == 0 ? planarImage(48, 32) : spinningImage(128, 40, 9);
+    ImagePoints points;
+    points.noise = 1 + below(random, 9);
+    points.misses = 12 + below(random, 90);
+    points.nearest = static_cast<std::uint32_t>(30 + below(random, 60));
+    VoxelFrame frame = imageFrame(random, image, 9, points);
+    if (i >= 12)
+      addFields(random, frame);
+    if (i >= 18)
+      addColours(random, 6, frame);
+    if (i % 9 == 8)
+      clearVoxels(frame);
+    VoxelFrame back;
+    const Bytes bytes = encoded(encoder, frame);
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    if (back.image.hasPixels() || frame.keys.empty()) {
+      EXPECT_EQ(decoder.statistics().has_image, back.image.hasPixels());
+      expectSameFrame(back, frame);
+    }
+    else
+      ADD_FAILURE() << "no image";
+  }
+}
+
+TEST_P(Images, AreCodedWhereTheyTakeFewerBytes)
+{
+  std::mt19937_64 random(12);
+  // Points anywhere have no rays to be on.
+  VoxelFrame frame = imageFrame(random, planarImage(48, 32), 9, {90, 50, 1, 200, 2});
+  VoxelFrame without = frame;
+  without.image = PointImage();
+  FrameEncoder encoder(StreamFormat::Version1, 3, GetParam());
+  FrameEncoder encoder_without(StreamFormat::Version1, 3, GetParam());
+  for (int i = 0; i < 5; ++i) {
+    const Bytes bytes = encoded(encoder, frame);
+    EXPECT_FALSE(encoder.takesImages());
+    EXPECT_EQ(bytes, encoded(encoder_without, without));
+  }
+}
+
+TEST_P(Images, OthersTakeAnIFrame)
+{
+  std::mt19937_64 random(13);
+  PointImage image = spinningImage(64, 16, 9);
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  const auto is_i_frame = [&] {
+    encoded(encoder, imageFrame(random, image, 9));
+    EXPECT_TRUE(encoder.statistics().has_image);
+    return encoder.statistics().is_i_frame;
+  };
+  EXPECT_TRUE(is_i_frame());
+  EXPECT_FALSE(is_i_frame());
+  ++image.rays.rows[7].up;
+  EXPECT_TRUE(is_i_frame());
+  image = spinningImage(63, 16, 9);
+  EXPECT_TRUE(is_i_frame());
+  EXPECT_FALSE(is_i_frame());
+}
+
+TEST(ImagesOfFrames, HaveOnePixelForEachPoint)
+{
+  std::mt19937_64 random(14);
+  const VoxelFrame good = imageFrame(random, planarImage(48, 32), 7);
+  ASSERT_TRUE(isConsistent(good));
+  ASSERT_GT(good.pointCount(), good.size());
+  const auto is_consistent = [&](auto change) {
+    VoxelFrame frame = good;
+    change(frame);
+    return isConsistent(frame);
+  };
+  const auto shared = static_cast<std::size_t>(
+      std::find_if(good.point_counts.begin(),
+                   good.point_counts.end(),
+                   [](std::uint32_t count) { return count > 1; }) -
+      good.point_counts.begin());
+  std::size_t point = 0;
+  for (std::size_t voxel = 0; voxel < shared; ++voxel)
+    point += good.point_counts[voxel];
+  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.pixels.pop_back(); }));
+  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.depths.push_back(0); }));
+  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.pixels[1] = 48 * 32; }));
+  EXPECT_FALSE(
+      is_consistent([](VoxelFrame& f) { f.image.pixels[0] = f.image.pixels[5]; }));
+  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.depths[3] = depth_end; }));
+  EXPECT_FALSE(is_consistent([&](VoxelFrame& f) {
+    std::swap(f.image.pixels[point], f.image.pixels[point + 1]);
+  }));
+  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.width = 0; }));
+  EXPECT_TRUE(is_consistent([](VoxelFrame& f) { f.image = PointImage(); }));
+}
+
+TEST(ImagesOfFrames, StayWithTheVoxelsThatAreKept)
+{
+  std::mt19937_64 random(18);
+  VoxelFrame frame = imageFrame(random, planarImage(48, 32), 7);
+  addFields(random, frame);
+  using Point = std::pair<std::uint64_t, std::uint32_t>; // key and depth
+  const auto by_pixel = [](const VoxelFrame& voxels) {
+    std::map<std::uint32_t, Point> points;
+    std::size_t point = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      for (std::uint32_t k = 0; k < voxels.point_counts[i]; ++k, ++point)
+        points[voxels.image.pixels[point]] = {voxels.keys[i],
+                                              voxels.image.depths[point]};
+    return points;
+  };
+  std::map<std::uint32_t, Point> expected;
+  for (const auto& [pixel, point] : by_pixel(frame))
+    if (point.first % 3 != 0)
+      expected[pixel] = point;
+  keepVoxels(frame, [&](std::size_t i) { return frame.keys[i] % 3 != 0; });
+  EXPECT_TRUE(isConsistent(frame));
+  EXPECT_EQ(by_pixel(frame), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(,
+                         Images,
+                         testing::ValuesIn(all_efforts),
+                         [](const auto& effort) { return nameOf(effort.param); });
+
+} // namespace

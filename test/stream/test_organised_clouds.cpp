@@ -1,0 +1,372 @@
+/** \file
+ * \brief Organised clouds of cameras and of spinning lidars, and clouds that have an
+ * order but no rays.
+ */
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+class OrganisedClouds : public testing::TestWithParam<Effort> {};
+
+/** \brief An organised cloud, and where its sensor is. */
+struct OrganisedCloud {
+  std::uint32_t width;
+  std::uint32_t height;
+  std::vector<float> coordinates;
+  WorldPose pose = WorldPose::Identity();
+};
+
+/** \brief A camera before a wall with steps: depths in whole millimetres, and pixels
+ * without a point. */
+OrganisedCloud
+cameraCloud(const WorldPose& pose, std::uint64_t seed)
+{
+  std::mt19937_64 random(seed);
+  OrganisedCloud cloud{80, 60, {}, pose};
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const double depth = 1e-3 * static_cast<double>(1200 + 3 * column +
+                                                      row / 20 * 70 + below(random, 3));
+      const Eigen::Vector3d point =
+          pose * Eigen::Vector3d((column - 39.5) / 61.0 * depth,
+                                 (row - 28.0) / 60.5 * depth,
+                                 depth);
+      const bool is_missing = below(random, 9) == 0 || (row > 40 && column < 9);
+      for (int axis = 0; axis < 3; ++axis)
+        cloud.coordinates.push_back(is_missing ? std::numeric_limits<float>::quiet_NaN()
+                                               : static_cast<float>(point[axis]));
+    }
+  return cloud;
+}
+
+/** \brief A lidar in a room of rounded corners, whose rows begin at different angles;
+ * ranges are whole steps of 2 mm from the lens, which turns around the axis. */
+OrganisedCloud
+lidarCloud(const WorldPose& pose, std::uint64_t seed)
+{
+  std::mt19937_64 random(seed);
+  OrganisedCloud cloud{256, 16, {}, pose};
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const double angle = -2.0 * M_PI * column / cloud.width + 0.01 * (row % 4);
+      const double elevation = 0.02 * row - 0.11;
+      const double range = 0.002 * std::round((4.0 + std::cos(3.0 * angle)) / 0.002 +
+                                              static_cast<double>(below(random, 4)));
+      const Eigen::Vector3d lens(
+          0.015 * std::cos(angle + 0.3), 0.015 * std::sin(angle + 0.3), 0.04);
+      const Eigen::Vector3d point =
+          pose * (lens + range * Eigen::Vector3d(std::cos(elevation) * std::cos(angle),
+                                                 std::cos(elevation) * std::sin(angle),
+                                                 std::sin(elevation)));
+      const bool is_missing = below(random, 7) == 0;
+      for (int axis = 0; axis < 3; ++axis)
+        cloud.coordinates.push_back(is_missing ? std::numeric_limits<float>::quiet_NaN()
+                                               : static_cast<float>(point[axis]));
+    }
+  return cloud;
+}
+
+PointView
+viewOf(const OrganisedCloud& cloud)
+{
+  PointView view;
+  view.count = cloud.coordinates.size() / 3;
+  view.coordinates = cloud.coordinates.data();
+  view.coordinate_stride = 3 * sizeof(float);
+  view.image = {cloud.width, cloud.height};
+  return view;
+}
+
+EncoderSettings
+fineSettings(Effort effort)
+{
+  EncoderSettings settings;
+  settings.resolution = 0.001;
+  settings.effort = effort;
+  settings.keep_point_counts = true;
+  settings.i_frame_rate = 3;
+  return settings;
+}
+
+/** \brief Bytes of a cloud's frame; what it is decoded to is checked against the cloud. */
+std::size_t
+expectCloud(CloudEncoder& encoder, FrameDecoder& decoder, const OrganisedCloud& cloud)
+{
+  VoxelFrame frame;
+  Bytes bytes;
+  EXPECT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+  EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+  expectSameFrame(back, frame);
+  EXPECT_EQ(back.cloudWidth(), cloud.width);
+  EXPECT_EQ(back.cloudHeight(), cloud.height);
+  std::vector<bool> is_there(back.cloudSize());
+  std::size_t point = 0;
+  for (std::size_t voxel = 0; voxel < back.size(); ++voxel)
+    for (std::uint32_t i = 0; i < back.point_counts[voxel]; ++i) {
+      const std::size_t index = back.cloudIndex(point++);
+      is_there[index] = true;
+      const VoxelPosition at = voxelPosition(back.keys[voxel]);
+      const std::array<std::uint32_t, 3> position = {at.x, at.y, at.z};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(back.grid.centre(axis, position[axis]),
+                    cloud.coordinates[3 * index + axis],
+                    0.5001 * back.grid.resolution);
+    }
+  for (std::size_t i = 0; i < is_there.size(); ++i)
+    EXPECT_EQ(is_there[i], std::isfinite(cloud.coordinates[3 * i])) << i;
+  return bytes.size();
+}
+
+/** \brief Bytes of the same cloud without its order. */
+std::size_t
+bytesWithoutOrder(CloudEncoder& encoder, const OrganisedCloud& cloud)
+{
+  PointView view = viewOf(cloud);
+  view.image = {};
+  VoxelFrame frame;
+  Bytes bytes;
+  EXPECT_TRUE(encoder.voxelize(view, cloud.pose, frame).ok());
+  EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  EXPECT_FALSE(encoder.statistics().coding.has_image);
+  return bytes.size();
+}
+
+WorldPose
+slantedPose()
+{
+  WorldPose pose = WorldPose::Identity();
+  pose.translate(Eigen::Vector3d(2.0, -1.0, 1.5));
+  pose.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()));
+  return pose;
+}
+
+/** \brief Axes of a camera of which each is another one of the coordinates, or its
+ * opposite. */
+WorldPose
+turnedPose()
+{
+  WorldPose pose = WorldPose::Identity();
+  pose.linear() << 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return pose;
+}
+
+TEST_P(OrganisedClouds, OfCamerasWithUnknownAxesAreInOrder)
+{
+  OrganisedCloud cloud = cameraCloud(turnedPose(), 4);
+  cloud.pose = WorldPose::Identity();
+  CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+  FrameDecoder decoder;
+  expectCloud(encoder, decoder, cloud);
+}
+
+TEST_P(OrganisedClouds, OfCamerasTakeFewerBytesInOrder)
+{
+  for (const WorldPose& pose : {WorldPose(WorldPose::Identity()), slantedPose()}) {
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    CloudEncoder other(fineSettings(GetParam()), IntensityUnit::None);
+    FrameDecoder decoder;
+    for (std::uint64_t i = 0; i < 5; ++i) {
+      const OrganisedCloud cloud = cameraCloud(pose, i);
+      const std::size_t bytes = expectCloud(encoder, decoder, cloud);
+      EXPECT_LT(2 * bytes, bytesWithoutOrder(other, cloud));
+    }
+  }
+}
+
+TEST_P(OrganisedClouds, OfMovingSensorsAreInOrder)
+{
+  // Clouds in the coordinates of the world: rays that turn take I-frames.
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.i_frame_rate = 100;
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  CloudEncoder other(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  for (int i = 0; i < 6; ++i) {
+    WorldPose pose = slantedPose();
+    pose.translate(Eigen::Vector3d(0.01 * i, 0.0, 0.02 * (i / 2)));
+    pose.rotate(Eigen::AngleAxisd(0.01 * (i / 2), Eigen::Vector3d::UnitY()));
+    const OrganisedCloud cloud = cameraCloud(pose, 1);
+    const std::size_t bytes = expectCloud(encoder, decoder, cloud);
+    EXPECT_LT(2 * bytes, bytesWithoutOrder(other, cloud)) << i;
+  }
+}
+
+TEST_P(OrganisedClouds, OfLidarsTakeFewerBytesInOrder)
+{
+  for (const WorldPose& pose : {WorldPose(WorldPose::Identity()), slantedPose()}) {
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    CloudEncoder other(fineSettings(GetParam()), IntensityUnit::None);
+    FrameDecoder decoder;
+    for (std::uint64_t i = 0; i < 5; ++i) {
+      const OrganisedCloud cloud = lidarCloud(pose, i);
+      const std::size_t bytes = expectCloud(encoder, decoder, cloud);
+      EXPECT_LT(2 * bytes, bytesWithoutOrder(other, cloud));
+    }
+  }
+}
+
+TEST_P(OrganisedClouds, GoOnBehindCloudsWithoutPoints)
+{
+  // The third one is an I-frame.
+  const WorldPose pose = slantedPose();
+  OrganisedCloud nothing = cameraCloud(pose, 1);
+  for (float& coordinate : nothing.coordinates)
+    coordinate = std::numeric_limits<float>::quiet_NaN();
+  CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+  const auto encode = [&](const PointView& view) {
+    VoxelFrame frame;
+    Bytes bytes;
+    EXPECT_TRUE(encoder.voxelize(view, pose, frame).ok());
+    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    return encoder.statistics().coding;
+  };
+  const std::vector<OrganisedCloud> clouds = {cameraCloud(pose, 1),
+                                              cameraCloud(pose, 2)};
+  EXPECT_TRUE(encode(viewOf(clouds[0])).has_image);
+  for (const bool has_size : {true, false}) {
+    PointView empty = viewOf(nothing);
+    if (!has_size)
+      empty = PointView();
+    const CodedFrameStatistics of_empty = encode(empty);
+    EXPECT_FALSE(of_empty.is_i_frame);
+    EXPECT_TRUE(of_empty.has_image);
+  }
+  EXPECT_TRUE(encode(viewOf(nothing)).is_i_frame);
+  const CodedFrameStatistics next = encode(viewOf(clouds[1]));
+  EXPECT_TRUE(next.is_i_frame);
+  EXPECT_TRUE(next.has_image);
+}
+
+TEST_P(OrganisedClouds, OfPointsThatMoveAboutAreNotForced)
+{
+  // An order, but no rays: positions are random.
+  std::mt19937_64 random(15);
+  OrganisedCloud cloud{40, 30, {}};
+  for (int i = 0; i < 3 * 40 * 30; ++i)
+    cloud.coordinates.push_back(uniform(random, -1.0, 1.0));
+  CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+  CloudEncoder other(fineSettings(GetParam()), IntensityUnit::None);
+  VoxelFrame frame;
+  Bytes bytes;
+  ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+  ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  EXPECT_FALSE(encoder.statistics().coding.has_image);
+  EXPECT_LE(bytes.size(), bytesWithoutOrder(other, cloud));
+}
+
+TEST_P(OrganisedClouds, OfHostileCloudsKeepTheBound)
+{
+  // All points at one place, at the sensor, on one line, far away, or of one row.
+  std::mt19937_64 random(16);
+  for (int kind = 0; kind < 6; ++kind) {
+    SCOPED_TRACE(kind);
+    OrganisedCloud cloud{32, 16, {}};
+    for (std::uint32_t i = 0; i < cloud.width * cloud.height; ++i) {
+      const float noise = uniform(random, -0.5, 0.5);
+      const std::array<float, 3> point =
+          kind == 0   ? std::array<float, 3>{0.3f, 0.3f, 0.3f}
+          : kind == 1 ? std::array<float, 3>{0.0f, 0.0f, 0.0f}
+          : kind == 2 ? std::array<float, 3>{noise, 2 * noise, 0.0f}
+          : kind == 3 ? std::array<float, 3>{1000.0f + noise, -1000.0f, noise}
+          : kind == 4 ? std::array<float, 3>{0.0f, 0.0f, 1.0f + noise}
+                      : std::array<float, 3>{i < 32 ? noise : NAN, 1.0f, 1e-9f};
+      cloud.coordinates.insert(cloud.coordinates.end(), point.begin(), point.end());
+    }
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    FrameDecoder decoder;
+    for (int i = 0; i < 2; ++i) {
+      VoxelFrame frame;
+      Bytes bytes;
+      ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+      ASSERT_TRUE(isConsistent(frame));
+      ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+      EXPECT_EQ(back.keys, frame.keys);
+      EXPECT_EQ(back.point_counts, frame.point_counts);
+    }
+  }
+}
+
+TEST_P(OrganisedClouds, PixelsOfPointsMayBeGiven)
+{
+  // Without the pixels that have no point, and in another order.
+  const OrganisedCloud cloud = cameraCloud(WorldPose::Identity(), 3);
+  std::vector<std::uint32_t> pixels;
+  for (std::uint32_t pixel = 0; pixel < 80 * 60; ++pixel)
+    if (std::isfinite(cloud.coordinates[3 * pixel]))
+      pixels.push_back(pixel);
+  std::mt19937_64 random(17);
+  std::shuffle(pixels.begin(), pixels.end(), random);
+  std::vector<float> coordinates;
+  for (const std::uint32_t pixel : pixels)
+    coordinates.insert(coordinates.end(),
+                       cloud.coordinates.begin() + 3 * pixel,
+                       cloud.coordinates.begin() + 3 * pixel + 3);
+  PointView view = viewOf(cloud);
+  view.count = pixels.size();
+  view.coordinates = coordinates.data();
+  view.pixels = pixels.data();
+  const auto encode = [](const PointView& points) {
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    VoxelFrame frame;
+    Bytes bytes;
+    EXPECT_TRUE(encoder.voxelize(points, WorldPose::Identity(), frame).ok());
+    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_TRUE(encoder.statistics().coding.has_image);
+    VoxelFrame back;
+    FrameDecoder decoder;
+    EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    return back;
+  };
+  const VoxelFrame expected = encode(viewOf(cloud));
+  const VoxelFrame back = encode(view);
+  EXPECT_EQ(back.keys, expected.keys);
+  EXPECT_EQ(back.image.pixels, expected.image.pixels);
+
+  // Pixels that are shared or outside the image are no order.
+  for (const std::uint32_t wrong : {pixels[1], 80u * 60u, 0xffffffffu}) {
+    std::vector<std::uint32_t> others = pixels;
+    others[0] = wrong;
+    view.pixels = others.data();
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    VoxelFrame frame;
+    ASSERT_TRUE(encoder.voxelize(view, WorldPose::Identity(), frame).ok());
+    EXPECT_FALSE(frame.image.hasPixels());
+    EXPECT_EQ(frame.keys, expected.keys);
+  }
+  view.pixels = nullptr;
+  CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+  VoxelFrame frame;
+  EXPECT_EQ(encoder.voxelize(view, WorldPose::Identity(), frame).code(),
+            CompressionCode::InvalidInput);
+}
+
+INSTANTIATE_TEST_SUITE_P(,
+                         OrganisedClouds,
+                         testing::ValuesIn(all_efforts),
+                         [](const auto& effort) { return nameOf(effort.param); });
+
+} // namespace
