@@ -44,6 +44,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     octree_pointcloud_intensity_compression.h
     octree_pointcloud_intensity_compression.hpp
     pcl_conventions.h
+    point_fields.h
     point_intensity.h
     point_types.h
     preprocessed_batches.h
