@@ -5,10 +5,10 @@ Sections "Numbers" and "Residuals" of doc/bitstream_context.md.
 
 from typing import Dict, Optional, Sequence
 
+from byte_reader import from_zigzag
 from context_frame import Payload, class_of
 from context_history import Record, SeenVoxel, fraction_bits
 from depth_model import has_residual, point_with_offset, predicted_symbol
-from frame_header import from_zigzag
 from invalid_frame import require
 
 

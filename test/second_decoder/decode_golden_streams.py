@@ -5,23 +5,25 @@
 An implementation of the documents alone: decoding the voxels that the library's encoder
 was given shows that the documents are complete. Each line of checksums.txt is a frame:
 stream, I or P, number of voxels, checksum of the voxels (hexadecimal), stamp and
-frame_id or -, and with fields the checksum of their numbers. The first frame of each stream must be refused when it is cut off, when a
-bit is inverted, and when it is missing. The stream "disorder" has other bytes between its
-frames, and frames that must be refused. Ends with 1 at the first difference.
+frame_id or -, with fields the checksum of their numbers, and with an image that of its
+size and of pixels and depths. The first frame of each stream must be refused when it is
+cut off, when a bit is inverted, and when it is missing. The stream "disorder" has other
+bytes between its frames, and frames that must be refused. Ends with 1 at the first
+difference.
 """
 
 import sys
 from pathlib import Path
 from typing import Dict, List
 
+from byte_reader import ByteReader
 from companded_scale import LEAST_COUNTS, edges, middle_number
 from frame_decoder import Frame, FrameDecoder
-from frame_header import ByteReader
 from invalid_frame import InvalidFrame
 
 
 def voxel_checksum(frame: Frame) -> int:
-    """The checksum of grid, scale, keys and what voxels have, but fields and images."""
+    """The checksum of grid, scale, keys and what voxels have, but fields."""
     x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
     scale = frame.scale
     numbers = [x, y, z, frame.grid.depth, scale.bits, scale.number_range or 0]
@@ -35,6 +37,15 @@ def voxel_checksum(frame: Frame) -> int:
         for colour in frame.voxels.colours[i : i + 1]:
             numbers += colour
         numbers += frame.voxels.point_counts[i : i + 1]
+    return fnv(numbers)
+
+
+def image_checksum(frame: Frame) -> int:
+    """The checksum of the image's size and of pixel and depth of each point."""
+    assert frame.image is not None
+    numbers = [frame.image.width, frame.image.height]
+    for of_point in zip(frame.voxels.pixels, frame.voxels.depths):
+        numbers += of_point
     return fnv(numbers)
 
 
@@ -57,9 +68,7 @@ def line_of(name: str, frame: Frame) -> str:
     fields = ""
     if any(frame.voxels.fields):
         fields = f" fields {fnv([n for field in frame.voxels.fields for n in field]):016x}"
-    image = ""
-    if frame.voxels.image:
-        image = f" image {fnv(frame.voxels.image):016x}"
+    image = "" if frame.image is None else f" image {image_checksum(frame):016x}"
     return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}{image}"
 
 

@@ -6,7 +6,7 @@ doc/bitstream.md, "Depth model".
 from dataclasses import dataclass
 from typing import Tuple
 
-from frame_header import ByteReader
+from byte_reader import ByteReader
 from invalid_frame import require
 from morton import position
 

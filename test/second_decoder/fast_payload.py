@@ -6,13 +6,13 @@ doc/bitstream_fast.md; "Classed rows" and "Residuals" are in this file.
 from dataclasses import dataclass, replace
 from typing import Dict, List, Tuple
 
+from byte_reader import ByteReader, from_zigzag
 from coded_frame import CodedFrame, Voxels, counts_of_symbols
 from depth_model import has_residual, predicted_symbol
 from fast_history import FastHistory
 from fast_models import FastModels
 from fast_occupancy import FastOccupancyReader, history_with
 from fast_symbols import FastSymbolReader, learn_bins
-from frame_header import ByteReader, from_zigzag
 from invalid_frame import require
 from rans import RansDecoder
 

@@ -5,9 +5,10 @@ doc/bitstream_supplement.md, "Fields".
 
 from dataclasses import dataclass, field
 from math import isqrt
-from typing import Dict, List, Optional, Sequence, Tuple, Union
+from typing import Dict, List, Optional, Sequence, Tuple
 
-from frame_header import Field, from_zigzag
+from byte_reader import from_zigzag
+from frame_header import Field
 from invalid_frame import require
 from morton import neighbours, position
 from supplement_numbers import NumberReader
@@ -44,11 +45,11 @@ def _towards_zero(dividend: int, divisor: int) -> int:
 
 
 class WideReader:
-    """Wide numbers of a field."""
+    """Wide numbers of a field, or of the image."""
 
-    def __init__(self, reader: NumberReader, field_index: object) -> None:
+    def __init__(self, reader: NumberReader, owner: object) -> None:
         self._reader = reader
-        self._field = field_index
+        self._owner = owner
 
     def bit(self) -> int:
         return self._reader.bits(1)
@@ -74,7 +75,7 @@ class WideReader:
         return from_zigzag(self.wide(*lengths))
 
     def _nibble(self, *context: object) -> int:
-        model = self._reader.models.nibble("field", self._field, *context)
+        model = self._reader.models.nibble("wide", self._owner, *context)
         return model.read(self._reader.rans)
 
 
@@ -183,34 +184,29 @@ class Points:
         return azimuth(x, y), elevation(x, y, z)
 
 
-class PixelPoints:
-    """Points of an image, each taken for a voxel of its own, whose key is its pixel."""
+class PixelPoints(Points):
+    """Points of an image: keys are pixels, row * width + column."""
 
     def __init__(self, pixels: Sequence[int], width: int) -> None:
-        self.keys = sorted(pixels)
-        self.counts = len(self.keys) * [1]
+        self.keys = pixels
+        self.counts = len(pixels) * [1]
         self._width = width
-
-    def size(self) -> int:
-        return len(self.keys)
 
     def lower_neighbours(self, key: int) -> Tuple[Optional[int], ...]:
         """Pixels at the left and above."""
-        return (key - 1 if key % self._width else None, key - self._width)
+        return key - 1 if key % self._width else None, key - self._width
 
     def direction(self, key: int) -> Tuple[int, int]:
-        """Column and row as bins."""
-        return key % self._width % _AZIMUTHS, key // self._width % _ELEVATIONS
-
-
-AnyPoints = Union[Points, PixelPoints]
+        """Azimuth and elevation of a pixel."""
+        row, column = divmod(key, self._width)
+        return column % _AZIMUTHS, row % _ELEVATIONS
 
 
 class SingleValues:
     """Section "Single values": the numbers of a frame, or indices of a list."""
 
     def __init__(
-        self, reader: WideReader, points: AnyPoints, memory: FieldMemory, start: int
+        self, reader: WideReader, points: Points, memory: FieldMemory, start: int
     ) -> None:
         self._reader = reader
         self._points = points
@@ -274,7 +270,7 @@ def _read_list(reader: WideReader, point_count: int) -> List[int]:
 
 
 def _read_single_values(
-    reader: WideReader, described: Field, points: AnyPoints, memory: FieldMemory
+    reader: WideReader, described: Field, points: Points, memory: FieldMemory
 ) -> List[int]:
     has_list = bool(reader.bit())
     if has_list != bool(memory.listed):
@@ -292,7 +288,7 @@ def _read_single_values(
 
 
 def _read_several_values(
-    reader: WideReader, described: Field, points: AnyPoints
+    reader: WideReader, described: Field, points: Points
 ) -> List[int]:
     """Section "Several values"."""
     error = _ERROR_AT_START
@@ -321,7 +317,7 @@ def decode_field(
     reader: NumberReader,
     described: Field,
     index: int,
-    points: AnyPoints,
+    points: Points,
     memory: FieldMemory,
 ) -> List[int]:
     """The numbers of all points; changes the memory."""

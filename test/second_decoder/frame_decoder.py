@@ -6,6 +6,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 from dataclasses import dataclass, replace
 from typing import Optional, Union
 
+from byte_reader import ByteReader
 from changes_payload import ChangesMemory, decode_changes
 from coded_frame import MOST_VOXELS, POINT_SYMBOL_BITS, CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
@@ -13,7 +14,6 @@ from depth_model import DepthModel, read_depth_model
 from fast_payload import FastMemory, decode_fast_payload
 from frame_header import (
     MAGIC,
-    ByteReader,
     Content,
     FrameHeader,
     Grid,
@@ -22,11 +22,12 @@ from frame_header import (
     require_checksum,
 )
 from frame_order import FrameOrder
+from image_header import Image
 from invalid_frame import InvalidFrame, require
 from supplement import SupplementMemory, decode_supplement
 
 MOST_BYTES = 16 << 20
-MOST_FIELD_VALUES = 1 << 25
+MOST_FIELD_VALUES = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Frame:
     stamp: Optional[int]
     frame_id: bytes
     voxels: Voxels
+    image: Optional[Image]
 
 
 class FrameDecoder:
@@ -89,8 +91,8 @@ class FrameDecoder:
         kept = self._with_header(header)
         content = kept.content
         points = header.point_count if content.has_point_counts else header.voxel_count
-        if content.image is not None:
-            points = content.image.width * content.image.height
+        if content.image:
+            points = content.image.pixel_count
         values = points * sum(field.value_count for field in content.fields)
         require(values <= MOST_FIELD_VALUES, "there are too many values of fields")
         frame = self._with_payload(header, kept, payload)
@@ -182,26 +184,28 @@ class FrameDecoder:
             model = read_depth_model(reader)
             payload = payload[reader.at :]
             require(
-                kept.content.has_intensities and not kept.content.has_voxels,
+                kept.content.has_intensities
+                and not kept.content.levels
+                and not kept.content.image,
                 "a depth model without intensities",
             )
         require(header.supplement_size <= len(payload), "the supplement is too large")
         supplement = payload[len(payload) - header.supplement_size :]
         payload = payload[: len(payload) - header.supplement_size]
         require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
-        require(
-            bool(header.voxel_count) or not payload,
-            "a frame without voxels has a payload",
-        )
         levels = kept.content.levels
-        has_voxels = kept.content.has_voxels
-        has_intensities = kept.content.has_intensities and not has_voxels
-        has_points = kept.content.has_point_counts and not has_voxels
+        coded_count = header.coarse_voxel_count if levels else header.voxel_count
+        if kept.content.image:
+            coded_count = 0
+        require(bool(coded_count) or not payload, "a frame without voxels has a payload")
+        is_supplemented = bool(levels or kept.content.image)
+        has_intensities = kept.content.has_intensities and not is_supplemented
+        has_points = kept.content.has_point_counts and not is_supplemented
         symbol_bits = POINT_SYMBOL_BITS if has_points else 0
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
-            header.coarse_voxel_count if has_voxels else header.voxel_count,
+            coded_count,
             kept.scale.bits if has_intensities else symbol_bits,
             kept.grid.depth - levels,
             model,
@@ -250,4 +254,5 @@ class FrameDecoder:
             None if header.stamp is None else kept.stamp,
             kept.frame_id,
             voxels,
+            kept.content.image,
         )

@@ -7,8 +7,10 @@ import math
 import struct
 import zlib
 from dataclasses import dataclass, replace
-from typing import Iterable, Optional, Sequence, Tuple
+from typing import Optional, Tuple
 
+from byte_reader import ByteReader
+from image_header import Image, read_image
 from invalid_frame import InvalidFrame, require
 
 MAGIC = b"PCXI"
@@ -20,7 +22,6 @@ _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 1
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
 _COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE = 32, 64, 128, 256, 512
-_MOST_PIXELS = 1 << 24
 
 
 @dataclass(frozen=True)
@@ -34,21 +35,6 @@ class Field:
     """Values of a point."""
     step: Optional[float]
     """None: values are exact."""
-
-
-@dataclass(frozen=True)
-class Image:
-    """Size and rays of an image."""
-
-    width: int
-    height: int
-    is_spinning: bool
-    has_half_steps: bool
-    origin: Tuple[int, ...]
-    vectors: Tuple[Tuple[int, ...], ...]
-    """A, B and C, or X, Y and Z of a spinning one."""
-    turns: Tuple[Tuple[int, ...], ...] = ()
-    rows: Tuple[Tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,16 +52,13 @@ class Content:
     viewpoint: Tuple[int, int, int] = (0, 0, 0)
     has_image: bool = False
     image: Optional[Image] = None
-    """An I-frame's, too."""
+    """An I-frame's."""
 
     @property
     def has_supplement(self) -> bool:
-        return bool(self.has_voxels or self.colour_bits or self.has_fields)
-
-    @property
-    def has_voxels(self) -> bool:
-        """Whether the voxels are in the supplement."""
-        return bool(self.levels or self.has_image)
+        return bool(
+            self.levels or self.colour_bits or self.has_fields or self.has_image
+        )
 
 
 @dataclass(frozen=True)
@@ -128,50 +111,6 @@ class FrameHeader:
     supplement_size: int
 
 
-class ByteReader:
-    """Numbers one after the other; refuses to read past the end."""
-
-    def __init__(self, source: bytes, at: int = 0) -> None:
-        self._source = source
-        self.at = at
-
-    def bytes(self, size: int) -> bytes:
-        require(self.at + size <= len(self._source), "the frame is cut off")
-        self.at += size
-        return self._source[self.at - size : self.at]
-
-    def skip_to(self, wanted: bytes) -> bool:
-        """Goes on to the next place of some bytes; whether there is one."""
-        place = self._source.find(wanted, self.at)
-        self.at = len(self._source) if place < 0 else place
-        return place >= 0
-
-    def since(self, start: int) -> bytes:
-        """What was read from a place on."""
-        return self._source[start : self.at]
-
-    def numbers(self, layout: str) -> tuple:
-        """Little-endian numbers by the letters of `struct`."""
-        return struct.unpack("<" + layout, self.bytes(struct.calcsize("<" + layout)))
-
-    def varint(self) -> int:
-        """Seven bits a byte, the lowest first; 64 bits at most; no byte too many."""
-        number = shift = 0
-        while True:
-            (byte,) = self.numbers("B")
-            number |= (byte & 0x7F) << shift
-            require(number < 1 << 64 and shift < 70, "a varint has more than 64 bits")
-            if byte < 0x80:
-                require(byte != 0 or shift == 0, "a varint ends with a byte 0")
-                return number
-            shift += 7
-
-
-def from_zigzag(code: int) -> int:
-    """0, -1, 1, -2, 2, ... of 0, 1, 2, 3, 4, ..."""
-    return -((code + 1) // 2) if code % 2 else code // 2
-
-
 def _grid(reader: ByteReader, has_origin: bool) -> Grid:
     resolution, x, y, z, depth = reader.numbers("d3iB")
     require(1e-6 <= resolution <= 1e6, "the resolution is none")
@@ -193,11 +132,11 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
     require(0 < field < 1024, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
+    require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
     require(
         not field & _IMAGE or (field & _POINT_COUNTS and not field & 31),
-        "an image is without numbers of points or with levels",
+        "an image is without numbers of points or with a refinement",
     )
-    require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
     return Content(
         field & 31,
         1 if field & _COLOURS else 0,
@@ -252,64 +191,9 @@ def _fields(reader: ByteReader) -> Tuple[Field, ...]:
 
 
 def _viewpoint(reader: ByteReader) -> Tuple[int, int, int]:
-    x, y, z = (from_zigzag(reader.varint()) for _ in range(3))
+    x, y, z = (reader.svarint() for _ in range(3))
     require(max(abs(x), abs(y), abs(z)) <= 1 << 22, "the viewpoint is too far away")
     return x, y, z
-
-
-def _svarints(reader: ByteReader, count: int) -> Tuple[int, ...]:
-    return tuple(from_zigzag(reader.varint()) for _ in range(count))
-
-
-def _require_within(numbers: Iterable[int], most: int) -> None:
-    require(all(abs(n) <= most for n in numbers), "a number of rays is too large")
-
-
-def _require_direction(cosine: int, sine: int) -> None:
-    one = 1 << 30
-    _require_within((cosine, sine), one)
-    require(cosine**2 + sine**2 <= one * (one + 2), "a direction is too long")
-
-
-def _require_plane(vectors: Sequence[Sequence[int]], width: int, height: int) -> None:
-    steepest = 1 << 46
-    for vector, parts in zip(vectors, (1, width, height)):
-        _require_within(vector, steepest // parts)
-    for a, b, c in zip(*vectors):
-        for column in (0, width - 1):
-            for row in (0, height - 1):
-                _require_within((a + b * column + c * row,), steepest)
-
-
-def _rows(reader: ByteReader, height: int) -> Tuple[Tuple[int, ...], ...]:
-    rows = []
-    row: Tuple[int, ...] = 7 * (0,)
-    for _ in range(height):
-        row = tuple(n + d for n, d in zip(row, _svarints(reader, 7)))
-        _require_direction(row[0], row[1])
-        _require_within(row, 1 << 30)
-        rows.append(row)
-    return tuple(rows)
-
-
-def _image(reader: ByteReader) -> Image:
-    width, height = reader.varint(), reader.varint()
-    (flags,) = reader.numbers("B")
-    require(1 <= width <= 65536 and 1 <= height <= 65536, "the image is none")
-    require(width * height <= _MOST_PIXELS and flags < 4, "the image is none")
-    origin = _svarints(reader, 3)
-    _require_within(origin, 1 << 38)
-    vectors = tuple(_svarints(reader, 3) for _ in range(3))
-    image = Image(width, height, bool(flags & 1), bool(flags & 2), origin, vectors)
-    if not image.is_spinning:
-        _require_plane(vectors, width, height)
-        return image
-    for vector in vectors:
-        _require_within(vector, 1 << 30)
-    turns = tuple(_svarints(reader, 2) for _ in range((width - 1).bit_length()))
-    for cosine, sine in turns:
-        _require_direction(cosine, sine)
-    return replace(image, turns=turns, rows=_rows(reader, height))
 
 
 def read_header(reader: ByteReader) -> FrameHeader:
@@ -339,10 +223,10 @@ def read_header(reader: ByteReader) -> FrameHeader:
             fields = _fields(reader)
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
         if content.has_image:
-            content = replace(content, image=_image(reader))
+            content = replace(content, image=read_image(reader))
     stamp = None
     if flags & _STAMP:
-        stamp = reader.numbers("Q")[0] if is_i_frame else from_zigzag(reader.varint())
+        stamp = reader.numbers("Q")[0] if is_i_frame else reader.svarint()
         require(is_i_frame or stamp != -(1 << 63), "the stamp's change is -2^63")
     frame_id = None
     if flags & _FRAME_ID:

@@ -1,211 +1,214 @@
-"""Images: points in the order of their sensor, along rays.
+"""Points in the order of the sensor: pixels of an image.
 
-doc/bitstream.md, "Frame header", and doc/bitstream_supplement.md, "Image".
+doc/bitstream_supplement.md, "Image".
 """
 
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple
 
 from fields import WideReader
-from frame_header import Image
-from invalid_frame import require
+from image_header import Direction, Image
+from invalid_frame import InvalidFrame, require
+from morton import node_at
 from supplement_numbers import NumberReader
 
-Vector = Tuple[int, ...]
-"""x, y, z."""
+_DEPTHS = 1 << 22
+_FRACTION_BITS = 32
+"""Of a place."""
 
-_DEPTH_END = 1 << 22
+
+@dataclass(frozen=True)
+class ImagePoint:
+    """A point of a pixel, and the voxel that it is in."""
+
+    pixel: int
+    """row * width + column."""
+    depth: int
+    key: int
 
 
-def _product(one: Vector, other: Vector) -> Vector:
-    """The direction that is turned by both."""
+# Paragraph "Rays"
+
+
+def _product(one: Direction, other: Direction) -> Direction:
     (a, b), (c, d) = one, other
     half = 1 << 29
     return (a * c - b * d + half) >> 30, (b * c + a * d + half) >> 30
 
 
 class Rays:
-    """Start and step of the rays of pixels, units of 2^-32 voxels."""
+    """Places of depths."""
 
     def __init__(self, image: Image) -> None:
         self._image = image
-        self._columns: List[Vector] = [(1 << 30, 0)]
-        if image.is_spinning:
-            for column in range(1, image.width):
-                bit = column.bit_length() - 1
-                before = self._columns[column - (1 << bit)]
-                self._columns.append(_product(before, image.turns[bit]))
+        self._columns: List[Direction] = [(1 << 30, 0)]
+        for k, turn in enumerate(image.turns):
+            columns = range(min(1 << k, image.width - (1 << k)))
+            self._columns += [_product(self._columns[c], turn) for c in columns]
 
-    def ray(self, row: int, column: int) -> Tuple[Vector, Vector]:
-        start, step = (
-            self._spinning(row, column)
-            if self._image.is_spinning
-            else self._planar(row, column)
-        )
-        if self._image.has_half_steps:
-            start = tuple(p + (s >> 1) for p, s in zip(start, step))
-        return start, step
+    def place(self, column: int, row: int, depth: int) -> List[int]:
+        """P + n S."""
+        ray = self._spinning if self._image.is_spinning else self._planar
+        half = self._image.has_half_steps
+        return [
+            (o << 16) + start + (step >> 1 if half else 0) + depth * step
+            for o, (start, step) in zip(self._image.origin, ray(column, row))
+        ]
 
-    def _planar(self, row: int, column: int) -> Tuple[Vector, Vector]:
+    def _planar(self, column: int, row: int) -> List[Tuple[int, int]]:
+        """Of each axis P without the origin, and S."""
         a, b, c = self._image.vectors
-        return (
-            tuple(o << 16 for o in self._image.origin),
-            tuple((i + j * column + k * row) >> 8 for i, j, k in zip(a, b, c)),
-        )
+        return [(0, (a[i] + b[i] * column + c[i] * row) >> 8) for i in range(3)]
 
-    def _spinning(self, row: int, column: int) -> Tuple[Vector, Vector]:
-        cosine, sine, run, rise, along, across, up = self._image.rows[row]
-        u, v = _product(self._columns[column], (cosine, sine))
-        start, step = [], []
-        for origin, x, y, z in zip(self._image.origin, *self._image.vectors):
+    def _spinning(self, column: int, row: int) -> List[Tuple[int, int]]:
+        """As of a planar image."""
+        of_row = self._image.rows[row]
+        u, v = _product(self._columns[column], of_row.direction)
+        ray = []
+        for x, y, z in zip(*self._image.vectors):
             ahead = (u * x + v * y) >> 30
             left = (u * y - v * x) >> 30
-            offset = (along * ahead + across * left + up * z) >> 14
-            start.append((origin << 16) + offset)
-            step.append((run * ahead + rise * z) >> 22)
-        return tuple(start), tuple(step)
+            start = of_row.along * ahead + of_row.across * left + of_row.up * z
+            step = of_row.run * ahead + of_row.rise * z
+            ray.append((start >> 14, step >> 22))
+        return ray
 
 
-@dataclass
-class PixelPoint:
-    """The point of a pixel."""
-
-    depth: int
-    position: Vector
-    """Of its voxel in the grid."""
+# Paragraph "Depth"
 
 
-def _or(*choices: Optional[int]) -> int:
-    """The first one that there is."""
-    return next(choice for choice in choices if choice is not None)
+class ExpectedDepth:
+    """Cost and errors of one of the expected depths."""
 
-
-@dataclass
-class Expected:
-    """An expected depth: its cost and its errors."""
-
-    columns: List[int]
-    row: int = 0
-    cost: int = 0
+    def __init__(self, width: int) -> None:
+        self.cost = 0
+        self._of_columns = (width + 1) * [0]
+        self._of_row = 0
 
     def error(self, column: int) -> int:
-        after = self.columns[column + 1] if column + 1 < len(self.columns) else 0
-        return self.columns[column] + after + self.row
+        return self._of_columns[column] + self._of_columns[column + 1] + self._of_row
 
     def learn(self, column: int, difference: int) -> None:
         h = 8 * abs(difference)
-        self.columns[column] = (self.columns[column] + 3 * h) // 4
-        self.row = (self.row + h) // 2
+        self._of_columns[column] = (self._of_columns[column] + 3 * h) // 4
+        self._of_row = (self._of_row + h) // 2
         self.cost += 256 * h.bit_length() - self.cost // 256
 
 
+def _error_class(error: int) -> int:
+    """t of the description."""
+    q = error // 8
+    if q < 4:
+        return q
+    length = q.bit_length()
+    return min(2 * length - 2 + (q >> (length - 2)) % 2, 19)
+
+
+def _first(*depths: Optional[int]) -> int:
+    """The first depth that there is; the last one always is."""
+    return next(depth for depth in depths if depth is not None)
+
+
 class ImageReader:
-    """The points of a frame."""
+    """Reads the image of a frame."""
 
     def __init__(
-        self, reader: NumberReader, image: Image, depth: int, past: Dict[int, int]
+        self, reader: NumberReader, image: Image, grid_depth: int, pasts: Dict[int, int]
     ) -> None:
         self._reader = reader
         self._wide = WideReader(reader, "image")
         self._image = image
         self._rays = Rays(image)
-        self._end = 1 << depth
-        self._past = past
-        self._points: Dict[int, PixelPoint] = {}
-        self._last = 0
+        self._grid_depth = grid_depth
+        self._pasts = pasts
+        self._expected = [ExpectedDepth(image.width) for _ in range(3)]
+        self._last_depth = 0
         self._miss_rate = 128
-        self._expected = [Expected([0] * image.width) for _ in range(3)]
+        self._depths: Dict[int, int] = {}
 
-    def read(self, point_count: int) -> Tuple[Dict[int, PixelPoint], Dict[int, int]]:
-        """The points by pixel, and the past after the frame."""
-        past: Dict[int, int] = {}
-        for pixel in range(self._image.width * self._image.height):
-            if not self._is_point(pixel):
-                continue
-            require(len(self._points) < point_count, "there are too many points")
-            depth = self._depth(pixel)
-            past[pixel] = self._past_after(pixel, depth)
-            position = self._voxel(pixel, depth)
-            self._points[pixel] = PixelPoint(depth, position)
-        require(len(self._points) == point_count, "there are too few points")
-        return self._points, past
+    def read(self, point_count: int) -> List[ImagePoint]:
+        """The points in the order of pixels."""
+        points: List[ImagePoint] = []
+        for row in range(self._image.height):
+            for column in range(self._image.width):
+                if not self._has_point(column, row):
+                    continue
+                require(len(points) < point_count, "more pixels than said have points")
+                depth = self._depth(column, row)
+                pixel = row * self._image.width + column
+                self._depths[pixel] = self._last_depth = depth
+                points.append(ImagePoint(pixel, depth, self._key(column, row, depth)))
+        require(len(points) == point_count, "fewer pixels than said have points")
+        return points
 
-    def _around(self, pixel: int) -> List[Optional[int]]:
-        """Pixels at the left, above, above and left, above and right."""
-        row, column = divmod(pixel, self._image.width)
-        is_last = column + 1 == self._image.width
-        return [
-            pixel - 1 if column else None,
-            pixel - self._image.width if row else None,
-            pixel - self._image.width - 1 if row and column else None,
-            pixel - self._image.width + 1 if row and not is_last else None,
-        ]
+    def next_pasts(self) -> Dict[int, int]:
+        """The pasts after the frame."""
+        after = {}
+        for pixel, depth in self._depths.items():
+            past = self._pasts.get(pixel)
+            if past is not None and abs(16 * depth - past) < 256:
+                after[pixel] = (3 * past + 16 * depth + 2) // 4
+            else:
+                after[pixel] = 16 * depth
+        return after
 
-    def _is_point(self, pixel: int) -> bool:
-        context = 0
-        for bit, other in enumerate(self._around(pixel)):
-            context |= (other in self._points) << bit
-        is_last = (pixel + 1) % self._image.width == 0
-        context |= (pixel in self._past) << 4
-        context |= (not is_last and pixel + 1 in self._past) << 5
-        return bool(self._reader.bit("point", context))
+    def _of_pixel(
+        self, numbers: Dict[int, int], column: int, row: int
+    ) -> Optional[int]:
+        if not (0 <= column < self._image.width and 0 <= row):
+            return None
+        return numbers.get(row * self._image.width + column)
 
-    def _expect(self, pixel: int) -> Tuple[List[Optional[int]], int]:
-        """Expected depths, and how much those around differ."""
-        left, up, up_left, up_right = (
-            self._points[other].depth if other in self._points else None
-            for other in self._around(pixel)
-        )
-        above = _or(up, up_left, up_right, self._last)
-        left = _or(left, above)
+    def _around(self, column: int, row: int) -> List[Optional[int]]:
+        """Depths left, up, up-left and up-right."""
+        places = ((column - 1, row), *((column + c, row - 1) for c in (0, -1, 1)))
+        return [self._of_pixel(self._depths, *place) for place in places]
+
+    def _has_point(self, column: int, row: int) -> int:
+        there = self._around(column, row)
+        there += [self._of_pixel(self._pasts, column + c, row) for c in (0, 1)]
+        context = sum(1 << i for i, number in enumerate(there) if number is not None)
+        return self._reader.bit("point", context)
+
+    def _depth(self, column: int, row: int) -> int:
+        left, up, up_left, up_right = self._around(column, row)
+        above = _first(up, up_left, up_right, self._last_depth)
+        left = _first(left, above)
         if up is None:
-            up = _or(up_right, left) if up_left is None else left
-        up_left = _or(up_left, up)
-        up_right = _or(up_right, up)
-        low, high = sorted((left, up))
-        edge = min(max(left + up - up_left, low), high)
+            up = left if up_left is not None else _first(up_right, left)
+        up_left = _first(up_left, up)
+        up_right = _first(up_right, up)
+        edge = min(max(left + up - up_left, min(left, up)), max(left, up))
         mean = (2 * (left + up) + up_right - up_left + 2) >> 2
-        past = (self._past[pixel] + 8) // 16 if pixel in self._past else None
+        expected = [edge, mean]
+        past = self._of_pixel(self._pasts, column, row)
+        if past is not None:
+            expected.append((past + 8) // 16)
+        best = min(range(len(expected)), key=lambda i: self._expected[i].cost)
+        t = _error_class(self._expected[best].error(column))
         g = abs(left - up_left) + abs(up - up_left) + abs(up_right - up)
-        return [edge, mean, past], g
-
-    def _depth(self, pixel: int) -> int:
-        column = pixel % self._image.width
-        depths, g = self._expect(pixel)
-        there = [i for i, depth in enumerate(depths) if depth is not None]
-        best = min(there, key=lambda i: (self._expected[i].cost, i))
-        q = self._expected[best].error(column) // 8
-        length = q.bit_length()
-        t = q if q < 4 else min(2 * length - 2 + (q >> length - 2) % 2, 19)
         context = 20 * min(g.bit_length(), 11) + t
-        depth = _or(depths[best]) + self._wide.difference("depth", context)
-        require(0 <= depth < _DEPTH_END, "a depth is none")
-        for i in there:
-            self._expected[i].learn(column, depth - _or(depths[i]))
-        self._last = depth
+        depth = expected[best] + self._wide.difference("depth", context)
+        require(0 <= depth < _DEPTHS, "a depth is out of its range")
+        for of_depth, number in zip(self._expected, expected):
+            of_depth.learn(column, depth - number)
         return depth
 
-    def _past_after(self, pixel: int, depth: int) -> int:
-        past = self._past.get(pixel)
-        if past is None or abs(16 * depth - past) >= 256:
-            return 16 * depth
-        return (3 * past + 16 * depth + 2) // 4
+    # Paragraph "Voxel"
 
-    def _voxel(self, pixel: int, depth: int) -> Vector:
-        start, step = self._rays.ray(*divmod(pixel, self._image.width))
-        places = [p + depth * s for p, s in zip(start, step)]
-        position = tuple(place >> 32 for place in places)
-        parts = [place >> 28 & 15 for place in places]
-        m = min(7, *(min(part, 15 - part) for part in parts))
+    def _key(self, column: int, row: int, depth: int) -> int:
+        place = self._rays.place(column, row, depth)
+        parts = [coordinate >> _FRACTION_BITS - 4 & 15 for coordinate in place]
+        m = min(min(part, 15 - part) for part in parts)
         k = min(self._miss_rate // 64, 3)
-        is_on_ray = self._reader.bit("on_ray", 8 * k + m)
-        self._miss_rate += (0 if is_on_ray else 16) - self._miss_rate // 16
-        if not is_on_ray:
-            position = tuple(
-                expected + self._wide.difference("offset", 4 * axis + k)
-                for axis, expected in enumerate(position)
-            )
-        require(
-            all(0 <= at < self._end for at in position), "a voxel is outside the grid"
-        )
-        return position
+        is_expected = self._reader.bit("on_ray", 8 * k + m)
+        self._miss_rate += (0 if is_expected else 16) - self._miss_rate // 16
+        x, y, z = (coordinate >> _FRACTION_BITS for coordinate in place)
+        if not is_expected:
+            x += self._wide.difference("offset", k)
+            y += self._wide.difference("offset", 4 + k)
+            z += self._wide.difference("offset", 8 + k)
+        key = node_at((x, y, z), self._grid_depth)
+        if key is None:
+            raise InvalidFrame("a voxel is outside the grid")
+        return key

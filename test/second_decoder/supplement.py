@@ -1,18 +1,20 @@
 """The supplement: voxels within cells, and what the content has of voxels and points.
 
 doc/bitstream_supplement.md; each class of this file holds one of its sections. Sections
-"Numbers", "Fields" and "Image" are in supplement_numbers.py, fields.py and image.py.
+"Numbers", "Image" and "Fields" are in supplement_numbers.py, image.py and fields.py.
 """
 
 from dataclasses import dataclass, field, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
+from byte_reader import ByteReader
 from coded_frame import Voxels
-from fields import AnyPoints, FieldMemory, PixelPoints, Points, decode_field
-from frame_header import ByteReader, Content, FrameHeader, Image
-from image import ImageReader
+from fields import FieldMemory, PixelPoints, Points, decode_field
+from frame_header import Content, FrameHeader
+from image import ImagePoint, ImageReader
+from image_header import Image
 from invalid_frame import require
-from morton import neighbours, node_at
+from morton import neighbours
 from supplement_numbers import Models, NumberReader
 
 Colour = Tuple[int, int, int]
@@ -30,8 +32,8 @@ class SupplementMemory:
     """By key: the mean colour in sixteenths, and the frames since the voxel's last."""
     fields: Tuple[FieldMemory, ...] = ()
     """One of each field; none before the first frame with voxels."""
-    past: Dict[int, int] = field(default_factory=dict)
-    """Of pixels of an image."""
+    image_pasts: Dict[int, int] = field(default_factory=dict)
+    """Sixteenths of depths by pixel."""
 
 
 class RefinementReader:
@@ -172,7 +174,7 @@ class ColourReader:
         """The colours where the voxels are those of an image."""
         of_pixel: Dict[int, int] = {}
         first_pixels = []
-        pixels = iter(voxels.image[2::2])
+        pixels = iter(voxels.pixels)
         for voxel, count in enumerate(voxels.point_counts):
             of_voxel = [next(pixels) for _ in range(count)]
             first_pixels.append((of_voxel[0], voxel))
@@ -250,38 +252,136 @@ def _next_means(
     return after
 
 
-def _in_order_of_voxels(
-    pixels: Sequence[int], content: Content, numbers: List[List[int]]
-) -> List[List[int]]:
-    """Numbers in the order of the voxels of those in the order of the pixels."""
-    places = {pixel: place for place, pixel in enumerate(sorted(pixels))}
-    ordered = []
-    for described, of_field in zip(content.fields, numbers):
-        n = described.value_count
-        ordered.append(
-            [x for pixel in pixels for x in of_field[places[pixel] * n :][:n]]
+def _voxels_of(points: Sequence[ImagePoint]) -> Voxels:
+    """Voxels of the points of an image, which are in the order of their voxels."""
+    counts: Dict[int, int] = {}
+    for point in points:
+        counts[point.key] = counts.get(point.key, 0) + 1
+    return Voxels(
+        list(counts),
+        [],
+        point_counts=list(counts.values()),
+        pixels=[point.pixel for point in points],
+        depths=[point.depth for point in points],
+    )
+
+
+class SupplementReader:
+    """Reads the supplement of one frame with voxels."""
+
+    def __init__(
+        self,
+        source: bytes,
+        header: FrameHeader,
+        content: Content,
+        depth: int,
+        memory: SupplementMemory,
+    ) -> None:
+        self._source = ByteReader(source)
+        self._header = header
+        self._content = content
+        self._depth = depth
+        self._memory = memory
+        self._models = memory.models.copy()
+        self._means = memory.means
+        self._fields = memory.fields or tuple(FieldMemory() for _ in content.fields)
+        self._fields = tuple(of_field.copy() for of_field in self._fields)
+        self._image_pasts = memory.image_pasts
+
+    def read(self, voxels: Voxels, symbol_bits: int) -> Voxels:
+        content = self._content
+        count = self._header.voxel_count
+        if content.levels:
+            voxels = self._read_refinement(voxels.keys)
+        elif content.image:
+            voxels = self._read_image(content.image)
+        reader = self._number_reader(self._source.rest())
+        if (content.levels or content.image) and symbol_bits:
+            symbols = _read_intensities(reader, count, symbol_bits)
+            voxels = replace(voxels, symbols=symbols)
+        if content.levels and content.has_point_counts:
+            counts = _read_point_counts(reader, count)
+            voxels = replace(voxels, point_counts=counts)
+        if content.colour_bits:
+            voxels = replace(voxels, colours=self._read_colours(reader, voxels))
+        if content.fields:
+            voxels = replace(voxels, fields=self._read_fields(reader, voxels))
+        reader.require_end()
+        return voxels
+
+    def memory(self) -> SupplementMemory:
+        """That after the frame."""
+        return SupplementMemory(
+            self._models, self._means, self._fields, self._image_pasts
         )
-    return ordered
 
+    def _number_reader(self, source: bytes) -> NumberReader:
+        return NumberReader(source, self._header.voxel_count, self._models)
 
-def _read_image(
-    reader: NumberReader, image: Image, header: FrameHeader, depth: int, past: dict
-) -> Tuple[Voxels, Dict[int, int]]:
-    """The voxels of the points of an image, and the past of its pixels after it."""
-    image_reader = ImageReader(reader, image, depth, past)
-    points, past = image_reader.read(header.point_count)
-    of_keys: Dict[Optional[int], List[int]] = {}
-    for pixel, point in points.items():
-        x, y, z = point.position
-        of_keys.setdefault(node_at((x, y, z), depth), []).append(pixel)
-    require(len(of_keys) == header.voxel_count, "an image has other voxels")
-    voxels = Voxels([], [], image=[image.width, image.height])
-    for key, pixels in sorted(of_keys.items()):
-        voxels.keys.append(key)
-        voxels.point_counts.append(len(pixels))
-        for pixel in pixels:
-            voxels.image.extend((pixel, points[pixel].depth))
-    return voxels, past
+    def _first_stream(self) -> NumberReader:
+        return self._number_reader(self._source.bytes(self._source.varint()))
+
+    def _read_refinement(self, cells: Sequence[int]) -> Voxels:
+        reader = self._first_stream()
+        refinement = RefinementReader(
+            reader, self._content.levels, self._header.effort
+        )
+        keys = refinement.read(cells, self._header.voxel_count)
+        reader.require_end()
+        return Voxels(keys, [])
+
+    def _read_image(self, image: Image) -> Voxels:
+        reader = self._first_stream()
+        image_reader = ImageReader(reader, image, self._depth, self._image_pasts)
+        points = image_reader.read(self._header.point_count)
+        reader.require_end()
+        self._image_pasts = image_reader.next_pasts()
+        voxels = _voxels_of(sorted(points, key=lambda p: (p.key, p.pixel)))
+        require(
+            len(voxels.keys) == self._header.voxel_count,
+            "points of pixels have more or fewer voxels than said",
+        )
+        return voxels
+
+    def _read_colours(self, reader: NumberReader, voxels: Voxels) -> List[Colour]:
+        keys = voxels.keys
+        image = self._content.image
+        is_refined = bool(self._content.levels)
+        tracked = {} if is_refined or image else self._means
+        colour_reader = ColourReader(reader, self._content.colour_bits, tracked)
+        if image:
+            return colour_reader.read_image(voxels, image.width)
+        colours = colour_reader.read(keys, None if is_refined else self._depth)
+        if not is_refined:
+            self._means = _next_means(self._means, keys, colours)
+        return colours
+
+    def _read_fields(self, reader: NumberReader, voxels: Voxels) -> List[List[int]]:
+        """Of each field the numbers of all points, voxel by voxel."""
+        content = self._content
+        require(
+            not content.has_point_counts
+            or sum(voxels.point_counts) == self._header.point_count,
+            "the numbers of points have another sum",
+        )
+        points = Points(
+            voxels.keys, voxels.point_counts, self._depth, content.viewpoint
+        )
+        if content.image:
+            points = PixelPoints(sorted(voxels.pixels), content.image.width)
+        fields = [
+            decode_field(reader, described, index, points, self._fields[index])
+            for index, described in enumerate(content.fields)
+        ]
+        if not content.image:
+            return fields
+        places = {pixel: place for place, pixel in enumerate(points.keys)}
+        order = [places[pixel] for pixel in voxels.pixels]
+        sizes = [described.value_count for described in content.fields]
+        return [
+            [n for i in order for n in numbers[size * i : size * (i + 1)]]
+            for size, numbers in zip(sizes, fields)
+        ]
 
 
 def decode_supplement(
@@ -299,63 +399,9 @@ def decode_supplement(
     """
     if header.is_i_frame:
         memory = SupplementMemory()
-    image = content.image
     if not content.has_supplement or not header.voxel_count:
         require(not source, "a frame without voxels has a supplement")
-        if image is not None:
-            voxels = replace(voxels, image=[image.width, image.height])
         return voxels, memory
-    models = memory.models.copy()
-    count = header.voxel_count
-    past = memory.past
-    if content.has_voxels:
-        bytes_left = ByteReader(source)
-        part = bytes_left.bytes(bytes_left.varint())
-        reader = NumberReader(part, count, models)
-        if image is not None:
-            voxels, past = _read_image(reader, image, header, depth, past)
-        else:
-            refinement = RefinementReader(reader, content.levels, header.effort)
-            voxels = Voxels(refinement.read(voxels.keys, count), [])
-        reader.require_end()
-        source = source[bytes_left.at :]
-    reader = NumberReader(source, count, models)
-    if content.has_voxels and symbol_bits:
-        voxels = replace(voxels, symbols=_read_intensities(reader, count, symbol_bits))
-    if content.levels and content.has_point_counts:
-        counts = _read_point_counts(reader, count)
-        voxels = replace(voxels, point_counts=counts)
-    means = memory.means
-    if content.colour_bits:
-        tracked = {} if content.has_voxels else means
-        colour_reader = ColourReader(reader, content.colour_bits, tracked)
-        if image is not None:
-            colours = colour_reader.read_image(voxels, image.width)
-        else:
-            colours = colour_reader.read(voxels.keys, None if content.levels else depth)
-        voxels = replace(voxels, colours=colours)
-        if not content.has_voxels:
-            means = _next_means(means, voxels.keys, colours)
-    fields = memory.fields
-    if content.fields:
-        require(
-            not content.has_point_counts
-            or sum(voxels.point_counts) == header.point_count,
-            "the numbers of points have another sum",
-        )
-        points: AnyPoints
-        if image is not None:
-            points = PixelPoints(voxels.image[2::2], image.width)
-        else:
-            points = Points(voxels.keys, voxels.point_counts, depth, content.viewpoint)
-        fields = tuple(of_field.copy() for of_field in fields)
-        fields = fields or tuple(FieldMemory() for _ in content.fields)
-        numbers = [
-            decode_field(reader, described, index, points, fields[index])
-            for index, described in enumerate(content.fields)
-        ]
-        if image is not None:
-            numbers = _in_order_of_voxels(voxels.image[2::2], content, numbers)
-        voxels = replace(voxels, fields=numbers)
-    reader.require_end()
-    return voxels, SupplementMemory(models, means, fields, past)
+    reader = SupplementReader(source, header, content, depth, memory)
+    voxels = reader.read(voxels, symbol_bits)
+    return voxels, reader.memory()
