@@ -18,6 +18,7 @@ namespace io {
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
  * the counters fit the first-level cache. The digits of all passes are counted in one.
+ * Counters are not on the stack, which is small in a browser.
  * \param[in,out] entries entries to sort, fewer than 2^32
  * \param[in,out] spare scratch memory, kept from call to call
  * \param[in] key_bits keys are below 2^key_bits
@@ -29,7 +30,6 @@ radixSort(std::vector<EntryT>& entries,
           unsigned int key_bits)
 {
   constexpr unsigned int widest_digit = 11;
-  constexpr unsigned int most_passes = (64 + widest_digit - 1) / widest_digit;
   using Counters = std::array<std::uint32_t, std::size_t{1} << widest_digit>;
   const unsigned int passes =
       std::max(1u, (key_bits + widest_digit - 1) / widest_digit);
@@ -38,9 +38,7 @@ radixSort(std::vector<EntryT>& entries,
   const auto digit_of = [&](const EntryT& entry, unsigned int pass) {
     return static_cast<std::size_t>(keyOf(entry) >> pass * digit_bits) & digit_mask;
   };
-  std::array<Counters, most_passes> counters;
-  for (unsigned int pass = 0; pass < passes; ++pass)
-    std::fill_n(counters[pass].begin(), digit_mask + 1, 0u);
+  std::vector<Counters> counters(passes);
   for (const EntryT& entry : entries)
     for (unsigned int pass = 0; pass < passes; ++pass)
       ++counters[pass][digit_of(entry, pass)];

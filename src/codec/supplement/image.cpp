@@ -16,7 +16,10 @@ ImageCoder::code(CodingT& coding,
                  FrameT& frame)
 {
   static const std::vector<std::uint32_t> no_past;
-  next_models_ = is_i_frame ? ImageModels() : models_;
+  if (is_i_frame)
+    next_models_ = ImageModels();
+  else
+    next_models_ = models_;
   next_past_.clear();
   if constexpr (!CodingT::is_decoder)
     spreadPoints(frame);
