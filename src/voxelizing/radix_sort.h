@@ -17,8 +17,8 @@ namespace io {
 /** \brief Sorts keys, or entries by their member `key`, ascending; stable.
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
- * the counters fit the first-level cache. The digits of all passes are counted in one.
- * Counters are not on the stack, which is small in a browser.
+ * the counters fit the first-level cache. Each pass counts the digits of the next one: the
+ * counters of all passes would be too large for the stack in a browser.
  * \param[in,out] entries entries to sort, fewer than 2^32
  * \param[in,out] spare scratch memory, kept from call to call
  * \param[in] key_bits keys are below 2^key_bits
@@ -38,20 +38,24 @@ radixSort(std::vector<EntryT>& entries,
   const auto digit_of = [&](const EntryT& entry, unsigned int pass) {
     return static_cast<std::size_t>(keyOf(entry) >> pass * digit_bits) & digit_mask;
   };
-  std::vector<Counters> counters(passes);
+  Counters counters{};
   for (const EntryT& entry : entries)
-    for (unsigned int pass = 0; pass < passes; ++pass)
-      ++counters[pass][digit_of(entry, pass)];
+    ++counters[digit_of(entry, 0)];
 
   spare.resize(entries.size());
   for (unsigned int pass = 0; pass < passes; ++pass) {
-    Counters& next = counters[pass];
     std::uint32_t begin = 0;
     for (std::size_t digit = 0; digit <= digit_mask; ++digit)
-      begin += std::exchange(next[digit], begin);
-    for (const EntryT& entry : entries)
-      spare[next[digit_of(entry, pass)]++] = entry;
+      begin += std::exchange(counters[digit], begin);
+    Counters next_counters{};
+    const bool is_last = pass + 1 == passes;
+    for (const EntryT& entry : entries) {
+      spare[counters[digit_of(entry, pass)]++] = entry;
+      if (!is_last)
+        ++next_counters[digit_of(entry, pass + 1)];
+    }
     entries.swap(spare);
+    counters = next_counters;
   }
 }
 
