@@ -242,7 +242,7 @@ invalidFrames()
       {"too_many_pixels",
        withImage([](PointImage& i) { i.width = i.height = 1 << 13; })},
       {"rays_too_steep", withImage([](PointImage& i) {
-         i.rays.plane[0][2] = (std::int64_t{1} << 46) + 1;
+         i.rays.pose.vectors[0][2] = (std::int64_t{1} << 46) + 1;
        })},
       {"image_with_other_rows", withImage([](PointImage& i) { --i.height; })}};
 }

@@ -226,7 +226,8 @@ setFields(const CloudColumns& cloud,
           CloudMemory& memory,
           io::PointView& view)
 {
-  if (settings.fields.empty())
+  // With the points the field ring, too, whose order they may have.
+  if (settings.fields.empty() && !settings.keep_point_counts)
     return;
   memory.fields.resize(cloud.fields.size());
   for (std::size_t i = 0; i < cloud.fields.size(); ++i)

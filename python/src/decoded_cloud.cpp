@@ -65,7 +65,7 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
   point_bytes_ = roundedUp(point_bytes_, alignment);
 
   points_ = std::make_unique<unsigned char[]>(frame.cloudSize() * point_bytes_);
-  if (frame.image.hasPixels())
+  if (frame.isOrganised())
     writeMissingPoints(frame.grid.needsDoubles());
   std::size_t point = 0;
   std::size_t voxel = 0;

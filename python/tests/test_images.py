@@ -59,3 +59,24 @@ def test_scores_have_the_shape_of_the_cloud():
     scores = pcl_ext.OutlierRemoval().score(decoder)
     assert scores.shape == decoded.shape
     np.testing.assert_array_equal(np.isnan(scores), np.isnan(decoded["x"]))
+
+
+def test_rings_of_unorganised_points_take_fewer_bytes():
+    ring, column = np.mgrid[0:16, 0:400]
+    angle = 2 * np.pi / 400 * column + 0.01 * (ring % 4)
+    distance = 4 + np.cos(3 * angle)
+    points = np.zeros(ring.size, [*((axis, "f4") for axis in "xyz"), ("ring", "u2")])
+    points["x"] = (distance * np.cos(angle)).ravel()
+    points["y"] = (distance * np.sin(angle)).ravel()
+    points["z"] = (distance * (0.02 * ring - 0.11)).ravel()
+    points["ring"] = ring.ravel()
+    points = np.random.default_rng(6).permutation(points)
+    settings = {"law": "none", "keep_point_counts": True}
+    by_ring = pcl_ext.Encoder(0.001, fields="ring", **settings).encode(points)
+    without = pcl_ext.Encoder(0.001, **settings).encode(pcl_ext.positions(points))
+    assert 2 * len(by_ring) < len(without)
+    decoded = pcl_ext.Decoder().decode(by_ring)
+    assert decoded.shape == points.shape
+    assert np.bincount(decoded["ring"]).tolist() == 16 * [400]
+    of_rings = np.array([decoded["z"][decoded["ring"] == i].mean() for i in range(16)])
+    np.testing.assert_array_less(0, np.diff(of_rings))

@@ -84,7 +84,7 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
   const bool has_colour = layout.hasVoxelColour();
   std::uint8_t* const cloud = data;
   const std::size_t point_step = layout.pointStep();
-  if (frame.image.hasPixels())
+  if (frame.isOrganised())
     writeMissingPoints(layout, cloud);
   std::size_t voxel = 0;
   std::size_t point = 0;

@@ -90,7 +90,9 @@ makePoints(const SensorNodeSettings& settings)
           preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
                                   Eigen::Vector3d(settings.crop_box->max.data()));
         auto points = std::make_unique<Points>(preprocessor);
-        points->setReadsFields(!settings.compression.fields.empty());
+        // With the points the field ring, too, whose order they may have.
+        points->setReadsFields(!settings.compression.fields.empty() ||
+                               settings.compression.keep_point_counts);
         return points;
       });
 }

@@ -162,8 +162,8 @@ private:
   CompressionStatus
   collectFields(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
-  bool
-  wantsImage(const ImageSize& size, const VoxelFrame& frame) const;
+  std::uint64_t
+  mostPixels(const VoxelFrame& frame) const;
 
   bool
   fitCoordinateStep(PointBatches& points);
@@ -273,24 +273,25 @@ CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame&
   voxelization_ = voxelizer_.voxelize(points, true, frame);
 }
 
-/** \brief Whether the points of a frame may be coded in the order of their sensor: where
- * voxels have many, or pixels few, that takes more bytes. */
-bool
-CloudEncoder::Implementation::wantsImage(const ImageSize& size,
-                                         const VoxelFrame& frame) const
+/** \brief How many pixels an image of a frame's points may have: where voxels have many
+ * points, or pixels few, it would take more bytes than voxels. */
+std::uint64_t
+CloudEncoder::Implementation::mostPixels(const VoxelFrame& frame) const
 {
   constexpr std::size_t most_points_of_voxel = 4;
   constexpr std::size_t most_pixels_of_point = 64;
   const std::size_t points = voxelization_.points_used;
-  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
   const DecoderLimits& limits = settings_.decoder_limits;
-  return frame.has_point_counts && size.width > 1 && size.height > 1 &&
-         size.width <= most_image_side && size.height <= most_image_side &&
-         pixels <= std::min<std::size_t>(most_image_pixels, limits.max_points) &&
-         pixels * fields_.valuesOfPoint() <= limits.max_field_values &&
-         (encoder_.isIFrameDue() ? points <= most_points_of_voxel * frame.size() &&
-                                       pixels <= most_pixels_of_point * points
-                                 : encoder_.takesImages());
+  const bool is_i_frame = encoder_.isIFrameDue();
+  if (frame.keys.empty() || !frame.has_point_counts ||
+      (is_i_frame ? points > most_points_of_voxel * frame.size()
+                  : !encoder_.takesImages()))
+    return 0;
+  std::uint64_t most = std::min<std::uint64_t>(most_image_pixels, limits.max_points);
+  if (const std::size_t values = fields_.valuesOfPoint(); values > 0)
+    most = std::min<std::uint64_t>(most, limits.max_field_values / values);
+  return is_i_frame ? std::min<std::uint64_t>(most, most_pixels_of_point * points)
+                    : most;
 }
 
 /** \brief Sets fields and image of a voxelized frame, and from where fields are
@@ -300,8 +301,9 @@ CloudEncoder::Implementation::collectFields(PointBatches& points,
                                             const WorldPose& sensor_pose,
                                             VoxelFrame& frame)
 {
-  const ImageSize image_size = points.imageSize();
-  const bool wants_image = !frame.keys.empty() && wantsImage(image_size, frame);
+  const std::uint64_t most_pixels = mostPixels(frame);
+  const bool wants_image =
+      most_pixels > 0 && image_.begin(points, sensor_pose, most_pixels);
   frame.image = PointImage();
   // A cloud without points has no other order than those before it.
   if (frame.keys.empty() && !encoder_.isIFrameDue() && encoder_.takesImages())
@@ -315,8 +317,6 @@ CloudEncoder::Implementation::collectFields(PointBatches& points,
   VoxelLocator locator(settings);
   if (!settings_.bounding_box)
     locator.setGrid(frame.grid);
-  if (wants_image)
-    image_.begin(image_size, sensor_pose);
   if (CompressionStatus status = fields_.collect(points,
                                                  locator,
                                                  wants_image ? &image_ : nullptr,

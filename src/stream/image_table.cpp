@@ -14,6 +14,7 @@ namespace {
 
 constexpr unsigned int spinning_flag = 1;
 constexpr unsigned int half_steps_flag = 2;
+constexpr unsigned int unorganised_flag = 4;
 
 /** \brief The numbers of a row, in the order of the table. */
 constexpr std::array<std::int32_t RayRow::*, 7> row_numbers = {&RayRow::cosine,
@@ -37,9 +38,6 @@ numberOrNone(std::int64_t number)
 void
 writeSpinningRays(const RayModel& rays, ByteWriter& writer)
 {
-  for (const auto& axis : rays.axes)
-    for (const std::int32_t element : axis)
-      writer.signedVarint(element);
   for (const auto& turn : rays.turns)
     for (const std::int32_t element : turn)
       writer.signedVarint(element);
@@ -55,9 +53,6 @@ void
 readSpinningRays(ByteSource& source, PointImage& image)
 {
   RayModel& rays = image.rays;
-  for (auto& axis : rays.axes)
-    for (std::int32_t& element : axis)
-      element = numberOrNone(source.signedVarint());
   rays.turns.resize(columnBits(image.width));
   for (auto& turn : rays.turns)
     for (std::int32_t& element : turn)
@@ -87,16 +82,31 @@ writeImageTable(const PointImage& image, ByteWriter& writer)
   writer.varint(image.height);
   const bool is_spinning = rays.shape == RayShape::Spinning;
   writer.u8(static_cast<std::uint8_t>((is_spinning ? spinning_flag : 0u) |
-                                      (rays.has_half_steps ? half_steps_flag : 0u)));
-  for (const std::int64_t position : rays.origin)
-    writer.signedVarint(position);
-  if (is_spinning) {
+                                      (rays.has_half_steps ? half_steps_flag : 0u) |
+                                      (image.is_organised ? 0u : unorganised_flag)));
+  writeRayPose(rays.pose, writer);
+  if (is_spinning)
     writeSpinningRays(rays, writer);
-    return;
-  }
-  for (const auto& vector : rays.plane)
+}
+
+void
+writeRayPose(const RayPose& pose, ByteWriter& writer)
+{
+  for (const std::int64_t position : pose.origin)
+    writer.signedVarint(position);
+  for (const auto& vector : pose.vectors)
     for (const std::int64_t element : vector)
       writer.signedVarint(element);
+}
+
+void
+readRayPose(ByteSource& source, RayPose& pose)
+{
+  for (std::int64_t& position : pose.origin)
+    position = source.signedVarint();
+  for (auto& vector : pose.vectors)
+    for (std::int64_t& element : vector)
+      element = source.signedVarint();
 }
 
 CompressionStatus
@@ -110,7 +120,7 @@ readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& imag
     return {};
   if (width < 1 || height < 1 || width > most_image_side || height > most_image_side ||
       width * height > most_image_pixels ||
-      (flags & ~(spinning_flag | half_steps_flag)) != 0)
+      (flags & ~(spinning_flag | half_steps_flag | unorganised_flag)) != 0)
     return corruptFrame("invalid image");
   if (width * height > limits.max_points)
     return {CompressionCode::LimitExceeded,
@@ -122,14 +132,10 @@ readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& imag
   RayModel& rays = image.rays;
   rays.shape = (flags & spinning_flag) != 0 ? RayShape::Spinning : RayShape::Planar;
   rays.has_half_steps = (flags & half_steps_flag) != 0;
-  for (std::int64_t& position : rays.origin)
-    position = source.signedVarint();
+  image.is_organised = (flags & unorganised_flag) == 0;
+  readRayPose(source, rays.pose);
   if (rays.shape == RayShape::Spinning)
     readSpinningRays(source, image);
-  else
-    for (auto& vector : rays.plane)
-      for (std::int64_t& element : vector)
-        element = source.signedVarint();
   if (source.failure() == ByteSource::Failure::None && !isConsistent(image))
     return corruptFrame("invalid rays of an image");
   return {};

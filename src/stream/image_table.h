@@ -15,6 +15,15 @@ namespace io {
 void
 writeImageTable(const PointImage& image, ByteWriter& writer);
 
+/** \brief Writes where the rays of an image are, as an I-frame's header does, and that of
+ * a P-frame with another pose. */
+void
+writeRayPose(const RayPose& pose, ByteWriter& writer);
+
+/** \brief Reads what writeRayPose() wrote, unchecked. */
+void
+readRayPose(ByteSource& source, RayPose& pose);
+
 /** \brief Reads and checks what writeImageTable() wrote.
  * \param[out] image without points
  */

@@ -21,7 +21,7 @@ fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>&
   for (const FieldDescription& field : fields)
     values += field.count;
   // A decoded cloud has values in all pixels.
-  if (header.content.has_image)
+  if (header.content.has_image && header.image.is_organised)
     return values * header.image.pixelCount();
   return values *
          (header.content.has_point_counts ? header.point_count : header.voxel_count);
@@ -284,8 +284,12 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     header_.fields = fields_;
     header_.viewpoint = viewpoint_;
     header_.image = image_;
+    if (header_.ray_pose)
+      header_.image.rays.pose = *header_.ray_pose;
     if (header_.content != content_ || has_colours != (content_.colour_bits > 0))
       return corruptFrame("a P-frame of another content than its I-frame");
+    if (header_.ray_pose && !isConsistent(header_.image))
+      return corruptFrame("invalid rays of an image");
   }
   frame.colour_bits = header_.content.colour_bits;
   frame.has_point_counts = header_.content.has_point_counts;
@@ -316,6 +320,7 @@ Version1Decoder::prepareImage(VoxelFrame& frame) const
   }
   frame.image.width = header_.image.width;
   frame.image.height = header_.image.height;
+  frame.image.is_organised = header_.image.is_organised;
   frame.image.rays = header_.image.rays;
   frame.image.pixels.clear();
   frame.image.depths.clear();

@@ -89,8 +89,9 @@ Version1Encoder::hasOtherFields(const VoxelFrame& frame) const
                      });
 }
 
-/** \brief True if the points do not have the order and the rays of the last frame,
- * which was coded with these, or may have those of the first one with points. */
+/** \brief True if the points do not have the order of the last frame and its rays, in
+ * any pose, which was coded with these, or may have those of the first one with
+ * points. */
 bool
 Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
 {
@@ -98,7 +99,8 @@ Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
     return frame.image.hasPixels() && !frame.keys.empty();
   return content_.has_image &&
          (frame.image.width != image_.width || frame.image.height != image_.height ||
-          frame.image.rays != image_.rays);
+          frame.image.is_organised != image_.is_organised ||
+          !frame.image.rays.isSameButForPose(image_.rays));
 }
 
 /** \brief True if half of the voxels were in the last frame, too: then a history of
@@ -143,6 +145,9 @@ Version1Encoder::writeHeader(const VoxelFrame& frame,
   header.frame_number = frame_number_ + 1;
   header.grid = frame.grid;
   header.intensity_scale = frame.intensity_scale;
+  header.ray_pose.reset();
+  if (!is_i_frame && content_.has_image && frame.image.rays.pose != image_.rays.pose)
+    header.ray_pose = image_.rays.pose = frame.image.rays.pose;
   if (header.is_i_frame) {
     // As the decoder does.
     frame_id_.clear();
@@ -281,6 +286,7 @@ Version1Encoder::setContent(const VoxelFrame& frame, bool has_image)
   if (has_image) {
     image_.width = frame.image.width;
     image_.height = frame.image.height;
+    image_.is_organised = frame.image.is_organised;
     image_.rays = frame.image.rays;
     header_.image = image_;
   }

@@ -40,9 +40,10 @@ enum ContentFlag : std::uint16_t {
   point_counts_flag = 64,
   no_intensities_flag = 128,
   fields_flag = 256,
-  image_flag = 512
+  image_flag = 512,
+  ray_pose_flag = 1024 // of a P-frame
 };
-constexpr std::uint64_t known_content = 1023;
+constexpr std::uint64_t known_content = 2047;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -72,6 +73,8 @@ contentFieldOf(const Version1Header& header)
     field |= fields_flag;
   if (header.content.has_image)
     field |= image_flag;
+  if (header.ray_pose)
+    field |= ray_pose_flag;
   return field;
 }
 
@@ -135,6 +138,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     if (header.content.has_image)
       writeImageTable(header.image, writer);
   }
+  if (header.ray_pose)
+    writeRayPose(*header.ray_pose, writer);
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
   else if (header.stamp)
@@ -216,6 +221,8 @@ readContent(ByteSource& source, Version1Header& header)
   header.content.colour_bits = (field & colours_flag) != 0 ? 1 : 0; // I: follow
   header.content.has_fields = (field & fields_flag) != 0;           // likewise
   header.content.has_image = (field & image_flag) != 0;             // likewise
+  if ((field & ray_pose_flag) != 0)
+    header.ray_pose.emplace();
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
   if (source.failure() == ByteSource::Failure::None &&
@@ -223,7 +230,8 @@ readContent(ByteSource& source, Version1Header& header)
        header.content.refinement_levels >= max_grid_depth ||
        (header.content.has_image &&
         (!header.content.has_point_counts || header.content.refinement_levels > 0)) ||
-       (!header.is_i_frame && header.intensity_scale.bits == 0)))
+       (!header.is_i_frame && header.intensity_scale.bits == 0) ||
+       (header.ray_pose && (header.is_i_frame || !header.content.has_image))))
     return corruptFrame("invalid content");
   return {};
 }
@@ -287,6 +295,8 @@ readFields(ByteSource& source,
     status = readContent(source, header);
   if (status.ok() && header.is_i_frame)
     status = readIFrameFields(source, flags, limits, header);
+  if (status.ok() && header.ray_pose)
+    readRayPose(source, *header.ray_pose);
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();

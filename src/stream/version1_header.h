@@ -40,6 +40,7 @@ struct Version1Header {
   std::vector<FieldDescription> fields;    // I only
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
   PointImage image;                        // I only, without points
+  std::optional<RayPose> ray_pose;         // P only; another one than before
   std::optional<std::int64_t> stamp;       // P: difference to the previous frame
   bool has_frame_id = false;               // P: only if it has changed
   std::string frame_id;                    // empty if absent

@@ -6,13 +6,55 @@
 namespace pcl_ext {
 namespace io {
 
-void
-ImageCollector::begin(const ImageSize& size, const WorldPose& sensor_pose)
+namespace {
+
+/** \brief The field of the rows of a spinning sensor. */
+constexpr const char* ring_name = "ring";
+
+std::optional<std::size_t>
+findRing(const std::vector<FieldDescription>& fields)
 {
-  size_ = size;
+  for (std::size_t i = 0; i < fields.size(); ++i)
+    if (fields[i].name == ring_name && fields[i].count == 1)
+      return i;
+  return std::nullopt;
+}
+
+/** \brief A ring of any type as a number of a row, or most_image_side. */
+std::uint32_t
+rowOf(const FieldView& rings, std::size_t point)
+{
+  FieldDescription exact = rings.description;
+  exact.step = 0.0;
+  const double ring =
+      fieldValue(exact,
+                 fieldNumber(exact,
+                             static_cast<const unsigned char*>(rings.first) +
+                                 point * rings.stride));
+  return ring >= 0.0 && ring < most_image_side && ring == std::floor(ring)
+             ? static_cast<std::uint32_t>(ring)
+             : most_image_side;
+}
+
+} // namespace
+
+bool
+ImageCollector::begin(const PointBatches& points,
+                      const WorldPose& sensor_pose,
+                      std::uint64_t most_pixels)
+{
+  size_ = points.imageSize();
+  most_pixels_ = most_pixels;
+  ring_.reset();
+  has_other_ring_ = false;
+  if (size_.width == 0)
+    ring_ = findRing(points.fields());
   from_sensor_ = sensor_pose;
   to_sensor_ = sensor_pose.inverse();
   points_.clear();
+  return ring_ || (size_.width > 1 && size_.height > 1 &&
+                   size_.width <= most_image_side && size_.height <= most_image_side &&
+                   std::uint64_t{size_.width} * size_.height <= most_pixels);
 }
 
 void
@@ -22,19 +64,27 @@ ImageCollector::add(const PointView& points,
 {
   for (std::size_t i = 0; i < located.count; ++i) {
     const std::size_t point = located.points[i];
-    const std::size_t pixel =
-        points.pixels != nullptr ? points.pixels[point] : first + point;
     const auto position = [&](const auto* numbers) {
       const auto* const x = detail::atOffset(numbers, point * points.coordinate_stride);
       return Eigen::Vector3d(static_cast<double>(x[0]),
                              static_cast<double>(x[1]),
                              static_cast<double>(x[2]));
     };
-    points_.push_back({static_cast<std::uint32_t>(pixel / size_.width),
-                       static_cast<std::uint32_t>(pixel % size_.width),
+    points_.push_back({0,
+                       0,
                        to_sensor_ * (points.double_coordinates != nullptr
                                          ? position(points.double_coordinates)
                                          : position(points.coordinates))});
+    if (ring_) {
+      const std::uint32_t row = rowOf(points.fields[*ring_], point);
+      has_other_ring_ = has_other_ring_ || row == most_image_side;
+      points_.back().row = row;
+      continue;
+    }
+    const std::size_t pixel =
+        points.pixels != nullptr ? points.pixels[point] : first + point;
+    points_.back().row = static_cast<std::uint32_t>(pixel / size_.width);
+    points_.back().column = static_cast<std::uint32_t>(pixel % size_.width);
   }
 }
 
@@ -42,20 +92,27 @@ bool
 ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
 {
   image = PointImage();
-  if (!arePixels())
+  double shift = 0.0;
+  if (ring_ ? !setColumns(may_refit, shift) : !arePixels())
     return false;
-  const bool is_other_size = size_.width != rays_.width || size_.height != rays_.height;
+  WorldPose pose = from_sensor_;
+  if (shift != 0.0)
+    pose.rotate(Eigen::AngleAxisd(shift, Eigen::Vector3d::UnitZ()));
+  const bool is_other_size = size_.width != rays_.width ||
+                             size_.height != rays_.height ||
+                             rays_.is_organised == ring_.has_value();
   if (may_refit || is_other_size)
-    fitted_ = fitRays(points_, from_sensor_, grid, size_);
-  if (may_refit || is_other_size || grid != grid_ ||
-      from_sensor_.matrix() != pose_.matrix()) {
+    fitted_ = ring_ ? fitSpinningRays(points_, size_, ring_columns_.step())
+                    : fitRays(points_, from_sensor_, grid, size_);
+  if (may_refit || is_other_size || grid != grid_ || pose.matrix() != pose_.matrix()) {
     reader_.reset();
     rays_ = PointImage();
     rays_.width = size_.width;
     rays_.height = size_.height;
+    rays_.is_organised = !ring_;
     grid_ = grid;
-    pose_ = from_sensor_;
-    if (fitted_ && setRays(*fitted_, from_sensor_, grid, rays_))
+    pose_ = pose;
+    if (fitted_ && setRays(*fitted_, pose, grid, rays_))
       reader_.emplace(rays_);
   }
   if (reader_)
@@ -74,6 +131,27 @@ ImageCollector::arePixels()
     is_taken_[pixel(point)] = true;
   }
   return true;
+}
+
+/** \brief Finds the columns of points whose rows are known.
+ * \param[out] shift of the columns, radians
+ * \return false if they are not in columns
+ */
+bool
+ImageCollector::setColumns(bool may_refit, double& shift)
+{
+  std::uint32_t rows = 0;
+  for (const PixelPoint& point : points_)
+    rows = std::max(rows, point.row + 1);
+  if (has_other_ring_ || rows < 2)
+    return false;
+  // Rows without points are those of a sensor, too.
+  const bool is_known =
+      !may_refit && ring_columns_.count() > 0 && rows <= ring_columns_.rows();
+  if (!is_known && !ring_columns_.fit(points_, rows, most_pixels_))
+    return false;
+  size_ = {ring_columns_.count(), ring_columns_.rows()};
+  return ring_columns_.assign(points_, shift);
 }
 
 std::uint32_t

@@ -7,6 +7,7 @@
 
 #include "voxelizing/located_points.h"
 #include "voxelizing/ray_fit.h"
+#include "voxelizing/ring_columns.h"
 #include "voxels/rays.h"
 
 #include <cstddef>
@@ -18,7 +19,8 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Collects the pixels of the points of clouds that have a sensor's order, and
- * fits the rays of their images. */
+ * fits the rays of their images. Clouds without rows and columns have an order if their
+ * points have a field `ring`, the row of a spinning sensor. */
 class ImageCollector {
 public:
   ImageCollector() = default;
@@ -27,11 +29,15 @@ public:
   operator=(const ImageCollector&) = delete;
 
   /** \brief Begins a cloud.
-   * \param[in] size of its image
+   * \param[in] points the cloud
    * \param[in] sensor_pose sensor -> cloud, metres
+   * \param[in] most_pixels that its image may have
+   * \return false if it has no order, or too many pixels
    */
-  void
-  begin(const ImageSize& size, const WorldPose& sensor_pose);
+  bool
+  begin(const PointBatches& points,
+        const WorldPose& sensor_pose,
+        std::uint64_t most_pixels);
 
   /** \brief Adds the located points of the next points of the cloud.
    * \param[in] points the batch
@@ -59,7 +65,8 @@ public:
    * \param[in] may_refit fit new ones in any case
    * \param[in] grid of the voxels
    * \param[out] image without points
-   * \return false if points are not along rays, or share a pixel
+   * \return false if points are not along rays, or share a pixel, or if there are too
+   * many pixels
    */
   bool
   fit(bool may_refit, const VoxelGrid& grid, PointImage& image);
@@ -81,7 +88,14 @@ private:
   bool
   arePixels();
 
+  bool
+  setColumns(bool may_refit, double& shift);
+
   ImageSize size_{};
+  std::uint64_t most_pixels_ = 0;
+  std::optional<std::size_t> ring_; // field; nothing: the cloud has rows and columns
+  bool has_other_ring_ = false;     // than a number of a row
+  RingColumns ring_columns_;
   WorldPose from_sensor_ = WorldPose::Identity();
   WorldPose to_sensor_ = WorldPose::Identity();
   std::vector<PixelPoint> points_; // of the current cloud

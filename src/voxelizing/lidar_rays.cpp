@@ -23,7 +23,7 @@ struct RowPoint {
 
 /** \brief The angle between neighbouring columns. */
 double
-fitTurn(const std::vector<std::vector<RowPoint>>& rows)
+fitTurn(const std::vector<std::vector<RowPoint>>& rows, std::uint32_t width)
 {
   std::vector<double> slopes;
   for (const auto& row : rows)
@@ -35,7 +35,10 @@ fitTurn(const std::vector<std::vector<RowPoint>>& rows)
   std::nth_element(slopes.begin(),
                    slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2),
                    slopes.end());
-  return slopes[slopes.size() / 2];
+  const double slope = slopes[slopes.size() / 2];
+  // Most turn once.
+  const double whole = std::copysign(two_pi / width, slope);
+  return std::abs(slope - whole) < 0.1 * std::abs(whole) ? whole : slope;
 }
 
 /** \brief Fits a row but for where its depths begin.
@@ -111,12 +114,12 @@ fitDepthSteps(const std::vector<std::vector<RowPoint>>& points, FittedRays& rays
 
 std::optional<FittedRays>
 fitSpinningRays(const std::vector<PixelPoint>& points,
-                std::uint32_t width,
-                std::uint32_t height)
+                const ImageSize& size,
+                const std::optional<double>& turn)
 {
-  if (width < 2)
+  if (size.width < 2)
     return std::nullopt;
-  std::vector<std::vector<RowPoint>> rows(height);
+  std::vector<std::vector<RowPoint>> rows(size.height);
   for (const PixelPoint& point : points) {
     const double x = point.position.x();
     const double y = point.position.y();
@@ -126,26 +129,22 @@ fitSpinningRays(const std::vector<PixelPoint>& points,
   }
   FittedRays rays;
   rays.shape = RayShape::Spinning;
-  rays.turn = fitTurn(rows);
-  // Most turn once.
-  const double whole = std::copysign(two_pi / width, rays.turn);
-  if (std::abs(rays.turn - whole) < 0.1 * std::abs(whole))
-    rays.turn = whole;
+  rays.turn = turn ? *turn : fitTurn(rows, size.width);
   constexpr std::size_t least_points = 16;
-  std::size_t last = height;
-  for (std::uint32_t i = 0; i < height; ++i) {
+  std::size_t last = size.height;
+  for (std::uint32_t i = 0; i < size.height; ++i) {
     if (rows[i].size() >= least_points) {
       const FittedRays::Row row = fitRow(rows[i], rays.turn);
       // Rows with few points have the rays of the nearest one.
-      if (last == height)
+      if (last == size.height)
         rays.rows.assign(i, row);
       last = i;
       rays.rows.push_back(row);
     }
-    else if (last != height)
+    else if (last != size.height)
       rays.rows.push_back(rays.rows[last]);
   }
-  if (last == height)
+  if (last == size.height)
     return std::nullopt;
   fitDepthSteps(rows, rays);
   return rays;

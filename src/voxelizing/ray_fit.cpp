@@ -47,7 +47,7 @@ setSpinning(const FittedRays& fitted,
   RayModel& rays = image.rays;
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
-      rays.axes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)] =
+      rays.pose.vectors[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)] =
           fixed(pose.linear()(i, axis), of_directions);
   for (unsigned int bit = 0; bit < columnBits(image.width); ++bit) {
     const double angle = std::ldexp(fitted.turn, static_cast<int>(bit));
@@ -110,7 +110,7 @@ setRays(const FittedRays& fitted,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double from_corner =
         sensor_pose.translation()[static_cast<int>(axis)] - grid.lowerCorner(axis);
-    rays.origin[axis] = fixed(from_corner / grid.resolution, of_places, 0x1p38);
+    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, of_places, 0x1p38);
   }
   if (fitted.shape == RayShape::Spinning) {
     setSpinning(fitted, sensor_pose, grid.resolution, step, image);
@@ -120,7 +120,7 @@ setRays(const FittedRays& fitted,
       sensor_pose.linear() * fitted.plane * (step / grid.resolution * of_planes);
   for (int i = 0; i < 3; ++i)
     for (int axis = 0; axis < 3; ++axis)
-      rays.plane[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)] =
+      rays.pose.vectors[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)] =
           fixed(plane(axis, i), 1.0, 0x1p46);
   return isConsistent(image);
 }
@@ -154,7 +154,7 @@ fitRays(const std::vector<PixelPoint>& points,
   use(fitPlanarRays(sample));
   constexpr double near = 0.25;
   if (best_distance > near)
-    use(fitSpinningRays(points, size.width, size.height));
+    use(fitSpinningRays(points, size, std::nullopt));
   return best;
 }
 

@@ -48,12 +48,14 @@ std::optional<FittedRays>
 fitPlanarRays(const std::vector<PixelPoint>& points);
 
 /** \brief Fits the rays of a spinning sensor, whose axis is z.
- * \param[in] points row after row
+ * \param[in] points row after row, if the turn is not known
+ * \param[in] size of the image
+ * \param[in] turn of a column, radians, if it is known
  */
 std::optional<FittedRays>
 fitSpinningRays(const std::vector<PixelPoint>& points,
-                std::uint32_t width,
-                std::uint32_t height);
+                const ImageSize& size,
+                const std::optional<double>& turn);
 
 /** \brief Fits the rays of an image of either kind of sensor.
  * \param[in] points row after row

@@ -59,7 +59,8 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
         squares += features[i] * features[i].transpose();
         products += features[i] * targets[i];
       }
-    result = squares.ldlt().solve(products);
+    // The smallest one of several, as where all points are equally far.
+    result = squares.completeOrthogonalDecomposition().solve(products);
     for (std::size_t i = 0; i < targets.size(); ++i)
       errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
     error = medianSize(errors);

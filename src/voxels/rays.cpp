@@ -29,7 +29,7 @@ isPlane(const PointImage& image)
 {
   // Steps of up to 64 voxels.
   constexpr std::int64_t most = std::int64_t{1} << 46;
-  const auto& plane = image.rays.plane;
+  const auto& plane = image.rays.pose.vectors;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!isWithin(plane[0][axis], most) ||
         !isWithin(plane[1][axis], most / image.width) ||
@@ -61,14 +61,14 @@ isConsistent(const PointImage& image)
   constexpr std::int64_t farthest = std::int64_t{1} << 38;
   if (image.width < 1 || image.height < 1 || image.width > most_image_side ||
       image.height > most_image_side || image.pixelCount() > most_image_pixels ||
-      !std::all_of(rays.origin.begin(), rays.origin.end(), [](std::int64_t position) {
-        return isWithin(position, farthest);
-      }))
+      !std::all_of(rays.pose.origin.begin(),
+                   rays.pose.origin.end(),
+                   [](std::int64_t position) { return isWithin(position, farthest); }))
     return false;
   if (rays.shape == RayShape::Planar)
     return isPlane(image) && rays.turns.empty() && rays.rows.empty();
-  for (const auto& axis : rays.axes)
-    for (const std::int32_t element : axis)
+  for (const auto& axis : rays.pose.vectors)
+    for (const std::int64_t element : axis)
       if (!isWithin(element, fixed_one))
         return false;
   return rays.shape == RayShape::Spinning && rays.rows.size() == image.height &&
@@ -111,12 +111,12 @@ RayReader::turned(const Direction& first, const Direction& second)
 Ray
 RayReader::planarRay(std::uint32_t column) const
 {
+  const auto& vectors = rays_.pose.vectors;
   Ray ray;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    ray.start[axis] = rays_.origin[axis] * (1 << 16);
-    ray.step[axis] = (rays_.plane[0][axis] + rays_.plane[1][axis] * column +
-                      rays_.plane[2][axis] * row_) >>
-                     8;
+    ray.start[axis] = rays_.pose.origin[axis] * (1 << 16);
+    ray.step[axis] =
+        (vectors[0][axis] + vectors[1][axis] * column + vectors[2][axis] * row_) >> 8;
   }
   return ray;
 }
@@ -128,12 +128,12 @@ RayReader::spinningRay(std::uint32_t column) const
   const Direction direction = turned(columns_[column], {row.cosine, row.sine});
   Ray ray;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t x = rays_.axes[0][axis];
-    const std::int64_t y = rays_.axes[1][axis];
-    const std::int64_t z = rays_.axes[2][axis];
+    const std::int64_t x = rays_.pose.vectors[0][axis];
+    const std::int64_t y = rays_.pose.vectors[1][axis];
+    const std::int64_t z = rays_.pose.vectors[2][axis];
     const std::int64_t ahead = (direction.cosine * x + direction.sine * y) >> 30;
     const std::int64_t left = (direction.cosine * y - direction.sine * x) >> 30;
-    ray.start[axis] = rays_.origin[axis] * (1 << 16) +
+    ray.start[axis] = rays_.pose.origin[axis] * (1 << 16) +
                       ((row.along * ahead + row.across * left + row.up * z) >> 14);
     ray.step[axis] = (row.run * ahead + row.rise * z) >> 22;
   }

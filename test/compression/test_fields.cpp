@@ -15,6 +15,7 @@
 #include <random>
 #include <set>
 #include <sstream>
+#include <vector>
 
 /** \brief A point of a lidar, as its ROS driver publishes it. */
 struct PointXYZIRT {
@@ -186,6 +187,40 @@ TEST(ClassFields, OfColoursAreExactWhereTheyAreNotCodedByVoxel)
     colours[point.label] = point.rgba;
   for (const auto& point : *cloud)
     EXPECT_EQ(colours[point.label], point.rgba);
+}
+
+TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
+{
+  auto cloud = lidarCloud();
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    const float angle = 2.0f * static_cast<float>(M_PI) / 125.0f *
+                        static_cast<float>(i / 16); // half a turn of 16 rings
+    PointXYZIRT& point = (*cloud)[i];
+    point.ring = static_cast<std::uint16_t>(i % 16);
+    point.x = 4.0f * std::cos(angle);
+    point.y = 4.0f * std::sin(angle);
+    point.z = 0.1f * point.ring;
+  }
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_point_counts = true;
+  using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
+  const auto has_image = [&] {
+    Compressor compressor(settings);
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(compressor.encodePointCloud(cloud, bytes).ok());
+    Compressor::PointCloudPtr received;
+    EXPECT_TRUE(
+        Compressor().decodePointCloud(bytes.data(), bytes.size(), received).ok());
+    EXPECT_EQ(received->size(), cloud->size());
+    EXPECT_EQ(received->height, 1u);
+    EXPECT_TRUE(received->is_dense);
+    return compressor.statistics().coding.has_image;
+  };
+  EXPECT_TRUE(has_image());
+  for (PointXYZIRT& point : *cloud)
+    point.ring = 5;
+  EXPECT_FALSE(has_image());
 }
 
 } // namespace

@@ -202,6 +202,53 @@ TEST(SensorNodeFields, OfAnOrganisedCloudComeBackInItsOrder)
   }
 }
 
+TEST(SensorNodeFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
+{
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const float angle = 2.0f * static_cast<float>(M_PI) / 500.0f *
+                          (static_cast<float>(column) + 0.1f * static_cast<float>(row));
+      const float range = 4.0f + std::cos(angle);
+      const float place[3] = {range * std::cos(angle),
+                              range * std::sin(angle),
+                              0.1f * (static_cast<float>(row) - 4.0f) * range};
+      std::memcpy(cloud.data.data() + row * cloud.row_step + column * cloud.point_step +
+                      4,
+                  place,
+                  sizeof(place));
+    }
+  // Rows one behind the other are an unorganised cloud.
+  for (std::uint32_t row = 1; row < cloud.height; ++row)
+    std::memmove(cloud.data.data() + row * cloud.width * cloud.point_step,
+                 cloud.data.data() + row * cloud.row_step,
+                 cloud.width * cloud.point_step);
+  cloud.width *= cloud.height;
+  cloud.height = 1;
+  cloud.row_step = cloud.width * cloud.point_step;
+  cloud.data.resize(cloud.row_step);
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.resolution = 0.001;
+  settings.compression.keep_point_counts = true;
+  settings.compression.bounding_box.reset();
+  for (const bool keeps_time : {false, true}) {
+    if (keeps_time)
+      settings.compression.fields = {{"t"}};
+    SensorNode node(settings);
+    FrameDecoder decoder;
+    const VoxelFrame frame =
+        decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
+    EXPECT_TRUE(node.statistics().frame.coding.has_image);
+    EXPECT_EQ(frame.image.height, 8u);
+    EXPECT_EQ(frame.cloudWidth(), 4000u);
+    EXPECT_EQ(frame.cloudHeight(), 1u);
+    EXPECT_EQ(frame.fields.size(), keeps_time ? 1u : 0u);
+    // Times of a row have its number.
+    for (std::size_t i = 0; keeps_time && i < 4000; ++i)
+      EXPECT_EQ(frame.fields[0].numbers[i] / 1000, frame.image.pixels[i] / 500);
+  }
+}
+
 TEST(SensorNodeFields, StayThoseOfTheStreamInAnEmptyCloud)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::None);

@@ -22,7 +22,7 @@ from frame_header import (
     require_checksum,
 )
 from frame_order import FrameOrder
-from image_header import Image
+from image_header import Image, require_pose
 from invalid_frame import InvalidFrame, require
 from supplement import SupplementMemory, decode_supplement
 
@@ -91,7 +91,7 @@ class FrameDecoder:
         kept = self._with_header(header)
         content = kept.content
         points = header.point_count if content.has_point_counts else header.voxel_count
-        if content.image:
+        if content.image and content.image.is_organised:
             points = content.image.pixel_count
         values = points * sum(field.value_count for field in content.fields)
         require(values <= MOST_FIELD_VALUES, "there are too many values of fields")
@@ -151,14 +151,22 @@ class FrameDecoder:
                 fields=kept.content.fields,
                 viewpoint=kept.content.viewpoint,
                 image=kept.content.image,
+                has_pose=False,
             )
             == kept.content,
             "a P-frame has another content",
         )
+        content = kept.content
+        if header.pose is not None:
+            assert content.image is not None
+            image = replace(content.image, pose=header.pose)
+            require_pose(image)
+            content = replace(content, image=image)
         return replace(
             kept,
             number=header.number,
             checksum=header.checksum,
+            content=content,
             stamp=(kept.stamp + (header.stamp or 0)) % (1 << 64),
             frame_id=kept.frame_id if header.frame_id is None else header.frame_id,
         )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
 from byte_reader import ByteReader
-from image_header import Image, read_image
+from image_header import Image, Pose, read_image, read_pose
 from invalid_frame import InvalidFrame, require
 
 MAGIC = b"PCXI"
@@ -21,7 +21,7 @@ CHECKED_FROM = 9
 _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
-_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE = 32, 64, 128, 256, 512
+_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE, _POSE = 32, 64, 128, 256, 512, 1024
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,8 @@ class Content:
     has_image: bool = False
     image: Optional[Image] = None
     """An I-frame's."""
+    has_pose: bool = False
+    """A P-frame has a pose of its image's rays."""
 
     @property
     def has_supplement(self) -> bool:
@@ -101,6 +103,8 @@ class FrameHeader:
     content: Content
     grid: Optional[Grid]
     scale: Optional[IntensityScale]
+    pose: Optional[Pose]
+    """A P-frame's, if it is another one than before."""
     stamp: Optional[int]
     """The stamp in an I-frame, its change in a P-frame."""
     frame_id: Optional[bytes]
@@ -130,12 +134,16 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
-    require(0 < field < 1024, "the content is none")
+    require(0 < field < 2048, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
     require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
     require(
         not field & _IMAGE or (field & _POINT_COUNTS and not field & 31),
         "an image is without numbers of points or with a refinement",
+    )
+    require(
+        not field & _POSE or (field & _IMAGE and not is_i_frame),
+        "a pose is not that of a P-frame's image",
     )
     return Content(
         field & 31,
@@ -144,6 +152,7 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         not field & _NO_INTENSITIES,
         bool(field & _FIELDS),
         has_image=bool(field & _IMAGE),
+        has_pose=bool(field & _POSE),
     )
 
 
@@ -224,6 +233,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
         if content.has_image:
             content = replace(content, image=read_image(reader))
+    pose = read_pose(reader) if content.has_pose else None
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else reader.svarint()
@@ -254,6 +264,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
         content,
         grid,
         scale,
+        pose,
         stamp,
         frame_id,
         voxel_count,

@@ -52,12 +52,12 @@ class Rays:
         half = self._image.has_half_steps
         return [
             (o << 16) + start + (step >> 1 if half else 0) + depth * step
-            for o, (start, step) in zip(self._image.origin, ray(column, row))
+            for o, (start, step) in zip(self._image.pose.origin, ray(column, row))
         ]
 
     def _planar(self, column: int, row: int) -> List[Tuple[int, int]]:
         """Of each axis P without the origin, and S."""
-        a, b, c = self._image.vectors
+        a, b, c = self._image.pose.vectors
         return [(0, (a[i] + b[i] * column + c[i] * row) >> 8) for i in range(3)]
 
     def _spinning(self, column: int, row: int) -> List[Tuple[int, int]]:
@@ -65,7 +65,7 @@ class Rays:
         of_row = self._image.rows[row]
         u, v = _product(self._columns[column], of_row.direction)
         ray = []
-        for x, y, z in zip(*self._image.vectors):
+        for x, y, z in zip(*self._image.pose.vectors):
             ahead = (u * x + v * y) >> 30
             left = (u * y - v * x) >> 30
             start = of_row.along * ahead + of_row.across * left + of_row.up * z

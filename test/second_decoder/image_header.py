@@ -10,7 +10,7 @@ from typing import List, Tuple
 from byte_reader import ByteReader
 from invalid_frame import require
 
-_SPINNING, _HALF_STEPS = 1, 2
+_SPINNING, _HALF_STEPS, _UNORGANISED = 1, 2, 4
 _LONGEST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 _UNIT = 1 << 30
@@ -34,6 +34,15 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Pose:
+    """Where the rays of an image are."""
+
+    origin: Vector
+    vectors: Tuple[Vector, Vector, Vector]
+    """Planar: A, B and C; spinning: X, Y and Z."""
+
+
+@dataclass(frozen=True)
 class Image:
     """Size and rays of an image."""
 
@@ -41,9 +50,8 @@ class Image:
     height: int
     is_spinning: bool
     has_half_steps: bool
-    origin: Vector
-    vectors: Tuple[Vector, Vector, Vector]
-    """Planar: A, B and C; spinning: X, Y and Z."""
+    is_organised: bool
+    pose: Pose
     turns: Tuple[Direction, ...] = ()
     rows: Tuple[Row, ...] = ()
 
@@ -52,21 +60,38 @@ class Image:
         return self.width * self.height
 
 
-def _vector(reader: ByteReader, highest: int) -> Vector:
-    x, y, z = (reader.svarint() for _ in range(3))
-    require(max(abs(x), abs(y), abs(z)) <= highest, "a vector of the image is too long")
-    return x, y, z
+def _vector(reader: ByteReader) -> Vector:
+    return reader.svarint(), reader.svarint(), reader.svarint()
 
 
-def _plane(reader: ByteReader, width: int, height: int) -> Tuple[Vector, Vector, Vector]:
-    a = _vector(reader, _HIGHEST_OF_PLANE)
-    b = _vector(reader, _HIGHEST_OF_PLANE // width)
-    c = _vector(reader, _HIGHEST_OF_PLANE // height)
-    for column, row in product((0, width - 1), (0, height - 1)):
+def read_pose(reader: ByteReader) -> Pose:
+    origin = _vector(reader)
+    return Pose(origin, (_vector(reader), _vector(reader), _vector(reader)))
+
+
+def _require_length(vector: Vector, highest: int) -> None:
+    require(max(map(abs, vector)) <= highest, "a vector of the image is too long")
+
+
+def _require_plane(image: Image) -> None:
+    a, b, c = image.pose.vectors
+    _require_length(a, _HIGHEST_OF_PLANE)
+    _require_length(b, _HIGHEST_OF_PLANE // image.width)
+    _require_length(c, _HIGHEST_OF_PLANE // image.height)
+    for column, row in product((0, image.width - 1), (0, image.height - 1)):
         for i in range(3):
             corner = a[i] + b[i] * column + c[i] * row
             require(abs(corner) <= _HIGHEST_OF_PLANE, "a corner of the plane is too far")
-    return a, b, c
+
+
+def require_pose(image: Image) -> None:
+    """The pose is within its ranges."""
+    _require_length(image.pose.origin, 1 << 38)
+    if not image.is_spinning:
+        _require_plane(image)
+        return
+    for axis in image.pose.vectors:
+        _require_length(axis, _UNIT)
 
 
 def _require_direction(cosine: int, sine: int) -> None:
@@ -98,13 +123,18 @@ def read_image(reader: ByteReader) -> Image:
     require(max(width, height) <= _LONGEST_SIDE, "the image is too wide or too high")
     require(width * height <= _MOST_PIXELS, "the image has too many pixels")
     (flags,) = reader.numbers("B")
-    require(flags <= _SPINNING | _HALF_STEPS, "the flags of the image are none")
-    has_half_steps = bool(flags & _HALF_STEPS)
-    origin = _vector(reader, 1 << 38)
-    if not flags & _SPINNING:
-        plane = _plane(reader, width, height)
-        return Image(width, height, False, has_half_steps, origin, plane)
-    axes = (_vector(reader, _UNIT), _vector(reader, _UNIT), _vector(reader, _UNIT))
-    turns = tuple(_turn(reader) for _ in range((width - 1).bit_length()))
-    rows = _rows(reader, height)
-    return Image(width, height, True, has_half_steps, origin, axes, turns, rows)
+    highest_flags = _SPINNING | _HALF_STEPS | _UNORGANISED
+    require(flags <= highest_flags, "the flags of the image are none")
+    is_spinning = bool(flags & _SPINNING)
+    image = Image(
+        width,
+        height,
+        is_spinning,
+        bool(flags & _HALF_STEPS),
+        not flags & _UNORGANISED,
+        read_pose(reader),
+        tuple(_turn(reader) for _ in range((width - 1).bit_length() * is_spinning)),
+        _rows(reader, height * is_spinning),
+    )
+    require_pose(image)
+    return image

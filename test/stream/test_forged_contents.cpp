@@ -137,24 +137,24 @@ TEST(ForgedContents, OfImagesAreRefused)
       [](PointImage& i) { ++i.width; },
       [](PointImage& i) { i.height = 0; },
       [](PointImage& i) { --i.height; },
-      [](PointImage& i) { i.rays.origin[1] = far_away; },
+      [](PointImage& i) { i.rays.pose.origin[1] = far_away; },
       [](PointImage& i) {
-        i.rays.origin[2] = std::numeric_limits<std::int64_t>::min();
+        i.rays.pose.origin[2] = std::numeric_limits<std::int64_t>::min();
       },
       [](PointImage& i) { i.rays = RayModel(); }};
   const std::vector<Change> of_cameras = {
-      [](PointImage& i) { i.rays.plane[0][2] = steep + 1; },
-      [](PointImage& i) { i.rays.plane[1][0] = steep / i.width + 1; },
-      [](PointImage& i) { i.rays.plane[2][1] = -steep / i.height - 1; },
+      [](PointImage& i) { i.rays.pose.vectors[0][2] = steep + 1; },
+      [](PointImage& i) { i.rays.pose.vectors[1][0] = steep / i.width + 1; },
+      [](PointImage& i) { i.rays.pose.vectors[2][1] = -steep / i.height - 1; },
       [](PointImage& i) {
-        i.rays.plane[0][0] = i.rays.plane[1][0] = steep / i.width;
-        i.rays.plane[2][0] = steep / i.height;
+        i.rays.pose.vectors[0][0] = i.rays.pose.vectors[1][0] = steep / i.width;
+        i.rays.pose.vectors[2][0] = steep / i.height;
       },
       [](PointImage& i) {
-        i.rays.plane[1][1] = std::numeric_limits<std::int64_t>::min();
+        i.rays.pose.vectors[1][1] = std::numeric_limits<std::int64_t>::min();
       }};
   const std::vector<Change> of_lidars = {
-      [=](PointImage& i) { i.rays.axes[2][1] = beyond_one; },
+      [=](PointImage& i) { i.rays.pose.vectors[2][1] = beyond_one; },
       [](PointImage& i) {
         i.rays.turns[0] = {1 << 30, 1 << 16};
       },
@@ -188,6 +188,43 @@ TEST(ForgedContents, OfImagesAreRefused)
       expectSameFrame(back, frame);
     }
   }
+}
+
+TEST(ForgedContents, OfRayPosesAreRefused)
+{
+  std::mt19937_64 random(8);
+  PointImage image = spinningImage(48, 16, 8);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const VoxelFrame frame = imageFrame(random, image, 8);
+  const Bytes first = encoded(encoder, frame);
+  image.rays.pose.origin[0] += 1000;
+  const VoxelFrame next = imageFrame(random, image, 8);
+  const Bytes second = encoded(encoder, next);
+  const Parts good = takeApart(second);
+  ASSERT_TRUE(good.header.ray_pose);
+  const std::uint32_t checksum = takeApart(first).checksum;
+  const auto answer_to = [&](const Parts& parts) {
+    return answerTo(putTogether(parts, checksum), first, {second}, {next});
+  };
+  EXPECT_EQ(answer_to(good), CompressionCode::Ok);
+  constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
+  for (const std::int64_t number : {(std::int64_t{1} << 38) + 1, least}) {
+    Parts parts = good;
+    parts.header.ray_pose->origin[2] = number;
+    EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
+    parts = good;
+    parts.header.ray_pose->vectors[1][1] = number;
+    EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
+  }
+  // In a frame without an image, and in an I-frame.
+  Parts parts = good;
+  parts.header.content.has_image = false;
+  EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
+  parts = takeApart(first);
+  parts.header.ray_pose = good.header.ray_pose;
+  VoxelFrame back;
+  FrameDecoder decoder;
+  EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Corrupt);
 }
 
 TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)

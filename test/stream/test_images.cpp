@@ -17,6 +17,7 @@
 #include <map>
 #include <random>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -87,9 +88,47 @@ TEST_P(Images, OthersTakeAnIFrame)
   EXPECT_FALSE(is_i_frame());
   ++image.rays.rows[7].up;
   EXPECT_TRUE(is_i_frame());
+  EXPECT_FALSE(is_i_frame());
+  image.is_organised = false;
+  EXPECT_TRUE(is_i_frame());
   image = spinningImage(63, 16, 9);
   EXPECT_TRUE(is_i_frame());
   EXPECT_FALSE(is_i_frame());
+}
+
+TEST_P(Images, OfMovingSensorsAreInPFrames)
+{
+  std::mt19937_64 random(18);
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  FrameDecoder decoder;
+  for (PointImage image : {planarImage(48, 32), spinningImage(64, 16, 9)}) {
+    image.is_organised = false;
+    std::vector<std::size_t> header_bytes;
+    for (int i = 0; i < 8; ++i) {
+      SCOPED_TRACE(i);
+      RayPose& pose = image.rays.pose;
+      if (i == 2)
+        pose.origin[1] += 12345;
+      else if (i == 4 || i == 6)
+        pose.vectors[2][0] -= 1 << 20;
+      VoxelFrame frame = imageFrame(random, image, 9);
+      if (i == 6)
+        clearVoxels(frame);
+      const Bytes bytes = encoded(encoder, frame);
+      EXPECT_EQ(encoder.statistics().is_i_frame, i == 0);
+      EXPECT_TRUE(encoder.statistics().has_image);
+      header_bytes.push_back(encoder.statistics().header_bytes);
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+      expectSameFrame(back, frame);
+      EXPECT_EQ(back.cloudWidth(), back.pointCount());
+      EXPECT_EQ(back.cloudHeight(), 1u);
+    }
+    // Another pose takes bytes, the same one none.
+    EXPECT_LT(header_bytes[1] + 20, header_bytes[2]);
+    EXPECT_LT(header_bytes[3] + 20, header_bytes[4]);
+    EXPECT_LT(header_bytes[7], header_bytes[2]);
+  }
 }
 
 TEST(ImagesOfFrames, HaveOnePixelForEachPoint)

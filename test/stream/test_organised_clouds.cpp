@@ -197,9 +197,10 @@ TEST_P(OrganisedClouds, OfCamerasTakeFewerBytesInOrder)
 
 TEST_P(OrganisedClouds, OfMovingSensorsAreInOrder)
 {
-  // Clouds in the coordinates of the world: rays that turn take I-frames.
+  // Clouds in the coordinates of the world.
   EncoderSettings settings = fineSettings(GetParam());
   settings.i_frame_rate = 100;
+  settings.bounding_box = BoundingBox{{-4.0, -4.0, -4.0}, {8.0, 8.0, 8.0}};
   CloudEncoder encoder(settings, IntensityUnit::None);
   CloudEncoder other(settings, IntensityUnit::None);
   FrameDecoder decoder;
@@ -209,6 +210,7 @@ TEST_P(OrganisedClouds, OfMovingSensorsAreInOrder)
     pose.rotate(Eigen::AngleAxisd(0.01 * (i / 2), Eigen::Vector3d::UnitY()));
     const OrganisedCloud cloud = cameraCloud(pose, 1);
     const std::size_t bytes = expectCloud(encoder, decoder, cloud);
+    EXPECT_EQ(encoder.statistics().coding.is_i_frame, i == 0);
     EXPECT_LT(2 * bytes, bytesWithoutOrder(other, cloud)) << i;
   }
 }

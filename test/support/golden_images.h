@@ -14,6 +14,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -80,7 +81,7 @@ goldenImages(const std::string& name, Effort effort)
   }
   // Depths of many small steps, voxels all over around their rays.
   PointImage fine = planarImage(70, 20);
-  for (auto& vector : fine.rays.plane)
+  for (auto& vector : fine.rays.pose.vectors)
     for (std::int64_t& element : vector)
       element /= 8;
   fine.rays.has_half_steps = true;
@@ -89,6 +90,50 @@ goldenImages(const std::string& name, Effort effort)
         {imageFrame(
              random, fine, 10, {4000, 300, i == 2 ? 2u : 6u, i == 2 ? 400u : 5u, 30}),
          std::nullopt});
+  return stream;
+}
+
+/** \brief Depth images of sensors that move, with rays and depths at the ends of their
+ * ranges, sides of all lengths, and of clouds without rows and columns. */
+inline GoldenStream
+goldenMovingImages(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 9, {}};
+  std::mt19937_64 random(73);
+  const auto add = [&](const PointImage& image,
+                       unsigned int grid_depth,
+                       const ImagePoints& points) -> VoxelFrame& {
+    stream.frames.push_back(
+        {imageFrame(random, image, grid_depth, points), std::nullopt});
+    return stream.frames.back().frame;
+  };
+  PointImage camera = planarImage(40, 24);
+  for (int i = 0; i < 8; ++i) {
+    camera.rays.pose.origin[0] += i < 5 ? 30000 : 0;
+    camera.rays.pose.vectors[2][0] -= i % 2 == 0 ? std::int64_t{1} << 32 : 0;
+    VoxelFrame& frame = add(camera, 8, {40, 2, 20, 3, 30});
+    if (i == 3)
+      clearVoxels(frame);
+  }
+  PointImage lidar = spinningImage(60, 6, 21);
+  lidar.is_organised = false;
+  lidar.rays.has_half_steps = false;
+  for (RayRow& row : lidar.rays.rows) {
+    row.run /= 5;
+    row.rise /= 5;
+  }
+  for (int i = 0; i < 4; ++i) {
+    lidar.rays.pose.vectors[0][2] += 1000 * (i / 2);
+    addImageFields(random, add(lidar, 21, {depth_end - 5000, i == 1 ? 4900u : 2u}));
+  }
+  for (const auto& [width, height] :
+       {std::pair<std::uint32_t, std::uint32_t>(9000, 1), {2, 4500}}) {
+    PointImage image = planarImage(width, height);
+    image.rays.pose.origin = {1 << 28, 1 << 28, 0};
+    VoxelFrame& frame = add(image, 13, {40, 2, 200, 3, 2});
+    addImageFields(random, frame);
+    frame.fields.resize(2);
+  }
   return stream;
 }
 

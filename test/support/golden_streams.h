@@ -302,6 +302,7 @@ goldenStreams()
   // What one effort has, or all have in common.
   streams.push_back(goldenSpread("fast_spread", Effort::Fast));
   streams.push_back(goldenImages("fast_images", Effort::Fast));
+  streams.push_back(goldenMovingImages("balanced_images", Effort::Balanced));
   streams.push_back(goldenOctants("fast_octants", Effort::Fast));
   streams.push_back(goldenStill("small_still", Effort::Small));
   streams.push_back(goldenChanges("fast_changes", Effort::Fast, ChangingFrames(8)));

@@ -25,11 +25,11 @@ planarImage(std::uint32_t width, std::uint32_t height)
   PointImage image;
   image.width = width;
   image.height = height;
-  image.rays.origin = {(20 << 16) + 12345, (25 << 16) + 54321, 3 << 16};
-  image.rays.plane[0] = {
+  image.rays.pose.origin = {(20 << 16) + 12345, (25 << 16) + 54321, 3 << 16};
+  image.rays.pose.vectors[0] = {
       -(std::int64_t{1} << 38), -(std::int64_t{3} << 37), std::int64_t{1} << 40};
-  image.rays.plane[1] = {(std::int64_t{1} << 40) / width + 77, -99, 0};
-  image.rays.plane[2] = {55, (std::int64_t{1} << 40) / height - 31, 0};
+  image.rays.pose.vectors[1] = {(std::int64_t{1} << 40) / width + 77, -99, 0};
+  image.rays.pose.vectors[2] = {55, (std::int64_t{1} << 40) / height - 31, 0};
   return image;
 }
 
@@ -53,8 +53,8 @@ spinningImage(std::uint32_t width, std::uint32_t height, unsigned int depth)
   RayModel& rays = image.rays;
   rays.shape = RayShape::Spinning;
   rays.has_half_steps = true;
-  rays.origin.fill(std::int64_t{1} << (depth - 1 + 16));
-  rays.axes = {{{0, 1 << 30, 0}, {-(1 << 30), 0, 3}, {1, -2, 1 << 30}}};
+  rays.pose.origin.fill(std::int64_t{1} << (depth - 1 + 16));
+  rays.pose.vectors = {{{0, 1 << 30, 0}, {-(1 << 30), 0, 3}, {1, -2, 1 << 30}}};
   const unsigned int bits = columnBits(width);
   for (unsigned int bit = 0; bit < bits; ++bit)
     rays.turns.push_back(directions[std::min<std::size_t>(bits - bit, 7)]);

@@ -179,7 +179,9 @@ expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
   EXPECT_EQ(frame.point_counts, expected.point_counts);
   EXPECT_EQ(frame.image.width, expected.image.width);
   EXPECT_EQ(frame.image.height, expected.image.height);
-  EXPECT_TRUE(frame.image.rays == expected.image.rays);
+  EXPECT_TRUE(frame.image.rays.isSameButForPose(expected.image.rays));
+  EXPECT_TRUE(frame.image.rays.pose == expected.image.rays.pose);
+  EXPECT_EQ(frame.image.is_organised, expected.image.is_organised);
   EXPECT_EQ(frame.image.pixels, expected.image.pixels);
   EXPECT_EQ(frame.image.depths, expected.image.depths);
   ASSERT_EQ(frame.fields.size(), expected.fields.size());

@@ -31,12 +31,12 @@ TEST(Rays, OfCamerasAreThoseOfTheirFormula)
         reader.moveTo(row);
         const Ray ray = reader.at(column);
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          const auto& plane = image.rays.plane;
+          const auto& plane = image.rays.pose.vectors;
           const double step =
               std::ldexp(double(plane[0][axis]) + double(plane[1][axis]) * column +
                              double(plane[2][axis]) * row,
                          -40);
-          const double start = std::ldexp(double(image.rays.origin[axis]), -16) +
+          const double start = std::ldexp(double(image.rays.pose.origin[axis]), -16) +
                                (has_half_steps ? step / 2 : 0.0);
           EXPECT_NEAR(std::ldexp(double(ray.at(0, axis)), -32), start, 1e-8);
           EXPECT_NEAR(
@@ -69,9 +69,9 @@ TEST(Rays, OfSpinningSensorsAreThoseOfTheirFormula)
       reader.moveTo(row);
       const Ray ray = reader.at(column);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        double expected = number(image.rays.origin[axis], 16);
+        double expected = number(image.rays.pose.origin[axis], 16);
         for (std::size_t i = 0; i < 3; ++i)
-          expected += number(image.rays.axes[i][axis], 30) *
+          expected += number(image.rays.pose.vectors[i][axis], 30) *
                       in_sensor[static_cast<Eigen::Index>(i)];
         EXPECT_NEAR(number(ray.at(1000, axis), 32), expected, 1e-4);
       }

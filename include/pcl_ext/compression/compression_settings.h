@@ -193,7 +193,9 @@ struct StreamSettings {
 
   /** \brief Code the number of points of each voxel, so that a decoded cloud has as
    * many points as the encoded one: each of them at its voxel's centre, and with its
-   * voxel's intensity, which for sums is that of all of them. Version1 only. */
+   * voxel's intensity, which for sums is that of all of them. Points are coded along the
+   * rays of their sensor where that takes fewer bytes and the cloud has rows and columns,
+   * or a field `ring` (see PointView::image). Version1 only. */
   bool keep_point_counts = false;
 
   /** \brief Further fields to keep, as ring, time or label of a lidar: with

@@ -44,6 +44,29 @@ enum class RayShape : std::uint8_t {
   Spinning = 1 ///< a lidar that turns: rows are cones, columns are directions
 };
 
+/** \brief Place and directions of rays: what changes as the sensor moves. */
+struct RayPose {
+  /** \brief Position of the sensor from the grid's lowest corner, voxels in units of
+   * 2^-16. */
+  std::array<std::int64_t, 3> origin{};
+  /** \brief Of a camera x, y, z of a step of depth at row and column 0, and its changes
+   * from a column to the next and from a row to the next, voxels in units of 2^-40; of a
+   * spinning sensor its axes x, y and z in the grid, units of 2^-30. */
+  std::array<std::array<std::int64_t, 3>, 3> vectors{};
+
+  bool
+  operator==(const RayPose& other) const
+  {
+    return origin == other.origin && vectors == other.vectors;
+  }
+
+  bool
+  operator!=(const RayPose& other) const
+  {
+    return !(*this == other);
+  }
+};
+
 /** \brief Where the points of an image can be: one number, the depth, says where on the
  * ray of its pixel a point is. All numbers are integers, so that all machines compute the
  * same positions (doc/bitstream_supplement.md, "Image"). */
@@ -52,33 +75,18 @@ struct RayModel {
   /** \brief Whether depth n is half a step further: in the middle of what it stands
    * for, where depths are no multiples of a step. */
   bool has_half_steps = false;
-  /** \brief Position of the sensor from the grid's lowest corner, voxels in units of
-   * 2^-16. */
-  std::array<std::int64_t, 3> origin{};
-
-  /** \brief Of a camera: x, y, z of a step of depth at row and column 0, and its changes
-   * from a column to the next and from a row to the next; voxels in units of 2^-40. */
-  std::array<std::array<std::int64_t, 3>, 3> plane{};
-
-  /** \brief Of a spinning sensor: its axes x, y and z in the grid, units of 2^-30. */
-  std::array<std::array<std::int32_t, 3>, 3> axes{};
-  /** \brief Cosine and sine of the angle by which column 2^k is turned against column 0,
-   * units of 2^-30. */
+  RayPose pose;
+  /** \brief Of a spinning sensor: cosine and sine of the angle by which column 2^k is
+   * turned against column 0, units of 2^-30. */
   std::vector<std::array<std::int32_t, 2>> turns;
-  std::vector<RayRow> rows; ///< as many as the image has
+  std::vector<RayRow> rows; ///< likewise; as many as the image has
 
+  /** \brief Whether rays are the same but for their pose. */
   bool
-  operator==(const RayModel& other) const
+  isSameButForPose(const RayModel& other) const
   {
     return shape == other.shape && has_half_steps == other.has_half_steps &&
-           origin == other.origin && plane == other.plane && axes == other.axes &&
            turns == other.turns && rows == other.rows;
-  }
-
-  bool
-  operator!=(const RayModel& other) const
-  {
-    return !(*this == other);
   }
 };
 
@@ -93,6 +101,9 @@ constexpr std::uint32_t depth_end = 1u << 22;
 struct PointImage {
   std::uint32_t width = 0;  ///< columns; 0: there is no image
   std::uint32_t height = 0; ///< rows
+  /** \brief Whether decoded clouds have these columns and rows. Others have only the
+   * points, in the order of their voxels. */
+  bool is_organised = true;
   RayModel rays;
   /** \brief Pixel of each point of a frame, row * width + column; ascending within a
    * voxel. */

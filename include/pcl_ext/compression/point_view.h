@@ -39,7 +39,9 @@ struct PointView {
    * names. */
   std::vector<FieldView> fields;
   /** \brief Columns and rows of the image that a sensor made, if it has an order of
-   * points; with it points that are kept may come back in this order. */
+   * points; with it points that are kept may come back in this order. Without it a field
+   * `ring`, the row of a lidar that turns, is used to find an image, with which points
+   * come back in the order of their voxels, in fewer bytes. */
   ImageSize image;
   /** \brief Pixel of each point, row * width + column, all different; null: there are
    * as many points as pixels, in their order. */

@@ -144,8 +144,8 @@ struct VoxelFrame {
    * 2^22, for the prediction of fields. */
   std::array<std::int32_t, 3> viewpoint{};
 
-  /** \brief The sensor's order of the points, if they have one; with numbers of points
-   * only. */
+  /** \brief The sensor's order of the points, if they have one or were coded by it; with
+   * numbers of points only. */
   PointImage image;
 
   /** \brief Whether voxels have intensities. */
@@ -178,12 +178,19 @@ struct VoxelFrame {
     return has_point_counts ? points : size();
   }
 
+  /** \brief Whether a decoded cloud has rows and columns. */
+  bool
+  isOrganised() const
+  {
+    return image.hasPixels() && image.is_organised;
+  }
+
   /** \brief Number of points of a decoded cloud: those of its image, some of which are
    * not a number, or else pointCount(). */
   std::size_t
   cloudSize() const
   {
-    return image.hasPixels() ? image.pixelCount() : pointCount();
+    return isOrganised() ? image.pixelCount() : pointCount();
   }
 
   /** \brief Where a point is in a decoded cloud.
@@ -192,21 +199,21 @@ struct VoxelFrame {
   std::size_t
   cloudIndex(std::size_t point) const
   {
-    return image.hasPixels() ? image.pixels[point] : point;
+    return isOrganised() ? image.pixels[point] : point;
   }
 
   /** \brief Columns of a decoded cloud. */
   std::size_t
   cloudWidth() const
   {
-    return image.hasPixels() ? image.width : pointCount();
+    return isOrganised() ? image.width : pointCount();
   }
 
   /** \brief Rows of a decoded cloud. */
   std::uint32_t
   cloudHeight() const
   {
-    return image.hasPixels() ? image.height : 1;
+    return isOrganised() ? image.height : 1;
   }
 
   /** \brief Number of values of all fields. */

@@ -69,12 +69,12 @@ public:
           static_cast<std::uint32_t>(io::sizeOf(field.type) * field.count);
       cloud.point_step += size - bytesOf(pcl::PCLPointField::FLOAT32);
     }
-    const bool has_image = frame.image.hasPixels();
+    const bool is_organised = frame.isOrganised();
     cloud.data.assign(frame.cloudSize() * cloud.point_step, 0);
     cloud.height = frame.cloudHeight();
     cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
     cloud.row_step = static_cast<std::uint32_t>(cloud.width * cloud.point_step);
-    cloud.is_dense = has_image && frame.cloudSize() > frame.pointCount() ? 0 : 1;
+    cloud.is_dense = is_organised && frame.cloudSize() > frame.pointCount() ? 0 : 1;
     if (cloud.is_dense == 0)
       writeMissingPoints(frame);
     cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;

@@ -67,8 +67,8 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     return point;
   }();
   cloud.resize(frame.cloudSize());
-  const bool has_image = frame.image.hasPixels();
-  if (has_image) {
+  const bool is_organised = frame.isOrganised();
+  if (is_organised) {
     PointT missing = blank;
     missing.x = missing.y = missing.z = std::numeric_limits<float>::quiet_NaN();
     std::fill(cloud.points.begin(), cloud.points.end(), missing);
@@ -77,7 +77,7 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
   std::size_t voxel = 0;
   std::size_t place = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    PointT& point = has_image ? cloud.points[frame.image.pixels[place]] : *next++;
+    PointT& point = is_organised ? cloud.points[frame.image.pixels[place]] : *next++;
     point = blank;
     point.x = x;
     point.y = y;
@@ -85,18 +85,18 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     setNativeIntensity(point, intensity);
     if (frame.colour_bits > 0)
       setColour(point, frame.fullColour(voxel));
-    if (has_image)
+    if (is_organised)
       for (std::uint32_t i = 1; i < frame.point_counts[voxel]; ++i)
         cloud.points[frame.image.pixels[place + i]] = point;
     else if (frame.has_point_counts)
       next = std::fill_n(next, frame.point_counts[voxel] - 1, point);
-    if (has_image)
+    if (is_organised)
       place += frame.point_counts[voxel];
     ++voxel;
   });
   cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
   cloud.height = frame.cloudHeight();
-  cloud.is_dense = place == cloud.size() || !has_image;
+  cloud.is_dense = place == cloud.size() || !is_organised;
   setFields(frame, cloud);
 }
 
@@ -293,7 +293,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
         [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
         intensities_,
         view);
-  if (!settings().fields.empty())
+  // With the points the field ring, too, whose order they may have.
+  if (!settings().fields.empty() || settings().keep_point_counts)
     view.fields = detail::fieldViewsOf(*cloud);
   return streams_.encode(view, points_behind_sensor, pose, cloud->header, bytes);
 }

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "voxelizing/ray_fit.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Finds the columns of the points of a spinning sensor whose rows are known, from
+ * their azimuths. */
+class RingColumns {
+public:
+  /** \brief Finds how many columns a turn has, and where those of each row are.
+   * \param[in] points with rows, in the coordinates of the sensor
+   * \param[in] rows number of rows
+   * \param[in] most_pixels in all rows
+   * \return false if azimuths have no common step, or there are too many pixels
+   */
+  bool
+  fit(const std::vector<PixelPoint>& points,
+      std::uint32_t rows,
+      std::uint64_t most_pixels);
+
+  /** \brief Sets the columns of points; of two at the same place one gets the nearest
+   * free column.
+   * \param[in,out] points as for fit(), of the same cloud or of one of the same sensor
+   * \param[out] shift how far the columns are turned against those of fit(), radians
+   * \return false if there are too many points
+   */
+  bool
+  assign(std::vector<PixelPoint>& points, double& shift);
+
+  /** \brief Columns of a turn; 0 before fit(). */
+  std::uint32_t
+  count() const
+  {
+    return count_;
+  }
+
+  /** \brief Number of rows. */
+  std::uint32_t
+  rows() const
+  {
+    return static_cast<std::uint32_t>(phases_.size());
+  }
+
+  /** \brief Angle between columns, radians. */
+  double
+  step() const;
+
+private:
+  double
+  findStep(const std::vector<PixelPoint>& points, std::uint32_t rows);
+
+  bool
+  findCount(const std::vector<PixelPoint>& points, std::uint32_t rows, double step);
+
+  bool
+  place(PixelPoint& point, std::int64_t column);
+
+  std::uint32_t count_ = 0;
+  std::vector<double> phases_; // azimuth of a column of each row, radians
+  // Of the current cloud; members so that their memory is reused.
+  std::vector<double> azimuths_;
+  std::vector<bool> is_taken_;
+};
+
+} // namespace io
+} // namespace pcl_ext

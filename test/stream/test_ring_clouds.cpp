@@ -1,0 +1,260 @@
+/** \file
+ * \brief Clouds without rows and columns whose points have a field `ring`.
+ */
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief Points of a lidar, in any order, and their rings. */
+struct RingCloud {
+  std::vector<std::array<float, 3>> points;
+  std::vector<std::int16_t> rings;
+};
+
+/** \brief What differs from a lidar whose columns are always at the same angles. */
+struct RingNoise {
+  double begin = 0.0;      ///< angle of the first column
+  double jitter = 0.0;     ///< of an angle, columns
+  double speed = 1.0;      ///< columns of a turn as a share of those there are
+  std::size_t echoes = 1;  ///< of each direction
+  std::int16_t offset = 0; ///< of the numbers of the rings
+};
+
+/** \brief A lidar in a room of rounded corners; each third point is missing. */
+RingCloud
+ringCloud(std::uint64_t seed, const RingNoise& noise = {})
+{
+  std::mt19937_64 random(seed);
+  RingCloud cloud;
+  constexpr int columns = 360;
+  for (int column = 0; column < columns; ++column)
+    for (int ring = 0; ring < 16; ++ring) {
+      if (below(random, 3) == 0)
+        continue;
+      const double angle =
+          noise.begin - 2.0 * M_PI / columns *
+                            (noise.speed * (column + 0.2 * (ring % 4)) +
+                             uniform(random, -0.5f, 0.5f) * noise.jitter);
+      const double elevation = 0.02 * ring - 0.11;
+      for (std::size_t echo = 0; echo < noise.echoes; ++echo) {
+        const double range = 4.0 + std::cos(3.0 * angle) +
+                             0.002 * static_cast<double>(below(random, 4)) +
+                             0.5 * static_cast<double>(echo);
+        cloud.points.push_back(
+            {static_cast<float>(range * std::cos(elevation) * std::cos(angle)),
+             static_cast<float>(range * std::cos(elevation) * std::sin(angle)),
+             static_cast<float>(range * std::sin(elevation))});
+        cloud.rings.push_back(static_cast<std::int16_t>(ring + noise.offset));
+      }
+    }
+  return cloud;
+}
+
+PointView
+viewOf(const RingCloud& cloud)
+{
+  PointView view;
+  view.count = cloud.points.size();
+  view.coordinates = cloud.points.front().data();
+  view.coordinate_stride = sizeof(cloud.points.front());
+  FieldView ring;
+  ring.description.name = "ring";
+  ring.description.type = FieldType::Int16;
+  ring.first = cloud.rings.data();
+  ring.stride = sizeof(std::int16_t);
+  view.fields.push_back(ring);
+  return view;
+}
+
+/** \brief Encodes clouds with their rings and without. */
+class RingClouds : public testing::TestWithParam<Effort> {
+protected:
+  static EncoderSettings
+  settings()
+  {
+    EncoderSettings settings;
+    settings.resolution = 0.001;
+    settings.effort = GetParam();
+    settings.keep_point_counts = true;
+    settings.i_frame_rate = 10;
+    return settings;
+  }
+
+  static std::size_t
+  encode(CloudEncoder& encoder,
+         FrameDecoder& decoder,
+         const PointView& view,
+         VoxelFrame& back)
+  {
+    VoxelFrame frame;
+    Bytes bytes;
+    EXPECT_TRUE(encoder.voxelize(view, WorldPose::Identity(), frame).ok());
+    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    return bytes.size();
+  }
+
+  /** \brief Bytes of a cloud with its rings; voxels are checked against those without. */
+  std::size_t
+  expectCloud(const RingCloud& cloud)
+  {
+    PointView without = viewOf(cloud);
+    without.fields.clear();
+    VoxelFrame expected;
+    bytes_without_ = encode(encoder_without_, decoder_without_, without, expected);
+    VoxelFrame back;
+    const std::size_t bytes = encode(encoder_, decoder_, viewOf(cloud), back);
+    EXPECT_FALSE(expected.image.hasPixels());
+    EXPECT_EQ(back.image.hasPixels(), encoder_.statistics().coding.has_image);
+    EXPECT_EQ(back.keys, expected.keys);
+    EXPECT_EQ(back.point_counts, expected.point_counts);
+    EXPECT_EQ(back.cloudWidth(), cloud.points.size());
+    EXPECT_EQ(back.cloudHeight(), 1u);
+    EXPECT_TRUE(back.fields.empty());
+    return bytes;
+  }
+
+  CloudEncoder encoder_{settings(), IntensityUnit::None};
+  CloudEncoder encoder_without_{settings(), IntensityUnit::None};
+  FrameDecoder decoder_;
+  FrameDecoder decoder_without_;
+  std::size_t bytes_without_ = 0;
+};
+
+TEST_P(RingClouds, TakeFewerBytes)
+{
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    const std::size_t bytes = expectCloud(ringCloud(i));
+    EXPECT_LT(2 * bytes, bytes_without_);
+    EXPECT_TRUE(encoder_.statistics().coding.has_image);
+    EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 0);
+  }
+}
+
+TEST_P(RingClouds, MayTurnFromFrameToFrameAndUnevenly)
+{
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    RingNoise noise;
+    noise.begin = 0.3 + 0.0047 * static_cast<double>(i);
+    noise.jitter = 0.05;
+    noise.speed = i == 3 ? 0.999 : 1.0;
+    const std::size_t bytes = expectCloud(ringCloud(i, noise));
+    EXPECT_LT(bytes, bytes_without_) << i;
+    EXPECT_TRUE(encoder_.statistics().coding.has_image);
+    EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 0);
+  }
+}
+
+TEST_P(RingClouds, HaveAnyOrderOfPoints)
+{
+  std::mt19937_64 random(20);
+  const RingCloud cloud = ringCloud(5);
+  std::vector<std::size_t> order(cloud.points.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = i;
+  std::shuffle(order.begin(), order.end(), random);
+  RingCloud shuffled;
+  for (const std::size_t i : order) {
+    shuffled.points.push_back(cloud.points[i]);
+    shuffled.rings.push_back(cloud.rings[i]);
+  }
+  const std::size_t bytes = expectCloud(shuffled);
+  EXPECT_LT(2 * bytes, bytes_without_);
+}
+
+TEST_P(RingClouds, OfOthersThanSpinningSensorsAreAsWithoutRings)
+{
+  std::mt19937_64 random(21);
+  RingNoise two_echoes;
+  two_echoes.echoes = 2;
+  RingNoise negative;
+  negative.offset = -1;
+  RingNoise unordered;
+  unordered.jitter = 20.0;
+  RingCloud of_one_ring = ringCloud(6);
+  std::fill(of_one_ring.rings.begin(), of_one_ring.rings.end(), std::int16_t{3});
+  RingCloud of_many_rings = ringCloud(7);
+  of_many_rings.rings[9] = 32767;
+  RingCloud of_one_place = ringCloud(8);
+  std::fill(of_one_place.points.begin(),
+            of_one_place.points.end(),
+            std::array<float, 3>{0.0f, 0.0f, 1.0f});
+  for (const RingCloud& cloud : {ringCloud(6, two_echoes),
+                                 ringCloud(6, negative),
+                                 ringCloud(6, unordered),
+                                 of_one_ring,
+                                 of_many_rings,
+                                 of_one_place}) {
+    const std::size_t bytes = expectCloud(cloud);
+    EXPECT_EQ(bytes, bytes_without_);
+    EXPECT_FALSE(encoder_.statistics().coding.has_image);
+    encoder_.requestIFrame();
+    encoder_without_.requestIFrame();
+  }
+}
+
+TEST_P(RingClouds, WithMoreRingsTakeAnIFrame)
+{
+  RingCloud fewer = ringCloud(9);
+  for (std::size_t i = fewer.rings.size(); i-- > 0;)
+    if (fewer.rings[i] > 13) {
+      fewer.rings.erase(fewer.rings.begin() + static_cast<std::ptrdiff_t>(i));
+      fewer.points.erase(fewer.points.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  const std::array<std::pair<RingCloud, bool>, 4> clouds = {
+      {{fewer, true}, {ringCloud(9), true}, {fewer, false}, {ringCloud(9), false}}};
+  for (const auto& [cloud, is_i_frame] : clouds) {
+    expectCloud(cloud);
+    EXPECT_TRUE(encoder_.statistics().coding.has_image);
+    EXPECT_EQ(encoder_.statistics().coding.is_i_frame, is_i_frame);
+  }
+}
+
+TEST_P(RingClouds, KeepTheRingsThatAreAskedFor)
+{
+  const RingCloud cloud = ringCloud(10);
+  EncoderSettings with_rings = settings();
+  with_rings.fields.push_back({"ring", 0.0});
+  CloudEncoder encoder(with_rings, IntensityUnit::None);
+  VoxelFrame back;
+  const std::size_t bytes = encode(encoder, decoder_, viewOf(cloud), back);
+  ASSERT_EQ(back.fields.size(), 1u);
+  std::array<std::size_t, 16> expected{};
+  for (const std::int16_t ring : cloud.rings)
+    ++expected[static_cast<std::size_t>(ring)];
+  std::array<std::size_t, 16> found{};
+  for (std::size_t i = 0; i < back.fields[0].numbers.size(); ++i) {
+    const auto ring =
+        static_cast<std::size_t>(fieldValue(back.fields[0], back.fields[0].numbers[i]));
+    ++found.at(ring);
+    EXPECT_EQ(ring, back.image.pixels[i] / back.image.width);
+  }
+  EXPECT_EQ(found, expected);
+  // The row says which ring it is.
+  const std::size_t bytes_without_rings = expectCloud(cloud);
+  EXPECT_LT(bytes, bytes_without_rings + 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(,
+                         RingClouds,
+                         testing::ValuesIn(all_efforts),
+                         [](const auto& effort) { return nameOf(effort.param); });
+
+} // namespace
