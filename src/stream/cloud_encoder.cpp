@@ -3,18 +3,15 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/exceptions.h"
-#include "stream/coordinate_step.h"
+#include "stream/cloud_voxelizer.h"
 #include "stream/frame_warnings.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/point_batches.h"
 #include "voxelizing/voxel_locator.h"
-#include "voxelizing/voxelizer.h"
-#include "voxels/grid_fit.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -62,26 +59,6 @@ checkView(const PointView& points)
     return invalid("intensity_stride is " + std::to_string(points.intensity_stride) +
                    "; it must be a multiple of 4 bytes");
   return {};
-}
-
-/** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
-constexpr unsigned int most_doublings = 4;
-
-/** \brief How often a resolution has to be doubled until a grid may hold all points;
- * above most_doublings if that is not enough. */
-unsigned int
-doublingsForAll(PointBatches& points, double resolution)
-{
-  const CoordinateEnds ends = coordinateEnds(points);
-  double width = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    width = std::max(width, ends.highest[axis] - ends.lowest[axis]);
-  const double most_voxels = std::exp2(max_grid_depth) - 2.0;
-  unsigned int doublings = 0;
-  while (doublings <= most_doublings &&
-         width > most_voxels * std::ldexp(resolution, static_cast<int>(doublings)))
-    ++doublings;
-  return doublings;
 }
 
 std::array<double, 3>
@@ -148,39 +125,17 @@ public:
          std::vector<std::uint8_t>& bytes);
 
 private:
-  /** \brief What the temporal filter holds stays in the grid and the scale, which then
-   * only grow. */
-  bool
-  mayRefit() const
-  {
-    return encoder_.isIFrameDue() && !temporal_filter_;
-  }
-
-  void
-  refitIntensities(PointBatches& points, VoxelFrame& frame);
-
   CompressionStatus
   collectFields(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
   std::uint64_t
   mostPixels(const VoxelFrame& frame) const;
 
-  bool
-  fitCoordinateStep(PointBatches& points);
-
-  void
-  voxelizeWide(PointBatches& points, VoxelFrame& frame);
-
-  void
-  voxelizeCoarsened(PointBatches& points, unsigned int doublings, VoxelFrame& frame);
-
   EncoderSettings settings_;
   std::optional<DepthLaw> depth_law_;
   CompressionStatus settings_status_;
   IntensityUnit unit_;
-  Voxelizer voxelizer_;
-  unsigned int doublings_ = 0;   // of the resolution of voxelizer_
-  double coordinate_step_ = 0.0; // its resolution, metres, if above 0
+  CloudVoxelizer voxelizer_;
   std::optional<TemporalVoxelFilter> temporal_filter_;
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FieldCollector fields_;
@@ -199,16 +154,13 @@ CloudEncoder::Implementation::setResolution(double resolution,
   settings.resolution = resolution;
   CompressionStatus status = checkSettings(settings, depth_law);
   // May throw, so it comes before the changes.
-  Voxelizer voxelizer(usableSettings(settings), unit_);
+  CloudVoxelizer voxelizer(usableSettings(settings), unit_);
   settings_ = settings;
   depth_law_ = depth_law;
   settings_status_ = std::move(status);
   encoder_.requestIFrame();
-  if (settings_status_.ok()) {
+  if (settings_status_.ok())
     voxelizer_ = std::move(voxelizer);
-    doublings_ = 0;
-    coordinate_step_ = 0.0;
-  }
 }
 
 CompressionStatus
@@ -225,12 +177,12 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
       frame.clearVoxels();
       return status;
     }
-    if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
-        unit_ == IntensityUnit::Share)
-      voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
-    else
-      voxelizeWide(points, frame);
-    refitIntensities(points, frame);
+    // What the temporal filter holds stays in the grid and the scale, which then only
+    // grow.
+    voxelization_ =
+        voxelizer_.voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
+    if (voxelizer_.isIFrameDue())
+      encoder_.requestIFrame();
     sensor_position_ = elementsOf(sensor_pose.translation());
     if (CompressionStatus status = collectFields(points, sensor_pose, frame);
         !status.ok()) {
@@ -254,23 +206,6 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     });
   };
   return callOrNoMemory(voxelize_or_throw, outOfMemoryStatus<CompressionStatus>);
-}
-
-/** \brief Fits the scale of native intensities again if an earlier cloud had such high
- * ones that most of this cloud's become 0. */
-void
-CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame& frame)
-{
-  if (encoder_.isIFrameDue() ||
-      2 * voxelization_.intensities_vanished <= voxelization_.voxels)
-    return;
-  // A high one of this cloud would give the same scale.
-  const std::uint32_t highest =
-      *std::max_element(frame.intensities.begin(), frame.intensities.end());
-  if (highest > frame.intensity_scale.maxSymbol() / 2)
-    return;
-  encoder_.requestIFrame();
-  voxelization_ = voxelizer_.voxelize(points, true, frame);
 }
 
 /** \brief How many pixels an image of a frame's points may have: where voxels have many
@@ -337,84 +272,6 @@ CloudEncoder::Implementation::collectFields(PointBatches& points,
   return {};
 }
 
-/** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
- * such multiples. The step is the resolution, or a larger one if that is asked for.
- * \return false if they are not
- */
-bool
-CloudEncoder::Implementation::fitCoordinateStep(PointBatches& points)
-{
-  if (unit_ == IntensityUnit::Share || settings_.format != StreamFormat::Version1 ||
-      settings_.origin || settings_.bounding_box)
-    return false;
-  // Not changed to and fro, as a change takes an I-frame.
-  const double largest = encoder_.isIFrameDue()
-                             ? std::numeric_limits<double>::infinity()
-                             : coordinate_step_;
-  const double step = findCoordinateStep(
-      points, settings_.resolution, settings_.use_coordinate_step, largest);
-  if (!std::isnan(step) && step != coordinate_step_) {
-    EncoderSettings settings = settings_;
-    if (step > 0.0) {
-      settings.resolution = step;
-      settings.origin.emplace().fill(-step / 2.0);
-    }
-    voxelizer_ = Voxelizer(settings, unit_);
-    coordinate_step_ = step;
-    doublings_ = 0;
-    encoder_.requestIFrame();
-  }
-  return coordinate_step_ > 0.0;
-}
-
-/** \brief Voxelizes with so few doublings that all points are on the grid, or, if some
- * are far out, all but a sixteenth; without doublings if there are none such. */
-void
-CloudEncoder::Implementation::voxelizeWide(PointBatches& points, VoxelFrame& frame)
-{
-  const bool is_i_frame_due = encoder_.isIFrameDue();
-  if (doublings_ == 0) {
-    voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
-    if (voxelization_.points_outside_grid == 0)
-      return;
-  }
-  const unsigned int for_all = doublingsForAll(points, settings_.resolution);
-  const auto are_many_outside = [&] {
-    return 16 * voxelization_.points_outside_grid > voxelization_.points;
-  };
-  // A change takes an I-frame; without one that is due a factor of four is worth it.
-  if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
-    voxelizeCoarsened(points, for_all <= most_doublings ? for_all : 0, frame);
-  else if (doublings_ > 0)
-    voxelization_ = voxelizer_.voxelize(points, mayRefit(), frame);
-  if (for_all <= most_doublings)
-    for (unsigned int doublings = std::max(for_all, doublings_);
-         voxelization_.points_outside_grid > 0 && doublings <= most_doublings;
-         ++doublings)
-      voxelizeCoarsened(points, doublings, frame);
-  else
-    while (are_many_outside() && doublings_ < most_doublings)
-      voxelizeCoarsened(points, doublings_ + 1, frame);
-  if (are_many_outside() && doublings_ > 0)
-    voxelizeCoarsened(points, 0, frame);
-}
-
-/** \brief Voxelizes a cloud and the following ones with another edge. */
-void
-CloudEncoder::Implementation::voxelizeCoarsened(PointBatches& points,
-                                                unsigned int doublings,
-                                                VoxelFrame& frame)
-{
-  EncoderSettings settings = settings_;
-  settings.resolution =
-      std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
-               largest_resolution);
-  voxelizer_ = Voxelizer(settings, unit_);
-  doublings_ = doublings;
-  encoder_.requestIFrame();
-  voxelization_ = voxelizer_.voxelize(points, true, frame);
-}
-
 CompressionStatus
 CloudEncoder::Implementation::filterOverTime(VoxelFrame& frame)
 {
@@ -455,7 +312,7 @@ CloudEncoder::Implementation::encode(const VoxelFrame& frame,
                                  frameWarning(statistics_,
                                               settings_,
                                               unit_,
-                                              doublings_ > 0,
+                                              voxelizer_.isCoarsened(),
                                               frame.fieldValueCount()));
       },
       [] { return CompressionStatus(); });

@@ -1,0 +1,160 @@
+#include "stream/cloud_voxelizer.h"
+
+#include "stream/coordinate_step.h"
+#include "voxelizing/point_batches.h"
+#include "voxels/grid_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
+constexpr unsigned int most_doublings = 4;
+
+/** \brief How often a resolution has to be doubled until a grid may hold all points;
+ * above most_doublings if that is not enough. */
+unsigned int
+doublingsForAll(PointBatches& points, double resolution)
+{
+  const CoordinateEnds ends = coordinateEnds(points);
+  double width = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    width = std::max(width, ends.highest[axis] - ends.lowest[axis]);
+  const double most_voxels = std::exp2(max_grid_depth) - 2.0;
+  unsigned int doublings = 0;
+  while (doublings <= most_doublings &&
+         width > most_voxels * std::ldexp(resolution, static_cast<int>(doublings)))
+    ++doublings;
+  return doublings;
+}
+
+} // namespace
+
+CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit)
+: settings_(settings), unit_(unit), voxelizer_(settings, unit)
+{}
+
+VoxelizationStatistics
+CloudVoxelizer::voxelize(PointBatches& points,
+                         bool is_i_frame_due,
+                         bool may_refit,
+                         VoxelFrame& frame)
+{
+  is_i_frame_due_ = is_i_frame_due;
+  may_refit_ = may_refit;
+  if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
+      unit_ == IntensityUnit::Share)
+    voxelizeAsBefore(points, frame);
+  else
+    voxelizeWide(points, frame);
+  refitIntensities(points, frame);
+  return statistics_;
+}
+
+void
+CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
+{
+  statistics_ = voxelizer_.voxelize(points, is_i_frame_due_ && may_refit_, frame);
+}
+
+/** \brief Fits the scale of native intensities again if an earlier cloud had such high
+ * ones that most of this cloud's become 0. */
+void
+CloudVoxelizer::refitIntensities(PointBatches& points, VoxelFrame& frame)
+{
+  if (is_i_frame_due_ || 2 * statistics_.intensities_vanished <= statistics_.voxels)
+    return;
+  // A high one of this cloud would give the same scale.
+  const std::uint32_t highest =
+      *std::max_element(frame.intensities.begin(), frame.intensities.end());
+  if (highest > frame.intensity_scale.maxSymbol() / 2)
+    return;
+  is_i_frame_due_ = true;
+  statistics_ = voxelizer_.voxelize(points, true, frame);
+}
+
+/** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
+ * such multiples. The step is the resolution, or a larger one if that is asked for.
+ * \return false if they are not
+ */
+bool
+CloudVoxelizer::fitCoordinateStep(PointBatches& points)
+{
+  if (unit_ == IntensityUnit::Share || settings_.format != StreamFormat::Version1 ||
+      settings_.origin || settings_.bounding_box)
+    return false;
+  // Not changed to and fro, as a change takes an I-frame.
+  const double largest =
+      is_i_frame_due_ ? std::numeric_limits<double>::infinity() : coordinate_step_;
+  const double step = findCoordinateStep(
+      points, settings_.resolution, settings_.use_coordinate_step, largest);
+  if (!std::isnan(step) && step != coordinate_step_) {
+    EncoderSettings settings = settings_;
+    if (step > 0.0) {
+      settings.resolution = step;
+      settings.origin.emplace().fill(-step / 2.0);
+    }
+    voxelizer_ = Voxelizer(settings, unit_);
+    coordinate_step_ = step;
+    doublings_ = 0;
+    is_i_frame_due_ = true;
+  }
+  return coordinate_step_ > 0.0;
+}
+
+/** \brief Voxelizes with so few doublings that all points are on the grid, or, if some
+ * are far out, all but a sixteenth; without doublings if there are none such. */
+void
+CloudVoxelizer::voxelizeWide(PointBatches& points, VoxelFrame& frame)
+{
+  const bool is_i_frame_due = is_i_frame_due_;
+  if (doublings_ == 0) {
+    voxelizeAsBefore(points, frame);
+    if (statistics_.points_outside_grid == 0)
+      return;
+  }
+  const unsigned int for_all = doublingsForAll(points, settings_.resolution);
+  const auto are_many_outside = [&] {
+    return 16 * statistics_.points_outside_grid > statistics_.points;
+  };
+  // A change takes an I-frame; without one that is due a factor of four is worth it.
+  if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
+    voxelizeCoarsened(points, for_all <= most_doublings ? for_all : 0, frame);
+  else if (doublings_ > 0)
+    voxelizeAsBefore(points, frame);
+  if (for_all <= most_doublings)
+    for (unsigned int doublings = std::max(for_all, doublings_);
+         statistics_.points_outside_grid > 0 && doublings <= most_doublings;
+         ++doublings)
+      voxelizeCoarsened(points, doublings, frame);
+  else
+    while (are_many_outside() && doublings_ < most_doublings)
+      voxelizeCoarsened(points, doublings_ + 1, frame);
+  if (are_many_outside() && doublings_ > 0)
+    voxelizeCoarsened(points, 0, frame);
+}
+
+/** \brief Voxelizes a cloud and the following ones with another edge. */
+void
+CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
+                                  unsigned int doublings,
+                                  VoxelFrame& frame)
+{
+  EncoderSettings settings = settings_;
+  settings.resolution =
+      std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
+               largest_resolution);
+  voxelizer_ = Voxelizer(settings, unit_);
+  doublings_ = doublings;
+  is_i_frame_due_ = true;
+  statistics_ = voxelizer_.voxelize(points, true, frame);
+}
+
+} // namespace io
+} // namespace pcl_ext

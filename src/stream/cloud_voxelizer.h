@@ -1,0 +1,80 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include "voxelizing/voxelizer.h"
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Voxelizes the clouds of one stream with voxels that suit them: centred on the
+ * steps that their coordinates are multiples of, or larger ones where clouds are too wide
+ * for the grid. Other voxels than before need an I-frame. */
+class CloudVoxelizer {
+public:
+  /** \param[in] settings as accepted by checkSettings
+   * \param[in] unit unit of the point intensities
+   */
+  CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit);
+
+  /** \brief Voxelizes one cloud.
+   * \param[in] points the cloud
+   * \param[in] is_i_frame_due voxels may change without another I-frame
+   * \param[in] may_refit where an I-frame is due ignore the previous clouds, see
+   * Voxelizer::voxelize
+   * \param[out] frame the occupied voxels; its memory is reused
+   * \return counts of the points
+   */
+  VoxelizationStatistics
+  voxelize(PointBatches& points,
+           bool is_i_frame_due,
+           bool may_refit,
+           VoxelFrame& frame);
+
+  /** \brief Whether the last cloud has to be an I-frame. */
+  bool
+  isIFrameDue() const
+  {
+    return is_i_frame_due_;
+  }
+
+  /** \brief Whether voxels are larger than the settings say, as clouds are too wide. */
+  bool
+  isCoarsened() const
+  {
+    return doublings_ > 0;
+  }
+
+private:
+  void
+  voxelizeAsBefore(PointBatches& points, VoxelFrame& frame);
+
+  void
+  refitIntensities(PointBatches& points, VoxelFrame& frame);
+
+  bool
+  fitCoordinateStep(PointBatches& points);
+
+  void
+  voxelizeWide(PointBatches& points, VoxelFrame& frame);
+
+  void
+  voxelizeCoarsened(PointBatches& points, unsigned int doublings, VoxelFrame& frame);
+
+  EncoderSettings settings_;
+  IntensityUnit unit_;
+  Voxelizer voxelizer_;
+  unsigned int doublings_ = 0;   // of the resolution of voxelizer_
+  double coordinate_step_ = 0.0; // its resolution, metres, if above 0
+  // Of the last cloud:
+  bool is_i_frame_due_ = true;
+  bool may_refit_ = true;
+  VoxelizationStatistics statistics_;
+};
+
+} // namespace io
+} // namespace pcl_ext
