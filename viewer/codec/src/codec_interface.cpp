@@ -11,6 +11,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "viewer/codec/src/decoded_fields.h"
 #include "viewer/codec/src/result_layouts.h"
 #include "viewer/codec/src/seekable_bytes.h"
 
@@ -37,6 +38,8 @@ struct Results {
   std::unique_ptr<float[]> intensities;
   std::unique_ptr<std::uint8_t[]> colours;
   std::vector<std::uint8_t> is_noise;
+  DecodedFields fields;
+  FieldValues field_values;
   DecodedFrame decoded;
   DescribedFrame described;
   MeasuredFrame measured;
@@ -154,6 +157,7 @@ describeVoxels(const Decoder& decoder, DecodedFrame& result)
     result.symbols = addressOf(frame.intensities.data());
   if (frame.has_point_counts)
     result.point_counts = addressOf(frame.point_counts.data());
+  results().fields.describe(frame, result);
   const auto& stamp = decoder.decoder.stamp();
   if (stamp) {
     results().frame_id = stamp->frame_id;
@@ -167,6 +171,7 @@ releaseArrays(Results& result)
   result.positions.reset();
   result.intensities.reset();
   result.colours.reset();
+  result.fields.release();
 }
 
 } // namespace
@@ -257,6 +262,18 @@ decode(Decoder* decoder, const std::uint8_t* bytes, std::uint32_t size)
     describeVoxels(*decoder, decoded);
   }
   return &decoded;
+}
+
+/** \brief A value of a field for each voxel of the frame that a decoder decoded last; null
+ * if it has none. */
+EXPORTED(field_values)
+const FieldValues*
+fieldValues(const Decoder* decoder, std::uint32_t field, std::uint32_t value)
+{
+  if (!decoder->has_frame)
+    return nullptr;
+  results().field_values = results().fields.find(decoder->frame, field, value);
+  return &results().field_values;
 }
 
 EXPORTED(describe_frame)

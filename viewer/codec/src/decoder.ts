@@ -2,6 +2,8 @@ import type { Codec } from "./codec.js";
 import type { Address, Instance, LimitValues, Result } from "./instance.js";
 import {
   CodecError,
+  noDecodedFrame,
+  ok,
   type DecodeOptions,
   type DecoderLimits,
   type Status,
@@ -78,6 +80,31 @@ export class Decoder {
     return { status: decoded.failure, voxels: null, bytesRead: Math.min(1, bytes.length) };
   }
 
+  /** One value of a field for each voxel of the last frame. Where voxels have several points
+   * it is the mean, or of integers the most frequent one, the lowest of several.
+   * @param field index in `Voxels.fields` of that frame
+   * @param value which one of the field's values, below its `count`
+   * @returns [count] in the order of the voxels, integers and floats as they are; null if
+   *   there are none: status.code is then "NoDecodedFrame" or "OutOfMemory"
+   * @throws CodecError "InvalidInput" if the frame has no such field or value, and after free()
+   */
+  fieldValues(
+    field: number,
+    value = 0,
+  ): { readonly status: Status; readonly values: Float64Array<ArrayBuffer> | null } {
+    this.requireNotFree();
+    const found = this.codec.call((instance) => {
+      const address = instance.exports.field_values(this.addressIn(instance), field, value);
+      if (address === 0) return { status: noDecodedFrame, values: null };
+      const result = instance.result(address);
+      const values = result.doubles(4, result.u32(0));
+      if (values === null)
+        throw new CodecError("InvalidInput", `the frame has no value ${value} of a field ${field}`);
+      return { status: ok, values };
+    });
+    return found.failure === null ? found.value : { status: found.failure, values: null };
+  }
+
   /** Releases the memory of the decoder, which must not be used any more. */
   free(): void {
     if (!this.isFree && this.isInInstance())
@@ -116,6 +143,7 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
     intensities: result.floats(144, count),
     colours: result.bytes(148, 3 * count),
     pointCounts: result.words(152, count),
+    fields: result.fields(164),
     resolution: grid.resolution,
     grid,
     intensityRange: result.intensityRange(48),

@@ -7,6 +7,7 @@ export {
   type DecodeOptions,
   type DecoderLimits,
   type DensityUnit,
+  type FieldDescription,
   type FrameDescription,
   type Grid,
   type IntensityRange,

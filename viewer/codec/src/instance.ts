@@ -1,7 +1,10 @@
 /** The WebAssembly module in one of its instances, see codec_interface.cpp. */
 import {
   compressionCodes,
+  fieldTypes,
+  ok,
   outlierRemovalCodes,
+  type FieldDescription,
   type Grid,
   type IntensityRange,
   type Status,
@@ -29,6 +32,7 @@ interface Exports {
   create_decoder(...limits: LimitValues): Address;
   destroy_decoder(decoder: Address): void;
   decode(decoder: Address, bytes: Address, size: number): Address;
+  field_values(decoder: Address, field: number, value: number): Address;
   describe_frame(bytes: Address, size: number, ...limits: LimitValues): Address;
   frame_size(bytes: Address, size: number, ...limits: LimitValues): Address;
   check_outlier_filter(...settings: FilterValues): Address;
@@ -42,8 +46,6 @@ export const pageSize = 65536;
 
 /** Pages of memory at the start, at least those of data and stack of the module. */
 export const initialPages = 8;
-
-const ok: Status = { ok: true, code: "Ok", message: "" };
 
 /** The part of memory where a result lies, to be read by offsets. */
 export class Result {
@@ -115,6 +117,16 @@ export class Result {
     };
   }
 
+  /** DescribedFields: their number at an offset, and after it their address. */
+  fields(offset: number): FieldDescription[] {
+    const descriptions = new Result(this.buffer, this.u32(offset + 4));
+    return Array.from({ length: this.u32(offset) }, (_, i) => ({
+      name: descriptions.text(16 * i),
+      type: fieldTypes[descriptions.u32(16 * i + 8) - 1] ?? "float64",
+      count: descriptions.u32(16 * i + 12),
+    }));
+  }
+
   /** Copy of the array whose address is at an offset; null: there is none. */
   floats(offset: number, count: number): Float32Array<ArrayBuffer> | null {
     const begin = this.u32(offset);
@@ -134,6 +146,11 @@ export class Result {
   words(offset: number, count: number): Uint32Array<ArrayBuffer> | null {
     const begin = this.u32(offset);
     return begin === 0 ? null : new Uint32Array(this.buffer, begin, count).slice();
+  }
+
+  doubles(offset: number, count: number): Float64Array<ArrayBuffer> | null {
+    const begin = this.u32(offset);
+    return begin === 0 ? null : new Float64Array(this.buffer, begin, count).slice();
   }
 
   longs(offset: number, count: number): BigUint64Array<ArrayBuffer> | null {

@@ -1,7 +1,7 @@
 import type { Codec } from "./codec.js";
 import type { Decoder } from "./decoder.js";
 import type { Address, FilterValues, Instance } from "./instance.js";
-import { CodecError, densityUnits, type OutlierFilterSettings, type Status } from "./types.js";
+import { CodecError, densityUnits, noDecodedFrame, type OutlierFilterSettings, type Status } from "./types.js";
 
 /** The settings, with defaults; the module checks their ranges. */
 export function filterValues(settings: OutlierFilterSettings): FilterValues {
@@ -95,9 +95,3 @@ export class OutlierFilter {
     if (this.isFree) throw new CodecError("InvalidInput", "the filter was freed");
   }
 }
-
-const noDecodedFrame: Status = {
-  ok: false,
-  code: "NoDecodedFrame",
-  message: "the decoder has not decoded its last frame, or none yet",
-};

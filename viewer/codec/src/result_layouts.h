@@ -80,6 +80,19 @@ struct DecodedFrame {
   Address point_counts = 0;     ///< std::uint32_t[voxels]
   Address keys = 0;             ///< std::uint64_t[voxels]
   Address symbols = 0;          ///< std::uint16_t[voxels]
+  std::uint32_t fields = 0;
+  Address field_descriptions = 0; ///< DescribedField[fields]
+};
+
+struct DescribedField {
+  Span name;
+  std::uint32_t type = 0;  ///< FieldType
+  std::uint32_t count = 0; ///< values of a point
+};
+
+struct FieldValues {
+  std::uint32_t voxels = 0;
+  Address values = 0; ///< double[voxels]; 0: there is no such field
 };
 
 struct DescribedFrame {
@@ -121,7 +134,9 @@ struct Judgement {
 static_assert(sizeof(Grid) == 48 && sizeof(Scale) == 32 && sizeof(Stamp) == 24);
 static_assert(offsetof(DecodedFrame, outcome) == 104 &&
               offsetof(DecodedFrame, voxels) == 116 &&
-              offsetof(DecodedFrame, symbols) == 160);
+              offsetof(DecodedFrame, symbols) == 160 &&
+              offsetof(DecodedFrame, field_descriptions) == 168);
+static_assert(sizeof(DescribedField) == 16 && offsetof(FieldValues, values) == 4);
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
               offsetof(DescribedFrame, has_frame_id) == 160);
 static_assert(offsetof(MeasuredFrame, bytes) == 12);

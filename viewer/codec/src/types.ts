@@ -3,7 +3,7 @@
 export type StatusCode =
   | (typeof compressionCodes)[number]
   | (typeof outlierRemovalCodes)[number]
-  /** A filter was asked about a decoder that has no frame, as after a failure. */
+  /** A decoder, or a filter about it, was asked for a frame that it has not, as after a failure. */
   | "NoDecodedFrame"
   /** The WebAssembly module failed in a way that should not happen. */
   | "Trap";
@@ -42,6 +42,17 @@ export interface Status {
   /** What is wrong; with `ok` a warning, or empty. English, one line. */
   readonly message: string;
 }
+
+/** @internal */
+export const ok: Status = { ok: true, code: "Ok", message: "" };
+
+/** Of calls that ask for the last frame where there is none.
+ * @internal */
+export const noDecodedFrame: Status = {
+  ok: false,
+  code: "NoDecodedFrame",
+  message: "the decoder has not decoded its last frame, or none yet",
+};
 
 /** Thrown where there is no status to return. */
 export class CodecError extends Error {
@@ -103,6 +114,26 @@ export interface CodedVoxels {
   readonly symbols: Uint16Array | null;
 }
 
+/** Datatypes of fields, in the order of FieldType. */
+export const fieldTypes = [
+  "int8",
+  "uint8",
+  "int16",
+  "uint16",
+  "int32",
+  "uint32",
+  "float32",
+  "float64",
+] as const;
+
+/** A further field of the points or voxels, as ring, time or label. */
+export interface FieldDescription {
+  readonly name: string;
+  readonly type: (typeof fieldTypes)[number];
+  /** Values of a point. */
+  readonly count: number;
+}
+
 /** A decoded frame. The arrays are copies that belong to the caller, who may transfer them
  * to another thread. All have the same order, that of the voxels' Morton keys. */
 export interface Voxels {
@@ -116,6 +147,8 @@ export interface Voxels {
   readonly colours: Uint8Array | null;
   /** [count] points in each voxel, from 1; null: the stream does not have them. */
   readonly pointCounts: Uint32Array | null;
+  /** Further fields, whose values `Decoder.fieldValues` gives; empty: the stream has none. */
+  readonly fields: readonly FieldDescription[];
   /** Edge of a voxel, metres. */
   readonly resolution: number;
   readonly grid: Grid;

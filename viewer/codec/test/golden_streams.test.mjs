@@ -85,7 +85,7 @@ function linesOf(codec, bytes) {
 const expected = new Map();
 for (const line of (await readFile(new URL("golden/checksums.txt", data), "utf8")).split("\n")) {
   const [name, ...rest] = line.split(" ");
-  // Fields are not given to JavaScript.
+  // JavaScript gets neither the numbers of fields nor images.
   const ofVoxels = rest.join(" ").replace(/( fields [0-9a-f]{16})?( image [0-9a-f]{16})?$/, "");
   if (name) expected.set(name, [...(expected.get(name) ?? []), ofVoxels]);
 }

@@ -3,16 +3,21 @@
  *
  *     reference dump FILE UNIT    writes all frames, and the noise in them, for codec.test
  *     reference time FILE         prints milliseconds of the processor a frame
+ *     reference encode COUNTS     points -> a frame with fields of them, or if COUNTS is 0
+ *                                 of voxels of 1 m
  *
  * A frame is: number of voxels, whether there are intensities, colours, numbers of
  * points (std::uint32_t each), then for all voxels x, y, z (float), intensity (float),
  * red, green, blue (std::uint8_t), number of points (std::uint32_t), and whether a
- * VoxelOutlierRemoval removes the voxel (std::uint8_t; 2: it judged none).
+ * VoxelOutlierRemoval removes the voxel (std::uint8_t; 2: it judged none). A point is a
+ * TestPoint.
  */
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -20,6 +25,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -94,6 +100,15 @@ writeFrame(const io::VoxelFrame& frame, VoxelOutlierRemoval& filter)
   write(noise.data(), noise.size());
 }
 
+void
+exitUnlessOk(const io::CompressionStatus& status)
+{
+  if (status.ok())
+    return;
+  std::cerr << status.message() << '\n';
+  std::exit(1);
+}
+
 /** \brief Calls a function with each frame of a stream that is decoded; ends the
  * program if one is not. */
 template <typename VisitT>
@@ -104,10 +119,7 @@ decodeAll(const Bytes& bytes, VisitT visit)
   io::VoxelFrame frame;
   for (std::size_t at = 0; at < bytes.size(); at += decoder.statistics().bytes) {
     const auto status = decoder.decode(bytes.data() + at, bytes.size() - at, frame);
-    if (!status.ok()) {
-      std::cerr << status.message() << '\n';
-      std::exit(1);
-    }
+    exitUnlessOk(status);
     visit(frame);
   }
 }
@@ -130,6 +142,47 @@ printTime(const Bytes& bytes)
   std::cout << milliseconds / static_cast<double>(frames) << '\n';
 }
 
+struct TestPoint {
+  float position[3];
+  std::int32_t label;
+  double time;
+  float normal[2];
+};
+
+/** \brief Writes the frame of the points that it reads. */
+void
+encodePoints(bool has_counts)
+{
+  const Bytes bytes{std::istreambuf_iterator<char>(std::cin), {}};
+  std::vector<TestPoint> points(bytes.size() / sizeof(TestPoint));
+  std::memcpy(points.data(), bytes.data(), points.size() * sizeof(TestPoint));
+  io::EncoderSettings settings;
+  settings.resolution = 1.0;
+  settings.keep_point_counts = has_counts;
+  settings.fields = {{io::all_fields}};
+  io::PointView view;
+  view.count = points.size();
+  view.coordinates = points.front().position;
+  view.coordinate_stride = sizeof(TestPoint);
+  const auto add =
+      [&](const char* name, io::FieldType type, unsigned count, const void* first) {
+        io::FieldDescription description;
+        description.name = name;
+        description.type = type;
+        description.count = count;
+        view.fields.push_back({description, first, sizeof(TestPoint)});
+      };
+  add("label", io::FieldType::Int32, 1, &points.front().label);
+  add("time", io::FieldType::Float64, 1, &points.front().time);
+  add("normal", io::FieldType::Float32, 2, points.front().normal);
+  io::CloudEncoder encoder(settings, IntensityUnit::None);
+  io::VoxelFrame frame;
+  exitUnlessOk(encoder.voxelize(view, WorldPose::Identity(), frame));
+  Bytes encoded;
+  exitUnlessOk(encoder.encode(frame, std::nullopt, encoded));
+  write(encoded.data(), encoded.size());
+}
+
 } // namespace
 
 int
@@ -137,6 +190,10 @@ main(int argc, char** argv)
 {
   if (argc < 3)
     return 2;
+  if (std::strcmp(argv[1], "encode") == 0) {
+    encodePoints(std::atoi(argv[2]) != 0);
+    return 0;
+  }
   std::ifstream file(argv[2], std::ios::binary);
   const Bytes bytes{std::istreambuf_iterator<char>(file), {}};
   if (std::strcmp(argv[1], "time") == 0) {
