@@ -5,12 +5,15 @@ import { IntensityAxis } from "./scene/intensity_axis";
 import { numbersOf } from "./scene/surroundings";
 import type { Bounds, SensorPose } from "./scene/surroundings";
 import { cssColour, streamColour } from "./scene/colour_maps";
+import { fieldOf } from "./state/viewer_state";
+import type { ColourBy } from "./state/viewer_state";
 
 /** What the settings that are offered depend on. */
 export interface StreamContents {
   intensityRange: ShownFrame["intensityRange"];
   hasColours: boolean;
   hasIntensities: boolean;
+  fields: readonly string[];
 }
 
 /** A stream as the page knows it. */
@@ -51,8 +54,22 @@ export function contentsKey(streams: readonly StreamView[]): string {
 }
 
 export function contentsOf(shown: ShownFrame, before: StreamContents | null): StreamContents | null {
-  const { voxels, intensityRange } = shown;
-  return voxels ? { intensityRange, hasColours: voxels.hasColours, hasIntensities: voxels.hasIntensities } : before;
+  const { voxels, intensityRange, fields } = shown;
+  return voxels ? { intensityRange, hasColours: voxels.hasColours, hasIntensities: voxels.hasIntensities, fields } : before;
+}
+
+/** What voxels are coloured by: what is set, unless no stream has it. */
+export function possibleColour(colourBy: ColourBy, streams: readonly StreamView[]): ColourBy {
+  const contents = streams.flatMap((stream) => (stream.contents ? [stream.contents] : []));
+  const hasField = (name: string): boolean => contents.some(({ fields }) => fields.includes(name));
+  const hasIntensities = contents.some((stream) => stream.hasIntensities);
+  const field = fieldOf(colourBy);
+  if (contents.length === 0 || (colourBy === "intensity" ? hasIntensities : field === null || hasField(field))) return colourBy;
+  // A stream that comes later may have the field.
+  if (field !== null && contents.length < streams.length) return colourBy;
+  if (hasIntensities) return "intensity";
+  if (hasField("intensity")) return "field:intensity";
+  return contents.some((stream) => stream.hasColours) ? "recorded" : "height";
 }
 
 /** Some of many values, evenly taken. */

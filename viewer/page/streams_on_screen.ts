@@ -1,12 +1,14 @@
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatCount, formatCounted, formatMetres, formatNumber } from "./controls/number_format";
+import { formatCount, formatCounted, formatMetres, formatNumber, formatValue } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
+import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
+import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
 import type { StreamView } from "./stream_views";
@@ -28,10 +30,11 @@ function noteOf({ shown, description }: StreamView, source: ViewerState["source"
 export class StreamsOnScreen {
   readonly streams: StreamView[] = [];
   axis: IntensityAxis | null = null;
+  private fieldAxis: IntensityAxis | null = null;
   private axisKey = ""; // the contents that the axis is for
   private hasFitted = false;
   private firstShown: number | null = null; // performance.now()
-  private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
+  private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
   private selected: { stream: number; place: [number, number, number] } | null = null;
@@ -48,6 +51,7 @@ export class StreamsOnScreen {
     private readonly recycle: (buffer: ArrayBuffer) => void,
   ) {
     store.subscribe((changed) => {
+      if (changed.has("hiddenStreams") || changed.has("colourBy")) this.chooseFieldAxis();
       const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
@@ -114,7 +118,7 @@ export class StreamsOnScreen {
   /** True if they have changed. */
   setDecodingSettings(settings: DecodingSettings): boolean {
     const isSame = settings.removesOutliers === this.settings.removesOutliers &&
-      settings.trailSeconds === this.settings.trailSeconds;
+      settings.trailSeconds === this.settings.trailSeconds && settings.field === this.settings.field;
     this.settings = settings;
     this.lastFilterRemark = null;
     return !isSame;
@@ -144,6 +148,7 @@ export class StreamsOnScreen {
     }
     if (frames.length === 0) return;
     if (!this.axis || !this.hasFitted || this.axisKey !== views.contentsKey(this.streams)) this.chooseAxis();
+    this.chooseFieldAxis();
     this.apply();
     this.tellFrames();
     if (this.streams.some(({ description, shown }) => description.metadata.sensor_pose && shown?.placement)) this.showSensors();
@@ -195,13 +200,22 @@ export class StreamsOnScreen {
       hasIntensities,
       hasSensors: this.streams.some(({ description }) => description.metadata.sensor_pose),
       hasCropBox: views.cropBoxOf(this.streams) !== null,
+      fields: [...new Set(contents.flatMap(({ fields }) => fields))],
     });
-    if (contents.length > 0 && !hasIntensities && this.store.get().colourBy === "intensity")
-      this.store.set({ colourBy: hasColours ? "recorded" : "height" });
+    this.store.set({ colourBy: views.possibleColour(this.store.get().colourBy, this.streams) });
+  }
+
+  /** The axis of the field that voxels are coloured by follows the values that are shown. */
+  private chooseFieldAxis(): void {
+    const field = fieldOf(this.store.get().colourBy);
+    const shown = this.scene.layers.flatMap(({ voxels, arrays }, i) =>
+      this.isVisible(i) && arrays?.field && voxels?.field === field ? [arrays.field] : []);
+    this.fieldAxis = fieldAxisOf(shown);
+    this.panel.setFieldAxis(this.fieldAxis);
   }
 
   private apply(): void {
-    this.scene.apply(this.store.get(), (stream) => this.isVisible(stream), this.axis ?? views.noAxis);
+    this.scene.apply(this.store.get(), (stream) => this.isVisible(stream), this.axis ?? views.noAxis, this.fieldAxis);
   }
 
   changeThreshold(by: number): void {
@@ -319,6 +333,8 @@ export class StreamsOnScreen {
       ["Stream", views.shortName(this.streams[selected.stream].description.name)],
     ];
     if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
+    if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))
+      rows.push([`Field ${voxels?.field}`, formatValue(arrays.field[i])]);
     const isCounted = this.streams[selected.stream].description.metadata.intensity_law === "count";
     if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
     else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);

@@ -11,6 +11,8 @@ export interface ViewerHook {
   streams(): { name: string; number: number | null; problem: string | null; voxels: number; past: number }[];
   /** Coordinates of the voxels of a stream that are no noise, x, y, z one after the other. */
   positions(stream: number): number[];
+  /** Values of the field that the same voxels have with them; null: none. */
+  fieldValues(stream: number): number[] | null;
   moments(): number;
   /** Resolves when the frames of a moment are drawn. */
   seek(moment: number): Promise<void>;
@@ -46,6 +48,12 @@ export function publishHook(viewer: Viewer): void {
       for (let i = 0; i < (layer.voxels?.count ?? 0); ++i)
         if (!isNoise(layer, i, threshold)) result.push(...layer.placeOf(i));
       return result;
+    },
+    fieldValues: (stream) => {
+      const layer = viewer.scene.layers[stream];
+      const { threshold } = viewer.store.get();
+      const values = layer.arrays?.field;
+      return values ? [...values].filter((_, i) => i < (layer.voxels?.count ?? 0) && !isNoise(layer, i, threshold)) : null;
     },
     moments: () => viewer.index.moments.length,
     seek: (moment) => viewer.seekAndWait(moment),

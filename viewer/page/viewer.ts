@@ -17,7 +17,7 @@ import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
 import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
-import { createStore, trailSeconds } from "./state/viewer_state";
+import { createStore, fieldOf, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
@@ -144,7 +144,7 @@ export class Viewer {
 
   private applyDecodingSettings(): void {
     const { removesOutliers, colourBy, moment, source } = this.store.get();
-    const settings = { removesOutliers, trailSeconds: colourBy === "age" ? trailSeconds : 0 };
+    const settings = { removesOutliers, trailSeconds: colourBy === "age" ? trailSeconds : 0, field: fieldOf(colourBy) };
     if (!this.screen.setDecodingSettings(settings)) return;
     this.decoding?.post({ type: "settings", settings });
     if (source === "recording") this.playback.seek(moment);

@@ -2,9 +2,9 @@ import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
-import { trailSeconds, voxelScales } from "../state/viewer_state";
+import { fieldOf, trailSeconds, voxelScales } from "../state/viewer_state";
 import { button, choice, element, section, toggle } from "./dom";
-import { formatNumber } from "./number_format";
+import { formatInRange, formatNumber } from "./number_format";
 import { StreamsList } from "./streams_list";
 import { ThresholdControl } from "./threshold_control";
 
@@ -15,7 +15,7 @@ export interface PanelActions {
   copyLink(): void;
 }
 
-const colourNames: Record<ColourBy, string> = {
+const colourNames: Record<Exclude<ColourBy, `field:${string}`>, string> = {
   intensity: "Intensity",
   height: "Height",
   stream: "Stream",
@@ -29,12 +29,14 @@ export class ControlPanel {
   readonly threshold: ThresholdControl;
   readonly streams: StreamsList;
   private readonly colourBy = element("select", { "aria-label": "Colour by" });
+  private fields: readonly string[] = []; // that streams have
   private readonly legendBar = element("div", { class: "legend-bar" });
   private readonly legendTicks = element("div", { class: "ticks" });
   private readonly removed = element("p", { class: "hint", "aria-live": "off" });
   private readonly filterRemark = element("p", { class: "hint warning-text" });
   private readonly updaters: ((state: ViewerState) => void)[] = [];
   private axis: IntensityAxis | null = null;
+  private fieldAxis: IntensityAxis | null = null;
   private heights: [number, number] = [0, 1];
 
   constructor(
@@ -57,7 +59,7 @@ export class ControlPanel {
     for (const [value, name] of Object.entries(colourNames)) this.colourBy.append(element("option", { value }, name));
     this.colourBy.addEventListener("change", () => this.store.set({ colourBy: this.colourBy.value as ColourBy }));
     this.updaters.push(({ colourBy }) => {
-      this.colourBy.value = colourBy;
+      this.offerFields();
       this.threshold.setColoured(colourBy === "intensity");
     });
     return section("Colour by", this.colourBy, element("div", { class: "legend" }, this.legendBar, this.legendTicks));
@@ -107,8 +109,26 @@ export class ControlPanel {
       button("Copy link", null, () => this.actions.copyLink())));
   }
 
+  /** Offers the fields of the streams, and one that is chosen, as by a link, in any case. */
+  private offerFields(): void {
+    const { colourBy } = this.store.get();
+    const chosen = fieldOf(colourBy);
+    const names = chosen === null || this.fields.includes(chosen) ? this.fields : [...this.fields, chosen];
+    const offered = [...this.colourBy.options].filter(({ value }) => fieldOf(value) !== null);
+    // Replaced options would close a list that is open.
+    if (names.join("\n") !== offered.map(({ value }) => fieldOf(value)).join("\n")) {
+      for (const option of offered) option.remove();
+      this.colourBy.append(...names.map((name) => element("option", { value: `field:${name}` }, `Field ${name}`)));
+    }
+    this.colourBy.value = colourBy;
+  }
+
   /** What streams have, so that settings for other things are not offered. */
-  setContents(contents: { hasColours: boolean; hasIntensities: boolean; hasSensors: boolean; hasCropBox: boolean }): void {
+  setContents(contents: {
+    hasColours: boolean; hasIntensities: boolean; hasSensors: boolean; hasCropBox: boolean; fields: readonly string[];
+  }): void {
+    this.fields = contents.fields;
+    this.offerFields();
     for (const option of this.colourBy.options)
       option.hidden = option.disabled =
         (option.value === "recorded" && !contents.hasColours) ||
@@ -132,6 +152,12 @@ export class ControlPanel {
     this.showLegend();
   }
 
+  /** Null: there are no values. */
+  setFieldAxis(axis: IntensityAxis | null): void {
+    this.fieldAxis = axis;
+    if (fieldOf(this.store.get().colourBy) !== null) this.showLegend();
+  }
+
   setHeights(heights: [number, number]): void {
     this.heights = heights;
     this.showLegend();
@@ -146,21 +172,33 @@ export class ControlPanel {
     });
   }
 
+  private fieldTicks(): [number, string][] {
+    if (!this.fieldAxis) return [[0, "no values"]];
+    const { min, bright, max, step } = this.fieldAxis;
+    const text = (value: number): string => formatInRange(value, bright - min);
+    const middle = step === 1 ? Math.round((min + bright) / 2) : (min + bright) / 2;
+    const ticks: [number, string][] = [[0, text(min)]];
+    if (bright > min && text(middle).length < 12) ticks.push([(middle - min) / (bright - min), text(middle)]);
+    if (bright > min) ticks.push([1, text(bright) + (bright < max ? " +" : "")]);
+    return ticks;
+  }
+
+  private ticks(colourBy: ColourBy): [number, string][] {
+    const [low, high] = this.heights;
+    if (colourBy === "intensity") return this.intensityTicks();
+    if (colourBy === "height")
+      return [[0, `${low.toFixed(2)} m`], [0.5, `${((low + high) / 2).toFixed(2)} m`], [1, `${high.toFixed(2)} m`]];
+    return colourBy === "age" ? [[0, "now"], [1, `${trailSeconds} s ago`]] : this.fieldTicks();
+  }
+
   private showLegend(): void {
     const { colourBy } = this.store.get();
     const legend = this.legendBar.parentElement as HTMLElement;
     legend.hidden = colourBy === "stream" || colourBy === "recorded";
     if (colourBy === "stream" || colourBy === "recorded") return;
-    this.legendBar.style.background = gradientOf(colourBy);
-    const [low, high] = this.heights;
-    const ticks: [number, string][] =
-      colourBy === "intensity"
-        ? this.intensityTicks()
-        : colourBy === "height"
-          ? [[0, `${low.toFixed(2)} m`], [0.5, `${((low + high) / 2).toFixed(2)} m`], [1, `${high.toFixed(2)} m`]]
-          : [[0, "now"], [1, `${trailSeconds} s ago`]];
+    this.legendBar.style.background = gradientOf(colourBy === "height" || colourBy === "age" ? colourBy : "intensity");
     this.legendTicks.replaceChildren(
-      ...ticks.map(([share, text]) => {
+      ...this.ticks(colourBy).map(([share, text]) => {
         const tick = element("span", {}, text);
         tick.style.left = `${100 * share}%`;
         tick.style.transform = `translateX(${-100 * share}%)`;

@@ -16,6 +16,19 @@ export function formatNumber(value: number): string {
   return value.toFixed(Math.min(digits, 6));
 }
 
+/** All digits that a value of a field has. */
+export function formatValue(value: number): string {
+  if (Number.isSafeInteger(value)) return grouped.format(value);
+  return String(Number(value.toPrecision(Math.fround(value) === value ? 7 : 15)));
+}
+
+/** A value in a range, with the digits that tell it from others there. */
+export function formatInRange(value: number, range: number): string {
+  if (Math.abs(value) > 1e15 || range === 0) return formatValue(value);
+  const digits = Math.max(0, 2 - Math.floor(Math.log10(range)));
+  return digits === 0 || Number.isInteger(value) ? grouped.format(value) : value.toFixed(Math.min(digits, 12));
+}
+
 export function formatBytes(bytes: number): string {
   return formatBytesPerSecond(bytes).replace("/s", "");
 }

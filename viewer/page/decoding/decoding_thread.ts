@@ -12,7 +12,7 @@ export class DecodingThread {
   /** Messages that came before the codec was ready. */
   private readonly early: ToWorker[] = [];
   private readonly pool = new BufferPool();
-  private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
+  private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
 
   constructor(private readonly post: (message: FromWorker, transfer?: Transferable[]) => void) {}
 

@@ -25,6 +25,8 @@ export interface DecodingSettings {
   removesOutliers: boolean;
   /** Seconds that voxels stay visible after they were seen last; 0: voxels of the frame only. */
   trailSeconds: number;
+  /** Of fieldChoices(), whose values voxels have with them; null: none. */
+  field: string | null;
 }
 
 export type ToWorker =
@@ -58,6 +60,8 @@ export interface PackedVoxels {
   hasColours: boolean;
   hasPointCounts: boolean;
   isJudged: boolean; // by the outlier filter
+  /** That of the settings, if the stream has it. */
+  field: string | null;
 }
 
 export interface ShownFrame {
@@ -76,6 +80,7 @@ export interface ShownFrame {
   placement: Placement | null;
   resolution: number;
   intensityRange: { min: number; max: number; step: number } | null;
+  fields: readonly string[]; // names of fieldChoices()
   isIFrame: boolean;
   bytes: number;
   decodeMs: number;

@@ -1,7 +1,9 @@
 import type { PackedVoxels } from "./messages";
 
-/** Bytes of a voxel: position 12, intensity 4, points 4, seconds since it was seen 4, colour 3, noise 1. */
-export const bytesPerVoxel = 28;
+/** Bytes of voxels: position 12, intensity 4, points 4, seconds since it was seen 4, colour 3, noise 1, and 8 of a field. */
+export function bytesOf(count: number, hasField: boolean): number {
+  return count * (hasField ? 36 : 28);
+}
 
 /** The arrays in a buffer of packed voxels; the frame's own voxels first, then past ones. */
 export interface VoxelArrays {
@@ -11,15 +13,19 @@ export interface VoxelArrays {
   ages: Float32Array;
   /** Red, green, blue, and 255 for noise. */
   paint: Uint8Array;
+  /** Values of the field, exactly; NaN: none. */
+  field: Float64Array | null;
 }
 
-export function arraysOf(buffer: ArrayBuffer, count: number): VoxelArrays {
+export function arraysOf(buffer: ArrayBuffer, count: number, hasField: boolean): VoxelArrays {
+  const begin = hasField ? 8 * count : 0; // the largest numbers first, which must be aligned
   return {
-    positions: new Float32Array(buffer, 0, 3 * count),
-    intensities: new Float32Array(buffer, 12 * count, count),
-    pointCounts: new Uint32Array(buffer, 16 * count, count),
-    ages: new Float32Array(buffer, 20 * count, count),
-    paint: new Uint8Array(buffer, 24 * count, 4 * count),
+    positions: new Float32Array(buffer, begin, 3 * count),
+    intensities: new Float32Array(buffer, begin + 12 * count, count),
+    pointCounts: new Uint32Array(buffer, begin + 16 * count, count),
+    ages: new Float32Array(buffer, begin + 20 * count, count),
+    paint: new Uint8Array(buffer, begin + 24 * count, 4 * count),
+    field: hasField ? new Float64Array(buffer, 0, count) : null,
   };
 }
 

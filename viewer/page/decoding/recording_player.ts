@@ -213,7 +213,7 @@ export class RecordingPlayer {
     return {
       stream, number, time, problem,
       voxels: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
-      isIFrame: false, bytes: 0, decodeMs: 0,
+      fields: [], isIFrame: false, bytes: 0, decodeMs: 0,
     };
   }
 }

@@ -1,5 +1,5 @@
 import type { ShownFrame } from "./messages";
-import { bytesPerVoxel, totalCount } from "./packed_voxels";
+import { bytesOf, totalCount } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 
 const maxBytes = 160 << 20;
@@ -19,7 +19,7 @@ export class ShownFrameCache {
     const key = `${frame.stream}:${frame.number}`;
     if (this.frames.has(key)) return;
     const voxels = frame.voxels;
-    const used = voxels ? totalCount(voxels) * bytesPerVoxel : 0;
+    const used = voxels ? bytesOf(totalCount(voxels), voxels.field !== null) : 0;
     this.frames.set(key, { ...frame, voxels: voxels && { ...voxels, buffer: voxels.buffer.slice(0, used) } });
     this.bytes += used;
     for (const [oldest, old] of this.frames) {

@@ -1,7 +1,9 @@
 import type { Codec, Decoder, DecoderLimits, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
 
+import { fieldChoices } from "./field_choices";
+import type { FieldChoice } from "./field_choices";
 import type { DecodingSettings, PackedVoxels, ShownFrame } from "./messages";
-import { arraysOf, bytesPerVoxel } from "./packed_voxels";
+import { arraysOf, bytesOf } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
 
@@ -71,6 +73,7 @@ export class StreamDecoder {
   decode(frame: FrameToDecode, settings: DecodingSettings, pool: BufferPool | null): ShownFrame {
     const begin = performance.now();
     const { status, voxels } = this.decodeBytes(frame.bytes);
+    const choices = fieldChoices(voxels?.fields ?? []);
     const shown: ShownFrame = {
       stream: frame.stream,
       number: frame.number,
@@ -83,6 +86,7 @@ export class StreamDecoder {
       placement: null,
       resolution: voxels?.resolution ?? 0,
       intensityRange: voxels?.intensityRange ?? null,
+      fields: [...choices.keys()],
       isIFrame: voxels?.isIFrame ?? false,
       bytes: frame.bytes.length,
       decodeMs: 0,
@@ -95,7 +99,8 @@ export class StreamDecoder {
       if (settings.trailSeconds > 0)
         this.trail.add(voxels.positions, voxels.intensities, voxels.resolution, frame.time, settings.trailSeconds);
       shown.decodeMs = performance.now() - begin;
-      if (pool) shown.voxels = this.pack(voxels, isNoise, settings, frame.time, pool);
+      const field = pool ? this.fieldValues(choices.get(settings.field ?? "")) : null;
+      if (pool) shown.voxels = this.pack(voxels, { isNoise, field }, settings, frame.time, pool);
     }
     return shown;
   }
@@ -117,22 +122,27 @@ export class StreamDecoder {
     return isNoise;
   }
 
+  private fieldValues(choice: FieldChoice | undefined): Float64Array | null {
+    return choice ? this.decoder.fieldValues(...choice).values : null;
+  }
+
   private pack(
     voxels: Voxels,
-    isNoise: Uint8Array | null,
+    { isNoise, field }: { isNoise: Uint8Array | null; field: Float64Array | null },
     settings: DecodingSettings,
     time: number,
     pool: BufferPool,
   ): PackedVoxels {
     const past = settings.trailSeconds > 0 ? this.trail.past(time) : [];
     const total = voxels.count + past.length;
-    const buffer = pool.take(total * bytesPerVoxel);
-    const arrays = arraysOf(buffer, total);
+    const buffer = pool.take(bytesOf(total, field !== null));
+    const arrays = arraysOf(buffer, total, field !== null);
     arrays.positions.set(voxels.positions);
     if (voxels.intensities) arrays.intensities.set(voxels.intensities);
     else arrays.intensities.fill(0);
     if (voxels.pointCounts) arrays.pointCounts.set(voxels.pointCounts);
     arrays.ages.fill(0);
+    if (field) arrays.field?.fill(NaN, voxels.count).set(field);
     for (let i = 0; i < voxels.count; ++i) {
       for (let c = 0; c < 3; ++c) arrays.paint[4 * i + c] = voxels.colours ? voxels.colours[3 * i + c] : 160;
       arrays.paint[4 * i + 3] = isNoise && isNoise[i] ? 255 : 0;
@@ -153,6 +163,7 @@ export class StreamDecoder {
       hasColours: voxels.colours !== null,
       hasPointCounts: voxels.pointCounts !== null,
       isJudged: isNoise !== null,
+      field: field && settings.field,
     };
   }
 }

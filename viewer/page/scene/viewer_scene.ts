@@ -14,10 +14,11 @@ import { Surroundings, boxEdges } from "./surroundings";
 import type { Bounds, SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
 import { VoxelLayer } from "./voxel_layer";
+import { fieldOf } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
 const fieldOfView = 45; // degrees, vertical
-const colourModes = ["intensity", "height", "stream", "age", "recorded"];
+const colourModes = ["intensity", "height", "stream", "age", "recorded", "field"];
 
 export type ViewDirection = "oblique" | "top" | "front" | "side";
 
@@ -146,11 +147,13 @@ export class ViewerScene {
     return before;
   }
 
-  apply(state: ViewerState, isVisible: (stream: number) => boolean, axis: IntensityAxis): void {
+  apply(state: ViewerState, isVisible: (stream: number) => boolean, axis: IntensityAxis,
+    fieldAxis: IntensityAxis | null): void {
     const uniforms = this.uniforms;
     uniforms.threshold.value = state.threshold;
     uniforms.hidesNoise.value = state.noise === "hide";
-    uniforms.colourBy.value = colourModes.indexOf(state.colourBy);
+    const field = fieldOf(state.colourBy);
+    uniforms.colourBy.value = colourModes.indexOf(field === null ? state.colourBy : "field");
     uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
     uniforms.isDisc.value = state.shape === "points";
     const map = state.colourBy === "height" || state.colourBy === "age" ? state.colourBy : "intensity";
@@ -159,6 +162,7 @@ export class ViewerScene {
       layer.mesh.visible = isVisible(stream);
       layer.setShape(state.shape);
       layer.setScale(state.voxelScale);
+      layer.setField(field, fieldAxis);
     });
     this.surroundings.grid.visible = state.showsGrid;
     this.surroundings.axes.visible = state.showsAxes;

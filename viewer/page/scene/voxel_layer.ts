@@ -5,7 +5,16 @@ import type { VoxelArrays } from "../decoding/packed_voxels";
 import type { PackedVoxels } from "../decoding/messages";
 import { identity } from "../recordings/transforms";
 import type { Pose } from "../recordings/transforms";
+import type { IntensityAxis } from "./intensity_axis";
 import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
+
+/** On the GPU, for voxels that have no value of the field. */
+const noValue = -3e38;
+
+/** Within the numbers of the GPU. */
+function forGpu(value: number): number {
+  return Math.min(1e38, Math.max(-1e38, value));
+}
 
 /** Uniforms that all layers share; each has its own colour and edge besides. */
 export interface SharedUniforms {
@@ -33,6 +42,8 @@ export class VoxelLayer {
   edge = 0; // metres
   /** From the coordinates of the frame to those of the scene. */
   readonly pose = new THREE.Matrix4();
+  /** Values of fields are drawn as differences from it, as the GPU's numbers are too coarse for times of today. */
+  private fieldBase = 0;
   private capacity = 0;
   private shape: "cubes" | "points" | null = null;
 
@@ -46,6 +57,8 @@ export class VoxelLayer {
         ...shared,
         halfEdge: { value: 0 },
         hasIntensities: { value: true },
+        hasField: { value: false },
+        fieldRange: { value: new THREE.Vector2(0, 1) },
         streamColour: { value: new THREE.Vector3(...colour) },
       },
     });
@@ -68,6 +81,13 @@ export class VoxelLayer {
     this.mesh.material.uniforms.halfEdge.value = 0.5 * scale * this.edge;
   }
 
+  /** Says which field is to be drawn, if it is the one that the voxels have, and its axis. */
+  setField(name: string | null, axis: IntensityAxis | null): void {
+    const { hasField, fieldRange } = this.mesh.material.uniforms;
+    hasField.value = axis !== null && name !== null && this.voxels?.field === name;
+    if (axis) fieldRange.value.set(forGpu(axis.min - this.fieldBase), forGpu(axis.bright - this.fieldBase));
+  }
+
   /** Takes a frame's voxels; returns the buffer of those drawn before, for use by others. */
   show(voxels: PackedVoxels | null, edge: number, pose: Pose = identity): ArrayBuffer | null {
     const before = this.voxels?.buffer ?? null;
@@ -75,7 +95,7 @@ export class VoxelLayer {
     this.mesh.quaternion.fromArray(rotation);
     this.pose.compose(new THREE.Vector3(x, y, z), this.mesh.quaternion, new THREE.Vector3(1, 1, 1));
     this.voxels = voxels;
-    this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels)) : null;
+    this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels), voxels.field !== null) : null;
     const count = voxels ? totalCount(voxels) : 0;
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
@@ -100,7 +120,7 @@ export class VoxelLayer {
     this.capacity = capacity;
     const old = this.mesh.geometry;
     const geometry = new THREE.InstancedBufferGeometry();
-    for (const [name, size] of [["centre", 3], ["quantities", 2]] as const)
+    for (const [name, size] of [["centre", 3], ["quantities", 3]] as const)
       geometry.setAttribute(name, this.dynamic(new Float32Array(size * capacity), size, false));
     geometry.setAttribute("paint", this.dynamic(new Uint8Array(4 * capacity), 4, true));
     if (old.index) {
@@ -120,9 +140,12 @@ export class VoxelLayer {
 
   private upload(arrays: VoxelArrays, count: number): void {
     const quantities = this.attribute("quantities").array as Float32Array;
+    this.fieldBase = arrays.field?.find(Number.isFinite) ?? 0;
     for (let i = 0; i < count; ++i) {
-      quantities[2 * i] = arrays.intensities[i];
-      quantities[2 * i + 1] = arrays.ages[i];
+      const value = arrays.field ? arrays.field[i] : NaN;
+      quantities[3 * i] = arrays.intensities[i];
+      quantities[3 * i + 1] = arrays.ages[i];
+      quantities[3 * i + 2] = Number.isNaN(value) ? noValue : forGpu(value - this.fieldBase);
     }
     // The GPU's numbers are too coarse for cubes at the coordinates of maps, in the millions of metres.
     const [x, y, z] = count > 0 ? arrays.positions : [0, 0, 0];

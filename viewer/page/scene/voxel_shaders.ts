@@ -3,17 +3,19 @@ export const voxelVertexShader = /* glsl */ `
 precision highp float;
 in vec3 corner;      // two coordinates in the face, -1 or 1, and the face's axis; 3: a disc
 in vec3 centre;      // metres, from the layer's origin
-in vec2 quantities;  // intensity, seconds since the voxel was seen
+in vec3 quantities;  // intensity, seconds since the voxel was seen, value of the field
 in vec4 paint;       // recorded colour, and 1 for noise
 uniform float halfEdge;
 uniform float threshold;
 uniform bool hasIntensities;
 uniform bool hidesNoise;
 uniform vec3 noiseColour;
-uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded
+uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded, 5 field
 uniform vec3 streamColour;
 uniform vec4 intensityAxis;     // min, max, step, 1 if logarithmic
 uniform vec2 heightRange;
+uniform bool hasField;
+uniform vec2 fieldRange;
 uniform float trailSeconds;
 uniform sampler2D colourMap;
 uniform vec2 viewport;          // pixels
@@ -29,13 +31,20 @@ float intensityShare(float intensity) {
   return log(1.0 + value / intensityAxis.z) / log(1.0 + span / intensityAxis.z);
 }
 
+float fieldShare(float value) {
+  float span = fieldRange.y - fieldRange.x;
+  return span > 0.0 ? clamp(value - fieldRange.x, 0.0, span) / span : 0.0;
+}
+
 vec3 colourOf(bool isNoise) {
   if (isNoise) return noiseColour;
   if (colourBy == 2) return streamColour;
   if (colourBy == 4) return paint.rgb;
+  if (colourBy == 5 && (!hasField || quantities.z < -2e38)) return vec3(160.0 / 255.0); // as where no colour was recorded
   float share = colourBy == 0 ? intensityShare(quantities.x)
     : colourBy == 1 ? ((modelMatrix * vec4(centre, 1.0)).z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
-    : quantities.y / trailSeconds;
+    : colourBy == 3 ? quantities.y / trailSeconds
+    : fieldShare(quantities.z);
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
 }
 

@@ -1,4 +1,4 @@
-import { initialState, voxelScales } from "./viewer_state";
+import { fieldOf, initialState, voxelScales } from "./viewer_state";
 import type { ViewerState, ViewerStore } from "./viewer_state";
 
 /** Values that a link carries, with the short names that they have in it. */
@@ -44,7 +44,7 @@ function parse(key: LinkedKey, text: string): unknown {
   const initial = initialState[key];
   if (typeof initial === "boolean") return text === "1" ? true : text === "0" ? false : undefined;
   if (typeof initial === "number") return numberIn(key, Number(text));
-  return choices[key]?.includes(text) ? text : undefined;
+  return choices[key]?.includes(text) || (key === "colourBy" && fieldOf(text)) ? text : undefined;
 }
 
 function format(value: unknown): string {

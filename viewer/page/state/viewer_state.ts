@@ -1,6 +1,6 @@
 import { Store } from "./store";
 
-export type ColourBy = "intensity" | "height" | "stream" | "age" | "recorded";
+export type ColourBy = "intensity" | "height" | "stream" | "age" | "recorded" | `field:${string}`;
 export type Theme = "auto" | "light" | "dark";
 
 /** What the viewer does, all of it; what it shows of a recording is in the FrameIndex and the scene. */
@@ -65,6 +65,11 @@ export const voxelScales = { min: 0.2, max: 1.5 };
 
 /** Seconds that voxels stay visible when they are coloured by the time they were seen last. */
 export const trailSeconds = 2;
+
+/** The field that voxels are coloured by, by its name in fieldChoices(); null: by something else. */
+export function fieldOf(colourBy: string): string | null {
+  return colourBy.startsWith("field:") ? colourBy.slice("field:".length) : null;
+}
 
 export type ViewerStore = Store<ViewerState>;
 
