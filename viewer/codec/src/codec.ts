@@ -108,7 +108,12 @@ export class Codec {
       const result = instance.result(
         instance.exports.recording_limits(Math.min(bytes, Number.MAX_SAFE_INTEGER)),
       );
-      return { maxFrameBytes: result.u32(0), maxVoxels: result.u32(4), maxPoints: result.u32(8) };
+      return {
+        maxFrameBytes: result.u32(0),
+        maxVoxels: result.u32(4),
+        maxPoints: result.u32(8),
+        maxFieldValues: result.u32(12),
+      };
     });
     if (limits.failure !== null) throw new CodecError(limits.failure.code, limits.failure.message);
     return limits.value;

@@ -221,7 +221,8 @@ recordingLimits(double bytes)
       recording::decoderLimitsOf(static_cast<std::uint64_t>(bytes));
   results().limits = {static_cast<std::uint32_t>(limits.max_frame_bytes),
                       static_cast<std::uint32_t>(limits.max_voxels),
-                      static_cast<std::uint32_t>(limits.max_points)};
+                      static_cast<std::uint32_t>(limits.max_points),
+                      static_cast<std::uint32_t>(limits.max_field_values)};
   return &results().limits;
 }
 
@@ -229,9 +230,10 @@ EXPORTED(create_decoder)
 Decoder*
 createDecoder(std::uint32_t max_frame_bytes,
               std::uint32_t max_voxels,
-              std::uint32_t max_points)
+              std::uint32_t max_points,
+              std::uint32_t max_field_values)
 {
-  return new Decoder({max_frame_bytes, max_voxels, max_points});
+  return new Decoder({max_frame_bytes, max_voxels, max_points, max_field_values});
 }
 
 EXPORTED(destroy_decoder)
@@ -282,10 +284,11 @@ describeFrame(const std::uint8_t* bytes,
               std::uint32_t size,
               std::uint32_t max_frame_bytes,
               std::uint32_t max_voxels,
-              std::uint32_t max_points)
+              std::uint32_t max_points,
+              std::uint32_t max_field_values)
 {
-  const io::FrameDescription description =
-      io::describeFrame(bytes, size, {max_frame_bytes, max_voxels, max_points});
+  const io::FrameDescription description = io::describeFrame(
+      bytes, size, {max_frame_bytes, max_voxels, max_points, max_field_values});
   DescribedFrame& described = results().described = {};
   described.outcome = outcomeOf(description.status);
   described.grid = gridOf(description.grid);
@@ -314,10 +317,11 @@ frameSize(const std::uint8_t* bytes,
           std::uint32_t size,
           std::uint32_t max_frame_bytes,
           std::uint32_t max_voxels,
-          std::uint32_t max_points)
+          std::uint32_t max_points,
+          std::uint32_t max_field_values)
 {
-  const io::FrameSize measured =
-      io::frameSize(bytes, size, {max_frame_bytes, max_voxels, max_points});
+  const io::FrameSize measured = io::frameSize(
+      bytes, size, {max_frame_bytes, max_voxels, max_points, max_field_values});
   results().measured = {outcomeOf(measured.status),
                         static_cast<std::uint32_t>(measured.known + measured.drop)};
   return &results().measured;

@@ -14,14 +14,20 @@ import {
  * @throws CodecError "InvalidSettings"
  */
 export function limitValues(limits: DecoderLimits): LimitValues {
-  const { maxFrameBytes = 2 ** 24, maxVoxels = 2 ** 20, maxPoints = 2 ** 24 } = limits;
-  for (const [name, value] of Object.entries({ maxFrameBytes, maxVoxels, maxPoints }))
+  const {
+    maxFrameBytes = 2 ** 24,
+    maxVoxels = 2 ** 20,
+    maxPoints = 2 ** 24,
+    maxFieldValues = 2 ** 24,
+  } = limits;
+  const all = { maxFrameBytes, maxVoxels, maxPoints, maxFieldValues };
+  for (const [name, value] of Object.entries(all))
     if (!Number.isInteger(value) || value < 1 || value >= 2 ** 32)
       throw new CodecError(
         "InvalidSettings",
         `${name} is ${value}; it must be a whole number from 1 to 2^32 - 1`,
       );
-  return [maxFrameBytes, maxVoxels, maxPoints];
+  return [maxFrameBytes, maxVoxels, maxPoints, maxFieldValues];
 }
 
 /** Decodes the frames of one stream, in their order.

@@ -14,8 +14,9 @@ import {
 /** Address in the memory of an instance; 0: none. */
 export type Address = number;
 
-/** Limits of a decoder as the module takes them: bytes of a frame, voxels, points. */
-export type LimitValues = readonly [number, number, number];
+/** Limits of a decoder as the module takes them: bytes of a frame, voxels, points, values
+ * of fields. */
+export type LimitValues = readonly [number, number, number, number];
 
 /** Settings of a filter as the module takes them: unit, least log-odds, full intensity,
  * whether history is used, most blocks. */

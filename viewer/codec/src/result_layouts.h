@@ -122,6 +122,7 @@ struct Limits {
   std::uint32_t max_frame_bytes = 0;
   std::uint32_t max_voxels = 0;
   std::uint32_t max_points = 0;
+  std::uint32_t max_field_values = 0;
 };
 
 struct Judgement {
@@ -140,7 +141,7 @@ static_assert(sizeof(DescribedField) == 16 && offsetof(FieldValues, values) == 4
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
               offsetof(DescribedFrame, has_frame_id) == 160);
 static_assert(offsetof(MeasuredFrame, bytes) == 12);
-static_assert(offsetof(Limits, max_points) == 8);
+static_assert(offsetof(Limits, max_field_values) == 12);
 static_assert(offsetof(Judgement, is_noise) == 16);
 static_assert(static_cast<int>(io::CompressionCode::OutOfMemory) == 13);
 static_assert(static_cast<int>(OutlierRemovalCode::DifferentCloud) == 4);

@@ -77,6 +77,8 @@ export interface DecoderLimits {
   /** Points of one frame, where voxels have numbers of points. Default: 2^24; above
    * 16 `maxVoxels` counts as that. */
   readonly maxPoints?: number;
+  /** Values of the fields of one frame, of eight bytes each. Default: 2^24. */
+  readonly maxFieldValues?: number;
 }
 
 /** Intensities of a stream: `min` + number * `step`. */

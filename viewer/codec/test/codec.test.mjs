@@ -127,7 +127,7 @@ test("limits and settings outside their ranges are refused by name", async () =>
   const codec = await loadCodec();
   const refuses = (call, name) =>
     assert.throws(call, { code: "InvalidSettings", message: new RegExp(name) });
-  for (const name of ["maxFrameBytes", "maxVoxels", "maxPoints"])
+  for (const name of ["maxFrameBytes", "maxVoxels", "maxPoints", "maxFieldValues"])
     for (const value of [0, -1, 1.5, NaN, 2 ** 32, "4"])
       refuses(() => codec.createDecoder({ [name]: value }), name);
   refuses(() => codec.createOutlierFilter({ unit: "feet" }), "unit");
@@ -151,11 +151,11 @@ test("limits are those of the decoder", async () => {
 
 test("limits of a recording follow its size, as in the library", async () => {
   const codec = await loadCodec();
-  const maxFrameBytes = 2 ** 28;
-  assert.deepEqual(codec.recordingLimits(0), { maxFrameBytes, maxVoxels: 2 ** 20, maxPoints: 2 ** 24 });
-  assert.deepEqual(codec.recordingLimits(2 ** 18), { maxFrameBytes, maxVoxels: 2 ** 21, maxPoints: 2 ** 25 });
-  for (const bytes of [2 ** 40, Infinity])
-    assert.deepEqual(codec.recordingLimits(bytes), { maxFrameBytes, maxVoxels: 2 ** 22, maxPoints: 2 ** 26 });
+  const limits = (bits) =>
+    ({ maxFrameBytes: 2 ** 28, maxVoxels: 2 ** bits, maxPoints: 2 ** (bits + 4), maxFieldValues: 2 ** (bits + 6) });
+  assert.deepEqual(codec.recordingLimits(0), limits(20));
+  assert.deepEqual(codec.recordingLimits(2 ** 18), limits(21));
+  for (const bytes of [2 ** 40, Infinity]) assert.deepEqual(codec.recordingLimits(bytes), limits(22));
   for (const bytes of [-1, NaN]) assert.throws(() => codec.recordingLimits(bytes), { code: "InvalidInput" });
 });
 

@@ -75,6 +75,14 @@ for (const [what, hasCounts] of [["points", 1], ["voxels", 0]])
     assert.throws(() => decoder.fieldValues(0), { code: "InvalidInput" });
   });
 
+test("the limit of values is that of the decoder", async () => {
+  const codec = await loadCodec();
+  const frame = new Uint8Array(execFileSync(program, ["encode", "1"], { input: bytesOfPoints() }));
+  const most = 4 * points.length;
+  const statusWith = (maxFieldValues) => codec.createDecoder({ maxFieldValues }).decode(frame).status.code;
+  assert.deepEqual([statusWith(most), statusWith(most - 1)], ["Ok", "LimitExceeded"]);
+});
+
 test("each field of the golden streams has as many values as voxels", async () => {
   const names = (await streamNames("golden/")).filter((name) => /fields|images|colours/.test(name));
   const found = new Set();
