@@ -178,7 +178,7 @@ export class ControlPanel {
     const text = (value: number): string => formatInRange(value, bright - min);
     const middle = step === 1 ? Math.round((min + bright) / 2) : (min + bright) / 2;
     const ticks: [number, string][] = [[0, text(min)]];
-    if (bright > min && text(middle).length < 12) ticks.push([(middle - min) / (bright - min), text(middle)]);
+    if (middle > min && middle < bright && text(middle).length < 12) ticks.push([(middle - min) / (bright - min), text(middle)]);
     if (bright > min) ticks.push([1, text(bright) + (bright < max ? " +" : "")]);
     return ticks;
   }

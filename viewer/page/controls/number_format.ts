@@ -16,10 +16,10 @@ export function formatNumber(value: number): string {
   return value.toFixed(Math.min(digits, 6));
 }
 
-/** All digits that a value of a field has. */
+/** A value of a field with all its digits. */
 export function formatValue(value: number): string {
   if (Number.isSafeInteger(value)) return grouped.format(value);
-  return String(Number(value.toPrecision(Math.fround(value) === value ? 7 : 15)));
+  return String(Math.fround(value) === value ? Number(value.toPrecision(7)) : value); // of floats no more than they hold
 }
 
 /** A value in a range, with the digits that tell it from others there. */
