@@ -1,6 +1,7 @@
 #include "voxelizing/field_collector.h"
 
 #include "voxelizing/radix_sort.h"
+#include "voxels/field_summary.h"
 
 #include <algorithm>
 #include <array>
@@ -47,26 +48,6 @@ faultOf(const FieldDescription& field)
   else if (!isField(field))
     fault << "its type or its step is unknown";
   return fault.str();
-}
-
-/** \brief The most frequent one, the smallest of several.
- * \param[in,out] numbers not empty; are sorted
- */
-std::uint64_t
-mostFrequent(std::vector<std::uint64_t>& numbers)
-{
-  std::sort(numbers.begin(), numbers.end());
-  std::uint64_t best = numbers.front();
-  std::size_t best_count = 0;
-  for (std::size_t begin = 0, end = 0; begin < numbers.size(); begin = end) {
-    while (end < numbers.size() && numbers[end] == numbers[begin])
-      ++end;
-    if (end - begin > best_count) {
-      best = numbers[begin];
-      best_count = end - begin;
-    }
-  }
-  return best;
 }
 
 } // namespace
@@ -276,17 +257,10 @@ FieldCollector::summarize(std::size_t field, FrameField& summary)
       ++end;
     for (std::size_t k = 0; k < exact.count; ++k) {
       of_voxel_.clear();
-      double sum = 0.0;
-      for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t i = begin; i < end; ++i)
         of_voxel_.push_back(numbers[entries_[i].point * exact.count + k]);
-        sum += fieldValue(exact, of_voxel_.back());
-      }
       std::array<unsigned char, 8> value{};
-      const double mean = sum / static_cast<double>(end - begin);
-      if (isInteger(exact.type) || end - begin == 1)
-        fieldValue(exact, mostFrequent(of_voxel_), value.data());
-      else
-        storeFieldValue(exact.type, mean, value.data());
+      summarizeField(exact, of_voxel_, value.data());
       summary.numbers.push_back(fieldNumber(summary, value.data()));
     }
   }
