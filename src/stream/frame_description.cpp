@@ -45,6 +45,7 @@ describeVersion1(ByteSource& source,
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
     description.image = {header.image.width, header.image.height};
+    description.is_organised = header.content.has_image && header.image.is_organised;
     if (header.stamp)
       description.stamp = static_cast<std::uint64_t>(*header.stamp);
   }

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -249,6 +250,32 @@ TEST_F(ProgramFields, AreNamedByInfo)
   EXPECT_NE(json.output.find("\"name\": \"time:gps\""), std::string::npos);
   EXPECT_NE(json.output.find("\"type\": \"float64\""), std::string::npos);
   EXPECT_NE(json.output.find("\"step\": 0.01"), std::string::npos);
+}
+
+TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
+{
+  pcl::PCLPointCloud2 cloud = cloudWithRings();
+  for (std::uint32_t i = 0; i < cloud.width; ++i) {
+    const float angle = 0.1653f * static_cast<float>(i / 16);
+    const float place[3] = {3.0f * std::cos(angle),
+                            3.0f * std::sin(angle),
+                            0.1f * static_cast<float>(i % 16)};
+    std::memcpy(&cloud.data[i * cloud.point_step], place, sizeof(place));
+  }
+  ASSERT_EQ(pcl::PCDWriter().writeBinary(folder_ / "clouds/0.pcd", cloud), 0);
+  expectRun(folder_,
+            "encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
+  const ProgramRun table = expectRun(folder_, "info x.pcxi");
+  EXPECT_NE(table.output.find("numbers of points, rays of 38 x 16 points"),
+            std::string::npos)
+      << table.output;
+  const ProgramRun json = expectRun(folder_, "info --json x.pcxi");
+  EXPECT_NE(json.output.find("\"is_organised\": false"), std::string::npos);
+  expectRun(folder_, "decode x.pcxi -o out");
+  pcl::PCLPointCloud2 received;
+  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+  EXPECT_EQ(received.width, 600u);
+  EXPECT_EQ(received.height, 1u);
 }
 
 TEST_F(ProgramFields, ThatAreLeftOutAreNamedWithTheOption)

@@ -133,7 +133,8 @@ describeAttributes(const StreamFigures& stream)
   if (stream.has_point_counts)
     add("numbers of points");
   if (stream.image.width > 0)
-    add("image of " + std::to_string(stream.image.width) + " x " +
+    add((stream.is_organised ? "rows and columns of " : "rays of ") +
+        std::to_string(stream.image.width) + " x " +
         std::to_string(stream.image.height) + " points");
   for (const io::FieldDescription& field : stream.fields)
     add("field " + printable(field.name));
@@ -245,7 +246,9 @@ toJson(const StreamFigures& stream)
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;
   json["has_point_counts"] = stream.has_point_counts;
-  json["image"] = {{"width", stream.image.width}, {"height", stream.image.height}};
+  json["image"] = {{"width", stream.image.width},
+                   {"height", stream.image.height},
+                   {"is_organised", stream.is_organised}};
   json["fields"] = nlohmann::ordered_json::array();
   for (const io::FieldDescription& field : stream.fields)
     json["fields"].push_back({{"name", printable(field.name)},

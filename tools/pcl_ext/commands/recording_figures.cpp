@@ -39,6 +39,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.has_point_counts = header.has_point_counts;
     figures.fields = header.fields;
     figures.image = header.image;
+    figures.is_organised = header.is_organised;
   }
   figures.has_one_resolution &= figures.resolution == resolution;
 }

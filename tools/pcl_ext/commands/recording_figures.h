@@ -36,6 +36,7 @@ struct StreamFigures {
   bool has_point_counts = false;
   std::vector<io::FieldDescription> fields;
   io::ImageSize image;
+  bool is_organised = false;
   std::string frame_id;
   std::size_t missing = 0;    ///< by the numbers of the frames
   std::size_t unreadable = 0; ///< in the recording, but damaged
