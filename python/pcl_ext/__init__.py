@@ -13,6 +13,7 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 from ._native import version as __version__
 from .codec import CompressionWarning, Decoder, Encoder
 from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
+from .order import arrange_by_ring, sort_by_time
 from .outliers import OutlierRemoval
 from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
 from .recording_writer import RecordingWriter
@@ -38,9 +39,11 @@ __all__ = [
     "Status",
     "TemporalVoxelFilter",
     "__version__",
+    "arrange_by_ring",
     "frame_size",
     "laws",
     "open",
     "positions",
     "sensors",
+    "sort_by_time",
 ]

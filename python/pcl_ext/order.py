@@ -1,0 +1,134 @@
+"""The order in which a lidar measured its points, restored from their fields."""
+
+from typing import Any, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+_MOST_SIDE = 1 << 16
+_MOST_PIXELS = 1 << 24
+
+
+def _field(cloud: NDArray[Any], name: Optional[str], usual: Sequence[str]) -> NDArray[Any]:
+    """The values of a field, or of the first one of usual names."""
+    names = usual if name is None else (name,)
+    for wanted in names:
+        if wanted in (cloud.dtype.names or ()):
+            values: NDArray[Any] = cloud[wanted]
+            if values.ndim > cloud.ndim:
+                raise ValueError(f"field {wanted!r} has several values a point")
+            if np.isnan(values).any():
+                raise ValueError(f"field {wanted!r} of a point is not a number")
+            return values
+    raise ValueError(f"the cloud has no field {', '.join(map(repr, names))}")
+
+
+def sort_by_time(
+    cloud: NDArray[Any], *, time: Optional[str] = None, ring: Optional[str] = None
+) -> NDArray[Any]:
+    """Sorts points as a lidar measured them: by time, those of the same time by ring.
+
+    Decoded clouds, whose points are in the order of their voxels, get that of the sensor
+    back, if these fields were kept (`Encoder(fields=...)`).
+
+    Parameters
+    ----------
+    cloud : numpy.ndarray
+        Structured, with x, y, z and the two fields; points whose coordinates are not
+        finite are left out.
+    time : str, optional
+        Field of when a point was measured, any unit. Else the first one of t, time,
+        timestamp, time_stamp and offset_time.
+    ring : str, optional
+        Field of the laser. Else the first one of ring, channel and line.
+
+    Returns
+    -------
+    numpy.ndarray
+        A copy of shape (N,).
+
+    Raises
+    ------
+    ValueError
+        Without these fields, or if a value of them is not a number.
+    """
+    points = np.ravel(cloud)
+    points = points[np.all([np.isfinite(points[axis]) for axis in "xyz"], axis=0)]
+    times = _field(points, time, ("t", "time", "timestamp", "time_stamp", "offset_time"))
+    rings = _field(points, ring, ("ring", "channel", "line"))
+    return points[np.lexsort((rings, times))]
+
+
+def _columns(times: NDArray[Any]) -> NDArray[Any]:
+    """Columns of sorted times, from 0 on, as floats."""
+    gaps = np.diff(times.astype("f8"))
+    steps = gaps[gaps > 0]
+    if 2 * (len(steps) + 1) > len(times) > 0:
+        raise ValueError(
+            "most points have a time of their own: there are no columns of points of the "
+            "same time"
+        )
+    if len(steps) > 0:
+        steps = steps[steps < 1.5 * np.sort(steps)[len(steps) // 2]]
+        gaps = np.where(gaps > 0, np.fmax(1, np.round(gaps / steps.mean())), 0)
+    return np.concatenate(([0.0], np.cumsum(gaps)))[: len(times)]
+
+
+def arrange_by_ring(
+    cloud: NDArray[Any],
+    shape: Optional[Tuple[int, int]] = None,
+    *,
+    time: Optional[str] = None,
+    ring: Optional[str] = None,
+) -> NDArray[Any]:
+    """Puts points into rows and columns as a lidar measured them.
+
+    Each ring is a row, each time a column, for lidars whose points of a column have the
+    same time. Columns begin with the first time; where times are further apart than most,
+    columns without points are between them.
+
+    Parameters
+    ----------
+    cloud, time, ring
+        As for `sort_by_time`.
+    shape : (int, int), optional
+        Rows and columns; else as many as the points need.
+
+    Returns
+    -------
+    numpy.ndarray
+        A copy of two dimensions. Missing points are NaN, their integers 0.
+
+    Raises
+    ------
+    ValueError
+        As `sort_by_time`; if rings are no whole numbers from 0 on, if two points have the
+        same ring and time, if times differ within columns, or if the points need more
+        than `shape`, 65536 rows or columns, or 2^24 pixels.
+    """
+    points = sort_by_time(cloud, time=time, ring=ring)
+    rings = _field(points, ring, ("ring", "channel", "line")).astype("f8")
+    columns = _columns(
+        _field(points, time, ("t", "time", "timestamp", "time_stamp", "offset_time"))
+    )
+    if np.any(rings < 0) or np.any(rings != np.floor(rings)):
+        raise ValueError("the ring of a point is not a whole number from 0 on")
+    needed = np.array([rings.max(initial=-1) + 1, columns.max(initial=-1) + 1])
+    most = np.array((_MOST_SIDE, _MOST_SIDE) if shape is None else shape)
+    if np.any(needed > most):
+        raise ValueError(
+            f"the points need {needed[0]:g} rows and {needed[1]:g} columns; there may be "
+            f"{most[0]} and {most[1]}"
+        )
+    rows, width = (needed if shape is None else most).astype(int)
+    if rows * width > _MOST_PIXELS:
+        raise ValueError(f"{rows} rows and {width} columns are more than {_MOST_PIXELS} pixels")
+    arranged = np.zeros((rows, width), points.dtype)
+    for name in points.dtype.names or ():
+        if np.issubdtype(points.dtype[name].base, np.floating):
+            arranged[name] = np.nan
+    pixels = rings.astype(int) * width + columns.astype(int)
+    if len(np.unique(pixels)) < len(pixels):
+        raise ValueError("two points have the same ring and time")
+    arranged.reshape(-1)[pixels] = points
+    return arranged
