@@ -7,7 +7,7 @@
  * loaded. Libraries of one minor version can take each other's place.
  */
 #define PCL_EXT_VERSION_MAJOR 0
-#define PCL_EXT_VERSION_MINOR 2
+#define PCL_EXT_VERSION_MINOR 3
 #define PCL_EXT_VERSION_PATCH 0
 
 /** \brief A number to compare: 1.2.3 is 10203. */
