@@ -109,7 +109,8 @@ class Encoder:
         and columns and rows of its image.
     sensor_pose : array_like of shape (4, 4), optional
         Pose of the sensor in the frame of the clouds (sensor -> cloud, metres), for the
-        depth of the points, which is along the sensor's z axis, and for `temporal_filter`.
+        depth of the points, which is along the sensor's z axis, for the rays on which they
+        are with `keep_point_counts`, and for `temporal_filter`.
         By default the clouds are in the sensor's own frame.
     bounding_box : ((x, y, z), (x, y, z)), optional
         Lower and upper corner, metres; points outside are left out. By default the grid
@@ -130,7 +131,9 @@ class Encoder:
     colour_bits : int
         Bits of a colour channel, 1 to 8; 0: no colours. Without effect on clouds without.
     keep_point_counts : bool
-        Also code the number of points of each voxel: as many are decoded, at its centre.
+        Also code the number of points of each voxel: as many are decoded, at its centre,
+        and with their rows and columns where that takes fewer bytes. A field ring of
+        unorganised lidar clouds makes frames smaller, whether it is kept or not.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With

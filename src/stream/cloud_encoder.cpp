@@ -218,12 +218,14 @@ CloudEncoder::Implementation::mostPixels(const VoxelFrame& frame) const
   const std::size_t points = voxelization_.points_used;
   const DecoderLimits& limits = settings_.decoder_limits;
   const bool is_i_frame = encoder_.isIFrameDue();
-  if (frame.keys.empty() || !frame.has_point_counts ||
-      (is_i_frame ? points > most_points_of_voxel * frame.size()
-                  : !encoder_.takesImages()))
+  const std::size_t values = fields_.valuesOfPoint();
+  // Fields are those of pixels, whatever the voxels.
+  const bool has_many = values == 0 && points > most_points_of_voxel * frame.size();
+  if (frame.keys.empty() || !frame.has_point_counts || !encoder_.takesImages() ||
+      (is_i_frame && has_many))
     return 0;
   std::uint64_t most = std::min<std::uint64_t>(most_image_pixels, limits.max_points);
-  if (const std::size_t values = fields_.valuesOfPoint(); values > 0)
+  if (values > 0)
     most = std::min<std::uint64_t>(most, limits.max_field_values / values);
   return is_i_frame ? std::min<std::uint64_t>(most, most_pixels_of_point * points)
                     : most;

@@ -27,13 +27,14 @@ public:
   bool
   isIFrameDue() const
   {
-    return is_i_frame_requested_ || frames_since_i_frame_ >= i_frame_rate_;
+    return is_i_frame_requested_ || frames_since_i_frame_ >= i_frame_rate_ ||
+           version1_.wantsIFrame();
   }
 
   bool
   takesImages() const
   {
-    return version1_.takesImages();
+    return version1_.takesImages(isIFrameDue());
   }
 
   void

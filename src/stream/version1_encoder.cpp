@@ -4,6 +4,7 @@
 #include "bytes/exceptions.h"
 #include "codec/supplement/coarse_voxels.h"
 #include "stream/image_table.h"
+#include "stream/image_trial.h"
 #include "voxels/ascending_keys.h"
 
 #include <algorithm>
@@ -11,6 +12,21 @@
 
 namespace pcl_ext {
 namespace io {
+
+namespace {
+
+/** \brief I-frames behind a trial that are not tried. */
+constexpr unsigned int settled_i_frames = 15;
+/** \brief What takes more than so many times the bytes of a point is not alike. */
+constexpr double near = 1.25;
+
+} // namespace
+
+Version1Encoder::Version1Encoder(Effort effort, bool has_p_frames)
+: effort_(effort), has_p_frames_(has_p_frames)
+{}
+
+Version1Encoder::~Version1Encoder() = default;
 
 bool
 Version1Encoder::needsIFrame(const VoxelFrame& frame,
@@ -173,29 +189,47 @@ Version1Encoder::encode(const VoxelFrame& frame,
                         CodedFrameStatistics& statistics)
 {
   const bool is_i_frame = matched == nullptr;
+  const bool had_image = content_.has_image;
+  wants_i_frame_ = false;
   writeHeader(frame, is_i_frame, stamp);
   const PayloadSizes sizes =
       is_i_frame ? encodeIFrame(frame) : encodeContent(frame, *matched);
   writeFrame(frame, sizes, bytes, statistics);
   keepForChanges(frame);
+  // A cloud without an order may be an exception.
+  if (is_i_frame)
+    wants_i_frame_ = had_image && !frame.keys.empty() && !frame.image.hasPixels() &&
+                     takesImages(true);
+  else if (content_.has_image && !frame.keys.empty())
+    followImage(frame);
 }
 
 /** \brief Encodes payload and supplement of an I-frame. Where the sensor's order of the
  * points is known they are coded with it and without it. With it, if that takes fewer
- * bytes; where the difference is large some I-frames are not tried. */
+ * bytes; after a trial some I-frames are not tried, unless they take more bytes than
+ * before. */
 PayloadSizes
 Version1Encoder::encodeIFrame(const VoxelFrame& frame)
 {
   const auto encode = [&](bool has_image) {
     setContent(frame, has_image);
-    return encodeContent(frame, codedVoxels(frame));
+    const PayloadSizes sizes = encodeContent(frame, codedVoxels(frame));
+    i_frame_density_ =
+        static_cast<double>(payload_.size()) /
+        static_cast<double>(std::max<std::uint64_t>(1, header_.point_count));
+    return sizes;
   };
+  endTrial();
   is_i_frame_empty_ = frame.keys.empty();
-  if (!frame.image.hasPixels() || is_i_frame_empty_)
-    return encode(false);
-  if (settled_i_frames_ > 0) {
-    --settled_i_frames_;
-    return encode(is_image_smaller_);
+  const bool has_image = frame.image.hasPixels() && !is_i_frame_empty_;
+  if (settled_i_frames_ > 0 || !has_image) {
+    settled_i_frames_ -= settled_i_frames_ > 0 ? 1 : 0;
+    const PayloadSizes sizes = encode(has_image && is_image_smaller_);
+    if (settled_density_ == 0.0)
+      settled_density_ = i_frame_density_;
+    else if (i_frame_density_ > near * settled_density_)
+      settled_i_frames_ = 0;
+    return sizes;
   }
   encode(false);
   const std::size_t size_without = payload_.size();
@@ -204,11 +238,50 @@ Version1Encoder::encodeIFrame(const VoxelFrame& frame)
   ByteWriter writer(table);
   writeImageTable(frame.image, writer);
   const std::size_t size = payload_.size() + table.size();
+  settleImages(size, size_without);
+  if (is_image_smaller_ && has_p_frames_)
+    trial_ = std::make_unique<ImageTrial>(effort_, frame);
+  const PayloadSizes chosen = is_image_smaller_ ? sizes : encode(false);
+  settled_density_ = i_frame_density_;
+  return chosen;
+}
+
+/** \brief Judges an I-frame with an image.
+ * \param[in] size_without bytes without
+ */
+void
+Version1Encoder::settleImages(std::size_t size, std::size_t size_without)
+{
   is_image_smaller_ = size <= size_without;
-  constexpr unsigned int settled_i_frames = 15;
   if (std::max(size, size_without) > 2 * std::min(size, size_without))
     settled_i_frames_ = settled_i_frames;
-  return is_image_smaller_ ? sizes : encode(false);
+}
+
+/** \brief Judges a P-frame with an image. */
+void
+Version1Encoder::followImage(const VoxelFrame& frame)
+{
+  const double density =
+      static_cast<double>(payload_.size()) / static_cast<double>(header_.point_count);
+  wants_i_frame_ = density > near * i_frame_density_;
+  if (wants_i_frame_)
+    trial_.reset(); // it would not judge rays that fit
+  if (trial_ && trial_->add(frame, payload_.size())) {
+    endTrial();
+    wants_i_frame_ = !is_image_smaller_;
+  }
+}
+
+void
+Version1Encoder::endTrial()
+{
+  if (!trial_ || !trial_->hasPFrames())
+    return;
+  is_image_smaller_ = trial_->isImageBetter();
+  settled_i_frames_ = settled_i_frames;
+  if (!is_image_smaller_)
+    settled_density_ = 0.0; // that of the next I-frame
+  trial_.reset();
 }
 
 /** \brief Encodes payload and supplement of a frame.
@@ -393,6 +466,7 @@ Version1Encoder::forgetHistory()
   coders_.clear();
   changes_.reset();
   supplement_.reset();
+  trial_.reset();
 }
 
 } // namespace io

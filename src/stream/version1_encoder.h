@@ -19,6 +19,8 @@
 namespace pcl_ext {
 namespace io {
 
+class ImageTrial;
+
 /** \brief Encodes the frames of one stream of version 1, each as the I- or P-frame that
  * the caller wants. */
 class Version1Encoder {
@@ -26,9 +28,8 @@ public:
   /** \param[in] effort of the stream
    * \param[in] has_p_frames false if every frame will be an I-frame
    */
-  Version1Encoder(Effort effort, bool has_p_frames)
-  : effort_(effort), has_p_frames_(has_p_frames)
-  {}
+  Version1Encoder(Effort effort, bool has_p_frames);
+  ~Version1Encoder();
 
   /** \brief True if a frame cannot be a P-frame, or should be none. */
   bool
@@ -83,11 +84,22 @@ public:
     return changes_ && changes_->hasLastFrame();
   }
 
-  /** \brief Whether a P-frame may have an image. */
+  /** \brief Whether a frame may have an image.
+   * \param[in] is_i_frame where images took more bytes some I-frames have none, either
+   */
   bool
-  takesImages() const
+  takesImages(bool is_i_frame) const
   {
-    return content_.has_image || is_i_frame_empty_;
+    return is_i_frame ? settled_i_frames_ == 0 || is_image_smaller_
+                      : content_.has_image || is_i_frame_empty_;
+  }
+
+  /** \brief Whether the next frame had better be an I-frame, as rays no longer fit, or
+   * voxels take fewer bytes than an image. */
+  bool
+  wantsIFrame() const
+  {
+    return wants_i_frame_;
   }
 
   /** \brief Ends a frame in the memory that is used for one.
@@ -133,6 +145,15 @@ private:
   PayloadSizes
   encodeIFrame(const VoxelFrame& frame);
 
+  void
+  settleImages(std::size_t size, std::size_t size_of_others);
+
+  void
+  followImage(const VoxelFrame& frame);
+
+  void
+  endTrial();
+
   PayloadSizes
   encodeContent(const VoxelFrame& frame, const VoxelFrame& coded);
 
@@ -177,10 +198,14 @@ private:
   supplement::Content content_;
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
-  PointImage image_;                                        // without points
-  bool is_i_frame_empty_ = false;                           // the last one
-  bool is_image_smaller_ = false;                           // at the last I-frame
-  unsigned int settled_i_frames_ = 0;                       // that are not tried
+  PointImage image_;                  // without points
+  bool is_i_frame_empty_ = false;     // the last one
+  bool is_image_smaller_ = false;     // by the last trial
+  unsigned int settled_i_frames_ = 0; // that are not tried
+  double i_frame_density_ = 0.0;      // bytes of a point
+  double settled_density_ = 0.0;      // likewise, when it was settled; 0: not yet
+  bool wants_i_frame_ = false;
+  std::unique_ptr<ImageTrial> trial_;                       // while it lasts
   bool is_refinement_useful_ = true;                        // by the previous frames
   std::vector<std::uint64_t> last_keys_;                    // with a refinement
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

@@ -47,7 +47,8 @@ ImageCollector::begin(const PointBatches& points,
   most_pixels_ = most_pixels;
   ring_.reset();
   has_other_ring_ = false;
-  if (size_.width == 0)
+  // One row or column is no image.
+  if (size_.width <= 1 || size_.height <= 1)
     ring_ = findRing(points.fields());
   from_sensor_ = sensor_pose;
   to_sensor_ = sensor_pose.inverse();
@@ -93,18 +94,18 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
 {
   image = PointImage();
   double shift = 0.0;
-  if (ring_ ? !setColumns(may_refit, shift) : !arePixels())
+  bool is_refitted = may_refit;
+  if (ring_ ? !setColumns(may_refit, shift, is_refitted) : !arePixels())
     return false;
   WorldPose pose = from_sensor_;
   if (shift != 0.0)
     pose.rotate(Eigen::AngleAxisd(shift, Eigen::Vector3d::UnitZ()));
-  const bool is_other_size = size_.width != rays_.width ||
-                             size_.height != rays_.height ||
-                             rays_.is_organised == ring_.has_value();
-  if (may_refit || is_other_size)
+  is_refitted = is_refitted || size_.width != rays_.width ||
+                size_.height != rays_.height || rays_.is_organised == ring_.has_value();
+  if (is_refitted)
     fitted_ = ring_ ? fitSpinningRays(points_, size_, ring_columns_.step())
                     : fitRays(points_, from_sensor_, grid, size_);
-  if (may_refit || is_other_size || grid != grid_ || pose.matrix() != pose_.matrix()) {
+  if (is_refitted || grid != grid_ || pose.matrix() != pose_.matrix()) {
     reader_.reset();
     rays_ = PointImage();
     rays_.width = size_.width;
@@ -135,23 +136,26 @@ ImageCollector::arePixels()
 
 /** \brief Finds the columns of points whose rows are known.
  * \param[out] shift of the columns, radians
+ * \param[out] is_refitted set to true if columns are others than before
  * \return false if they are not in columns
  */
 bool
-ImageCollector::setColumns(bool may_refit, double& shift)
+ImageCollector::setColumns(bool may_refit, double& shift, bool& is_refitted)
 {
   std::uint32_t rows = 0;
   for (const PixelPoint& point : points_)
     rows = std::max(rows, point.row + 1);
-  if (has_other_ring_ || rows < 2)
+  if (has_other_ring_)
     return false;
+  const auto assign = [&] {
+    size_ = {ring_columns_.count(), ring_columns_.rows()};
+    return ring_columns_.assign(points_, shift);
+  };
   // Rows without points are those of a sensor, too.
-  const bool is_known =
-      !may_refit && ring_columns_.count() > 0 && rows <= ring_columns_.rows();
-  if (!is_known && !ring_columns_.fit(points_, rows, most_pixels_))
-    return false;
-  size_ = {ring_columns_.count(), ring_columns_.rows()};
-  return ring_columns_.assign(points_, shift);
+  if (!may_refit && rows <= ring_columns_.rows() && assign())
+    return true;
+  is_refitted = true;
+  return rows >= 2 && ring_columns_.fit(points_, rows, most_pixels_) && assign();
 }
 
 std::uint32_t

@@ -89,7 +89,7 @@ private:
   arePixels();
 
   bool
-  setColumns(bool may_refit, double& shift);
+  setColumns(bool may_refit, double& shift, bool& is_refitted);
 
   ImageSize size_{};
   std::uint64_t most_pixels_ = 0;

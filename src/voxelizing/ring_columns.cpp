@@ -11,6 +11,12 @@ namespace io {
 
 namespace {
 
+bool
+isAtSensor(const PixelPoint& point)
+{
+  return point.position.x() == 0.0 && point.position.y() == 0.0;
+}
+
 double
 azimuthOf(const PixelPoint& point)
 {
@@ -31,6 +37,10 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
                  std::uint64_t most_pixels)
 {
   count_ = 0;
+  phases_.clear();
+  constexpr std::size_t least_points_of_row = 4;
+  if (points.size() < least_points_of_row * rows)
+    return false;
   const double step = findStep(points, rows);
   if (step <= 0.0 || !findCount(points, rows, step) ||
       std::uint64_t{count_} * rows > most_pixels) {
@@ -39,7 +49,8 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   }
   std::vector<std::complex<double>> sums(rows);
   for (const PixelPoint& point : points)
-    sums[point.row] += std::polar(1.0, azimuthOf(point) * count_);
+    if (!isAtSensor(point))
+      sums[point.row] += std::polar(1.0, azimuthOf(point) * count_);
   phases_.clear();
   for (const std::complex<double>& sum : sums)
     phases_.push_back(std::arg(sum) / count_);
@@ -95,6 +106,8 @@ RingColumns::findCount(const std::vector<PixelPoint>& points,
   // Odd, so that no rows are left out.
   const std::size_t every = points.size() / enough | 1;
   for (std::size_t i = 0; i < points.size(); i += every) {
+    if (isAtSensor(points[i]))
+      continue;
     const double azimuth = azimuthOf(points[i]);
     sample.push_back(
         {points[i].row, std::polar(1.0, azimuth), std::polar(1.0, azimuth * first)});
@@ -125,40 +138,63 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
   std::complex<double> sum;
   for (const PixelPoint& point : points) {
     azimuths_.push_back(azimuthOf(point) - phases_[point.row]);
-    sum += std::polar(1.0, azimuths_.back() * count_);
+    if (!isAtSensor(point))
+      sum += std::polar(1.0, azimuths_.back() * count_);
   }
   // Less than that is lost in the noise of the azimuths.
   constexpr double least_shift = 1.0 / 256;
   const double columns = std::arg(sum) / two_pi;
   shift = std::abs(columns) < least_shift ? 0.0 : columns * step();
   is_taken_.assign(std::size_t{count_} * phases_.size(), false);
-  // The first column is behind the sensor.
-  const std::int64_t half = count_ / 2;
+  misplaced_.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!place(points[i], half + std::llround((azimuths_[i] - shift) / step())))
-      return false;
-  return true;
+    if (!place(points[i], (azimuths_[i] - shift) / step()))
+      misplaced_.push_back(i);
+  first_columns_.assign(phases_.size(), 0);
+  return std::all_of(misplaced_.begin(), misplaced_.end(), [&](std::size_t i) {
+    return placeAnywhere(points[i]);
+  });
 }
 
-/** \brief Gives a point a column, or the free one that is nearest to it.
- * \return false if there is none near
+/** \brief Gives a point a column, or a free one that is near.
+ * \param[in] column from straight ahead on
+ * \return false if there is none, or the point is at the sensor
  */
 bool
-RingColumns::place(PixelPoint& point, std::int64_t column)
+RingColumns::place(PixelPoint& point, double column)
 {
   constexpr std::int64_t farthest = 64;
   const std::int64_t count = count_;
+  if (isAtSensor(point) || !(std::abs(column) <= 2.0 * count_))
+    return false;
+  // The first column is behind the sensor.
+  const std::int64_t nearest = std::llround(column) + count / 2;
   for (std::int64_t distance = 0; distance <= farthest; ++distance)
-    for (const std::int64_t side : {column + distance, column - distance}) {
-      const auto place = static_cast<std::uint32_t>((side % count + count) % count);
-      const std::size_t pixel = std::size_t{point.row} * count_ + place;
-      if (is_taken_[pixel])
-        continue;
-      is_taken_[pixel] = true;
-      point.column = place;
-      return true;
-    }
+    for (const std::int64_t side : {nearest + distance, nearest - distance})
+      if (take(point, static_cast<std::uint32_t>((side % count + count) % count)))
+        return true;
   return false;
+}
+
+bool
+RingColumns::placeAnywhere(PixelPoint& point)
+{
+  std::uint32_t& column = first_columns_[point.row];
+  while (column < count_)
+    if (take(point, column++))
+      return true;
+  return false;
+}
+
+bool
+RingColumns::take(PixelPoint& point, std::uint32_t column)
+{
+  const std::size_t pixel = std::size_t{point.row} * count_ + column;
+  if (is_taken_[pixel])
+    return false;
+  is_taken_[pixel] = true;
+  point.column = column;
+  return true;
 }
 
 } // namespace io

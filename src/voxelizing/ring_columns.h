@@ -17,18 +17,18 @@ public:
    * \param[in] points with rows, in the coordinates of the sensor
    * \param[in] rows number of rows
    * \param[in] most_pixels in all rows
-   * \return false if azimuths have no common step, or there are too many pixels
+   * \return false if azimuths have no common step, or there are too many pixels or rows
    */
   bool
   fit(const std::vector<PixelPoint>& points,
       std::uint32_t rows,
       std::uint64_t most_pixels);
 
-  /** \brief Sets the columns of points; of two at the same place one gets the nearest
-   * free column.
+  /** \brief Sets the columns of points; of two at the same place one gets a free column
+   * nearby, those at the sensor, as drivers write missing ones, any.
    * \param[in,out] points as for fit(), of the same cloud or of one of the same sensor
    * \param[out] shift how far the columns are turned against those of fit(), radians
-   * \return false if there are too many points
+   * \return false if a row has more points than columns, or rows are others
    */
   bool
   assign(std::vector<PixelPoint>& points, double& shift);
@@ -59,13 +59,21 @@ private:
   findCount(const std::vector<PixelPoint>& points, std::uint32_t rows, double step);
 
   bool
-  place(PixelPoint& point, std::int64_t column);
+  place(PixelPoint& point, double column);
+
+  bool
+  placeAnywhere(PixelPoint& point);
+
+  bool
+  take(PixelPoint& point, std::uint32_t column);
 
   std::uint32_t count_ = 0;
   std::vector<double> phases_; // azimuth of a column of each row, radians
   // Of the current cloud; members so that their memory is reused.
   std::vector<double> azimuths_;
   std::vector<bool> is_taken_;
+  std::vector<std::size_t> misplaced_;       // points
+  std::vector<std::uint32_t> first_columns_; // of rows, that may be free
 };
 
 } // namespace io

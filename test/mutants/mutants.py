@@ -45,7 +45,7 @@ MUTANTS = [
            "if (indices[i] > state_.dictionary.size())"),
     Mutant("src/codec/supplement/field_numbers.h", "a length above 64 bits",
            "if (length > 64)", "if (length > 65)"),
-    Mutant("src/voxelizing/field_collector.cpp", "the largest of the most frequent",
+    Mutant("src/voxels/field_summary.h", "the largest of the most frequent",
            "end - begin > best_count", "end - begin >= best_count"),
     Mutant("src/voxels/frame_field.cpp", "values below the lowest step are not noticed",
            "number == minus_infinity_number + 1 || number == infinity_number - 1",

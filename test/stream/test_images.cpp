@@ -49,6 +49,8 @@ TEST_P(Images, RandomFramesComeBack)
     VoxelFrame back;
     const Bytes bytes = encoded(encoder, frame);
     ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    if (frame.keys.empty() && encoder.statistics().is_i_frame)
+      frame.image = PointImage();
     if (back.image.hasPixels() || frame.keys.empty()) {
       EXPECT_EQ(decoder.statistics().has_image, back.image.hasPixels());
       expectSameFrame(back, frame);
@@ -69,7 +71,7 @@ TEST_P(Images, AreCodedWhereTheyTakeFewerBytes)
   FrameEncoder encoder_without(StreamFormat::Version1, 3, GetParam());
   for (int i = 0; i < 5; ++i) {
     const Bytes bytes = encoded(encoder, frame);
-    EXPECT_FALSE(encoder.takesImages());
+    EXPECT_TRUE(encoder.isIFrameDue() || !encoder.takesImages());
     EXPECT_EQ(bytes, encoded(encoder_without, without));
   }
 }

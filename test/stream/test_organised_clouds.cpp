@@ -278,6 +278,57 @@ TEST_P(OrganisedClouds, OfPointsThatMoveAboutAreNotForced)
   EXPECT_LE(bytes.size(), bytesWithoutOrder(other, cloud));
 }
 
+TEST_P(OrganisedClouds, OfStillScenesAreVoxelsAgain)
+{
+  // The same cloud again and again costs nothing without an image.
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.i_frame_rate = 100;
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  const OrganisedCloud cloud = cameraCloud(slantedPose(), 1);
+  std::vector<bool> have_image;
+  std::vector<bool> are_i_frames;
+  std::size_t last_bytes = 0;
+  for (int i = 0; i < 16; ++i) {
+    VoxelFrame frame;
+    Bytes bytes;
+    ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+    ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    EXPECT_EQ(back.keys, frame.keys);
+    have_image.push_back(encoder.statistics().coding.has_image);
+    are_i_frames.push_back(encoder.statistics().coding.is_i_frame);
+    last_bytes = bytes.size();
+  }
+  // The history of the effort fast takes more bytes for so few points.
+  const bool is_fast = GetParam() == Effort::Fast;
+  for (std::size_t i = 0; i < 16; ++i)
+    EXPECT_EQ(have_image[i], is_fast || i < 9) << i;
+  EXPECT_EQ(are_i_frames[9], !is_fast);
+  EXPECT_LT(last_bytes, 100u);
+}
+
+TEST_P(OrganisedClouds, ThatRaysNoLongerFitTakeAnIFrame)
+{
+  // A camera that turns, whose pose nobody tells.
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.i_frame_rate = 100;
+  settings.bounding_box = BoundingBox{{-4.0, -4.0, -4.0}, {8.0, 8.0, 8.0}};
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  std::vector<bool> are_i_frames;
+  for (int i = 0; i < 4; ++i) {
+    WorldPose pose = WorldPose::Identity();
+    pose.rotate(Eigen::AngleAxisd(i < 2 ? 0.0 : 0.3, Eigen::Vector3d::UnitZ()));
+    OrganisedCloud cloud = cameraCloud(pose, 1);
+    cloud.pose = WorldPose::Identity();
+    expectCloud(encoder, decoder, cloud);
+    are_i_frames.push_back(encoder.statistics().coding.is_i_frame);
+  }
+  EXPECT_EQ(are_i_frames, (std::vector<bool>{true, false, false, true}));
+}
+
 TEST_P(OrganisedClouds, OfHostileCloudsKeepTheBound)
 {
   // All points at one place, at the sensor, on one line, far away, or of one row.

@@ -179,6 +179,31 @@ TEST_P(RingClouds, HaveAnyOrderOfPoints)
   EXPECT_LT(2 * bytes, bytes_without_);
 }
 
+TEST_P(RingClouds, MayHavePointsAtTheSensor)
+{
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    RingCloud cloud = ringCloud(i);
+    for (std::size_t point = 0; point < cloud.points.size(); point += 100)
+      cloud.points[point] = {0.0f, 0.0f, 0.0f};
+    const std::size_t bytes = expectCloud(cloud);
+    EXPECT_LT(2 * bytes, bytes_without_);
+  }
+}
+
+TEST_P(RingClouds, GoOnBehindOneWithoutAnOrder)
+{
+  RingCloud cloud = ringCloud(1);
+  cloud.rings[9] = -1;
+  expectCloud(ringCloud(0));
+  expectCloud(cloud);
+  EXPECT_FALSE(encoder_.statistics().coding.has_image);
+  for (std::uint64_t i = 2; i < 4; ++i) {
+    expectCloud(ringCloud(i));
+    EXPECT_TRUE(encoder_.statistics().coding.has_image);
+    EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 2);
+  }
+}
+
 TEST_P(RingClouds, OfOthersThanSpinningSensorsAreAsWithoutRings)
 {
   std::mt19937_64 random(21);

@@ -232,8 +232,8 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings {
  * decoder, too, and more. */
 struct IntensityCompressionSettings : EncoderSettings {
   /** \brief Pose of the sensor in the coordinate frame of the clouds that are encoded
-   * (sensor -> cloud), for the depth of the points and temporal_filter. None: the
-   * cloud's own sensor_origin_ and sensor_orientation_. */
+   * (sensor -> cloud), for the depth of the points, their rays (PointView::image) and
+   * temporal_filter. None: the cloud's own sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;
 
   /** \brief The law of the clouds' own intensities, as computed by SensorPreprocessor.

@@ -34,8 +34,8 @@ public:
   bool
   isIFrameDue() const;
 
-  /** \brief Whether a next frame, if no I-frame is due, may have the order of its
-   * points, VoxelFrame::image: not, if the last I-frame took fewer bytes without. */
+  /** \brief Whether the next frame may have the order of its points,
+   * VoxelFrame::image: not, where frames took fewer bytes without. */
   bool
   takesImages() const;
 

@@ -204,7 +204,7 @@ EncodingOptions::addGridOptions(CLI::App& app)
             });
   app.add_flag("--keep-point-counts",
                codec_.keep_point_counts,
-               "code the number of points of each voxel");
+               "keep all points, and rows and columns where that is smaller");
   addParsed(app,
             "--fields",
             "NAME[:STEP],...",
