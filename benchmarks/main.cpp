@@ -27,6 +27,7 @@ const std::vector<std::pair<std::string, PrintTable>> all_tables = {
     {"from_sensor", printFromSensor},
     {"peers", printPeers},
     {"recorded", printRecorded},
+    {"points", printPoints},
     {"threads", printThreads},
     {"profiles", printProfiles},
     {"stages", printStages},
@@ -68,7 +69,12 @@ addOptions(CLI::App& program, Options& options)
                   options.edge_points,
                   "growth: points of the room while the voxel edge changes")
       ->check(at_least_one);
-  program.add_option("--results", options.results_file, "growth: CSV file to write");
+  program.add_option(
+      "--results", options.results_file, "points, growth: CSV file to write");
+  program.add_option("--edges", options.edges, "points: voxel edges, metres");
+  program.add_option("--cloudini",
+                     options.cloudini,
+                     "points: cloudini's pcd_to_cloudini_converter, if it is there");
   program.add_option("--seconds", options.seconds, "scale: length of each run")
       ->check(seconds);
   program

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
 # Usage: benchmarks/update_results.sh SECTION [options of the program] [folder of clouds ...]
-#   SECTION  peers, profiles, stages, growth, scale or recording
+#   SECTION  peers, points, profiles, stages, growth, scale or recording
+# Section points draws doc/points.webp and replaces the table of README.md, too.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-section=${1:?"usage: $0 peers|profiles|stages|growth|scale|recording [options] [folder ...]"}
+section=${1:?"usage: $0 peers|points|profiles|stages|growth|scale|recording [options] [folder ...]"}
 shift
 tables=$section
 [ "$section" != peers ] || tables="efforts from_sensor peers recorded threads"
@@ -20,19 +21,29 @@ page=$(mktemp)
 trap 'rm -f "$results" "$page"' EXIT
 # shellcheck disable=SC2086 # several tables
 measure() { "$build/benchmarks/benchmark" "$@" --tables $tables; }
+[ "$section" != points ] || set -- --results "$build/points.csv" "$@"
 measure "$@" | tee "$results"
 if [ "$section" = scale ]; then
   # Without the machine, which is printed above.
   measure --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
   measure --temporal-filter 8 "$@" | sed '1,2d' | tee -a "$results"
 fi
-awk -v results="$results" -v begin="<!-- results of $section -->" \
-  -v end="<!-- end of results of $section -->" '
-  $0 == end { replacing = 0 }
-  !replacing { print }
-  $0 == begin {
-    replacing = 1
-    print ""
-    while ((getline line < results) > 0) print line
-  }' "$root/doc/benchmarks.md" > "$page"
-cat "$page" > "$root/doc/benchmarks.md"
+# Replaces what a file has between the section's comments.
+replace_results() {
+  awk -v results="$2" -v begin="<!-- results of $section -->" \
+    -v end="<!-- end of results of $section -->" '
+    $0 == end { replacing = 0 }
+    !replacing { print }
+    $0 == begin {
+      replacing = 1
+      print ""
+      while ((getline line < results) > 0) print line
+    }' "$1" > "$page"
+  cat "$page" > "$1"
+}
+replace_results "$root/doc/benchmarks.md" "$results"
+if [ "$section" = points ]; then
+  # Debian's Python, which has the installed packages.
+  /usr/bin/python3 -B "$root/benchmarks/draw_points.py" "$build/points.csv" "$root/doc/points.webp"
+  replace_results "$root/README.md" <(awk '/^### .*times/ { exit } /^\|/; END { print "" }' "$results")
+fi

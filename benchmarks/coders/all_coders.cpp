@@ -7,6 +7,10 @@ namespace measuring {
 void
 addDracoCoders(const Workload& /*workload*/, StreamCoders& /*coders*/)
 {}
+
+void
+addDracoPointsCoders(const Workload& /*workload*/, StreamCoders& /*coders*/)
+{}
 #endif
 
 StreamCoders
@@ -18,6 +22,18 @@ makeAllCoders(const Workload& workload)
   addPclMillimetreCoder(workload, coders);
   addDracoCoders(workload, coders);
   addZstdCoder(coders);
+  return coders;
+}
+
+StreamCoders
+makePointsCoders(const Workload& workload, const std::string& cloudini)
+{
+  StreamCoders coders;
+  addLibraryPointsCoders(workload, coders);
+  addCloudiniCoder(workload, cloudini, coders);
+  addDracoPointsCoders(workload, coders);
+  addPclPointsCoder(workload, coders);
+  addZstdPointsCoder(workload, coders);
   return coders;
 }
 

@@ -1,11 +1,13 @@
 /** \file
- * Draco's KD-tree coder over this library's voxels: positions as whole numbers, the
- * quantised intensity as a further attribute, both without loss.
+ * Draco's coders. KD-tree over this library's voxels: positions as whole numbers, the
+ * quantised intensity as a further attribute, both without loss. KD-tree and sequential
+ * over all points as whole numbers.
  */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/point_intensity.h>
 
 #include "coders/stream_coder.h"
+#include "coders/whole_number_coder.h"
 #include "meters/decoded_checks.h"
 
 #include <pcl/common/io.h>
@@ -15,7 +17,6 @@
 #include <draco/core/draco_version.h>
 #include <draco/point_cloud/point_cloud_builder.h>
 
-#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,71 @@ namespace pcl_ext {
 namespace measuring {
 
 namespace {
+
+std::string
+dracoName()
+{
+  return std::string("Draco ") + draco::kDracoVersion;
+}
+
+using Intensities = std::vector<std::uint8_t>;
+
+/** \brief Encodes points, and their intensities where there are any.
+ * \param[in] speed 0 is smallest, 10 fastest
+ */
+void
+encodeWithDraco(const WholePositions& positions,
+                const Intensities& intensities,
+                draco::PointCloudEncodingMethod method,
+                int speed,
+                draco::EncoderBuffer& bytes)
+{
+  draco::PointCloudBuilder builder;
+  builder.Start(static_cast<std::uint32_t>(positions.size()));
+  const int position_id =
+      builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_UINT32);
+  builder.SetAttributeValuesForAllPoints(position_id, positions.data(), 0);
+  if (!intensities.empty())
+    builder.SetAttributeValuesForAllPoints(
+        builder.AddAttribute(draco::GeometryAttribute::GENERIC, 1, draco::DT_UINT8),
+        intensities.data(),
+        0);
+  const auto cloud = builder.Finalize(/* deduplicate_points */ false);
+  draco::ExpertEncoder encoder(*cloud);
+  encoder.SetEncodingMethod(method);
+  encoder.SetSpeedOptions(speed, speed);
+  bytes.Clear();
+  if (const draco::Status status = encoder.EncodeToBuffer(&bytes); !status.ok())
+    throw std::runtime_error("Draco: " + status.error_msg_string());
+}
+
+/** \brief Decodes points; intensities where the bytes have them. */
+void
+decodeWithDraco(const draco::EncoderBuffer& bytes,
+                WholePositions& positions,
+                Intensities& intensities)
+{
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  auto result = decoder.DecodePointCloudFromBuffer(&buffer);
+  if (!result.ok())
+    throw std::runtime_error("Draco: " + result.status().error_msg_string());
+  const draco::PointCloud& cloud = *result.value();
+  const draco::PointAttribute* decoded_positions =
+      cloud.GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  const draco::PointAttribute* decoded_intensities =
+      cloud.GetNamedAttribute(draco::GeometryAttribute::GENERIC);
+  if (decoded_positions == nullptr)
+    throw std::runtime_error("Draco decoded a cloud without positions");
+  positions.resize(cloud.num_points());
+  intensities.resize(decoded_intensities == nullptr ? 0 : cloud.num_points());
+  for (std::uint32_t i = 0; i < cloud.num_points(); ++i) {
+    decoded_positions->GetMappedValue(draco::PointIndex(i), positions[i].data());
+    if (decoded_intensities != nullptr)
+      decoded_intensities->GetMappedValue(draco::PointIndex(i), &intensities[i]);
+  }
+}
 
 class DracoCoder : public StreamCoder {
 public:
@@ -41,7 +107,7 @@ public:
   encode(const InputFrame& frame) override
   {
     voxelize(*frame.points);
-    const auto count = static_cast<std::uint32_t>(voxels_.size());
+    const std::size_t count = voxels_.size();
     positions_.resize(count);
     intensities_.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -49,21 +115,8 @@ public:
       positions_[i] = {position.x, position.y, position.z};
       intensities_[i] = static_cast<std::uint8_t>(voxels_.intensities[i]);
     }
-    draco::PointCloudBuilder builder;
-    builder.Start(count);
-    const int position_id =
-        builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_UINT32);
-    const int intensity_id =
-        builder.AddAttribute(draco::GeometryAttribute::GENERIC, 1, draco::DT_UINT8);
-    builder.SetAttributeValuesForAllPoints(position_id, positions_.data(), 0);
-    builder.SetAttributeValuesForAllPoints(intensity_id, intensities_.data(), 0);
-    const auto cloud = builder.Finalize(/* deduplicate_points */ false);
-    draco::ExpertEncoder encoder(*cloud);
-    encoder.SetEncodingMethod(draco::POINT_CLOUD_KD_TREE_ENCODING);
-    encoder.SetSpeedOptions(speed_, speed_);
-    bytes_.Clear();
-    if (const draco::Status status = encoder.EncodeToBuffer(&bytes_); !status.ok())
-      throw std::runtime_error("Draco: " + status.error_msg_string());
+    encodeWithDraco(
+        positions_, intensities_, draco::POINT_CLOUD_KD_TREE_ENCODING, speed_, bytes_);
   }
 
   std::size_t
@@ -75,30 +128,16 @@ public:
   void
   decode() override
   {
-    draco::DecoderBuffer buffer;
-    buffer.Init(bytes_.data(), bytes_.size());
-    draco::Decoder decoder;
-    auto result = decoder.DecodePointCloudFromBuffer(&buffer);
-    if (!result.ok())
-      throw std::runtime_error("Draco: " + result.status().error_msg_string());
-    const draco::PointCloud& cloud = *result.value();
-    const draco::PointAttribute* positions =
-        cloud.GetNamedAttribute(draco::GeometryAttribute::POSITION);
-    const draco::PointAttribute* intensities =
-        cloud.GetNamedAttribute(draco::GeometryAttribute::GENERIC);
-    if (positions == nullptr || intensities == nullptr)
-      throw std::runtime_error("Draco decoded a cloud without its attributes");
-    decoded_->resize(cloud.num_points());
-    for (std::uint32_t i = 0; i < cloud.num_points(); ++i) {
-      std::array<std::uint32_t, 3> position;
-      std::uint8_t intensity = 0;
-      positions->GetMappedValue(draco::PointIndex(i), position.data());
-      intensities->GetMappedValue(draco::PointIndex(i), &intensity);
+    decodeWithDraco(bytes_, positions_, intensities_);
+    if (intensities_.size() != positions_.size())
+      throw std::runtime_error("Draco decoded a cloud without intensities");
+    decoded_->resize(positions_.size());
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
       pcl::PointXYZI& point = (*decoded_)[i];
-      point.x = static_cast<float>(voxels_.grid.centre(0, position[0]));
-      point.y = static_cast<float>(voxels_.grid.centre(1, position[1]));
-      point.z = static_cast<float>(voxels_.grid.centre(2, position[2]));
-      point.intensity = voxels_.intensity_scale.value(intensity);
+      point.x = static_cast<float>(voxels_.grid.centre(0, positions_[i][0]));
+      point.y = static_cast<float>(voxels_.grid.centre(1, positions_[i][1]));
+      point.z = static_cast<float>(voxels_.grid.centre(2, positions_[i][2]));
+      point.intensity = voxels_.intensity_scale.value(intensities_[i]);
     }
   }
 
@@ -131,11 +170,45 @@ private:
   int speed_;
   double intensity_tolerance_;
   io::VoxelFrame voxels_;
-  std::vector<std::array<std::uint32_t, 3>> positions_;
-  std::vector<std::uint8_t> intensities_;
+  WholePositions positions_;
+  Intensities intensities_;
   draco::EncoderBuffer bytes_;
   IntensityCloud::Ptr decoded_{new IntensityCloud};
   PositionCloud::Ptr decoded_positions_{new PositionCloud};
+};
+
+/** \brief All points, as whole numbers. */
+class DracoPointsCoder : public WholeNumberCoder {
+public:
+  DracoPointsCoder(const Workload& workload,
+                   const std::string& name,
+                   draco::PointCloudEncodingMethod method)
+  : WholeNumberCoder(dracoName() + ", " + name, workload.resolution), method_(method)
+  {}
+
+  std::size_t
+  frameBytes() const override
+  {
+    return bytes_.size();
+  }
+
+protected:
+  void
+  encodePositions(const WholePositions& positions) override
+  {
+    encodeWithDraco(positions, {}, method_, /* speed */ 0, bytes_);
+  }
+
+  void
+  decodePositions(WholePositions& positions) override
+  {
+    Intensities none;
+    decodeWithDraco(bytes_, positions, none);
+  }
+
+private:
+  draco::PointCloudEncodingMethod method_;
+  draco::EncoderBuffer bytes_;
 };
 
 } // namespace
@@ -143,9 +216,19 @@ private:
 void
 addDracoCoders(const Workload& workload, StreamCoders& coders)
 {
-  const std::string draco = std::string("Draco ") + draco::kDracoVersion;
-  coders.push_back(std::make_unique<DracoCoder>(workload, draco + ", smallest", 0));
-  coders.push_back(std::make_unique<DracoCoder>(workload, draco + ", fastest", 10));
+  coders.push_back(
+      std::make_unique<DracoCoder>(workload, dracoName() + ", smallest", 0));
+  coders.push_back(
+      std::make_unique<DracoCoder>(workload, dracoName() + ", fastest", 10));
+}
+
+void
+addDracoPointsCoders(const Workload& workload, StreamCoders& coders)
+{
+  coders.push_back(std::make_unique<DracoPointsCoder>(
+      workload, "KD-tree", draco::POINT_CLOUD_KD_TREE_ENCODING));
+  coders.push_back(std::make_unique<DracoPointsCoder>(
+      workload, "sequential", draco::POINT_CLOUD_SEQUENTIAL_ENCODING));
 }
 
 } // namespace measuring

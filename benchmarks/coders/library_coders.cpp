@@ -9,6 +9,7 @@
 #include "meters/decoded_checks.h"
 
 #include <pcl/common/io.h>
+#include <pcl/filters/filter.h>
 
 #include <istream>
 #include <stdexcept>
@@ -90,6 +91,73 @@ private:
   PositionCloud::Ptr positions_{new PositionCloud};
 };
 
+/** \brief All points, of organised clouds with their rows and columns; no intensity. */
+class LibraryPointsCoder : public StreamCoder {
+public:
+  LibraryPointsCoder(const Workload& workload, const Variant& variant)
+  : StreamCoder(coderName(variant), Content::Points)
+  , encoder_(settingsOf(workload, variant))
+  , decoder_(settingsOf(workload, variant))
+  {}
+
+  void
+  encode(const InputFrame& frame) override
+  {
+    buffer_.restart();
+    stream_.clear();
+    throwUnlessOk(encoder_.encodePointCloud(frame.raw, stream_));
+  }
+
+  std::size_t
+  frameBytes() const override
+  {
+    return buffer_.size();
+  }
+
+  void
+  decode() override
+  {
+    throwUnlessOk(decoder_.decodePointCloud(stream_, decoded_));
+  }
+
+  void
+  check(const InputFrame& frame) override
+  {
+    const io::VoxelGrid& grid = encoder_.voxelFrame().grid;
+    pcl::Indices kept;
+    pcl::removeNaNFromPointCloud(*decoded_, *positions_, kept);
+    checkPoints(*frame.positions, *positions_, {grid.origin, grid.resolution});
+  }
+
+  PositionCloud::ConstPtr
+  decodedPositions() const override
+  {
+    return positions_;
+  }
+
+private:
+  using Compression =
+      io::OctreePointCloudIntensityCompression<pcl::PointXYZ, NoIntensity>;
+
+  static io::IntensityCompressionSettings
+  settingsOf(const Workload& workload, const Variant& variant)
+  {
+    io::IntensityCompressionSettings settings;
+    settings.resolution = workload.resolution;
+    settings.i_frame_rate = workload.i_frame_rate;
+    settings.effort = variant.effort;
+    settings.keep_point_counts = true;
+    return settings;
+  }
+
+  Compression encoder_;
+  Compression decoder_;
+  FrameBuffer buffer_;
+  std::iostream stream_{&buffer_};
+  PositionCloud::Ptr decoded_{new PositionCloud};
+  PositionCloud::Ptr positions_{new PositionCloud};
+};
+
 } // namespace
 
 void
@@ -103,6 +171,14 @@ void
 addLibraryCoder(const Workload& workload, const Variant& variant, StreamCoders& coders)
 {
   coders.push_back(std::make_unique<LibraryCoder>(workload, variant));
+}
+
+void
+addLibraryPointsCoders(const Workload& workload, StreamCoders& coders)
+{
+  for (const Variant& variant : libraryVariants())
+    if (variant.format == io::StreamFormat::Version1)
+      coders.push_back(std::make_unique<LibraryPointsCoder>(workload, variant));
 }
 
 } // namespace measuring

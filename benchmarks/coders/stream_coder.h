@@ -125,6 +125,37 @@ addZstdCoder(StreamCoders& coders);
 StreamCoders
 makeAllCoders(const Workload& workload);
 
+/** \brief One coder for each effort that keeps all points, with rows and columns of
+ * organised clouds; needs InputFrame::raw. */
+void
+addLibraryPointsCoders(const Workload& workload, StreamCoders& coders);
+
+/** \brief cloudini's program pcd_to_cloudini_converter; what it writes is not decoded.
+ * \param[in] program its path; empty: no coder
+ */
+void
+addCloudiniCoder(const Workload& workload,
+                 const std::string& program,
+                 StreamCoders& coders);
+
+/** \brief Draco's coders of all points as whole numbers, KD-tree and sequential, at
+ * their smallest; nothing if the program was built without Draco. */
+void
+addDracoPointsCoders(const Workload& workload, StreamCoders& coders);
+
+/** \brief PCL's class keeping all points to the workload's resolution. */
+void
+addPclPointsCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief zstd over all points as whole numbers, 12 bytes each. */
+void
+addZstdPointsCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief Those above that keep all points, coordinates alone, with errors of at most
+ * half the workload's resolution in each. */
+StreamCoders
+makePointsCoders(const Workload& workload, const std::string& cloudini);
+
 /** \brief Coders that start from the cloud in the sensor's frame, which each time is a
  * new copy, as a driver writes it: SensorPreprocessor and each of libraryVariants(),
  * SensorNode at the first of them, and PCL's transformPointCloud, CropBox and voxel

@@ -76,7 +76,7 @@ public:
     figures.bytes = coder_->frameBytes();
     // A repetition has the same errors.
     if (settings_.error_every != 0 && index % settings_.error_every == 0 &&
-        times_begun_ == 1) {
+        times_begun_ == 1 && !decoded->empty()) {
       figures.to_decoded = nearestDistances(frame.positions, decoded);
       figures.from_decoded = nearestDistances(decoded, frame.positions);
     }

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -133,6 +135,26 @@ checkVoxels(const PositionCloud& points,
 }
 
 void
+checkPoints(const PositionCloud& points,
+            const PositionCloud& decoded,
+            const Lattice& lattice)
+{
+  const VoxelKeys keys(lattice);
+  const auto sorted_keys = [&keys](const PositionCloud& cloud) {
+    std::vector<VoxelKey> sorted;
+    sorted.reserve(cloud.size());
+    for (const pcl::PointXYZ& point : cloud)
+      sorted.push_back(keys.key(point));
+    std::sort(sorted.begin(), sorted.end());
+    return sorted;
+  };
+  if (sorted_keys(points) != sorted_keys(decoded))
+    throw std::runtime_error("the voxels of the " + std::to_string(decoded.size()) +
+                             " decoded points are not those of the " +
+                             std::to_string(points.size()) + " points");
+}
+
+void
 checkIntensities(const IntensityCloud& points,
                  const IntensityCloud& decoded,
                  const Lattice& lattice,
@@ -160,6 +182,7 @@ NearestDistances::operator+=(const NearestDistances& other)
   points += other.points;
   sum_of_squares += other.sum_of_squares;
   largest = std::max(largest, other.largest);
+  largest_of_axis = std::max(largest_of_axis, other.largest_of_axis);
   return *this;
 }
 
@@ -172,17 +195,46 @@ NearestDistances::rms() const
 NearestDistances
 nearestDistances(const PositionCloud::ConstPtr& from, const PositionCloud::ConstPtr& to)
 {
+  // Each place once, as many points of a voxel would all be found.
+  const PositionCloud::Ptr places(new PositionCloud(*to));
+  const auto coordinates = [](const pcl::PointXYZ& point) {
+    return std::make_tuple(point.x, point.y, point.z);
+  };
+  std::sort(
+      places->points.begin(), places->points.end(), [&](const auto& a, const auto& b) {
+        return coordinates(a) < coordinates(b);
+      });
+  places->points.erase(std::unique(places->points.begin(),
+                                   places->points.end(),
+                                   [&](const auto& a, const auto& b) {
+                                     return coordinates(a) == coordinates(b);
+                                   }),
+                       places->points.end());
+  places->width = static_cast<std::uint32_t>(places->points.size());
+  places->height = 1;
   pcl::KdTreeFLANN<pcl::PointXYZ> tree(/* sorted */ false);
-  tree.setInputCloud(to);
+  tree.setInputCloud(places);
   pcl::Indices index(1);
   std::vector<float> square(1);
   NearestDistances distances;
   for (const pcl::PointXYZ& point : *from) {
     tree.nearestKSearch(point, 1, index, square);
+    const double distance = std::sqrt(static_cast<double>(square[0]));
     ++distances.points;
     distances.sum_of_squares += static_cast<double>(square[0]);
-    distances.largest =
-        std::max(distances.largest, std::sqrt(static_cast<double>(square[0])));
+    distances.largest = std::max(distances.largest, distance);
+    // What is nearest in the largest difference of a coordinate is at most this far away.
+    constexpr double diagonal = 1.7322;
+    tree.radiusSearch(point, diagonal * distance, index, square);
+    float nearest = std::numeric_limits<float>::infinity();
+    for (const pcl::index_t i : index)
+      nearest = std::min(nearest,
+                         (point.getVector3fMap() - (*places)[i].getVector3fMap())
+                             .cwiseAbs()
+                             .maxCoeff());
+    if (!index.empty()) // else the nearest one is at the same place
+      distances.largest_of_axis =
+          std::max(distances.largest_of_axis, static_cast<double>(nearest));
   }
   return distances;
 }

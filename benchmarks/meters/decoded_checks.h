@@ -36,6 +36,18 @@ checkVoxels(const PositionCloud& points,
             double face_tolerance,
             Repeats repeats = Repeats::Forbidden);
 
+/** \brief Checks exactly that each voxel has as many decoded points as points, which are
+ * then at most half an edge from one of them in each coordinate.
+ * \param[in] points what was encoded
+ * \param[in] decoded centres of voxels, one for each point
+ * \param[in] lattice whose voxels they are
+ * \throws std::runtime_error if it has not
+ */
+void
+checkPoints(const PositionCloud& points,
+            const PositionCloud& decoded,
+            const Lattice& lattice);
+
 /** \brief Checks exactly that each decoded voxel has the sum of its points'
  * intensities.
  * \param[in] points what was encoded
@@ -57,6 +69,9 @@ struct NearestDistances {
   std::size_t points = 0;
   double sum_of_squares = 0.0; ///< square metres
   double largest = 0.0;        ///< metres
+  /** \brief Largest difference of a coordinate from the point that is nearest in it,
+   * metres. */
+  double largest_of_axis = 0.0;
 
   NearestDistances&
   operator+=(const NearestDistances& other);

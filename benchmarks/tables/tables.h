@@ -28,9 +28,11 @@ struct Options {
   std::size_t repetitions = 3; ///< of each stream; the least time of each frame counts
   std::size_t most_points = 10000000; ///< of the sampled room
   std::size_t edge_points = 1000000;  ///< of the room while the voxel edge changes
-  std::string results_file;           ///< of table growth; empty: none
-  double seconds = 5.0;               ///< of each run of table scale
-  std::size_t most_streams = 800;     ///< that table scale tries
+  std::string results_file;           ///< of tables points and growth; empty: none
+  std::vector<double> edges = {0.001, 0.01, 0.04}; ///< of table points, metres
+  std::string cloudini;           ///< of table points: its converter; empty: left out
+  double seconds = 5.0;           ///< of each run of table scale
+  std::size_t most_streams = 800; ///< that table scale tries
   /** \brief Of table scale: log-odds below which the sensors remove a voxel as
    * noise. */
   std::optional<float> outlier_removal;
@@ -54,6 +56,11 @@ printPeers(const Options& options, std::ostream& output);
 /** \brief All coders on recorded streams. */
 void
 printRecorded(const Options& options, std::ostream& output);
+
+/** \brief All points of recorded streams, coordinates alone, with the same largest error
+ * in all coders. */
+void
+printPoints(const Options& options, std::ostream& output);
 
 /** \brief Encoding with effort fast in one and more threads, up to one for each core,
  * against PCL's class; sampled room. */
