@@ -32,7 +32,7 @@ runQuietly(std::vector<std::string> arguments)
   pid_t process = -1;
   int status = -1;
   const bool is_started =
-      posix_spawn(&process, argv[0], &actions, nullptr, argv.data(), environ) == 0;
+      posix_spawnp(&process, argv[0], &actions, nullptr, argv.data(), environ) == 0;
   posix_spawn_file_actions_destroy(&actions);
   return is_started && waitpid(process, &status, 0) == process && status == 0;
 }
