@@ -8,6 +8,7 @@
 #include "voxelizing/field_collector.h"
 #include "voxelizing/point_batches.h"
 #include "voxelizing/voxel_locator.h"
+#include "voxels/memory_rule.h"
 
 #include <algorithm>
 #include <array>
@@ -140,6 +141,7 @@ private:
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FieldCollector fields_;
   ImageCollector image_;
+  MemoryRule memory_rule_; // of both
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   TemporalFilterStatus filtering_;      // likewise
@@ -241,11 +243,16 @@ CloudEncoder::Implementation::collectFields(PointBatches& points,
   const std::uint64_t most_pixels = mostPixels(frame);
   const bool wants_image =
       most_pixels > 0 && image_.begin(points, sensor_pose, most_pixels);
+  const bool collects = wants_image || !settings_.fields.empty();
+  if (memory_rule_.shouldRelease(collects ? 64 * voxelization_.points_used : 0)) {
+    fields_.releaseMemory();
+    image_.releaseMemory();
+  }
   frame.image = PointImage();
   // A cloud without points has no other order than those before it.
   if (frame.keys.empty() && !encoder_.isIFrameDue() && encoder_.takesImages())
     frame.image = image_.rays();
-  if (settings_.fields.empty() && !wants_image) {
+  if (!collects) {
     frame.fields.clear();
     return {};
   }

@@ -266,5 +266,15 @@ FieldCollector::summarize(std::size_t field, FrameField& summary)
   }
 }
 
+void
+FieldCollector::releaseMemory()
+{
+  entries_ = std::vector<Entry>();
+  spare_ = std::vector<Entry>();
+  numbers_.clear();
+  of_voxel_ = std::vector<std::uint64_t>();
+  depths_ = std::vector<std::uint32_t>();
+}
+
 } // namespace io
 } // namespace pcl_ext

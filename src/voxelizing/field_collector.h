@@ -49,6 +49,9 @@ public:
           bool may_refit_rays,
           VoxelFrame& frame);
 
+  void
+  releaseMemory();
+
   /** \brief Values of a point in the selected fields. */
   std::size_t
   valuesOfPoint() const

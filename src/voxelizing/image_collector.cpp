@@ -190,5 +190,13 @@ ImageCollector::depth(std::size_t point, std::uint64_t key)
   return first;
 }
 
+void
+ImageCollector::releaseMemory()
+{
+  points_ = std::vector<PixelPoint>();
+  is_taken_ = std::vector<bool>();
+  ring_columns_.releaseMemory();
+}
+
 } // namespace io
 } // namespace pcl_ext

@@ -84,6 +84,10 @@ public:
   std::uint32_t
   depth(std::size_t point, std::uint64_t key);
 
+  /** \brief Releases the memory of the last cloud; the rays stay. */
+  void
+  releaseMemory();
+
 private:
   bool
   arePixels();

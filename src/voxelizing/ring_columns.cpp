@@ -197,5 +197,13 @@ RingColumns::take(PixelPoint& point, std::uint32_t column)
   return true;
 }
 
+void
+RingColumns::releaseMemory()
+{
+  azimuths_ = std::vector<double>();
+  is_taken_ = std::vector<bool>();
+  misplaced_ = std::vector<std::size_t>();
+}
+
 } // namespace io
 } // namespace pcl_ext

@@ -51,6 +51,10 @@ public:
   double
   step() const;
 
+  /** \brief Releases the memory of the last cloud; what fit() found stays. */
+  void
+  releaseMemory();
+
 private:
   double
   findStep(const std::vector<PixelPoint>& points, std::uint32_t rows);
