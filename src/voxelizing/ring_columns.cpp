@@ -23,12 +23,40 @@ azimuthOf(const PixelPoint& point)
   return std::atan2(point.position.y(), point.position.x());
 }
 
+/** \brief Azimuths of a cloud's points, a turn from where the first point is on: where
+ * columns do not fit a turn exactly they are displaced there. */
+class Turn {
+public:
+  explicit Turn(const std::vector<PixelPoint>& points)
+  {
+    constexpr std::size_t samples = 64;
+    double sum = 0.0;
+    for (std::size_t i = 1; i < samples; ++i)
+      sum += std::remainder(azimuthOf(points[i * points.size() / samples]) -
+                                azimuthOf(points[(i - 1) * points.size() / samples]),
+                            two_pi);
+    constexpr double margin = 1e-3;
+    const double begin = azimuthOf(points.front());
+    begin_ = sum >= 0.0 ? begin - margin : begin + margin - two_pi;
+  }
+
+  double
+  operator()(const PixelPoint& point) const
+  {
+    const double turns = std::floor((azimuthOf(point) - begin_) / two_pi);
+    return azimuthOf(point) - turns * two_pi;
+  }
+
+private:
+  double begin_;
+};
+
 } // namespace
 
 double
 RingColumns::step() const
 {
-  return two_pi / count_;
+  return two_pi / columns_of_turn_;
 }
 
 bool
@@ -42,18 +70,18 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   if (points.size() < least_points_of_row * rows)
     return false;
   const double step = findStep(points, rows);
-  if (step <= 0.0 || !findCount(points, rows, step) ||
-      std::uint64_t{count_} * rows > most_pixels) {
-    count_ = 0;
+  if (step <= 0.0 || !findColumns(points, rows, step))
     return false;
-  }
+  count_ = static_cast<std::uint32_t>(std::ceil(columns_of_turn_));
+  if (std::uint64_t{count_} * rows > most_pixels)
+    return false;
+  const Turn azimuth(points);
   std::vector<std::complex<double>> sums(rows);
   for (const PixelPoint& point : points)
     if (!isAtSensor(point))
-      sums[point.row] += std::polar(1.0, azimuthOf(point) * count_);
-  phases_.clear();
+      sums[point.row] += std::polar(1.0, azimuth(point) * columns_of_turn_);
   for (const std::complex<double>& sum : sums)
-    phases_.push_back(std::arg(sum) / count_);
+    phases_.push_back(std::arg(sum) / columns_of_turn_);
   return true;
 }
 
@@ -81,65 +109,77 @@ RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows)
   return *low;
 }
 
-/** \brief Finds the number of columns near that of a step with which the azimuths of
- * each row are most alike, modulo a column.
+/** \brief Finds the number of columns of a turn, near that of a step, with which the
+ * azimuths of each row are most alike, modulo a column.
  * \return false if they are not alike with any
  */
 bool
-RingColumns::findCount(const std::vector<PixelPoint>& points,
-                       std::uint32_t rows,
-                       double step)
+RingColumns::findColumns(const std::vector<PixelPoint>& points,
+                         std::uint32_t rows,
+                         double step)
 {
   constexpr std::size_t enough = 16384;
   constexpr double least_likeness = 0.3;
   const double about = two_pi / step;
-  const auto first = static_cast<std::uint32_t>(0.94 * about);
-  const auto last = static_cast<std::uint32_t>(1.06 * about) + 1;
-  if (first < 2 || last > most_image_side)
+  const double first = std::floor(0.94 * about);
+  const double last = std::ceil(1.06 * about);
+  if (first < 2.0 || last >= most_image_side)
     return false;
-  struct Turn {
-    std::uint32_t row;
-    std::complex<double> one;
-    std::complex<double> current;
-  };
-  std::vector<Turn> sample;
+  std::vector<std::uint32_t> sample_rows;
+  std::vector<double> sample;
+  const Turn azimuth(points);
   // Odd, so that no rows are left out.
   const std::size_t every = points.size() / enough | 1;
-  for (std::size_t i = 0; i < points.size(); i += every) {
-    if (isAtSensor(points[i]))
-      continue;
-    const double azimuth = azimuthOf(points[i]);
-    sample.push_back(
-        {points[i].row, std::polar(1.0, azimuth), std::polar(1.0, azimuth * first)});
-  }
+  for (std::size_t i = 0; i < points.size(); i += every)
+    if (!isAtSensor(points[i])) {
+      sample_rows.push_back(points[i].row);
+      sample.push_back(azimuth(points[i]));
+    }
   double best = least_likeness * static_cast<double>(sample.size());
+  columns_of_turn_ = 0.0;
   std::vector<std::complex<double>> sums(rows);
-  for (std::uint32_t count = first; count <= last; ++count) {
-    std::fill(sums.begin(), sums.end(), 0.0);
-    for (Turn& turn : sample) {
-      sums[turn.row] += turn.current;
-      turn.current *= turn.one;
+  std::vector<std::complex<double>> current(sample.size());
+  std::vector<std::complex<double>> increment(sample.size());
+  const auto search = [&](double from, double to, double distance) {
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      current[i] = std::polar(1.0, sample[i] * from);
+      increment[i] = std::polar(1.0, sample[i] * distance);
     }
-    double likeness = 0.0;
-    for (const std::complex<double>& sum : sums)
-      likeness += std::abs(sum);
-    if (likeness > best) {
-      best = likeness;
-      count_ = count;
+    for (double columns = from; columns <= to; columns += distance) {
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (std::size_t i = 0; i < sample.size(); ++i) {
+        sums[sample_rows[i]] += current[i];
+        current[i] *= increment[i];
+      }
+      double likeness = 0.0;
+      for (const std::complex<double>& sum : sums)
+        likeness += std::abs(sum);
+      if (likeness > best) {
+        best = likeness;
+        columns_of_turn_ = columns;
+      }
     }
-  }
-  return count_ > 0;
+  };
+  search(first, last, 1.0);
+  if (columns_of_turn_ == 0.0)
+    return false;
+  // Those of most sensors are whole numbers, some turn a little faster or slower.
+  best *= 1.01;
+  const double whole = columns_of_turn_;
+  search(whole - 0.5, whole + 0.5, 1.0 / 64);
+  return true;
 }
 
 bool
 RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
 {
   azimuths_.clear();
+  const Turn azimuth(points);
   std::complex<double> sum;
   for (const PixelPoint& point : points) {
-    azimuths_.push_back(azimuthOf(point) - phases_[point.row]);
+    azimuths_.push_back(azimuth(point) - phases_[point.row]);
     if (!isAtSensor(point))
-      sum += std::polar(1.0, azimuths_.back() * count_);
+      sum += std::polar(1.0, azimuths_.back() * columns_of_turn_);
   }
   // Less than that is lost in the noise of the azimuths.
   constexpr double least_shift = 1.0 / 256;

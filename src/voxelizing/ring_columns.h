@@ -33,7 +33,7 @@ public:
   bool
   assign(std::vector<PixelPoint>& points, double& shift);
 
-  /** \brief Columns of a turn; 0 before fit(). */
+  /** \brief Columns of an image, 0 before fit(). A turn may have a part of one less. */
   std::uint32_t
   count() const
   {
@@ -60,7 +60,7 @@ private:
   findStep(const std::vector<PixelPoint>& points, std::uint32_t rows);
 
   bool
-  findCount(const std::vector<PixelPoint>& points, std::uint32_t rows, double step);
+  findColumns(const std::vector<PixelPoint>& points, std::uint32_t rows, double step);
 
   bool
   place(PixelPoint& point, double column);
@@ -72,6 +72,7 @@ private:
   take(PixelPoint& point, std::uint32_t column);
 
   std::uint32_t count_ = 0;
+  double columns_of_turn_ = 0.0;
   std::vector<double> phases_; // azimuth of a column of each row, radians
   // Of the current cloud; members so that their memory is reused.
   std::vector<double> azimuths_;

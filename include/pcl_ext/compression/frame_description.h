@@ -34,7 +34,7 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
-  ImageSize image;           ///< that points are coded as; I-frames only
+  ImageSize image;                      ///< that points are coded as; I-frames only
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
