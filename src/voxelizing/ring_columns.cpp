@@ -47,6 +47,12 @@ public:
     return azimuthOf(point) - turns * two_pi;
   }
 
+  double
+  begin() const
+  {
+    return begin_;
+  }
+
 private:
   double begin_;
 };
@@ -69,13 +75,15 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   constexpr std::size_t least_points_of_row = 4;
   if (points.size() < least_points_of_row * rows)
     return false;
-  const double step = findStep(points, rows);
-  if (step <= 0.0 || !findColumns(points, rows, step))
+  const double about = findStep(points, rows);
+  if (about <= 0.0 || !findColumns(points, rows, about))
     return false;
-  count_ = static_cast<std::uint32_t>(std::ceil(columns_of_turn_));
+  const double whole = std::ceil(columns_of_turn_);
+  count_ = static_cast<std::uint32_t>(whole) + (whole == columns_of_turn_ ? 0 : 1);
   if (std::uint64_t{count_} * rows > most_pixels)
     return false;
   const Turn azimuth(points);
+  first_column_ = std::floor(azimuth.begin() / step());
   std::vector<std::complex<double>> sums(rows);
   for (const PixelPoint& point : points)
     if (!isAtSensor(point))
@@ -188,7 +196,7 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
   is_taken_.assign(std::size_t{count_} * phases_.size(), false);
   misplaced_.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!place(points[i], (azimuths_[i] - shift) / step()))
+    if (!place(points[i], (azimuths_[i] - shift) / step() - first_column_))
       misplaced_.push_back(i);
   first_columns_.assign(phases_.size(), 0);
   return std::all_of(misplaced_.begin(), misplaced_.end(), [&](std::size_t i) {
@@ -197,7 +205,7 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
 }
 
 /** \brief Gives a point a column, or a free one that is near.
- * \param[in] column from straight ahead on
+ * \param[in] column from the first one on
  * \return false if there is none, or the point is at the sensor
  */
 bool
@@ -207,8 +215,7 @@ RingColumns::place(PixelPoint& point, double column)
   const std::int64_t count = count_;
   if (isAtSensor(point) || !(std::abs(column) <= 2.0 * count_))
     return false;
-  // The first column is behind the sensor.
-  const std::int64_t nearest = std::llround(column) + count / 2;
+  const std::int64_t nearest = std::llround(column);
   for (std::int64_t distance = 0; distance <= farthest; ++distance)
     for (const std::int64_t side : {nearest + distance, nearest - distance})
       if (take(point, static_cast<std::uint32_t>((side % count + count) % count)))

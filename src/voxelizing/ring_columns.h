@@ -33,7 +33,7 @@ public:
   bool
   assign(std::vector<PixelPoint>& points, double& shift);
 
-  /** \brief Columns of an image, 0 before fit(). A turn may have a part of one less. */
+  /** \brief Columns of an image, 0 before fit(): those of a turn, or more. */
   std::uint32_t
   count() const
   {
@@ -73,6 +73,7 @@ private:
 
   std::uint32_t count_ = 0;
   double columns_of_turn_ = 0.0;
+  double first_column_ = 0.0; // from straight ahead on, where the cloud of fit() begins
   std::vector<double> phases_; // azimuth of a column of each row, radians
   // Of the current cloud; members so that their memory is reused.
   std::vector<double> azimuths_;

@@ -73,6 +73,8 @@ MUTANTS = [
     Mutant("src/voxelizing/ring_columns.cpp", "columns are where they were at first",
            "shift = std::abs(columns) < least_shift ? 0.0 : columns * step();",
            "shift = 0.0;"),
+    Mutant("src/voxelizing/ring_columns.cpp", "a turn has whole columns",
+           "search(whole - 0.5, whole + 0.5, 1.0 / 64);", ""),
     Mutant("src/voxelizing/ring_columns.cpp", "columns have one point each",
            "if (is_taken_[pixel])", "if (false)"),
     Mutant("src/voxelizing/image_collector.cpp", "rays stay where the sensor was",

@@ -162,6 +162,19 @@ TEST_P(RingClouds, MayTurnFromFrameToFrameAndUnevenly)
   }
 }
 
+TEST_P(RingClouds, MayHaveAPartOfAColumnInATurn)
+{
+  // As of a VLP-16, whose turns go on from where the last one ended.
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    RingNoise noise;
+    noise.speed = 360.0 / 360.45;
+    noise.begin = -2.0 * M_PI * noise.speed * static_cast<double>(i);
+    const std::size_t bytes = expectCloud(ringCloud(i, noise));
+    EXPECT_LT(2 * bytes, bytes_without_) << i;
+    EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 0);
+  }
+}
+
 TEST_P(RingClouds, HaveAnyOrderOfPoints)
 {
   std::mt19937_64 random(20);
