@@ -89,10 +89,12 @@ def arrange_by_ring(
 
     Parameters
     ----------
-    cloud, time, ring
+    cloud : numpy.ndarray
         As for `sort_by_time`.
     shape : (int, int), optional
         Rows and columns; else as many as the points need.
+    time, ring : str, optional
+        As for `sort_by_time`.
 
     Returns
     -------
