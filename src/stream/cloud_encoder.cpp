@@ -217,14 +217,18 @@ CloudEncoder::Implementation::mostPixels(const VoxelFrame& frame) const
 {
   constexpr std::size_t most_points_of_voxel = 4;
   constexpr std::size_t most_pixels_of_point = 64;
-  const std::size_t points = voxelization_.points_used;
+  if (frame.keys.empty() || !frame.has_point_counts || !encoder_.takesImages())
+    return 0;
+  // Without missing points, which are all in the same voxel.
+  const std::size_t points =
+      voxelization_.points_used -
+      *std::max_element(frame.point_counts.begin(), frame.point_counts.end());
   const DecoderLimits& limits = settings_.decoder_limits;
   const bool is_i_frame = encoder_.isIFrameDue();
   const std::size_t values = fields_.valuesOfPoint();
   // Fields are those of pixels, whatever the voxels.
   const bool has_many = values == 0 && points > most_points_of_voxel * frame.size();
-  if (frame.keys.empty() || !frame.has_point_counts || !encoder_.takesImages() ||
-      (is_i_frame && has_many))
+  if (is_i_frame && has_many)
     return 0;
   std::uint64_t most = std::min<std::uint64_t>(most_image_pixels, limits.max_points);
   if (values > 0)

@@ -15,6 +15,9 @@ namespace {
 constexpr unsigned int spinning_flag = 1;
 constexpr unsigned int half_steps_flag = 2;
 constexpr unsigned int unorganised_flag = 4;
+constexpr unsigned int at_sensor_flag = 8;
+constexpr unsigned int known_flags =
+    spinning_flag | half_steps_flag | unorganised_flag | at_sensor_flag;
 
 /** \brief The numbers of a row, in the order of the table. */
 constexpr std::array<std::int32_t RayRow::*, 7> row_numbers = {&RayRow::cosine,
@@ -81,9 +84,11 @@ writeImageTable(const PointImage& image, ByteWriter& writer)
   writer.varint(image.width);
   writer.varint(image.height);
   const bool is_spinning = rays.shape == RayShape::Spinning;
-  writer.u8(static_cast<std::uint8_t>((is_spinning ? spinning_flag : 0u) |
-                                      (rays.has_half_steps ? half_steps_flag : 0u) |
-                                      (image.is_organised ? 0u : unorganised_flag)));
+  writer.u8(
+      static_cast<std::uint8_t>((is_spinning ? spinning_flag : 0u) |
+                                (rays.has_half_steps ? half_steps_flag : 0u) |
+                                (image.is_organised ? 0u : unorganised_flag) |
+                                (image.has_points_at_sensor ? at_sensor_flag : 0u)));
   writeRayPose(rays.pose, writer);
   if (is_spinning)
     writeSpinningRays(rays, writer);
@@ -119,8 +124,7 @@ readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& imag
   if (source.failure() != ByteSource::Failure::None)
     return {};
   if (width < 1 || height < 1 || width > most_image_side || height > most_image_side ||
-      width * height > most_image_pixels ||
-      (flags & ~(spinning_flag | half_steps_flag | unorganised_flag)) != 0)
+      width * height > most_image_pixels || (flags & ~known_flags) != 0)
     return corruptFrame("invalid image");
   if (width * height > limits.max_points)
     return {CompressionCode::LimitExceeded,
@@ -133,6 +137,7 @@ readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& imag
   rays.shape = (flags & spinning_flag) != 0 ? RayShape::Spinning : RayShape::Planar;
   rays.has_half_steps = (flags & half_steps_flag) != 0;
   image.is_organised = (flags & unorganised_flag) == 0;
+  image.has_points_at_sensor = (flags & at_sensor_flag) != 0;
   readRayPose(source, rays.pose);
   if (rays.shape == RayShape::Spinning)
     readSpinningRays(source, image);

@@ -321,6 +321,7 @@ Version1Decoder::prepareImage(VoxelFrame& frame) const
   frame.image.width = header_.image.width;
   frame.image.height = header_.image.height;
   frame.image.is_organised = header_.image.is_organised;
+  frame.image.has_points_at_sensor = header_.image.has_points_at_sensor;
   frame.image.rays = header_.image.rays;
   frame.image.pixels.clear();
   frame.image.depths.clear();

@@ -116,6 +116,7 @@ Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
   return content_.has_image &&
          (frame.image.width != image_.width || frame.image.height != image_.height ||
           frame.image.is_organised != image_.is_organised ||
+          frame.image.has_points_at_sensor != image_.has_points_at_sensor ||
           !frame.image.rays.isSameButForPose(image_.rays));
 }
 
@@ -360,6 +361,7 @@ Version1Encoder::setContent(const VoxelFrame& frame, bool has_image)
     image_.width = frame.image.width;
     image_.height = frame.image.height;
     image_.is_organised = frame.image.is_organised;
+    image_.has_points_at_sensor = frame.image.has_points_at_sensor;
     image_.rays = frame.image.rays;
     header_.image = image_;
   }

@@ -1,7 +1,9 @@
 #include "voxelizing/image_collector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 namespace pcl_ext {
 namespace io {
@@ -103,11 +105,13 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
   is_refitted = is_refitted || size_.width != rays_.width ||
                 size_.height != rays_.height || rays_.is_organised == ring_.has_value();
   if (is_refitted)
-    fitted_ = ring_ ? fitSpinningRays(points_, size_, ring_columns_.step())
-                    : fitRays(points_, from_sensor_, grid, size_);
+    fitRaysOfSize(grid);
   if (is_refitted || grid != grid_ || pose.matrix() != pose_.matrix()) {
+    const bool has_points_at_sensor =
+        is_refitted ? arePointsAtSensor() : rays_.has_points_at_sensor;
     reader_.reset();
     rays_ = PointImage();
+    rays_.has_points_at_sensor = has_points_at_sensor;
     rays_.width = size_.width;
     rays_.height = size_.height;
     rays_.is_organised = !ring_;
@@ -119,6 +123,32 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
   if (reader_)
     image = rays_;
   return reader_.has_value();
+}
+
+/** \brief Whether so many points are at the sensor that they are missing ones. */
+bool
+ImageCollector::arePointsAtSensor() const
+{
+  constexpr std::ptrdiff_t share = 64;
+  return share * std::count_if(points_.begin(), points_.end(), isAtSensor) >=
+         static_cast<std::ptrdiff_t>(points_.size());
+}
+
+/** \brief Fits rays to the points that are not at the sensor. */
+void
+ImageCollector::fitRaysOfSize(const VoxelGrid& grid)
+{
+  std::vector<PixelPoint> points;
+  std::copy_if(points_.begin(),
+               points_.end(),
+               std::back_inserter(points),
+               [](const PixelPoint& point) { return !isAtSensor(point); });
+  if (points.empty())
+    fitted_.reset();
+  else if (ring_)
+    fitted_ = fitSpinningRays(points, size_, ring_columns_.step());
+  else
+    fitted_ = fitRays(points, from_sensor_, grid, size_);
 }
 
 /** \brief Whether all points have pixels of their own. */
@@ -161,6 +191,11 @@ ImageCollector::setColumns(bool may_refit, double& shift, bool& is_refitted)
 std::uint32_t
 ImageCollector::depth(std::size_t point, std::uint64_t key)
 {
+  const VoxelPosition voxel = voxelPosition(key);
+  if (rays_.has_points_at_sensor &&
+      std::array<std::int64_t, 3>{voxel.x, voxel.y, voxel.z} ==
+          sensorVoxel(rays_.rays.pose))
+    return 0;
   reader_->moveTo(points_[point].row);
   const Ray ray = reader_->at(points_[point].column);
   const Eigen::Vector3d position = from_sensor_ * points_[point].position;
@@ -178,7 +213,6 @@ ImageCollector::depth(std::size_t point, std::uint64_t key)
   const double nearest = std::floor(along / square + 0.5);
   const auto first =
       static_cast<std::uint32_t>(nearest > 1.0 ? std::min(nearest, most) : 1.0);
-  const VoxelPosition voxel = voxelPosition(key);
   const auto is_in_voxel = [&](std::uint32_t depth) {
     return ray.at(depth, 0) >> 32 == voxel.x && ray.at(depth, 1) >> 32 == voxel.y &&
            ray.at(depth, 2) >> 32 == voxel.z;

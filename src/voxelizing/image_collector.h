@@ -93,6 +93,12 @@ private:
   arePixels();
 
   bool
+  arePointsAtSensor() const;
+
+  void
+  fitRaysOfSize(const VoxelGrid& grid);
+
+  bool
   setColumns(bool may_refit, double& shift, bool& is_refitted);
 
   ImageSize size_{};

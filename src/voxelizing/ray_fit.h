@@ -21,6 +21,14 @@ struct PixelPoint {
   Eigen::Vector3d position;
 };
 
+/** \brief Whether a point is at the sensor, as drivers write missing ones; a
+ * thousandth of a millimetre is lost in poses. */
+inline bool
+isAtSensor(const PixelPoint& point)
+{
+  return point.position.squaredNorm() < 1e-12;
+}
+
 /** \brief Rays in the coordinates of a sensor, metres; see RayModel. */
 struct FittedRays {
   /** \brief Of a row of a spinning sensor; see RayRow. */

@@ -11,12 +11,6 @@ namespace io {
 
 namespace {
 
-bool
-isAtSensor(const PixelPoint& point)
-{
-  return point.position.x() == 0.0 && point.position.y() == 0.0;
-}
-
 double
 azimuthOf(const PixelPoint& point)
 {
@@ -30,13 +24,16 @@ public:
   explicit Turn(const std::vector<PixelPoint>& points)
   {
     constexpr std::size_t samples = 64;
-    double sum = 0.0;
-    for (std::size_t i = 1; i < samples; ++i)
-      sum += std::remainder(azimuthOf(points[i * points.size() / samples]) -
-                                azimuthOf(points[(i - 1) * points.size() / samples]),
-                            two_pi);
     constexpr double margin = 1e-3;
-    const double begin = azimuthOf(points.front());
+    const std::size_t every = points.size() / samples + 1;
+    std::vector<double> azimuths;
+    for (std::size_t i = 0; i < points.size(); i += azimuths.empty() ? 1 : every)
+      if (!isAtSensor(points[i]))
+        azimuths.push_back(azimuthOf(points[i]));
+    double sum = 0.0;
+    for (std::size_t i = 1; i < azimuths.size(); ++i)
+      sum += std::remainder(azimuths[i] - azimuths[i - 1], two_pi);
+    const double begin = azimuths.empty() ? 0.0 : azimuths.front();
     begin_ = sum >= 0.0 ? begin - margin : begin + margin - two_pi;
   }
 

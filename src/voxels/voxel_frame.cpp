@@ -89,22 +89,29 @@ areFields(const VoxelFrame& frame)
 }
 
 /** \brief True if each point has a pixel of its own, ascending within a voxel, and a
- * depth. */
+ * depth, which at the sensor is 0. */
 bool
 arePixels(const VoxelFrame& frame)
 {
   const PointImage& image = frame.image;
   std::vector<bool> is_taken(image.pixelCount());
   std::size_t point = 0;
-  for (const std::uint32_t count : frame.point_counts)
-    for (std::uint32_t i = 0; i < count; ++i, ++point) {
+  for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
+    const VoxelPosition at = voxelPosition(frame.keys[voxel]);
+    const std::uint32_t last_depth =
+        image.has_points_at_sensor && std::array<std::int64_t, 3>{at.x, at.y, at.z} ==
+                                          sensorVoxel(image.rays.pose)
+            ? 0
+            : depth_end - 1;
+    for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i, ++point) {
       const std::uint32_t pixel = image.pixels[point];
       if (pixel >= is_taken.size() || is_taken[pixel] ||
           (i > 0 && pixel < image.pixels[point - 1]) ||
-          image.depths[point] >= depth_end)
+          image.depths[point] > last_depth)
         return false;
       is_taken[pixel] = true;
     }
+  }
   return true;
 }
 

@@ -134,8 +134,11 @@ class ImageReader:
                 if not self._has_point(column, row):
                     continue
                 require(len(points) < point_count, "more pixels than said have points")
-                depth = self._depth(column, row)
                 pixel = row * self._image.width + column
+                if self._image.has_points_at_sensor and self._is_at_sensor(column, row):
+                    points.append(ImagePoint(pixel, 0, self._sensor_key()))
+                    continue
+                depth = self._depth(column, row)
                 self._depths[pixel] = self._last_depth = depth
                 points.append(ImagePoint(pixel, depth, self._key(column, row, depth)))
         require(len(points) == point_count, "fewer pixels than said have points")
@@ -165,10 +168,22 @@ class ImageReader:
         return [self._of_pixel(self._depths, *place) for place in places]
 
     def _has_point(self, column: int, row: int) -> int:
+        return self._reader.bit("point", self._context(column, row))
+
+    def _is_at_sensor(self, column: int, row: int) -> int:
+        return self._reader.bit("sensor", self._context(column, row))
+
+    def _sensor_key(self) -> int:
+        x, y, z = (coordinate >> 16 for coordinate in self._image.pose.origin)
+        key = node_at((x, y, z), self._grid_depth)
+        if key is None:
+            raise InvalidFrame("a point is at a sensor outside the grid")
+        return key
+
+    def _context(self, column: int, row: int) -> int:
         there = self._around(column, row)
         there += [self._of_pixel(self._pasts, column + c, row) for c in (0, 1)]
-        context = sum(1 << i for i, number in enumerate(there) if number is not None)
-        return self._reader.bit("point", context)
+        return sum(1 << i for i, number in enumerate(there) if number is not None)
 
     def _depth(self, column: int, row: int) -> int:
         left, up, up_left, up_right = self._around(column, row)

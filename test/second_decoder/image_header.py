@@ -10,7 +10,7 @@ from typing import List, Tuple
 from byte_reader import ByteReader
 from invalid_frame import require
 
-_SPINNING, _HALF_STEPS, _UNORGANISED = 1, 2, 4
+_SPINNING, _HALF_STEPS, _UNORGANISED, _AT_SENSOR = 1, 2, 4, 8
 _LONGEST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 _UNIT = 1 << 30
@@ -51,6 +51,7 @@ class Image:
     is_spinning: bool
     has_half_steps: bool
     is_organised: bool
+    has_points_at_sensor: bool
     pose: Pose
     turns: Tuple[Direction, ...] = ()
     rows: Tuple[Row, ...] = ()
@@ -123,7 +124,7 @@ def read_image(reader: ByteReader) -> Image:
     require(max(width, height) <= _LONGEST_SIDE, "the image is too wide or too high")
     require(width * height <= _MOST_PIXELS, "the image has too many pixels")
     (flags,) = reader.numbers("B")
-    highest_flags = _SPINNING | _HALF_STEPS | _UNORGANISED
+    highest_flags = _SPINNING | _HALF_STEPS | _UNORGANISED | _AT_SENSOR
     require(flags <= highest_flags, "the flags of the image are none")
     is_spinning = bool(flags & _SPINNING)
     image = Image(
@@ -132,6 +133,7 @@ def read_image(reader: ByteReader) -> Image:
         is_spinning,
         bool(flags & _HALF_STEPS),
         not flags & _UNORGANISED,
+        bool(flags & _AT_SENSOR),
         read_pose(reader),
         tuple(_turn(reader) for _ in range((width - 1).bit_length() * is_spinning)),
         _rows(reader, height * is_spinning),

@@ -190,6 +190,26 @@ TEST(ForgedContents, OfImagesAreRefused)
   }
 }
 
+TEST(ForgedContents, OfPointsAtASensorOutsideTheGridAreRefused)
+{
+  std::mt19937_64 random(9);
+  PointImage image = planarImage(48, 32);
+  image.has_points_at_sensor = true;
+  VoxelFrame frame = imageFrame(random, image, 8);
+  addPointsAtSensor(random, frame);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Parts good = takeApart(encoded(encoder, frame));
+  ASSERT_TRUE(good.header.content.has_image);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const std::int64_t position : {-1, 256}) {
+      Parts parts = good;
+      parts.header.image.rays.pose.origin[axis] = position * (1 << 16);
+      VoxelFrame back;
+      FrameDecoder decoder;
+      EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Corrupt);
+    }
+}
+
 TEST(ForgedContents, OfRayPosesAreRefused)
 {
   std::mt19937_64 random(8);

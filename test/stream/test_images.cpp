@@ -33,13 +33,15 @@ TEST_P(Images, RandomFramesComeBack)
   FrameDecoder decoder;
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(i);
-    const PointImage image =
-        i / 6 % 2 == 0 ? planarImage(48, 32) : spinningImage(128, 40, 9);
+    PointImage image = i / 6 % 2 == 0 ? planarImage(48, 32) : spinningImage(128, 40, 9);
+    image.has_points_at_sensor = i < 12 && i / 3 % 2 == 1;
     ImagePoints points;
     points.noise = 1 + below(random, 9);
     points.misses = 12 + below(random, 90);
     points.nearest = static_cast<std::uint32_t>(30 + below(random, 60));
     VoxelFrame frame = imageFrame(random, image, 9, points);
+    if (image.has_points_at_sensor)
+      addPointsAtSensor(random, frame);
     if (i >= 12)
       addFields(random, frame);
     if (i >= 18)
@@ -163,6 +165,14 @@ TEST(ImagesOfFrames, HaveOnePixelForEachPoint)
   }));
   EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.image.width = 0; }));
   EXPECT_TRUE(is_consistent([](VoxelFrame& f) { f.image = PointImage(); }));
+
+  VoxelFrame with_points_at_sensor = good;
+  with_points_at_sensor.image.has_points_at_sensor = true;
+  addPointsAtSensor(random, with_points_at_sensor);
+  EXPECT_TRUE(isConsistent(with_points_at_sensor));
+  std::vector<std::uint32_t>& depths = with_points_at_sensor.image.depths;
+  *std::find(depths.begin(), depths.end(), 0u) = 1;
+  EXPECT_FALSE(isConsistent(with_points_at_sensor));
 }
 
 TEST(ImagesOfFrames, StayWithTheVoxelsThatAreKept)

@@ -278,6 +278,31 @@ TEST_P(OrganisedClouds, OfPointsThatMoveAboutAreNotForced)
   EXPECT_LE(bytes.size(), bytesWithoutOrder(other, cloud));
 }
 
+TEST_P(OrganisedClouds, MissingPointsMayBeAtTheSensor)
+{
+  // Some drivers write (0, 0, 0) for them.
+  for (const bool is_camera : {true, false}) {
+    CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
+    CloudEncoder other(fineSettings(GetParam()), IntensityUnit::None);
+    FrameDecoder decoder;
+    FrameDecoder other_decoder;
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      SCOPED_TRACE(i);
+      const WorldPose pose = is_camera ? WorldPose::Identity() : slantedPose();
+      OrganisedCloud cloud = is_camera ? cameraCloud(pose, i) : lidarCloud(pose, i);
+      const std::size_t without = expectCloud(other, other_decoder, cloud);
+      for (std::size_t point = 0; point < cloud.coordinates.size() / 3; ++point)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          if (float& coordinate = cloud.coordinates[3 * point + axis];
+              std::isnan(coordinate))
+            coordinate = static_cast<float>(pose.translation()[static_cast<int>(axis)]);
+      const std::size_t bytes = expectCloud(encoder, decoder, cloud);
+      EXPECT_LT(bytes, without + without / 10 + 100);
+      EXPECT_EQ(encoder.statistics().coding.is_i_frame, i == 0);
+    }
+  }
+}
+
 TEST_P(OrganisedClouds, OfStillScenesAreVoxelsAgain)
 {
   // The same cloud again and again costs nothing without an image.

@@ -126,6 +126,14 @@ goldenMovingImages(const std::string& name, Effort effort)
     lidar.rays.pose.vectors[0][2] += 1000 * (i / 2);
     addImageFields(random, add(lidar, 21, {depth_end - 5000, i == 1 ? 4900u : 2u}));
   }
+  // Points at the sensor, on which none of the rays is.
+  camera.has_points_at_sensor = true;
+  camera.rays.pose.origin[2] = 5 << 16;
+  for (int i = 0; i < 4; ++i) {
+    VoxelFrame& frame = add(camera, 8, {40, 2, 20, 3, 30});
+    addPointsAtSensor(random, frame);
+    addImageFields(random, frame);
+  }
   for (const auto& [width, height] :
        {std::pair<std::uint32_t, std::uint32_t>(9000, 1), {2, 4500}}) {
     PointImage image = planarImage(width, height);

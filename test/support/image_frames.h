@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <random>
 #include <utility>
 #include <vector>
@@ -141,6 +142,33 @@ imageFrame(std::mt19937_64& random,
     frame.image.depths.push_back(point.depth);
   }
   return frame;
+}
+
+/** \brief Adds points in the voxel of the sensor, which has none yet, to pixels that have
+ * none. */
+inline void
+addPointsAtSensor(std::mt19937_64& random, VoxelFrame& frame)
+{
+  PointImage& image = frame.image;
+  const std::array<std::int64_t, 3> voxel = sensorVoxel(image.rays.pose);
+  const std::uint64_t key = mortonKey({static_cast<std::uint32_t>(voxel[0]),
+                                       static_cast<std::uint32_t>(voxel[1]),
+                                       static_cast<std::uint32_t>(voxel[2])});
+  std::vector<std::uint32_t> pixels;
+  for (std::uint32_t pixel = 0; pixel < image.pixelCount(); ++pixel)
+    if (std::find(image.pixels.begin(), image.pixels.end(), pixel) ==
+            image.pixels.end() &&
+        below(random, 5) > 0)
+      pixels.push_back(pixel);
+  const auto place = std::lower_bound(frame.keys.begin(), frame.keys.end(), key);
+  const auto at = place - frame.keys.begin();
+  const std::ptrdiff_t point =
+      std::accumulate(frame.point_counts.begin(), frame.point_counts.begin() + at, 0);
+  frame.keys.insert(place, key);
+  frame.point_counts.insert(frame.point_counts.begin() + at,
+                            static_cast<std::uint32_t>(pixels.size()));
+  image.depths.insert(image.depths.begin() + point, pixels.size(), 0);
+  image.pixels.insert(image.pixels.begin() + point, pixels.begin(), pixels.end());
 }
 
 } // namespace test

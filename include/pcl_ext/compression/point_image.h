@@ -104,6 +104,9 @@ struct PointImage {
   /** \brief Whether decoded clouds have these columns and rows. Others have only the
    * points, in the order of their voxels. */
   bool is_organised = true;
+  /** \brief Whether points in the voxel of the sensor are coded as such: where drivers
+   * write missing points as (0, 0, 0). Their depth is 0. */
+  bool has_points_at_sensor = false;
   RayModel rays;
   /** \brief Pixel of each point of a frame, row * width + column; ascending within a
    * voxel. */
@@ -123,6 +126,13 @@ struct PointImage {
     return std::size_t{width} * height;
   }
 };
+
+/** \brief Position of the voxel of the sensor in the grid, which it may be outside of. */
+inline std::array<std::int64_t, 3>
+sensorVoxel(const RayPose& pose)
+{
+  return {pose.origin[0] >> 16, pose.origin[1] >> 16, pose.origin[2] >> 16};
+}
 
 /** \brief Bits of the largest number of a column, for RayModel::turns. */
 constexpr unsigned int

@@ -87,7 +87,8 @@ ImageCoder::collectPoints(VoxelFrame& frame)
     }
     ++frame.point_counts.back();
     frame.image.pixels.push_back(entry.pixel);
-    frame.image.depths.push_back(points_.depths[entry.pixel]);
+    const std::uint32_t depth = points_.depths[entry.pixel];
+    frame.image.depths.push_back(depth == sensor_depth ? 0 : depth);
   }
 }
 

@@ -18,6 +18,9 @@ namespace supplement {
 /** \brief No point, in the place of a depth. */
 constexpr std::uint32_t no_depth = ~std::uint32_t{0};
 
+/** \brief A point at the sensor, likewise. */
+constexpr std::uint32_t sensor_depth = no_depth - 1;
+
 /** \brief Models of an image. */
 struct ImageModels {
   static constexpr std::size_t gradient_classes = 12;
@@ -26,6 +29,7 @@ struct ImageModels {
   static constexpr std::size_t miss_classes = 4;
 
   std::array<fast::BitModel, 64> is_point;
+  std::array<fast::BitModel, 64> is_at_sensor;
   std::array<fast::NibbleModel, gradient_classes * error_classes> depths;
   std::array<fast::BitModel, margin_classes * miss_classes> is_on_ray;
   std::array<fast::NibbleModel, 3 * miss_classes> offsets;
@@ -34,7 +38,7 @@ struct ImageModels {
 
 /** \brief The points of a frame by their pixels, row after row. */
 struct PixelPoints {
-  std::vector<std::uint32_t> depths; ///< or no_depth
+  std::vector<std::uint32_t> depths; ///< or no_depth, sensor_depth
   std::vector<std::uint64_t> keys;   ///< Morton keys of their voxels, of points only
 };
 

@@ -31,6 +31,7 @@ public:
   : image_(image)
   , reader_(image)
   , grid_size_(std::int64_t{1} << grid_depth)
+  , sensor_voxel_(sensorVoxel(image.rays.pose))
   , models_(models)
   , past_(past)
   , next_past_(next_past)
@@ -66,6 +67,15 @@ public:
           return false;
         if constexpr (CodingT::is_decoder)
           points.keys.push_back(0);
+        bool is_at_sensor = false;
+        if (image_.has_points_at_sensor &&
+            !codeIsAtSensor(
+                local, around, column, pixel, points.keys[point], is_at_sensor))
+          return false;
+        if (is_at_sensor) {
+          ++point;
+          continue;
+        }
         if (!codeDepth(local, around, column, pixel) ||
             !codeVoxel(local, column, depths_[pixel], points.keys[point]))
           return false;
@@ -97,16 +107,30 @@ private:
     const std::size_t width = image_.width;
     const bool has_left = column > 0;
     const bool has_right = column + 1 < width;
-    return {has_left ? depths_[pixel - 1] : no_depth,
-            row > 0 ? depths_[pixel - width] : no_depth,
-            row > 0 && has_left ? depths_[pixel - width - 1] : no_depth,
-            row > 0 && has_right ? depths_[pixel - width + 1] : no_depth};
+    const auto depth = [&](bool is_inside, std::size_t distance) {
+      const std::uint32_t other = is_inside ? depths_[pixel - distance] : no_depth;
+      return other == sensor_depth ? no_depth : other;
+    };
+    return {depth(has_left, 1),
+            depth(row > 0, width),
+            depth(row > 0 && has_left, width + 1),
+            depth(row > 0 && has_right, width - 1)};
   }
 
   std::uint32_t
   pastAt(std::size_t pixel) const
   {
     return past_.empty() ? no_depth : past_[pixel];
+  }
+
+  /** \brief Which of the pixels around have points, and had them before. */
+  std::size_t
+  contextOf(const Around& around, std::uint32_t column, std::size_t pixel) const
+  {
+    const auto is = [](std::uint32_t depth) { return depth != no_depth ? 1u : 0u; };
+    return is(around.left) | is(around.up) << 1 | is(around.up_left) << 2 |
+           is(around.up_right) << 3 | is(pastAt(pixel)) << 4 |
+           (column + 1 < image_.width ? is(pastAt(pixel + 1)) : 0u) << 5;
   }
 
   /** \brief Codes whether a pixel has a point. */
@@ -116,11 +140,7 @@ private:
               std::uint32_t column,
               std::size_t pixel)
   {
-    const auto is = [](std::uint32_t depth) { return depth != no_depth ? 1u : 0u; };
-    const std::size_t context =
-        is(around.left) | is(around.up) << 1 | is(around.up_left) << 2 |
-        is(around.up_right) << 3 | is(pastAt(pixel)) << 4 |
-        (column + 1 < image_.width ? is(pastAt(pixel + 1)) : 0u) << 5;
+    const std::size_t context = contextOf(around, column, pixel);
     coding.reserve(1);
     const bool is_point =
         coding.codeBit(models_.is_point[context], depths_[pixel] != no_depth);
@@ -129,6 +149,33 @@ private:
     if (!is_point)
       next_past_[pixel] = no_depth;
     return is_point;
+  }
+
+  /** \brief Codes whether the point of a pixel is in the voxel of the sensor; then it
+   * counts as none for what comes after it.
+   * \param[in,out] key of the point's voxel; the decoder sets it
+   * \return false if that is outside the grid
+   */
+  bool
+  codeIsAtSensor(CodingT& coding,
+                 const Around& around,
+                 std::uint32_t column,
+                 std::size_t pixel,
+                 std::uint64_t& key,
+                 bool& is_at_sensor)
+  {
+    if constexpr (!CodingT::is_decoder) {
+      const VoxelPosition voxel = voxelPosition(key);
+      is_at_sensor = Triple{voxel.x, voxel.y, voxel.z} == sensor_voxel_;
+    }
+    coding.reserve(1);
+    is_at_sensor = coding.codeBit(
+        models_.is_at_sensor[contextOf(around, column, pixel)], is_at_sensor);
+    if (!is_at_sensor)
+      return true;
+    depths_[pixel] = sensor_depth;
+    next_past_[pixel] = no_depth;
+    return !CodingT::is_decoder || setKey(sensor_voxel_, key);
   }
 
   /** \brief What is expected, with the depths that there are in the place of others.
@@ -311,6 +358,7 @@ private:
   const PointImage& image_;
   RayReader reader_;
   std::int64_t grid_size_;
+  Triple sensor_voxel_;
   ImageModels& models_;
   const std::vector<std::uint32_t>& past_;
   std::vector<std::uint32_t>& next_past_;
