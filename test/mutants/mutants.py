@@ -62,6 +62,8 @@ MUTANTS = [
            "up_right - up_left + 2) >> 2;", "up_right - up_left) >> 2;"),
     Mutant("src/codec/supplement/image_pass.h", "the past is not that of the pixel",
            "is_near ? (3 * past + now + 2) / 4", "is_near ? (past + now + 1) / 2"),
+    Mutant("src/codec/supplement/image_pass.h", "missing points are near ones",
+           "return other == sensor_depth ? no_depth : other;", "return other;"),
     Mutant("src/voxels/rays.cpp", "directions are not rounded",
            "first.sine * second.sine + half) >> 30", "first.sine * second.sine) >> 30"),
     Mutant("src/voxels/voxel_frame.cpp", "pixels of a voxel in any order",
