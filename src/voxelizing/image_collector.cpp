@@ -55,6 +55,7 @@ ImageCollector::begin(const PointBatches& points,
   from_sensor_ = sensor_pose;
   to_sensor_ = sensor_pose.inverse();
   points_.clear();
+  points_.reserve(points.size());
   return ring_ || (size_.width > 1 && size_.height > 1 &&
                    size_.width <= most_image_side && size_.height <= most_image_side &&
                    std::uint64_t{size_.width} * size_.height <= most_pixels);
@@ -96,7 +97,7 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
 {
   image = PointImage();
   double shift = 0.0;
-  bool is_refitted = may_refit;
+  bool is_refitted = false;
   if (ring_ ? !setColumns(may_refit, shift, is_refitted) : !arePixels())
     return false;
   WorldPose pose = from_sensor_;
@@ -104,25 +105,70 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
     pose.rotate(Eigen::AngleAxisd(shift, Eigen::Vector3d::UnitZ()));
   is_refitted = is_refitted || size_.width != rays_.width ||
                 size_.height != rays_.height || rays_.is_organised == ring_.has_value();
-  if (is_refitted)
+  if (may_refit || is_refitted)
+    rays_.has_points_at_sensor = arePointsAtSensor();
+  if (!is_refitted && (grid != grid_ || pose.matrix() != pose_.matrix()))
+    turnRays(grid, pose);
+  if (is_refitted || (may_refit && !areAlongRays())) {
     fitRaysOfSize(grid);
-  if (is_refitted || grid != grid_ || pose.matrix() != pose_.matrix()) {
-    const bool has_points_at_sensor =
-        is_refitted ? arePointsAtSensor() : rays_.has_points_at_sensor;
-    reader_.reset();
-    rays_ = PointImage();
-    rays_.has_points_at_sensor = has_points_at_sensor;
-    rays_.width = size_.width;
-    rays_.height = size_.height;
-    rays_.is_organised = !ring_;
-    grid_ = grid;
-    pose_ = pose;
-    if (fitted_ && setRays(*fitted_, pose, grid, rays_))
-      reader_.emplace(rays_);
+    turnRays(grid, pose);
+    fitted_points_ = points_.size();
+    fitted_distance_ = reader_ ? distanceFromRays() : 0.0;
   }
   if (reader_)
     image = rays_;
   return reader_.has_value();
+}
+
+/** \brief Sets the integers of the fitted rays.
+ * \param[in] pose of the rays, sensor -> grid
+ */
+void
+ImageCollector::turnRays(const VoxelGrid& grid, const WorldPose& pose)
+{
+  const bool has_points_at_sensor = rays_.has_points_at_sensor;
+  reader_.reset();
+  rays_ = PointImage();
+  rays_.has_points_at_sensor = has_points_at_sensor;
+  rays_.width = size_.width;
+  rays_.height = size_.height;
+  rays_.is_organised = !ring_;
+  grid_ = grid;
+  pose_ = pose;
+  if (fitted_ && setRays(*fitted_, pose, grid, rays_))
+    reader_.emplace(rays_);
+}
+
+/** \brief Whether there are many more points than columns and rays were fitted to, which
+ * may then fit better. */
+bool
+ImageCollector::hasManyMorePoints() const
+{
+  return points_.size() > 2 * fitted_points_;
+}
+
+/** \brief Whether the points are as near to the rays as those that they were fitted
+ * to. */
+bool
+ImageCollector::areAlongRays() const
+{
+  constexpr double tolerance = 1.1;
+  constexpr double least = 1.0 / 64; // voxels
+  return reader_ && !hasManyMorePoints() &&
+         distanceFromRays() <= std::max(tolerance * fitted_distance_, least);
+}
+
+/** \brief Median distance of some points from their rays, voxels. */
+double
+ImageCollector::distanceFromRays() const
+{
+  constexpr std::size_t enough = 2048;
+  std::vector<PixelPoint> sample;
+  const std::size_t every = points_.size() / enough + 1;
+  for (std::size_t i = 0; i < points_.size(); i += every)
+    if (!isAtSensor(points_[i]))
+      sample.push_back(points_[i]);
+  return io::distanceFromRays(sample, from_sensor_, grid_, rays_);
 }
 
 /** \brief Whether so many points are at the sensor that they are missing ones. */
@@ -181,8 +227,10 @@ ImageCollector::setColumns(bool may_refit, double& shift, bool& is_refitted)
     size_ = {ring_columns_.count(), ring_columns_.rows()};
     return ring_columns_.assign(points_, shift);
   };
+  const bool may_keep = !may_refit || !hasManyMorePoints();
   // Rows without points are those of a sensor, too.
-  if (!may_refit && rows <= ring_columns_.rows() && assign())
+  if (may_keep && rows <= ring_columns_.rows() && assign() &&
+      (!may_refit || ring_columns_.areAlike()))
     return true;
   is_refitted = true;
   return rows >= 2 && ring_columns_.fit(points_, rows, most_pixels_) && assign();

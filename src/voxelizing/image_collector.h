@@ -62,7 +62,7 @@ public:
 
   /** \brief Sets size and rays of an image: those of the last cloud, turned where the
    * pose or the grid is another one, or new ones where the size is.
-   * \param[in] may_refit fit new ones in any case
+   * \param[in] may_refit fit new ones, too, if those of the last cloud do not fit
    * \param[in] grid of the voxels
    * \param[out] image without points
    * \return false if points are not along rays, or share a pixel, or if there are too
@@ -98,6 +98,18 @@ private:
   void
   fitRaysOfSize(const VoxelGrid& grid);
 
+  void
+  turnRays(const VoxelGrid& grid, const WorldPose& pose);
+
+  bool
+  hasManyMorePoints() const;
+
+  bool
+  areAlongRays() const;
+
+  double
+  distanceFromRays() const;
+
   bool
   setColumns(bool may_refit, double& shift, bool& is_refitted);
 
@@ -111,6 +123,8 @@ private:
   std::vector<PixelPoint> points_; // of the current cloud
   std::vector<bool> is_taken_;
   std::optional<FittedRays> fitted_;       // last
+  std::size_t fitted_points_ = 0;          // that they were fitted to
+  double fitted_distance_ = 0.0;           // of these from the rays, median, voxels
   PointImage rays_;                        // of these, without points
   VoxelGrid grid_;                         // of rays_
   WorldPose pose_ = WorldPose::Identity(); // likewise

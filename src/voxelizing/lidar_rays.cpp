@@ -21,6 +21,22 @@ struct RowPoint {
   double height;
 };
 
+/** \brief Leaves some of a row's points out, where more would only take time. Pairs of
+ * neighbours stay, which the angle between columns is found by. */
+void
+thinOut(std::vector<RowPoint>& row)
+{
+  constexpr std::size_t enough_pairs = 32;
+  const std::size_t every = row.size() / 2 / enough_pairs;
+  if (every < 2)
+    return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < row.size(); ++i)
+    if (i / 2 % every == 0)
+      row[kept++] = row[i];
+  row.resize(kept);
+}
+
 /** \brief The angle between neighbouring columns. */
 double
 fitTurn(const std::vector<std::vector<RowPoint>>& rows, std::uint32_t width)
@@ -129,6 +145,8 @@ fitSpinningRays(const std::vector<PixelPoint>& points,
   }
   FittedRays rays;
   rays.shape = RayShape::Spinning;
+  for (std::vector<RowPoint>& row : rows)
+    thinOut(row);
   rays.turn = turn ? *turn : fitTurn(rows, size.width);
   constexpr std::size_t least_points = 16;
   std::size_t last = size.height;

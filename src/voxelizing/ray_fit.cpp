@@ -64,7 +64,8 @@ setSpinning(const FittedRays& fitted,
                          fixed(row.up / resolution, of_places)});
 }
 
-/** \brief Median distance of points from their rays, voxels. */
+} // namespace
+
 double
 distanceFromRays(const std::vector<PixelPoint>& points,
                  const WorldPose& pose,
@@ -90,8 +91,6 @@ distanceFromRays(const std::vector<PixelPoint>& points,
   }
   return distances.empty() ? 0.0 : medianSize(distances);
 }
-
-} // namespace
 
 bool
 setRays(const FittedRays& fitted,
@@ -132,7 +131,7 @@ fitRays(const std::vector<PixelPoint>& points,
         const ImageSize& size)
 {
   // A camera has few numbers to fit.
-  constexpr std::size_t enough = 8192;
+  constexpr std::size_t enough = 2048;
   std::vector<PixelPoint> sample;
   const std::size_t every = points.size() / enough + 1;
   for (std::size_t i = 0; i < points.size(); i += every)

@@ -90,5 +90,17 @@ setRays(const FittedRays& fitted,
         const VoxelGrid& grid,
         PointImage& image);
 
+/** \brief Median distance of points from the rays of their pixels, voxels.
+ * \param[in] points in the coordinates of the sensor; of none it is 0
+ * \param[in] pose sensor -> grid, metres
+ * \param[in] grid of the rays
+ * \param[in] image isConsistent(); its rays
+ */
+double
+distanceFromRays(const std::vector<PixelPoint>& points,
+                 const WorldPose& pose,
+                 const VoxelGrid& grid,
+                 const PointImage& image);
+
 } // namespace io
 } // namespace pcl_ext

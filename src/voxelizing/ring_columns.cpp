@@ -69,6 +69,7 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
 {
   count_ = 0;
   phases_.clear();
+  fitted_likeness_ = 0.0;
   constexpr std::size_t least_points_of_row = 4;
   if (points.size() < least_points_of_row * rows)
     return false;
@@ -85,8 +86,10 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   for (const PixelPoint& point : points)
     if (!isAtSensor(point))
       sums[point.row] += std::polar(1.0, azimuth(point) * columns_of_turn_);
-  for (const std::complex<double>& sum : sums)
+  for (const std::complex<double>& sum : sums) {
     phases_.push_back(std::arg(sum) / columns_of_turn_);
+    fitted_likeness_ += std::abs(sum) / static_cast<double>(points.size());
+  }
   return true;
 }
 
@@ -186,6 +189,7 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
     if (!isAtSensor(point))
       sum += std::polar(1.0, azimuths_.back() * columns_of_turn_);
   }
+  likeness_ = std::abs(sum) / static_cast<double>(points.size());
   // Less than that is lost in the noise of the azimuths.
   constexpr double least_shift = 1.0 / 256;
   const double columns = std::arg(sum) / two_pi;

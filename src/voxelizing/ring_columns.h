@@ -33,6 +33,15 @@ public:
   bool
   assign(std::vector<PixelPoint>& points, double& shift);
 
+  /** \brief Whether the azimuths of the points that were assigned are as near to their
+   * columns as those that fit() found the columns of. */
+  bool
+  areAlike() const
+  {
+    constexpr double tolerance = 0.95;
+    return likeness_ >= tolerance * fitted_likeness_;
+  }
+
   /** \brief Columns of an image, 0 before fit(): those of a turn, or more. */
   std::uint32_t
   count() const
@@ -75,6 +84,9 @@ private:
   double columns_of_turn_ = 0.0;
   double first_column_ = 0.0; // from straight ahead on, where the cloud of fit() begins
   std::vector<double> phases_; // azimuth of a column of each row, radians
+  // How near azimuths are to columns, 1: all at the same distance.
+  double likeness_ = 0.0;        // those of the last assign()
+  double fitted_likeness_ = 0.0; // those of fit()
   // Of the current cloud; members so that their memory is reused.
   std::vector<double> azimuths_;
   std::vector<bool> is_taken_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace pcl_ext {
 namespace io {
@@ -88,6 +89,19 @@ areFields(const VoxelFrame& frame)
              });
 }
 
+/** \brief Morton key of the voxel of a sensor; nothing if it is outside the grid. */
+std::optional<std::uint64_t>
+sensorKey(const RayPose& pose, const VoxelGrid& grid)
+{
+  const std::array<std::int64_t, 3> voxel = sensorVoxel(pose);
+  for (const std::int64_t position : voxel)
+    if (position < 0 || position >= grid.size())
+      return std::nullopt;
+  return mortonKey({static_cast<std::uint32_t>(voxel[0]),
+                    static_cast<std::uint32_t>(voxel[1]),
+                    static_cast<std::uint32_t>(voxel[2])});
+}
+
 /** \brief True if each point has a pixel of its own, ascending within a voxel, and a
  * depth, which at the sensor is 0. */
 bool
@@ -95,14 +109,13 @@ arePixels(const VoxelFrame& frame)
 {
   const PointImage& image = frame.image;
   std::vector<bool> is_taken(image.pixelCount());
+  const std::optional<std::uint64_t> sensor_key =
+      image.has_points_at_sensor ? sensorKey(image.rays.pose, frame.grid)
+                                 : std::nullopt;
   std::size_t point = 0;
   for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
-    const VoxelPosition at = voxelPosition(frame.keys[voxel]);
     const std::uint32_t last_depth =
-        image.has_points_at_sensor && std::array<std::int64_t, 3>{at.x, at.y, at.z} ==
-                                          sensorVoxel(image.rays.pose)
-            ? 0
-            : depth_end - 1;
+        frame.keys[voxel] == sensor_key ? 0 : depth_end - 1;
     for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i, ++point) {
       const std::uint32_t pixel = image.pixels[point];
       if (pixel >= is_taken.size() || is_taken[pixel] ||

@@ -354,6 +354,38 @@ TEST_P(OrganisedClouds, ThatRaysNoLongerFitTakeAnIFrame)
   EXPECT_EQ(are_i_frames, (std::vector<bool>{true, false, false, true}));
 }
 
+TEST_P(OrganisedClouds, IFramesHaveTheRaysOfBeforeWhileTheyFit)
+{
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.i_frame_rate = 1;
+  settings.bounding_box = BoundingBox{{-4.0, -4.0, -4.0}, {8.0, 8.0, 8.0}};
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  const auto rays_of = [&](const OrganisedCloud& cloud) {
+    expectCloud(encoder, decoder, cloud);
+    VoxelFrame frame;
+    EXPECT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+    return frame.image.rays;
+  };
+  const OrganisedCloud whole = cameraCloud(slantedPose(), 1);
+  OrganisedCloud sparse = whole;
+  for (std::size_t i = 0; i < sparse.coordinates.size(); ++i)
+    if (i / 3 % 5 != 0)
+      sparse.coordinates[i] = std::numeric_limits<float>::quiet_NaN();
+  const RayModel of_few_points = rays_of(sparse);
+  // Many more points tell better where the rays are.
+  const RayModel rays = rays_of(whole);
+  EXPECT_FALSE(rays.pose == of_few_points.pose);
+  EXPECT_TRUE(rays_of(cameraCloud(slantedPose(), 2)).pose == rays.pose);
+  EXPECT_TRUE(rays_of(sparse).pose == rays.pose);
+  // Rays of another camera.
+  WorldPose pose = slantedPose();
+  pose.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  OrganisedCloud turned = cameraCloud(pose, 1);
+  turned.pose = slantedPose();
+  EXPECT_FALSE(rays_of(turned).pose == rays.pose);
+}
+
 TEST_P(OrganisedClouds, OfHostileCloudsKeepTheBound)
 {
   // All points at one place, at the sensor, on one line, far away, or of one row.
