@@ -1,5 +1,7 @@
 #include "voxelizing/image_collector.h"
 
+#include "voxelizing/ring_field.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,38 +9,6 @@
 
 namespace pcl_ext {
 namespace io {
-
-namespace {
-
-/** \brief The field of the rows of a spinning sensor. */
-constexpr const char* ring_name = "ring";
-
-std::optional<std::size_t>
-findRing(const std::vector<FieldDescription>& fields)
-{
-  for (std::size_t i = 0; i < fields.size(); ++i)
-    if (fields[i].name == ring_name && fields[i].count == 1)
-      return i;
-  return std::nullopt;
-}
-
-/** \brief A ring of any type as a number of a row, or most_image_side. */
-std::uint32_t
-rowOf(const FieldView& rings, std::size_t point)
-{
-  FieldDescription exact = rings.description;
-  exact.step = 0.0;
-  const double ring =
-      fieldValue(exact,
-                 fieldNumber(exact,
-                             static_cast<const unsigned char*>(rings.first) +
-                                 point * rings.stride));
-  return ring >= 0.0 && ring < most_image_side && ring == std::floor(ring)
-             ? static_cast<std::uint32_t>(ring)
-             : most_image_side;
-}
-
-} // namespace
 
 bool
 ImageCollector::begin(const PointBatches& points,
@@ -66,6 +36,9 @@ ImageCollector::add(const PointView& points,
                     std::size_t first,
                     const LocatedPoints& located)
 {
+  std::optional<RingReader> rings;
+  if (ring_)
+    rings.emplace(points.fields[*ring_]);
   for (std::size_t i = 0; i < located.count; ++i) {
     const std::size_t point = located.points[i];
     const auto position = [&](const auto* numbers) {
@@ -79,8 +52,8 @@ ImageCollector::add(const PointView& points,
                        to_sensor_ * (points.double_coordinates != nullptr
                                          ? position(points.double_coordinates)
                                          : position(points.coordinates))});
-    if (ring_) {
-      const std::uint32_t row = rowOf(points.fields[*ring_], point);
+    if (rings) {
+      const std::uint32_t row = rings->row(point);
       has_other_ring_ = has_other_ring_ || row == most_image_side;
       points_.back().row = row;
       continue;

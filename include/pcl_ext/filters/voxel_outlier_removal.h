@@ -116,14 +116,15 @@ struct VoxelOutlierRemovalSettings {
   }
 };
 
-/** \brief Outcomes of a VoxelOutlierRemoval. Except for Ok nothing was judged and
- * nothing removed. */
+/** \brief Outcomes of a VoxelOutlierRemoval or a PointOutlierRemoval. Except for Ok
+ * nothing was judged and nothing removed. */
 enum class OutlierRemovalCode {
   Ok,                    ///< voxels were judged; a message tells if without intensities
   InvalidSettings,       ///< a setting is outside its range
   UnsupportedResolution, ///< the voxel edge is outside the supported range
   NoDensities,           ///< the frame has no intensities, which the unit needs
-  DifferentCloud         ///< the cloud has another number of points than the frame
+  DifferentCloud,        ///< the cloud has another number of points than the frame
+  NoImage                ///< the cloud has no rows, which points are judged by
 };
 
 /** \brief Outcome of filtering a frame or a cloud. */

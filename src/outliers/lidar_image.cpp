@@ -1,0 +1,184 @@
+#include "outliers/lidar_image.h"
+
+#include "voxelizing/robust_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+constexpr std::uint32_t least_columns = 16;
+constexpr std::uint32_t most_columns = 8192;
+constexpr auto turn = static_cast<float>(io::two_pi);
+
+bool
+isSameRange(const LidarPoint& one, const LidarPoint& other)
+{
+  return std::abs(one.range - other.range) < 0.01f * one.range;
+}
+
+} // namespace
+
+bool
+LidarImage::assign(const io::PointView& points)
+{
+  readPoints(points);
+  pixels_.assign(points.count, no_pixel);
+  if (!rows_.find(points, points_))
+    return false;
+  if (width_ == 0)
+    findWidth();
+  if (width_ == 0)
+    return false;
+  ranges_.assign(std::size_t{width_} * rows_.count(), 0.0f);
+  sortByDirection();
+  for (std::uint32_t row = 0; row < rows_.count(); ++row)
+    placeRow(row);
+  return true;
+}
+
+void
+LidarImage::readPoints(const io::PointView& points)
+{
+  points_.assign(points.count, LidarPoint());
+  const auto read_all = [&](const auto* point) {
+    for (std::size_t i = 0; i < points.count;
+         ++i, point = io::detail::atOffset(point, points.coordinate_stride)) {
+      const auto x = static_cast<float>(point[0]);
+      const auto y = static_cast<float>(point[1]);
+      const auto z = static_cast<float>(point[2]);
+      const float from_axis = std::sqrt(x * x + y * y);
+      const float range = std::sqrt(x * x + y * y + z * z);
+      // NaN and points on the axis have no direction.
+      if (from_axis > 1e-6f && range < 1e6f)
+        points_[i] = {range, std::atan2(y, x), z / from_axis};
+    }
+  };
+  if (points.double_coordinates != nullptr)
+    read_all(points.double_coordinates);
+  else
+    read_all(points.coordinates);
+}
+
+/** \brief Finds how many columns a turn has, by the distance of neighbours in some of
+ * the rows. */
+void
+LidarImage::findWidth()
+{
+  constexpr std::uint32_t enough_rows = 16;
+  const std::uint32_t every = rows_.count() / enough_rows + 1;
+  std::vector<std::vector<float>> azimuths(rows_.count() / every + 1);
+  for (std::size_t i = 0; i < points_.size(); ++i)
+    if (const std::uint32_t row = rows_.ofPoints()[i];
+        row != no_row && row % every == 0)
+      azimuths[row / every].push_back(points_[i].azimuth);
+  constexpr float least_step = turn / most_columns;
+  std::vector<float> steps;
+  for (std::vector<float>& row : azimuths) {
+    std::sort(row.begin(), row.end());
+    for (std::size_t i = 1; i < row.size(); ++i)
+      if (row[i] - row[i - 1] > least_step)
+        steps.push_back(row[i] - row[i - 1]);
+  }
+  if (steps.empty())
+    return;
+  // Missing points leave larger steps.
+  const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
+  std::nth_element(steps.begin(), low, steps.end());
+  const auto columns = static_cast<std::uint32_t>(std::lround(turn / *low));
+  width_ = columns < least_columns ? 0 : columns;
+}
+
+/** \brief Sorts the points by row and azimuth: by columns, and within them. */
+void
+LidarImage::sortByDirection()
+{
+  const auto direction_of = [&](std::size_t point) {
+    const float turned = points_[point].azimuth / turn + 0.5f;
+    const auto column = static_cast<std::uint32_t>(turned * static_cast<float>(width_));
+    return std::size_t{rows_.ofPoints()[point]} * width_ + std::min(column, width_ - 1);
+  };
+  begins_.assign(std::size_t{width_} * rows_.count() + 1, 0);
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i)
+    if (rows_.ofPoints()[i] != no_row) {
+      ++begins_[direction_of(i)];
+      ++count;
+    }
+  std::uint32_t begin = 0;
+  for (std::uint32_t& number : begins_)
+    begin += std::exchange(number, begin);
+  sorted_.resize(count);
+  for (std::uint32_t i = 0; i < points_.size(); ++i)
+    if (rows_.ofPoints()[i] != no_row)
+      sorted_[begins_[direction_of(i)]++] = i;
+  // Each begin is now that of the next direction.
+  begins_.insert(begins_.begin(), 0);
+  for (std::size_t i = 0; i + 2 < begins_.size(); ++i)
+    if (begins_[i + 1] - begins_[i] > 1)
+      std::sort(sorted_.begin() + begins_[i],
+                sorted_.begin() + begins_[i + 1],
+                [&](std::uint32_t one, std::uint32_t other) {
+                  return points_[one].azimuth < points_[other].azimuth;
+                });
+}
+
+/** \brief Gives the points of a row columns of their own in the order of their azimuths,
+ * as near to these as it can be done. Of several in the same direction, as those of
+ * sensors with two echoes, the first one gets it. */
+void
+LidarImage::placeRow(std::uint32_t row)
+{
+  placed_.clear();
+  columns_.clear();
+  repetitions_.clear();
+  const std::size_t first = std::size_t{row} * width_;
+  std::uint32_t next = 0;
+  for (std::uint32_t column = 0; column < width_; ++column) {
+    const std::uint32_t begin = begins_[first + column];
+    const std::uint32_t end = begins_[first + column + 1];
+    const std::uint32_t half = std::min((end - begin) / 2, column);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t point = sorted_[i];
+      if (i > begin && isSameDirection(points_[point], points_[placed_.back()])) {
+        repetitions_.push_back({point, static_cast<std::uint32_t>(placed_.size() - 1)});
+        continue;
+      }
+      next = std::max(next, column + (i - begin) - half);
+      placed_.push_back(point);
+      columns_.push_back(next++);
+    }
+  }
+  // Those beyond the last column move back.
+  std::uint32_t end = width_;
+  for (std::size_t i = placed_.size(); i-- > 0 && end > 0;) {
+    end = std::min(columns_[i], end - 1);
+    ranges_[first + end] = points_[placed_[i]].range;
+    pixels_[placed_[i]] = static_cast<std::uint32_t>(first + end);
+  }
+  for (const Repetition& repetition : repetitions_)
+    if (isSameRange(points_[repetition.point], points_[placed_[repetition.of]]))
+      pixels_[repetition.point] = pixels_[placed_[repetition.of]];
+}
+
+bool
+LidarImage::isSameDirection(const LidarPoint& one, const LidarPoint& other) const
+{
+  return std::abs(one.azimuth - other.azimuth) * static_cast<float>(width_) <
+         0.125f * turn;
+}
+
+void
+LidarImage::reset()
+{
+  rows_.reset();
+  width_ = 0;
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

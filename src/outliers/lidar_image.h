@@ -1,0 +1,95 @@
+#pragma once
+
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/version.h>
+
+#include "outliers/lidar_rows.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
+
+/** \brief The image that the points of a lidar that turns are of: rows from the lowest
+ * one up, columns of equal azimuth from one turn's begin to its end. */
+class LidarImage {
+public:
+  /** \brief Finds the pixels of a cloud.
+   * \return false if there are no rows
+   */
+  bool
+  assign(const io::PointView& points);
+
+  std::uint32_t
+  width() const
+  {
+    return width_;
+  }
+
+  std::uint32_t
+  height() const
+  {
+    return rows_.count();
+  }
+
+  /** \brief Range of each pixel, metres, row after row; 0 without a point. */
+  const std::vector<float>&
+  ranges() const
+  {
+    return ranges_;
+  }
+
+  /** \brief Pixel of each point, row * width + column; or no_pixel of points without a
+   * direction, or with that of another one that has another range. */
+  const std::vector<std::uint32_t>&
+  pixels() const
+  {
+    return pixels_;
+  }
+
+  /** \brief Forgets what is known of earlier clouds. */
+  void
+  reset();
+
+private:
+  /** \brief A point in the place of another one. */
+  struct Repetition {
+    std::uint32_t point;
+    std::uint32_t of; // index in placed_
+  };
+
+  void
+  readPoints(const io::PointView& points);
+
+  void
+  findWidth();
+
+  void
+  sortByDirection();
+
+  void
+  placeRow(std::uint32_t row);
+
+  bool
+  isSameDirection(const LidarPoint& one, const LidarPoint& other) const;
+
+  std::vector<LidarPoint> points_;
+  LidarRows rows_;
+  std::uint32_t width_ = 0;
+  std::vector<float> ranges_;
+  std::vector<std::uint32_t> pixels_;
+  // Points row after row, by azimuth; and where those of each direction begin.
+  std::vector<std::uint32_t> sorted_;
+  std::vector<std::uint32_t> begins_;
+  // Of a row: points with columns of their own, their columns, and the others.
+  std::vector<std::uint32_t> placed_;
+  std::vector<std::uint32_t> columns_;
+  std::vector<Repetition> repetitions_;
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

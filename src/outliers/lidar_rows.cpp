@@ -1,0 +1,249 @@
+#include "outliers/lidar_rows.h"
+
+#include "voxelizing/ring_field.h"
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+constexpr std::uint32_t least_rows = 4;
+constexpr std::uint32_t most_rows = 1024;
+constexpr float two_pi = 6.2831853f;
+/** \brief Fewer points in a row are no row that was told from their directions. */
+constexpr std::size_t least_points_of_row = 32;
+
+/** \brief The slopes between rows whose points have nearly the same slope each: where
+ * the gaps are that are much wider than all others. Empty if there are none.
+ * \param[in,out] slopes ascending; scratch memory afterwards
+ */
+std::vector<float>
+slopesBetweenRows(std::vector<float>& slopes)
+{
+  constexpr float much = 3.0f;
+  constexpr float rounding = 1e-6f;
+  const std::vector<float> sorted = slopes;
+  if (sorted.size() < least_rows * least_points_of_row)
+    return {};
+  std::vector<float>& gaps = slopes;
+  gaps.clear();
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    gaps.push_back(sorted[i] - sorted[i - 1]);
+  const auto most = static_cast<std::ptrdiff_t>(
+      std::min<std::size_t>(most_rows, gaps.size() / least_points_of_row));
+  std::partial_sort(gaps.begin(), gaps.begin() + most, gaps.end(), std::greater<>());
+  float best = much;
+  float narrowest = 0.0f;
+  for (std::ptrdiff_t i = least_rows - 1; i < most; ++i) {
+    const float ratio = gaps[static_cast<std::size_t>(i - 1)] /
+                        std::max(gaps[static_cast<std::size_t>(i)], rounding);
+    if (ratio > best) {
+      best = ratio;
+      narrowest = gaps[static_cast<std::size_t>(i - 1)];
+    }
+  }
+  std::vector<float> between;
+  for (std::size_t i = 1; narrowest > 0.0f && i < sorted.size(); ++i)
+    if (sorted[i] - sorted[i - 1] >= narrowest)
+      between.push_back(0.5f * (sorted[i] + sorted[i - 1]));
+  return between;
+}
+
+/** \brief The squares of the differences of slopes from their mean. */
+class MeanSlope {
+public:
+  void
+  add(float slope)
+  {
+    // Nearly vertical rays tell nothing.
+    const double bounded = std::clamp(static_cast<double>(slope), -10.0, 10.0);
+    count_ += 1.0;
+    sum_ += bounded;
+    sum_of_squares_ += bounded * bounded;
+  }
+
+  double
+  squares() const
+  {
+    return count_ > 0.0 ? sum_of_squares_ - sum_ * sum_ / count_ : 0.0;
+  }
+
+private:
+  double count_ = 0.0;
+  double sum_ = 0.0;
+  double sum_of_squares_ = 0.0;
+};
+
+} // namespace
+
+bool
+LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& directions)
+{
+  rows_.assign(points.count, no_row);
+  count_ = 0;
+  const bool is_organised = points.image.width > 1 && points.image.height > 1;
+  const std::optional<std::size_t> ring = io::findRing(points.fields);
+  if (is_organised)
+    readImage(points);
+  else if (ring) {
+    if (!readRings(points.fields[*ring]))
+      return false;
+  }
+  else if (!findBySlope(directions) && !findByTurns(directions))
+    return false;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (directions[i].range == 0.0f)
+      rows_[i] = no_row;
+  if (!ring && !areCones(directions))
+    return false;
+  sortRows(directions);
+  return count_ >= 2;
+}
+
+/** \brief Whether rows turn around the axis, each at nearly the same slope: those of a
+ * camera do not. What was found stays while clouds have as many rows and points. */
+bool
+LidarRows::areCones(const std::vector<LidarPoint>& directions)
+{
+  if (checked_rows_ == count_ && checked_points_ == directions.size())
+    return true;
+  // Of a third of a turn.
+  constexpr std::uint32_t bins = 36;
+  constexpr std::size_t least_bins = bins / 3;
+  constexpr double most_variance_of_row = 0.25; // of that of all rows
+  std::vector<MeanSlope> slopes(count_);
+  std::vector<std::bitset<bins>> are_seen(count_);
+  MeanSlope of_all;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (const std::uint32_t row = rows_[i]; row != no_row) {
+      const float turned = directions[i].azimuth / two_pi + 0.5f;
+      are_seen[row].set(static_cast<std::uint32_t>(turned * bins) % bins);
+      slopes[row].add(directions[i].slope);
+      of_all.add(directions[i].slope);
+    }
+  std::size_t widest = 0;
+  double in_rows = 0.0;
+  for (std::uint32_t row = 0; row < count_; ++row) {
+    widest = std::max(widest, are_seen[row].count());
+    in_rows += slopes[row].squares();
+  }
+  if (widest < least_bins || in_rows > most_variance_of_row * of_all.squares())
+    return false;
+  checked_rows_ = count_;
+  checked_points_ = directions.size();
+  return true;
+}
+
+void
+LidarRows::readImage(const io::PointView& points)
+{
+  count_ = points.image.height;
+  if (points.pixels == nullptr) {
+    auto begin = rows_.begin();
+    for (std::uint32_t row = 0; row < count_; ++row)
+      begin = std::fill_n(begin, points.image.width, row);
+    return;
+  }
+  for (std::size_t i = 0; i < points.count; ++i)
+    rows_[i] = points.pixels[i] / points.image.width;
+}
+
+bool
+LidarRows::readRings(const io::FieldView& rings)
+{
+  const io::RingReader reader(rings);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const std::uint32_t row = reader.row(i);
+    if (row >= most_rows)
+      return false;
+    rows_[i] = row;
+    count_ = std::max(count_, row + 1);
+  }
+  return true;
+}
+
+/** \brief Tells rows from the slopes of all points, for sensors whose rows are cones. */
+bool
+LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
+{
+  if (slopes_.empty()) {
+    sorted_.clear();
+    for (const LidarPoint& point : directions)
+      if (point.range > 0.0f)
+        sorted_.push_back(point.slope);
+    std::sort(sorted_.begin(), sorted_.end());
+    slopes_ = slopesBetweenRows(sorted_);
+  }
+  if (slopes_.empty())
+    return false;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    rows_[i] = static_cast<std::uint32_t>(
+        std::upper_bound(slopes_.begin(), slopes_.end(), directions[i].slope) -
+        slopes_.begin());
+  count_ = static_cast<std::uint32_t>(slopes_.size() + 1);
+  return true;
+}
+
+/** \brief Tells rows from where a turn ends, for clouds with one row after the other. */
+bool
+LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
+{
+  constexpr float far = 0.5f * two_pi;
+  std::uint32_t row = 0;
+  std::size_t points = 0;
+  float last = 0.0f;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if (directions[i].range == 0.0f)
+      continue;
+    // From 0 on, not from -pi on.
+    const float azimuth =
+        directions[i].azimuth + (directions[i].azimuth < 0.0f ? two_pi : 0.0f);
+    if (points > 0 && std::abs(azimuth - last) > far && ++row == most_rows)
+      return false;
+    last = azimuth;
+    rows_[i] = row;
+    ++points;
+  }
+  count_ = row + 1;
+  return count_ >= least_rows && points >= 2 * least_points_of_row * count_;
+}
+
+/** \brief Sorts rows by the mean slope of their points, as lasers may have any
+ * numbers. */
+void
+LidarRows::sortRows(const std::vector<LidarPoint>& directions)
+{
+  std::vector<double> sums(count_);
+  std::vector<std::size_t> sizes(count_);
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (rows_[i] != no_row) {
+      sums[rows_[i]] += static_cast<double>(directions[i].slope);
+      ++sizes[rows_[i]];
+    }
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t row = 0; row < count_; ++row)
+    if (sizes[row] > 0) {
+      sums[row] /= static_cast<double>(sizes[row]);
+      order.push_back(row);
+    }
+  std::sort(order.begin(), order.end(), [&](std::uint32_t one, std::uint32_t other) {
+    return sums[one] < sums[other] || (sums[one] == sums[other] && one < other);
+  });
+  std::vector<std::uint32_t> ranks(count_);
+  for (std::uint32_t rank = 0; rank < order.size(); ++rank)
+    ranks[order[rank]] = rank;
+  if (order.size() < count_ || !std::is_sorted(order.begin(), order.end()))
+    for (std::uint32_t& row : rows_)
+      row = row == no_row ? no_row : ranks[row];
+  count_ = static_cast<std::uint32_t>(order.size());
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

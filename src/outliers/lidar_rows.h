@@ -1,0 +1,84 @@
+#pragma once
+
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/version.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief A point in the coordinates of a lidar. */
+struct LidarPoint {
+  float range = 0.0f;   ///< metres; 0: none
+  float azimuth = 0.0f; ///< radians
+  float slope = 0.0f;   ///< height over the distance from the axis
+};
+
+constexpr std::uint32_t no_row = ~std::uint32_t{0};
+
+/** \brief Finds the rows of the points of a lidar, the lowest one first. */
+class LidarRows {
+public:
+  /** \brief Finds the rows of a cloud.
+   * \param[in] points the cloud
+   * \param[in] directions of its points
+   * \return false if they have none
+   */
+  bool
+  find(const io::PointView& points, const std::vector<LidarPoint>& directions);
+
+  /** \brief Number of rows. */
+  std::uint32_t
+  count() const
+  {
+    return count_;
+  }
+
+  /** \brief Row of each point, or no_row. */
+  const std::vector<std::uint32_t>&
+  ofPoints() const
+  {
+    return rows_;
+  }
+
+  /** \brief Forgets what is known of earlier clouds. */
+  void
+  reset()
+  {
+    slopes_.clear();
+    checked_rows_ = 0;
+  }
+
+private:
+  bool
+  readRings(const io::FieldView& rings);
+
+  void
+  readImage(const io::PointView& points);
+
+  bool
+  findBySlope(const std::vector<LidarPoint>& directions);
+
+  bool
+  findByTurns(const std::vector<LidarPoint>& directions);
+
+  bool
+  areCones(const std::vector<LidarPoint>& directions);
+
+  void
+  sortRows(const std::vector<LidarPoint>& directions);
+
+  std::uint32_t count_ = 0;
+  std::vector<std::uint32_t> rows_;
+  std::vector<float> slopes_; // between rows, where they are told by slopes
+  std::vector<float> sorted_; // scratch memory
+  // Of the last cloud whose rows were looked at.
+  std::uint32_t checked_rows_ = 0;
+  std::size_t checked_points_ = 0;
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/point_view.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The field of the rows of a spinning sensor. */
+inline constexpr const char* ring_name = "ring";
+
+inline const FieldDescription&
+descriptionOf(const FieldDescription& field)
+{
+  return field;
+}
+
+inline const FieldDescription&
+descriptionOf(const FieldView& field)
+{
+  return field.description;
+}
+
+/** \brief The index of the field of rows.
+ * \tparam FieldT FieldDescription or FieldView
+ */
+template <typename FieldT>
+std::optional<std::size_t>
+findRing(const std::vector<FieldT>& fields)
+{
+  for (std::size_t i = 0; i < fields.size(); ++i)
+    if (descriptionOf(fields[i]).name == ring_name &&
+        descriptionOf(fields[i]).count == 1)
+      return i;
+  return std::nullopt;
+}
+
+/** \brief Reads rings of any type as numbers of rows. */
+class RingReader {
+public:
+  /** \param[in] rings must live as long */
+  explicit RingReader(const FieldView& rings) : rings_(rings), exact_(rings.description)
+  {
+    exact_.step = 0.0;
+  }
+
+  /** \brief The row of a point, or most_image_side. */
+  std::uint32_t
+  row(std::size_t point) const
+  {
+    const auto* const first = static_cast<const unsigned char*>(rings_.first);
+    const double ring =
+        fieldValue(exact_, fieldNumber(exact_, first + point * rings_.stride));
+    return ring >= 0.0 && ring < most_image_side && ring == std::floor(ring)
+               ? static_cast<std::uint32_t>(ring)
+               : most_image_side;
+  }
+
+private:
+  const FieldView& rings_;
+  FieldDescription exact_;
+};
+
+} // namespace io
+} // namespace pcl_ext
