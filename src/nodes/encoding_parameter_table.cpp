@@ -175,11 +175,13 @@ describeFilters(Descriptions& parameters)
       "in the frame of the clouds of a transport, outside of which "
       "points are left out; []: none.";
   parameters.push_back(crop_box);
-  parameters.push_back(flagParameter(
-      "remove_outliers",
-      SensorNodeSettings().outlier_removal.has_value(),
-      "Remove voxels that are noise, judged by their surroundings in this "
-      "frame and the last ones, before they are encoded."));
+  parameters.push_back(flagParameter("remove_outliers",
+                                     SensorNodeSettings().outlier_removal.has_value(),
+                                     "Remove noise before it is encoded: of lidars "
+                                     "that turn points, judged by the rays "
+                                     "around them, of other sensors voxels, judged by "
+                                     "their surroundings in this frame "
+                                     "and the last ones."));
   parameters.push_back(descriptionOf(noiseParameters(), "min_log_odds"));
   parameters.push_back(
       countParameter("temporal_filter",

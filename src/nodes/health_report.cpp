@@ -139,6 +139,8 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
     report.raise(HealthLevel::Error, "Clouds are refused");
   if (node.outliers_removed > node.frame.coding.voxels)
     report.raise(HealthLevel::Warning, "Most voxels are removed as outliers");
+  if (node.points_removed > node.frame.voxelization.points_used)
+    report.raise(HealthLevel::Warning, "Most points are removed as outliers");
   if (old_transforms(now) > old_transforms(before))
     report.raise(HealthLevel::Warning, "A transform of another time is used");
 
@@ -156,6 +158,7 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
   report.add("points cropped", node.preprocessing.points_cropped);
   report.add("points not finite", node.preprocessing.points_not_finite);
   report.add("outliers removed", node.outliers_removed);
+  report.add("points removed as outliers", node.points_removed);
   report.add("voxels", node.frame.coding.voxels);
   report.add("bytes per voxel", node.frame.bytesPerVoxel());
   return report;

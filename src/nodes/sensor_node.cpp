@@ -5,6 +5,7 @@
 #include <pcl_ext/point_intensity.h>
 
 #include "bytes/exceptions.h"
+#include "filters/cloud_outliers.h"
 #include "nodes/latency.h"
 #include "nodes/left_out.h"
 #include "nodes/rate_window.h"
@@ -116,12 +117,20 @@ makeEncoder(const SensorNodeSettings& settings)
 struct Filters {
   explicit Filters(const SensorNodeSettings& settings) : points(makePoints(settings))
   {
-    if (settings.outlier_removal)
-      outlier_removal.emplace(removalSettings(settings));
+    if (!settings.outlier_removal)
+      return;
+    outlier_removal.emplace(removalSettings(settings));
+    if (settings.outlier_removal->unit == DensityUnit::Automatic)
+      point_outlier_removal.emplace(
+          PointOutlierRemovalSettings{settings.outlier_removal->min_log_odds,
+                                      settings.outlier_removal->use_history});
   }
 
   std::unique_ptr<SensorPoints> points;
   std::optional<VoxelOutlierRemoval> outlier_removal;
+  std::optional<PointOutlierRemoval> point_outlier_removal;
+  CloudOutliers outliers;
+  pcl::PCLPointCloud2 cloud; // without the outliers
 };
 
 /** \brief Members that exist only if the settings are valid. */
@@ -208,7 +217,10 @@ private:
     if (!pipeline_->filters)
       pipeline_->filters.emplace(settings_);
     std::size_t outliers = 0;
-    SensorNodeStatus status = openPoints(cloud);
+    const OutlierRemovalStatus points = judgePoints(cloud);
+    SensorNodeStatus status =
+        openPoints(points.removed > 0 ? pipeline_->filters->cloud : cloud);
+    judges_points_ = points.ok();
     if (status.ok())
       status = encodePoints(cloud.header, outliers, bytes);
     if (!status.ok()) {
@@ -225,6 +237,9 @@ private:
     count(cloud, bytes.size(), cycle.count());
     statistics_.preprocessing = pipeline_->filters->points->statistics();
     statistics_.outliers_removed = outliers;
+    statistics_.judged_points = judges_points_;
+    statistics_.points_removed = points.removed;
+    statistics_.preprocessing.points_not_finite -= points.removed;
     const bool has_image = pipeline_->encoder.statistics().coding.has_image;
     statistics_.decoded_width =
         has_image ? pipeline_->frame.cloudWidth() : pipeline_->frame.pointCount();
@@ -261,6 +276,23 @@ private:
     return {};
   }
 
+  /** \brief Finds outliers among the points of a lidar, and makes a cloud without
+   * them. */
+  OutlierRemovalStatus
+  judgePoints(const pcl::PCLPointCloud2& cloud)
+  {
+    Filters& filters = *pipeline_->filters;
+    if (!filters.point_outlier_removal)
+      return {OutlierRemovalCode::NoImage, ""};
+    OutlierRemovalStatus status =
+        filters.outliers.find(cloud, *filters.point_outlier_removal);
+    if (status.removed > 0) {
+      filters.cloud = cloud;
+      filters.outliers.hide(filters.cloud);
+    }
+    return status;
+  }
+
   SensorNodeStatus
   openPoints(const pcl::PCLPointCloud2& cloud)
   {
@@ -281,7 +313,7 @@ private:
     io::CompressionStatus status = pipeline_->encoder.voxelize(
         pipeline_->filters->points->batches(), *last_transform_, frame);
     if (status.ok()) {
-      if (pipeline_->filters->outlier_removal)
+      if (pipeline_->filters->outlier_removal && !judges_points_)
         // checkSettings() has refused what the filter would.
         outliers = pipeline_->filters->outlier_removal->filter(frame).removed;
       status = pipeline_->encoder.filterOverTime(frame);
@@ -319,6 +351,7 @@ private:
   SensorNodeStatus settings_status_;
   std::optional<Pipeline> pipeline_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
+  bool judges_points_ = false; // of the current cloud
   SensorNodeStatistics statistics_;
   RateWindow window_;
 };

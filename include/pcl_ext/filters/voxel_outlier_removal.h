@@ -124,6 +124,7 @@ enum class OutlierRemovalCode {
   UnsupportedResolution, ///< the voxel edge is outside the supported range
   NoDensities,           ///< the frame has no intensities, which the unit needs
   DifferentCloud,        ///< the cloud has another number of points than the frame
+  InvalidCloud,          ///< fields or sizes of the cloud are invalid
   NoImage                ///< the cloud has no rows, which points are judged by
 };
 

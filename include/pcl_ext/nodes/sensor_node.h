@@ -47,10 +47,13 @@ struct SensorNodeSettings {
    * None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
-  /** \brief Removes outliers from the voxels before they are encoded; noise is the most
-   * expensive part of a frame. None: all voxels are sent, and a receiver may remove
-   * outliers. The unit Automatic becomes that of the law, see densityUnitOf(): for
-   * counts of a lidar set it to Voxels. */
+  /** \brief Removes outliers before the cloud is encoded; noise is the most expensive part
+   * of a frame. None: all is sent, and a receiver may remove outliers.
+   *
+   * With the unit Automatic the clouds of a lidar that turns lose points that are noise in
+   * the air, see PointOutlierRemoval, with these min_log_odds and use_history; all others
+   * lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to judge voxels
+   * in any case. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Code the stamp of the cloud and global_frame; not in the published
@@ -111,7 +114,9 @@ struct SensorNodeStatistics {
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
-  std::size_t decoded_width = 0; ///< of the cloud that the last frame is decoded to
+  bool judged_points = false;     ///< outliers of the last cloud were told by its rays
+  std::size_t points_removed = 0; ///< outliers of the last cloud; not part of the frame
+  std::size_t decoded_width = 0;  ///< of the cloud that the last frame is decoded to
   std::uint32_t decoded_height = 1;
   bool decoded_doubles = false;                     ///< its coordinates are FLOAT64
   std::vector<io::FieldDescription> decoded_fields; ///< its further fields

@@ -347,6 +347,8 @@ private:
       sums.encoded_points += part.encoded_points;
       sums.voxels += part.voxels;
       sums.outliers += part.outliers;
+      sums.judged_points += part.judged_points;
+      sums.point_outliers += part.point_outliers;
       sums.hidden_voxels += part.hidden_voxels;
       sums.held_voxels += part.held_voxels;
       sums.bytes += part.bytes;

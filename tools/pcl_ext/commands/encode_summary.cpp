@@ -27,8 +27,9 @@ describeEncoded(const EncodedSums& sums,
   if (sums.all_points > sums.points)
     text += ", " + counted(sums.all_points - sums.points, "point") +
             " left out as not finite";
-  if (sums.points > sums.encoded_points)
-    text += ", " + counted(sums.points - sums.encoded_points, "point") +
+  if (const std::size_t kept = sums.points - sums.point_outliers;
+      kept > sums.encoded_points)
+    text += ", " + counted(kept - sums.encoded_points, "point") +
             " left out beyond box or grid";
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
@@ -41,7 +42,11 @@ describeEncoded(const EncodedSums& sums,
           formatted(of_point * encoded_points / static_cast<double>(sums.bytes), 1) +
           " to " + formatted(of_point, 0) + " bytes a point" +
           (options.codec().fields.empty() ? "" : " of the clouds");
-  if (options.removesOutliers())
+  if (sums.judged_points > 0)
+    text += ", " + formatted(static_cast<double>(sums.point_outliers), 0) + " of " +
+            counted(sums.judged_points, "point") +
+            " removed as outliers by a lidar's rays";
+  if (options.removesOutliers() && sums.judged_points < sums.points)
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
             counted(sums.outliers + occupied, "voxel") + " removed as outliers";
   if (options.codec().temporal_filter != 0)

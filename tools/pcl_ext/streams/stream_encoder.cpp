@@ -101,6 +101,10 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   sums_.voxels += statistics.frame.coding.voxels;
   sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
   sums_.outliers += statistics.outliers_removed;
+  if (statistics.judged_points)
+    sums_.judged_points +=
+        statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
+  sums_.point_outliers += statistics.points_removed;
   sums_.hidden_voxels += statistics.frame.voxels_hidden;
   sums_.held_voxels += statistics.frame.voxels_held;
   sums_.bytes += bytes.size();

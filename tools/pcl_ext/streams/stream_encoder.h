@@ -24,6 +24,8 @@ struct EncodedSums {
   std::size_t voxels = 0;
   std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
   std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
+  std::size_t judged_points = 0;    ///< finite ones, if it judged points
+  std::size_t point_outliers = 0;   ///< of these removed
   std::size_t hidden_voxels = 0;    ///< by --temporal-filter
   std::size_t held_voxels = 0;      ///< likewise, and part of `voxels`
   std::size_t bytes = 0;

@@ -1,0 +1,113 @@
+#include <pcl_ext/filters/cloud_outlier_removal.h>
+
+#include "filters/cloud_outliers.h"
+
+#include <cstring>
+#include <limits>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+template <typename NumberT>
+double
+numberAt(const std::uint8_t* bytes)
+{
+  NumberT number;
+  std::memcpy(&number, bytes, sizeof(number));
+  return static_cast<double>(number);
+}
+
+} // namespace
+
+std::size_t
+CloudOutliers::offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const
+{
+  return point / cloud.width * cloud.row_step + point % cloud.width * cloud.point_step;
+}
+
+OutlierRemovalStatus
+CloudOutliers::find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal)
+{
+  are_outliers_.clear();
+  const PreprocessingStatus layout =
+      findPointLayout(cloud, std::string(), false, false, layout_);
+  if (!layout.ok())
+    return {OutlierRemovalCode::InvalidCloud, layout.message()};
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
+  coordinates_.clear();
+  coordinates_.reserve(3 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
+    for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
+      coordinates_.push_back(layout_.is_double ? numberAt<double>(point + offset)
+                                               : numberAt<float>(point + offset));
+  }
+  io::PointView points;
+  points.count = count;
+  points.double_coordinates = coordinates_.data();
+  points.coordinate_stride = 3 * sizeof(double);
+  if (cloud.height > 1)
+    points.image = {cloud.width, cloud.height};
+  for (const FoundField& field : findFields(cloud))
+    if (cloud.height == 1)
+      points.fields.push_back(
+          {field.description, cloud.data.data() + field.offset, cloud.point_step});
+  OutlierRemovalStatus status = removal.score(points, log_odds_);
+  if (status.ok())
+    for (const float log_odds : log_odds_)
+      are_outliers_.push_back(log_odds < removal.settings().min_log_odds);
+  return status;
+}
+
+void
+CloudOutliers::hide(pcl::PCLPointCloud2& cloud) const
+{
+  const auto set = [](std::uint8_t* bytes, auto number) {
+    std::memcpy(bytes, &number, sizeof(number));
+  };
+  for (std::size_t i = 0; i < are_outliers_.size(); ++i) {
+    if (!are_outliers_[i])
+      continue;
+    std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
+    for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
+      if (layout_.is_double)
+        set(point + offset, std::numeric_limits<double>::quiet_NaN());
+      else
+        set(point + offset, std::numeric_limits<float>::quiet_NaN());
+    cloud.is_dense = 0;
+  }
+}
+
+void
+CloudOutliers::erase(pcl::PCLPointCloud2& cloud) const
+{
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < are_outliers_.size(); ++i)
+    if (!are_outliers_[i])
+      std::memmove(cloud.data.data() + kept++ * cloud.point_step,
+                   cloud.data.data() + offsetOf(cloud, i),
+                   cloud.point_step);
+  cloud.width = static_cast<std::uint32_t>(kept);
+  cloud.height = 1;
+  cloud.row_step = cloud.width * cloud.point_step;
+  cloud.data.resize(cloud.row_step);
+}
+
+OutlierRemovalStatus
+removeOutliers(pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal)
+{
+  CloudOutliers outliers;
+  OutlierRemovalStatus status = outliers.find(cloud, removal);
+  if (status.removed == 0)
+    return status;
+  if (cloud.height > 1)
+    outliers.hide(cloud);
+  else
+    outliers.erase(cloud);
+  return status;
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <pcl_ext/filters/point_outlier_removal.h>
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief Finds noise in the air in the clouds of a lidar. */
+class CloudOutliers {
+public:
+  /** \brief Judges a cloud's points; see removeOutliers(). */
+  OutlierRemovalStatus
+  find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal);
+
+  /** \brief Sets the coordinates of the noise that was found to NaN. */
+  void
+  hide(pcl::PCLPointCloud2& cloud) const;
+
+  /** \brief Erases the noise that was found; the cloud becomes one row. */
+  void
+  erase(pcl::PCLPointCloud2& cloud) const;
+
+private:
+  std::size_t
+  offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const;
+
+  PointLayout layout_;
+  std::vector<bool> are_outliers_;
+  // Members so that their memory is reused.
+  std::vector<double> coordinates_;
+  std::vector<float> log_odds_;
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
