@@ -1,6 +1,8 @@
 #include "scan_methods.h"
 
+#include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "clouds/label_files.h"
 #include "measuring/markdown_table.h"
@@ -9,6 +11,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
@@ -29,6 +32,17 @@ intensityMethod()
                      });
 }
 
+/** \brief What is near is noise: what any other method should be better than. */
+ScanMethod
+rangeMethod()
+{
+  return pointMethod("range", [](const LabelledScan& scan, std::vector<float>& scores) {
+    scores.clear();
+    for (const pcl::PointXYZI& point : scan.cloud)
+      scores.push_back(point.getVector3fMap().norm());
+  });
+}
+
 /** \brief VoxelOutlierRemoval, with the numbers of points for the unit Points. */
 ScanMethod
 removalMethod(const std::string& name, DensityUnit unit, bool use_history)
@@ -43,6 +57,25 @@ removalMethod(const std::string& name, DensityUnit unit, bool use_history)
         return [removal](const LabelledFrame& frame, std::vector<float>& scores) {
           removal->score(frame.of(Law::Count), scores);
         };
+      },
+      {0.0f, 1.0f, 2.0f});
+}
+
+/** \brief PointOutlierRemoval on the cloud, with its rows if it has them. */
+ScanMethod
+pointRemovalMethod(const std::string& name, bool use_history)
+{
+  PointOutlierRemovalSettings settings;
+  settings.use_history = use_history;
+  const auto removal = std::make_shared<PointOutlierRemoval>(settings);
+  return pointMethod(
+      name,
+      [removal](const LabelledScan& scan, std::vector<float>& scores) {
+        io::PointView view = pointViewOf(scan.cloud);
+        if (scan.cloud.height > 1)
+          view.image = {scan.cloud.width, scan.cloud.height};
+        if (const auto status = removal->score(view, scores); !status.ok())
+          throw std::runtime_error("scan '" + scan.name + "': " + status.message());
       },
       {0.0f, 1.0f, 2.0f});
 }
@@ -128,15 +161,18 @@ predictions(const std::string& folder, const LabelMeanings& meanings)
 }
 
 std::vector<ScanMethod>
-scanMethods(double azimuth_step)
+scanMethods(const RaySteps& steps)
 {
   std::vector<ScanMethod> methods = {
       intensityMethod(),
+      rangeMethod(),
       removalMethod("filter on voxels", DensityUnit::Voxels, true),
       removalMethod("filter on voxels without history", DensityUnit::Voxels, false),
-      removalMethod("filter on counts", DensityUnit::Points, true)};
+      removalMethod("filter on counts", DensityUnit::Points, true),
+      pointRemovalMethod("filter on points", true),
+      pointRemovalMethod("filter on points without history", false)};
   for (const double multiplier : {3.0, 6.0, 10.0, 20.0})
-    methods.push_back(radiusOfRangeMethod(multiplier, azimuth_step));
+    methods.push_back(radiusOfRangeMethod(multiplier, steps.azimuth));
   for (const int neighbours : {3, 5, 10, 20})
     methods.push_back(statisticsOfRangeMethod(neighbours));
   for (const int neighbours : {8, 26, 50})

@@ -68,11 +68,15 @@ voxelMethod(const std::string& name,
 ScanMethod
 predictions(const std::string& folder, const LabelMeanings& meanings);
 
-/** \brief All methods but predictions().
- * \param[in] azimuth_step of the lidar, degrees
- */
+/** \brief Angles between neighbouring rays of a lidar, degrees. */
+struct RaySteps {
+  double azimuth = 0.0; ///< in a ring
+  double ring = 0.0;    ///< between rings
+};
+
+/** \brief All methods but predictions(). */
 std::vector<ScanMethod>
-scanMethods(double azimuth_step);
+scanMethods(const RaySteps& steps);
 
 } // namespace noise
 } // namespace pcl_ext

@@ -17,9 +17,9 @@ namespace noise {
 namespace {
 
 /** \brief Steps of a VLP-16 as it is simulated, and of an HDL-64 whose revolutions are
- * images of 2048 columns, degrees. */
-constexpr double cell_azimuth_step = 0.2;
-constexpr double image_azimuth_step = 360.0 / 2048.0;
+ * images of 2048 columns. */
+constexpr RaySteps cell_steps = {0.2, 2.0};
+constexpr RaySteps image_steps = {360.0 / 2048.0, 0.425};
 
 bool
 isWanted(const ScanMethod& method, const std::vector<std::string>& names)
@@ -33,8 +33,10 @@ isWanted(const ScanMethod& method, const std::vector<std::string>& names)
 std::vector<ScanMethod>
 wantedMethods(const ScanOptions& options)
 {
-  std::vector<ScanMethod> all = scanMethods(options.azimuth_step.value_or(
-      options.folder.empty() ? cell_azimuth_step : image_azimuth_step));
+  RaySteps steps = options.folder.empty() ? cell_steps : image_steps;
+  steps.azimuth = options.azimuth_step.value_or(steps.azimuth);
+  steps.ring = options.ring_step.value_or(steps.ring);
+  std::vector<ScanMethod> all = scanMethods(steps);
   if (!options.predictions.empty())
     all.push_back(predictions(options.predictions, options.meanings));
   std::vector<ScanMethod> wanted;
@@ -90,9 +92,14 @@ addScanOptions(CLI::App& program, ScanOptions& options)
   program
       .add_option("--azimuth-step",
                   options.azimuth_step,
-                  "of the lidar, degrees, for DROR; without it 0.2 for sensor 7, else "
-                  "that of 2048 columns")
+                  "of the lidar, degrees; without it 0.2 for sensor 7, else that of "
+                  "2048 columns")
       ->check(CLI::Range(0.001, 10.0));
+  program
+      .add_option("--ring-step",
+                  options.ring_step,
+                  "of the lidar, degrees; without it 2 for sensor 7, else 0.425")
+      ->check(CLI::Range(0.001, 90.0));
   program
       .add_option("--predictions",
                   options.predictions,

@@ -30,6 +30,7 @@ struct ScanOptions {
   std::uint32_t rows = 1; ///< of the images that .bin files are; 1: they are none
   std::size_t first_frame = 0;
   std::optional<double> azimuth_step; ///< of the lidar, degrees
+  std::optional<double> ring_step;    ///< the same between rings
   std::string predictions;            ///< folder; empty: none
   std::vector<std::string> methods;   ///< parts of their names; empty: all
 };
