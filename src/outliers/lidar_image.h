@@ -85,6 +85,7 @@ private:
   // Points row after row, by azimuth; and where those of each direction begin.
   std::vector<std::uint32_t> sorted_;
   std::vector<std::uint32_t> begins_;
+  std::vector<std::uint32_t> directions_; // of points, row * width + column
   // Of a row: points with columns of their own, their columns, and the others.
   std::vector<std::uint32_t> placed_;
   std::vector<std::uint32_t> columns_;

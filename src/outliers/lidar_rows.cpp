@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::uint32_t least_rows = 4;
 constexpr std::uint32_t most_rows = 1024;
-constexpr float two_pi = 6.2831853f;
 /** \brief Fewer points in a row are no row that was told from their directions. */
 constexpr std::size_t least_points_of_row = 32;
 
@@ -123,8 +122,8 @@ LidarRows::areCones(const std::vector<LidarPoint>& directions)
   MeanSlope of_all;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (const std::uint32_t row = rows_[i]; row != no_row) {
-      const float turned = directions[i].azimuth / two_pi + 0.5f;
-      are_seen[row].set(static_cast<std::uint32_t>(turned * bins) % bins);
+      are_seen[row].set(static_cast<std::uint32_t>(directions[i].azimuth * bins) %
+                        bins);
       slopes[row].add(directions[i].slope);
       of_all.add(directions[i].slope);
     }
@@ -195,16 +194,14 @@ LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
 bool
 LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
 {
-  constexpr float far = 0.5f * two_pi;
+  constexpr float far = 0.5f; // turns
   std::uint32_t row = 0;
   std::size_t points = 0;
   float last = 0.0f;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if (directions[i].range == 0.0f)
       continue;
-    // From 0 on, not from -pi on.
-    const float azimuth =
-        directions[i].azimuth + (directions[i].azimuth < 0.0f ? two_pi : 0.0f);
+    const float azimuth = directions[i].azimuth;
     if (points > 0 && std::abs(azimuth - last) > far && ++row == most_rows)
       return false;
     last = azimuth;
@@ -215,10 +212,23 @@ LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
   return count_ >= least_rows && points >= 2 * least_points_of_row * count_;
 }
 
-/** \brief Sorts rows by the mean slope of their points, as lasers may have any
- * numbers. */
+/** \brief Sorts rows by the mean slope of their points, as lasers may have any numbers;
+ * once for all clouds with as many rows.
+ */
 void
 LidarRows::sortRows(const std::vector<LidarPoint>& directions)
+{
+  if (ranks_.size() != count_)
+    rankRows(directions);
+  count_ = ranked_rows_;
+  if (are_ranked_)
+    return;
+  for (std::uint32_t& row : rows_)
+    row = row == no_row ? no_row : ranks_[row];
+}
+
+void
+LidarRows::rankRows(const std::vector<LidarPoint>& directions)
 {
   std::vector<double> sums(count_);
   std::vector<std::size_t> sizes(count_);
@@ -236,13 +246,12 @@ LidarRows::sortRows(const std::vector<LidarPoint>& directions)
   std::sort(order.begin(), order.end(), [&](std::uint32_t one, std::uint32_t other) {
     return sums[one] < sums[other] || (sums[one] == sums[other] && one < other);
   });
-  std::vector<std::uint32_t> ranks(count_);
+  // A row that has points later only is left out until there are other rows.
+  ranks_.assign(count_, no_row);
   for (std::uint32_t rank = 0; rank < order.size(); ++rank)
-    ranks[order[rank]] = rank;
-  if (order.size() < count_ || !std::is_sorted(order.begin(), order.end()))
-    for (std::uint32_t& row : rows_)
-      row = row == no_row ? no_row : ranks[row];
-  count_ = static_cast<std::uint32_t>(order.size());
+    ranks_[order[rank]] = rank;
+  ranked_rows_ = static_cast<std::uint32_t>(order.size());
+  are_ranked_ = ranked_rows_ == count_ && std::is_sorted(order.begin(), order.end());
 }
 
 } // namespace PCL_EXT_ABI
