@@ -44,6 +44,23 @@ isSameRange(const LidarPoint& one, const LidarPoint& other)
 bool
 LidarImage::assign(const io::PointView& points)
 {
+  // A look at the clouds of a camera takes as long as judging those of a lidar.
+  constexpr unsigned int tries = 3;
+  constexpr unsigned int skipped_clouds = 15;
+  if (skipped_ > 0) {
+    --skipped_;
+    return false;
+  }
+  const bool has_rows = findPixels(points);
+  failures_ = has_rows ? 0 : failures_ + 1;
+  if (failures_ >= tries)
+    skipped_ = skipped_clouds;
+  return has_rows;
+}
+
+bool
+LidarImage::findPixels(const io::PointView& points)
+{
   readPoints(points);
   pixels_.assign(points.count, no_pixel);
   if (!rows_.find(points, points_))
@@ -192,6 +209,8 @@ LidarImage::reset()
 {
   rows_.reset();
   width_ = 0;
+  failures_ = 0;
+  skipped_ = 0;
 }
 
 } // namespace PCL_EXT_ABI

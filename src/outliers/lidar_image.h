@@ -19,7 +19,8 @@ constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 class LidarImage {
 public:
   /** \brief Finds the pixels of a cloud.
-   * \return false if there are no rows
+   * \return false if there are no rows; after three such clouds only each sixteenth one is
+   * looked at
    */
   bool
   assign(const io::PointView& points);
@@ -62,6 +63,9 @@ private:
     std::uint32_t of; // index in placed_
   };
 
+  bool
+  findPixels(const io::PointView& points);
+
   void
   readPoints(const io::PointView& points);
 
@@ -80,6 +84,8 @@ private:
   std::vector<LidarPoint> points_;
   LidarRows rows_;
   std::uint32_t width_ = 0;
+  unsigned int failures_ = 0; // in a row
+  unsigned int skipped_ = 0;  // clouds that are not looked at
   std::vector<float> ranges_;
   std::vector<std::uint32_t> pixels_;
   // Points row after row, by azimuth; and where those of each direction begin.
