@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "voxels/block_directory.h"
 
@@ -48,6 +48,10 @@ public:
    * 2^-6. */
   static constexpr std::int16_t mean_step = 16;
 
+  /** \brief Most points of a voxel that setPoints() takes: sums of 16 fit into 15
+   * bits. */
+  static constexpr std::int16_t most_points = 2047;
+
   /** \brief Key of the block of a voxel: x, y, z in blocks, 21 bits each. Voxels must
    * be at least 4 voxels from 0 and position_end, so that every block has
    * neighbours. */
@@ -90,6 +94,35 @@ public:
    */
   void
   add(std::uint32_t block, unsigned int cell, std::int16_t density);
+
+  /** \brief Sets f to a number of points instead, without a running mean, in whole
+   * points in place of quarters.
+   * \param[in] block, cell as above
+   * \param[in] points 1..most_points
+   */
+  void
+  setPoints(std::uint32_t block, unsigned int cell, std::int16_t points)
+  {
+    fields_[block][cell] = points;
+  }
+
+  /** \brief f of a voxel. */
+  std::int16_t
+  field(std::uint32_t block, unsigned int cell) const
+  {
+    return fields_[block][cell];
+  }
+
+  /** \brief Position of a voxel, which blockKey() and cell() are made of. */
+  io::VoxelPosition
+  position(std::uint32_t block, unsigned int cell) const
+  {
+    constexpr std::uint64_t axis = (std::uint64_t{1} << 21) - 1;
+    const std::uint64_t key = keys_[block];
+    return {static_cast<std::uint32_t>(key >> 42) << 2 | cell >> 4,
+            static_cast<std::uint32_t>(key >> 21 & axis) << 2 | (cell >> 2 & 3),
+            static_cast<std::uint32_t>(key & axis) << 2 | (cell & 3)};
+  }
 
   /** \brief Running mean of a voxel, in units of 2^-6. */
   std::int16_t

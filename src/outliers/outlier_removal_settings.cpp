@@ -1,7 +1,9 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -31,13 +33,26 @@ checkSettings(const VoxelOutlierRemovalSettings& settings)
   if (!std::isfinite(settings.min_log_odds))
     return invalid("min_log_odds is " + std::to_string(settings.min_log_odds) +
                    "; it must be a finite number");
-  if (settings.unit != DensityUnit::Automatic && settings.unit != DensityUnit::Faces &&
-      settings.unit != DensityUnit::Points && settings.unit != DensityUnit::Voxels)
+  if (std::none_of(density_units.begin(), density_units.end(), [&](const auto& known) {
+        return known.value == settings.unit;
+      }))
     return invalid("unit is " + std::to_string(static_cast<int>(settings.unit)) +
-                   "; it must be Automatic, Faces, Points or Voxels");
+                   "; it must be Automatic, Faces, Points, Voxels or Rays");
   if (!std::isfinite(settings.full_intensity) || !(settings.full_intensity > 0.0f))
     return invalid("full_intensity is " + std::to_string(settings.full_intensity) +
                    "; it must be a finite number above 0");
+  if (settings.sensor_position)
+    for (const double coordinate : *settings.sensor_position)
+      if (!std::isfinite(coordinate))
+        return invalid("sensor_position has " + std::to_string(coordinate) +
+                       "; it must be finite numbers");
+  for (const auto& [name, step] :
+       {std::pair("azimuth_step", settings.azimuth_step),
+        std::pair("elevation_step", settings.elevation_step)})
+    if (!(step >= VoxelOutlierRemovalSettings::min_ray_step &&
+          step <= VoxelOutlierRemovalSettings::max_ray_step))
+      return invalid(std::string(name) + " is " + std::to_string(step) +
+                     "; it must be 0.0001 to 1 radians");
   return {};
 }
 

@@ -1,5 +1,7 @@
 #include "outliers/voxel_densities.h"
 
+#include "outliers/density_blocks.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t one_density = 256; // 1 in the fixed point of numbers_
 constexpr std::uint32_t face_density = 255;
+constexpr double most_points = DensityBlocks::most_points;
 
 } // namespace
 
@@ -31,10 +34,11 @@ VoxelDensities::unitOf(const io::VoxelFrame& frame) const
 {
   if (set_unit_ != DensityUnit::Automatic)
     return set_unit_;
+  if (depth_model_ && frame.hasIntensities())
+    return DensityUnit::Faces;
   // Counts and native intensities have the same scales, and few points in a voxel of a
-  // lidar's are no sign of noise.
-  return depth_model_ && frame.hasIntensities() ? DensityUnit::Faces
-                                                : DensityUnit::Voxels;
+  // lidar's are a sign of noise only where its rays are known.
+  return image_rays_ ? DensityUnit::Rays : DensityUnit::Voxels;
 }
 
 bool
@@ -49,8 +53,15 @@ VoxelDensities::follow(const io::VoxelFrame& frame,
   if (frame.depth_model &&
       (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Faces))
     takeDepthModel(frame, first);
+  // Likewise, and frames whose image costs bytes have none.
+  if (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Rays)
+    if (const std::optional<LidarRays> rays = raysOf(frame.image, first))
+      image_rays_ = rays;
   unit_ = unitOf(frame);
-  if (unit_ != DensityUnit::Voxels && frame.hasIntensities())
+  const bool uses_intensities = unit_ == DensityUnit::Rays
+                                    ? intensities_are_counts_ && !frame.has_point_counts
+                                    : unit_ != DensityUnit::Voxels;
+  if (uses_intensities && frame.hasIntensities())
     makeNumbers(frame.intensity_scale);
   return last_unit == unit_;
 }
@@ -59,7 +70,9 @@ void
 VoxelDensities::makeNumbers(const io::IntensityScale& scale)
 {
   double face = face_density; // density 1 for each point
-  if (unit_ == DensityUnit::Faces)
+  if (unit_ == DensityUnit::Rays)
+    face = 0.0; // the numbers are of points, and other units have none of this
+  else if (unit_ == DensityUnit::Faces)
     face = depth_model_ ? model_face_ : static_cast<double>(full_intensity_);
   if (!numbers_.empty() && face == face_ && scale == scale_)
     return;
@@ -68,6 +81,11 @@ VoxelDensities::makeNumbers(const io::IntensityScale& scale)
   numbers_.resize(std::size_t{scale_.maxSymbol()} + 1);
   for (std::size_t symbol = 0; symbol < numbers_.size(); ++symbol) {
     const double intensity = scale_.value(static_cast<std::uint16_t>(symbol));
+    if (unit_ == DensityUnit::Rays) {
+      numbers_[symbol] = static_cast<std::uint16_t>(
+          intensity >= 1.0 ? std::lround(std::min(intensity, most_points)) : 1);
+      continue;
+    }
     const double density = std::clamp(
         face_density * intensity / face, 0.0, static_cast<double>(face_density));
     // NaN counts as the lowest density, as the voxel is occupied.
@@ -126,6 +144,8 @@ VoxelDensities::operator()(const io::VoxelFrame& frame,
   constexpr std::uint64_t most = std::uint64_t{face_density} * one_density;
   if (unit_ == DensityUnit::Voxels)
     return most;
+  if (unit_ == DensityUnit::Rays)
+    return pointsOf(frame, voxel);
   if (unit_ == DensityUnit::Points)
     return static_cast<std::uint32_t>(
         frame.has_point_counts
@@ -147,9 +167,21 @@ VoxelDensities::operator()(const io::VoxelFrame& frame,
   return static_cast<std::uint32_t>(std::min(number, most));
 }
 
-std::int16_t
-VoxelDensities::density(std::uint64_t sum)
+std::uint32_t
+VoxelDensities::pointsOf(const io::VoxelFrame& frame, std::size_t voxel) const
 {
+  if (frame.has_point_counts)
+    return std::min(frame.point_counts[voxel],
+                    static_cast<std::uint32_t>(DensityBlocks::most_points));
+  return hasPoints(frame) ? numbers_[frame.intensities[voxel]] : 1;
+}
+
+std::int16_t
+VoxelDensities::density(std::uint64_t sum) const
+{
+  if (unit_ == DensityUnit::Rays)
+    return static_cast<std::int16_t>(
+        std::clamp(sum, std::uint64_t{1}, std::uint64_t{DensityBlocks::most_points}));
   const std::uint64_t density = (sum + one_density / 2) / one_density;
   return static_cast<std::int16_t>(
       std::clamp(density, std::uint64_t{1}, std::uint64_t{face_density}));

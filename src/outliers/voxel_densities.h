@@ -4,6 +4,8 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "outliers/ray_hits.h"
+
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -13,15 +15,18 @@ inline namespace PCL_EXT_ABI {
 
 /** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to
  * 255, in 255ths of a face with the unit Faces, in points with Points, and 255 with
- * Voxels. A coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
+ * Voxels; with Rays points, 1 to DensityBlocks::most_points. A coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
  *
  * With a depth model a face counts as covered from
  * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many
  * points. */
 class VoxelDensities {
 public:
-  VoxelDensities(DensityUnit unit, float full_intensity)
-  : set_unit_(unit), unit_(unit), full_intensity_(full_intensity)
+  explicit VoxelDensities(const VoxelOutlierRemovalSettings& settings)
+  : set_unit_(settings.unit)
+  , unit_(settings.unit)
+  , full_intensity_(settings.full_intensity)
+  , intensities_are_counts_(settings.intensities_are_counts)
   {}
 
   /** \brief Whether the frame has what the unit needs. */
@@ -46,19 +51,38 @@ public:
   reset()
   {
     depth_model_.reset();
+    image_rays_.reset();
     numbers_.clear();
     factors_.clear();
   }
 
-  /** \brief Unit of the densities, as of the last frame: Faces, Points or Voxels. */
+  /** \brief Unit of the densities, as of the last frame: Faces, Points, Voxels or
+   * Rays; at first that of the settings. */
   DensityUnit
   unit() const
   {
     return unit_;
   }
 
+  /** \brief Rays of the image of a spinning sensor that this frame has or an earlier
+   * one had, if the unit may be Rays. */
+  const std::optional<LidarRays>&
+  imageRays() const
+  {
+    return image_rays_;
+  }
+
+  /** \brief Whether numbers of points are known of the frame that follow() was called
+   * with, for Rays. */
+  bool
+  hasPoints(const io::VoxelFrame& frame) const
+  {
+    return frame.has_point_counts ||
+           (intensities_are_counts_ && frame.hasIntensities());
+  }
+
   /** \brief What a voxel of the frame adds to the density of its coarse voxel, in
-   * 256ths.
+   * 256ths; with Rays in points.
    * \param[in] frame that of follow()
    * \param[in] voxel its index
    * \param[in] position its position in the grid plus that of the grid's first voxel
@@ -69,10 +93,10 @@ public:
              const io::VoxelPosition& position) const;
 
   /** \brief Density of a coarse voxel.
-   * \param[in] sum over its voxels, in 256ths
+   * \param[in] sum over its voxels, as they add to it
    */
-  static std::int16_t
-  density(std::uint64_t sum);
+  std::int16_t
+  density(std::uint64_t sum) const;
 
 private:
   static constexpr unsigned int depth_bits = 10; // resolution of factors_
@@ -86,17 +110,23 @@ private:
   void
   makeNumbers(const io::IntensityScale& scale);
 
+  std::uint32_t
+  pointsOf(const io::VoxelFrame& frame, std::size_t voxel) const;
+
   DensityUnit
   unitOf(const io::VoxelFrame& frame) const;
 
   DensityUnit set_unit_;
   DensityUnit unit_; // of the last frame
   float full_intensity_;
+  bool intensities_are_counts_;
   std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
+  std::optional<LidarRays> image_rays_;       // likewise
   double model_face_ = 0.0; // intensity of a covered face in that model
   io::IntensityScale scale_;
-  double face_ = 0.0;                  // intensity of density 255
-  std::vector<std::uint16_t> numbers_; // density without factor by symbol, 2^8 is 1
+  double face_ = 0.0; // intensity of density 255
+  /** \brief By symbol the density without factor, 2^8 is 1; with Rays points. */
+  std::vector<std::uint16_t> numbers_;
   std::vector<std::uint64_t>
       factors_;               // by depth in coarse voxels' cut-off depths, 2^16 is 1
   unsigned int exponent_ = 0; // of factors_

@@ -2,8 +2,11 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "outliers/density_blocks.h"
+#include "outliers/history_ranks.h"
+#include "outliers/outlier_removal_remarks.h"
 #include "outliers/outlier_score.h"
 #include "outliers/position_map.h"
+#include "outliers/ray_hits.h"
 #include "outliers/voxel_densities.h"
 #include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
@@ -40,9 +43,7 @@ levelsOf(double resolution)
 class VoxelOutlierRemoval::Implementation {
 public:
   explicit Implementation(const VoxelOutlierRemovalSettings& settings)
-  : settings_(settings)
-  , settings_status_(checkSettings(settings))
-  , densities_(settings.unit, settings.full_intensity)
+  : settings_(settings), settings_status_(checkSettings(settings)), densities_(settings)
   {}
 
   OutlierRemovalStatus
@@ -53,9 +54,10 @@ public:
       return status;
     beginFrame();
     learn(frame);
-    const float least = std::exp(2.0f * (settings_.min_log_odds - score_.offset));
+    const float least =
+        std::exp((settings_.min_log_odds - score_.offset) / score_.weight);
     const std::size_t voxels = frame.size();
-    status = judgement(frame);
+    status = judgement(frame, settings_.unit, densities_.unit());
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
       return !(evidence_[indexOf(coarse_voxels_[i])] < least);
     });
@@ -75,9 +77,9 @@ public:
     learn(frame);
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
-      log_odds[i] =
-          0.5f * std::log(evidence_[indexOf(coarse_voxels_[i])]) + score_.offset;
-    status = judgement(frame);
+      log_odds[i] = score_.weight * std::log(evidence_[indexOf(coarse_voxels_[i])]) +
+                    score_.offset;
+    status = judgement(frame, settings_.unit, densities_.unit());
     endFrame(frame.size());
     return status;
   }
@@ -95,6 +97,12 @@ public:
     return blocks_.size();
   }
 
+  DensityUnit
+  unit() const
+  {
+    return densities_.unit();
+  }
+
 private:
   /** \brief A coarse voxel, as a cell of a block. */
   struct CoarseVoxel {
@@ -109,41 +117,10 @@ private:
     if (!settings_status_.ok())
       return settings_status_;
     if (!isMadeFor(frame.grid.resolution))
-      return {OutlierRemovalCode::UnsupportedResolution,
-              "no voxel was judged: the voxel edge is " +
-                  std::to_string(frame.grid.resolution) + " m; it must be " +
-                  std::to_string(min_resolution) + " to " +
-                  std::to_string(max_resolution)};
+      return unsupportedResolution(frame.grid.resolution);
     if (!densities_.canJudge(frame))
-      return {
-          OutlierRemovalCode::NoDensities,
-          "no voxel was judged: the frame has no intensities, and unit is " +
-              std::string(settings_.unit == DensityUnit::Faces ? "Faces" : "Points") +
-              "; choose Voxels, which needs none"};
+      return noDensities(settings_.unit);
     return {};
-  }
-
-  /** \brief Ok, with a message where the settings do not say what was done. */
-  OutlierRemovalStatus
-  judgement(const io::VoxelFrame& frame) const
-  {
-    if (settings_.unit != DensityUnit::Automatic ||
-        densities_.unit() != DensityUnit::Voxels)
-      return {};
-    if (!frame.hasIntensities() && frame.has_point_counts)
-      return {OutlierRemovalCode::Ok,
-              "voxels were judged without the number of their points; choose the unit "
-              "Points for those of a depth camera, else Voxels"};
-    if (!frame.hasIntensities())
-      return {
-          OutlierRemovalCode::Ok,
-          "voxels were judged without the number of their points, as the frame has no "
-          "intensities; encode with the law count or quadratic, or choose the unit "
-          "Voxels"};
-    return {
-        OutlierRemovalCode::Ok,
-        "voxels were judged without their intensities, as the frame does not say what "
-        "they are; choose the unit Points for counts of a depth camera, else Voxels"};
   }
 
   std::size_t
@@ -183,10 +160,12 @@ private:
     }
     const bool is_same_unit =
         densities_.follow(frame, positions_.first(), positions_.levels());
-    if (!is_same_unit || !settings_.use_history)
+    if (!is_same_unit || !keepsHistory())
       blocks_.clear();
     else
       blocks_.age();
+    if (densities_.unit() == DensityUnit::Rays)
+      followRays(frame);
     score_ = scoreOf(
         densities_.unit(),
         std::ldexp(frame.grid.resolution, static_cast<int>(positions_.levels())));
@@ -200,10 +179,46 @@ private:
     addSums();
     evidence_.resize(count);
     if (densities_.unit() == DensityUnit::Voxels)
-      rankHistory(count);
+      history_ranks_.assign(blocks_, frame_blocks_, masks_, count);
     // In the order of the frame, in which neighbours are close in memory.
     for (const std::uint32_t block : frame_blocks_)
       computeEvidence(block, evidence_.data() + first_voxels_[block]);
+  }
+
+  /** \brief False with Rays, which judge a moving sensor's frames as those of one that
+   * stands. */
+  bool
+  keepsHistory() const
+  {
+    return settings_.use_history && densities_.unit() != DensityUnit::Rays;
+  }
+
+  void
+  followRays(const io::VoxelFrame& frame)
+  {
+    const unsigned int levels = positions_.levels();
+    const LidarRays rays = densities_.imageRays()
+                               ? *densities_.imageRays()
+                               : raysOf(settings_, frame.grid, positions_.first());
+    ray_hits_ = RayHits(rays,
+                        frame.grid.resolution,
+                        levels,
+                        densities_.hasPoints(frame)
+                            ? static_cast<double>(DensityBlocks::most_points)
+                            : RayHits::mostWithoutPoints(levels));
+  }
+
+  /** \brief Adds the density of a coarse voxel to the blocks.
+   * \param[in] sum of what its voxels add to it
+   */
+  void
+  addDensity(std::uint32_t block, unsigned int cell, std::uint32_t sum)
+  {
+    const std::int16_t density = densities_.density(sum);
+    if (densities_.unit() == DensityUnit::Rays)
+      blocks_.setPoints(block, cell, density);
+    else
+      blocks_.add(block, cell, density);
   }
 
   /** \brief Finds the coarse voxels of the voxels; adds those of one voxel to the
@@ -233,7 +248,7 @@ private:
       const unsigned int cell = DensityBlocks::cell(coarse.x, coarse.y, coarse.z);
       const std::uint32_t density = densities_(frame, i, at);
       if (levels == 0)
-        blocks_.add(block, cell, VoxelDensities::density(density));
+        addDensity(block, cell, density);
       else {
         if (sums_of_voxels_.size() <= block)
           sums_of_voxels_.resize(std::size_t{block} + 1);
@@ -254,36 +269,8 @@ private:
     for (const std::uint32_t block : frame_blocks_)
       for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
         const unsigned int cell = lowestBit(cells);
-        blocks_.add(block, cell, VoxelDensities::density(sums_of_voxels_[block][cell]));
+        addDensity(block, cell, sums_of_voxels_[block][cell]);
       }
-  }
-
-  /** \brief What a coarse voxel of the frame had in previous frames, with the unit
-   * Voxels, in history_steps steps. */
-  std::size_t
-  historyStep(std::uint32_t block, unsigned int cell) const
-  {
-    // What add() has added is the same for all.
-    constexpr int added = DensityBlocks::mean_step * 255;
-    return static_cast<std::size_t>(blocks_.mean(block, cell) - added) / 64;
-  }
-
-  /** \brief Computes the factor of the evidence of each step of the history.
-   * \param[in] count of the frame's coarse voxels
-   */
-  void
-  rankHistory(std::uint32_t count)
-  {
-    std::array<std::uint32_t, history_steps> numbers{};
-    for (const std::uint32_t block : frame_blocks_)
-      for (std::uint64_t mask = masks_[block]; mask != 0; mask &= mask - 1)
-        ++numbers[historyStep(block, lowestBit(mask))];
-    std::uint32_t up_to_here = 0;
-    for (std::size_t i = 0; i < history_steps; ++i) {
-      up_to_here += numbers[i];
-      const float rank = static_cast<float>(up_to_here) / static_cast<float>(count);
-      history_factors_[i] = rank * rank * std::sqrt(rank);
-    }
   }
 
   /** \brief Computes the evidence of the cells of a block.
@@ -301,6 +288,12 @@ private:
     for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const NeighbourhoodSums& sums = sums_[cell];
+      if (unit == DensityUnit::Rays) {
+        const std::int32_t own = blocks_.field(block, cell);
+        *evidence++ =
+            ray_hits_.evidence(blocks_.position(block, cell), own, sums.all - own);
+        continue;
+      }
       // f is in quarters of 255ths of a face or a coarse voxel.
       const float one =
           unit == DensityUnit::Points
@@ -308,7 +301,7 @@ private:
               : 4.0f * 255.0f;
       *evidence = evidenceOf(sums, one, score_.least_shell);
       if (unit == DensityUnit::Voxels)
-        *evidence *= history_factors_[historyStep(block, cell)];
+        *evidence *= history_ranks_.factor(blocks_, block, cell);
       ++evidence;
     }
   }
@@ -321,7 +314,7 @@ private:
       releaseAll();
       return;
     }
-    if (!settings_.use_history) {
+    if (!keepsHistory()) {
       blocks_.clear();
       return;
     }
@@ -350,13 +343,12 @@ private:
     std::vector<std::array<std::uint32_t, 64>>().swap(sums_of_voxels_);
   }
 
-  static constexpr std::size_t history_steps = 256;
-
   VoxelOutlierRemovalSettings settings_;
   OutlierRemovalStatus settings_status_;
   VoxelDensities densities_;
   PositionMap positions_;
   DensityBlocks blocks_;
+  RayHits ray_hits_; // with Rays
 
   // Of the current frame; members so that their memory is reused.
   Score score_{};
@@ -368,7 +360,7 @@ private:
   /** \brief Sums of the densities of the voxels in each coarse voxel, if it has
    * several. */
   std::vector<std::array<std::uint32_t, 64>> sums_of_voxels_;
-  std::array<float, history_steps> history_factors_{}; // by historyStep()
+  HistoryRanks history_ranks_; // with Voxels
   DensityWindow window_;
   std::array<NeighbourhoodSums, 64> sums_;
   bool is_interrupted_ = false;
@@ -407,6 +399,12 @@ void
 VoxelOutlierRemoval::reset()
 {
   implementation_->reset();
+}
+
+DensityUnit
+VoxelOutlierRemoval::unit() const
+{
+  return implementation_->unit();
 }
 
 std::size_t

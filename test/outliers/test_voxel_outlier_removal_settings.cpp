@@ -40,10 +40,34 @@ refusedSettings()
                          std::string("full_intensity is ") + text +
                              "; it must be a finite number above 0");
   }
+  for (const auto& [number, text] : {std::pair(0.0, "0.000000"),
+                                     std::pair(0.000099, "0.000099"),
+                                     std::pair(1.000001, "1.000001"),
+                                     std::pair(-0.0035, "-0.003500"),
+                                     std::pair(double{not_a_number}, "nan")}) {
+    VoxelOutlierRemovalSettings columns;
+    columns.azimuth_step = number;
+    refused.emplace_back(columns,
+                         std::string("azimuth_step is ") + text +
+                             "; it must be 0.0001 to 1 radians");
+    VoxelOutlierRemovalSettings rows;
+    rows.elevation_step = number;
+    refused.emplace_back(rows,
+                         std::string("elevation_step is ") + text +
+                             "; it must be 0.0001 to 1 radians");
+  }
+  for (const auto& [number, text] :
+       {std::pair(infinity, "inf"), std::pair(not_a_number, "nan")}) {
+    VoxelOutlierRemovalSettings settings;
+    settings.sensor_position = {0.0, 0.0, double{number}};
+    refused.emplace_back(settings,
+                         std::string("sensor_position has ") + text +
+                             "; it must be finite numbers");
+  }
   VoxelOutlierRemovalSettings settings;
   settings.unit = static_cast<DensityUnit>(7);
-  refused.emplace_back(settings,
-                       "unit is 7; it must be Automatic, Faces, Points or Voxels");
+  refused.emplace_back(
+      settings, "unit is 7; it must be Automatic, Faces, Points, Voxels or Rays");
   return refused;
 }
 
@@ -62,6 +86,9 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
   EXPECT_TRUE(checkSettings(settings).ok());
   settings.use_history = false;
   settings.max_blocks = 0;
+  settings.azimuth_step = 0.0001;
+  settings.elevation_step = 1.0;
+  settings.sensor_position = {0.0, std::numeric_limits<double>::lowest(), 1e-300};
   for (const float number :
        {std::numeric_limits<float>::lowest(), -1.0f, std::numeric_limits<float>::max()})
     for (const float full :
@@ -69,7 +96,8 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
       for (const DensityUnit unit : {DensityUnit::Automatic,
                                      DensityUnit::Faces,
                                      DensityUnit::Points,
-                                     DensityUnit::Voxels}) {
+                                     DensityUnit::Voxels,
+                                     DensityUnit::Rays}) {
         settings.min_log_odds = number;
         settings.full_intensity = full;
         settings.unit = unit;
@@ -183,7 +211,7 @@ TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)
   EXPECT_EQ(
       removal.filter(frame).message(),
       "no voxel was judged: the frame has no intensities, and unit is Points; choose "
-      "Voxels, which needs none");
+      "Voxels or, for a lidar, Rays, which need none");
 }
 
 TEST(VoxelOutlierRemovalSettings, AutomaticSaysThatIntensitiesWereNotUsed)

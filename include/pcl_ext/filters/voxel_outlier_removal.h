@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,10 +42,11 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
 /** \brief What a VoxelOutlierRemoval derives the densities of a stream's voxels
  * from. */
 enum class DensityUnit {
-  /** \brief Faces from the first frame with a depth model on, else Voxels, as a frame
-   * does not say whether other intensities are counts, nor whether its sensor is a
-   * lidar: name Points for counts of depth cameras. Frames of the published layout have
-   * no depth model: name Faces for their quadratic law. */
+  /** \brief Faces from the first frame with a depth model on; else Rays from the first
+   * frame on that has the image of a spinning sensor (VoxelFrame::image); else Voxels,
+   * as other frames do not say whether their intensities are counts, nor whether their
+   * sensor is a lidar: name Points for counts of depth cameras, Rays for lidars. Frames
+   * of the published layout have no depth model: name Faces for their quadratic law. */
   Automatic,
 
   /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams
@@ -58,21 +60,27 @@ enum class DensityUnit {
   Points,
 
   /** \brief Every voxel counts the same, and voxels that were seldom occupied are
-   * suspect. For lidars, for native intensities, which do not depend on the density,
-   * and for frames without intensities. */
-  Voxels
+   * suspect. For native intensities, which do not depend on the density, for frames
+   * without intensities, and for mixed echoes of a lidar that stands still. */
+  Voxels,
+
+  /** \brief Numbers of points, compared with those that a surface would have at that
+   * distance from a lidar, whose position and steps between rays are known. For snow,
+   * rain and dust, of moving lidars, too; without history. */
+  Rays
 };
 
-inline constexpr std::array<NamedValue<DensityUnit>, 4> density_units = {
+inline constexpr std::array<NamedValue<DensityUnit>, 5> density_units = {
     {{DensityUnit::Automatic, "automatic"},
      {DensityUnit::Faces, "faces"},
      {DensityUnit::Points, "points"},
-     {DensityUnit::Voxels, "voxels"}}};
+     {DensityUnit::Voxels, "voxels"},
+     {DensityUnit::Rays, "rays"}}};
 
 /** \brief The unit for intensities of a law: Faces for the quadratic one, Points for
  * counts of depth cameras, Voxels for native ones and where there are none, and
- * Automatic for the linear one, which needs a depth model for Faces. Lidars need Voxels
- * whatever their law. */
+ * Automatic for the linear one, which needs a depth model for Faces. Lidars need Rays
+ * or Voxels whatever their law. */
 PCL_EXT_CODEC_EXPORT DensityUnit
 densityUnitOf(IntensityLaw law);
 
@@ -83,8 +91,9 @@ struct VoxelOutlierRemovalSettings {
    * about -12 to 12 at 4 cm.
    *
    * 0 removes most of the noise of depth cameras and about 1 % of the surfaces' voxels;
-   * 2.5 more of both. Do not use such a high value where people are. For the shares of
-   * noise, surfaces and people that it removes see doc/outlier_removal.md.
+   * 2.5 more of both. Do not use such a high value where people are. With Rays 0 removes
+   * 89 % of simulated snow in voxels of 10 cm, and 0.15 % of the surfaces'. For the
+   * shares of noise, surfaces and people that it removes see doc/outlier_removal.md.
    */
   float min_log_odds = 0.0f;
 
@@ -96,8 +105,30 @@ struct VoxelOutlierRemovalSettings {
    * frame has a depth model. */
   float full_intensity = 255.0f;
 
+  /** \brief Range of the steps between rays, radians. */
+  static constexpr double min_ray_step = 0.0001;
+  static constexpr double max_ray_step = 1.0;
+
+  /** \brief Position of the lidar in world coordinates, metres, finite; none: the
+   * origin. Used with Rays only, and so are the steps, until a frame has the image of a
+   * spinning sensor with several columns and rows: then its pose and steps are used, and
+   * those of the last such frame. */
+  std::optional<std::array<double, 3>> sensor_position;
+
+  /** \brief Angles from a ray of the lidar to the next one, along a turn and from row to
+   * row, radians, min_ray_step to max_ray_step: 0.2 and 0.4 degrees. Need be right to
+   * 30 % only; where rows are not equally far apart, the median. */
+  double azimuth_step = 0.0035;
+  double elevation_step = 0.007;
+
+  /** \brief Whether intensities are numbers of points, as those of the law count. Used
+   * with Rays only, in frames without point_counts; else every voxel is one point, which
+   * tells less of voxels of 20 cm. */
+  bool intensities_are_counts = false;
+
   /** \brief Also use the voxels of previous frames. Off: each frame is filtered
-   * independently; the last depth model is remembered in any case. */
+   * independently; the last depth model or image is remembered in any case. Not used
+   * with Rays. */
   bool use_history = true;
 
   /** \brief Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes
@@ -111,8 +142,11 @@ struct VoxelOutlierRemovalSettings {
   operator==(const VoxelOutlierRemovalSettings& a, const VoxelOutlierRemovalSettings& b)
   {
     return a.min_log_odds == b.min_log_odds && a.unit == b.unit &&
-           a.full_intensity == b.full_intensity && a.use_history == b.use_history &&
-           a.max_blocks == b.max_blocks;
+           a.full_intensity == b.full_intensity &&
+           a.sensor_position == b.sensor_position && a.azimuth_step == b.azimuth_step &&
+           a.elevation_step == b.elevation_step &&
+           a.intensities_are_counts == b.intensities_are_counts &&
+           a.use_history == b.use_history && a.max_blocks == b.max_blocks;
   }
 };
 
@@ -144,13 +178,13 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
 /** \brief Removes noise from the voxels of one stream by their neighbourhood in this
  * and previous frames: StatisticalOutlierRemoval and RadiusOutlierRemoval for voxels.
  *
- * For depth cameras and, with the unit Voxels, lidars. Each frame has a status, as what
- * cannot be judged stays.
+ * For depth cameras and, with the units Rays and Voxels, lidars. Each frame has a status,
+ * as what cannot be judged stays.
  *
  * The voxels of a surface have neighbours of the same surface, each about as dense as
  * its face is covered; a flying pixel has few neighbours, with a point or two each. The
  * log-odds of surface against noise follow from the densities around a voxel in three
- * shells, see doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by
+ * shells, with Rays from the points in it and around it, see doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by
  * the coarse voxels that contain them.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
@@ -212,6 +246,11 @@ public:
   /** \brief Drops the history, as at the start of a stream. */
   void
   reset();
+
+  /** \brief What the last frame was judged by, if the settings' unit is Automatic; that
+   * of the settings, else and before the first frame. */
+  DensityUnit
+  unit() const;
 
   /** \brief Number of blocks of 4 x 4 x 4 voxels in the history. */
   std::size_t

@@ -1,0 +1,50 @@
+#include "outliers/outlier_removal_remarks.h"
+
+#include <string>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+OutlierRemovalStatus
+unsupportedResolution(double resolution)
+{
+  return {OutlierRemovalCode::UnsupportedResolution,
+          "no voxel was judged: the voxel edge is " + std::to_string(resolution) +
+              " m; it must be " + std::to_string(VoxelOutlierRemoval::min_resolution) +
+              " to " + std::to_string(VoxelOutlierRemoval::max_resolution)};
+}
+
+OutlierRemovalStatus
+noDensities(DensityUnit unit)
+{
+  return {OutlierRemovalCode::NoDensities,
+          "no voxel was judged: the frame has no intensities, and unit is " +
+              std::string(unit == DensityUnit::Faces ? "Faces" : "Points") +
+              "; choose Voxels or, for a lidar, Rays, which need none"};
+}
+
+OutlierRemovalStatus
+judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used)
+{
+  if (set != DensityUnit::Automatic || used != DensityUnit::Voxels)
+    return {};
+  if (!frame.hasIntensities() && frame.has_point_counts)
+    return {OutlierRemovalCode::Ok,
+            "voxels were judged without the number of their points; choose the unit "
+            "Points for those of a depth camera, Rays for those of a lidar, else "
+            "Voxels"};
+  if (!frame.hasIntensities())
+    return {
+        OutlierRemovalCode::Ok,
+        "voxels were judged without the number of their points, as the frame has no "
+        "intensities; encode with the law count or quadratic, or choose the unit "
+        "Rays for a lidar, else Voxels"};
+  return {
+      OutlierRemovalCode::Ok,
+      "voxels were judged without their intensities, as the frame does not say what "
+      "they are; choose the unit Points for counts of a depth camera, Rays for a "
+      "lidar, else Voxels"};
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

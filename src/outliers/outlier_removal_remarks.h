@@ -1,0 +1,25 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief Status of frames whose voxel edge, metres, is not supported. */
+OutlierRemovalStatus
+unsupportedResolution(double resolution);
+
+/** \brief Status of frames without what a unit needs. */
+OutlierRemovalStatus
+noDensities(DensityUnit unit);
+
+/** \brief Ok, with a message where the settings do not say what was done.
+ * \param[in] set unit of the settings
+ * \param[in] used unit that the frame was judged by
+ */
+OutlierRemovalStatus
+judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used);
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

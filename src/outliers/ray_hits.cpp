@@ -1,0 +1,137 @@
+#include "outliers/ray_hits.h"
+
+#include "outliers/density_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+constexpr double fixed_one = 0x1p30;      ///< of directions in images
+constexpr double nearest = 0.001;         ///< range, metres
+constexpr double steepest_cosine = 0.1;   ///< of elevations, towards the sensor's axis
+constexpr double same_elevation = 0.0001; ///< radians; rows of one ring
+constexpr double neighbours = 25.0;       ///< voxels of a surface among 5 x 5 x 5
+
+/** \brief Usual distance of the elevations of rows, radians: the median, as rows may be
+ * denser at the horizon. 0 if all are the same. */
+double
+elevationStep(const std::vector<io::RayRow>& rows)
+{
+  std::vector<double> elevations;
+  for (const io::RayRow& row : rows)
+    elevations.push_back(std::atan2(row.rise, row.run));
+  std::sort(elevations.begin(), elevations.end());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < elevations.size(); ++i)
+    if (const double step = elevations[i] - elevations[i - 1]; step > same_elevation)
+      steps.push_back(step);
+  if (steps.empty())
+    return 0.0;
+  const auto middle =
+      steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+double
+lengthOf(const std::array<double, 3>& vector)
+{
+  return std::hypot(vector[0], vector[1], vector[2]);
+}
+
+} // namespace
+
+LidarRays
+raysOf(const VoxelOutlierRemovalSettings& settings,
+       const io::VoxelGrid& grid,
+       const io::VoxelPosition& first)
+{
+  LidarRays rays;
+  const std::array<double, 3> at = {static_cast<double>(first.x),
+                                    static_cast<double>(first.y),
+                                    static_cast<double>(first.z)};
+  const std::array<double, 3> sensor = settings.sensor_position.value_or(rays.origin);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    rays.origin[axis] =
+        (sensor[axis] - grid.lowerCorner(axis)) / grid.resolution + at[axis];
+  rays.azimuth_step = settings.azimuth_step;
+  rays.elevation_step = settings.elevation_step;
+  return rays;
+}
+
+std::optional<LidarRays>
+raysOf(const io::PointImage& image, const io::VoxelPosition& first)
+{
+  if (!image.hasPixels() || image.rays.shape != io::RayShape::Spinning ||
+      image.rays.turns.empty())
+    return std::nullopt;
+  LidarRays rays;
+  const auto& turn = image.rays.turns[0];
+  rays.azimuth_step = std::abs(std::atan2(turn[1], turn[0]));
+  rays.elevation_step = elevationStep(image.rays.rows);
+  if (rays.azimuth_step <= 0.0 || rays.elevation_step <= 0.0)
+    return std::nullopt;
+  const std::array<double, 3> at = {static_cast<double>(first.x),
+                                    static_cast<double>(first.y),
+                                    static_cast<double>(first.z)};
+  std::array<double, 3> up;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    rays.origin[axis] =
+        static_cast<double>(image.rays.pose.origin[axis]) / 65536.0 + at[axis];
+    up[axis] = static_cast<double>(image.rays.pose.vectors[2][axis]) / fixed_one;
+  }
+  if (const double length = lengthOf(up); length > 0.5)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      rays.up[axis] = up[axis] / length;
+  return rays;
+}
+
+RayHits::RayHits(const LidarRays& rays,
+                 double resolution,
+                 unsigned int levels,
+                 double most)
+: rays_(rays)
+, resolution_(resolution)
+, width_(std::ldexp(1.0, static_cast<int>(levels)))
+, most_(most)
+{}
+
+double
+RayHits::mostWithoutPoints(unsigned int levels)
+{
+  return std::min(std::ldexp(16.0, 2 * static_cast<int>(levels)),
+                  static_cast<double>(DensityBlocks::most_points));
+}
+
+float
+RayHits::evidence(const io::VoxelPosition& coarse,
+                  std::int32_t own,
+                  std::int32_t near) const
+{
+  const std::array<double, 3> from = {(coarse.x + 0.5) * width_ - rays_.origin[0],
+                                      (coarse.y + 0.5) * width_ - rays_.origin[1],
+                                      (coarse.z + 0.5) * width_ - rays_.origin[2]};
+  const double distance = lengthOf(from); // voxels
+  const double height =
+      from[0] * rays_.up[0] + from[1] * rays_.up[1] + from[2] * rays_.up[2];
+  const double sine = distance > 0.0 ? std::min(std::abs(height) / distance, 1.0) : 0.0;
+  const double cosine = std::max(steepest_cosine, std::sqrt(1.0 - sine * sine));
+  const double range = std::max(nearest, distance * resolution_);
+  const auto hits = [&](double width, double most) { // of a surface across the rays
+    const double columns = width / (range * rays_.azimuth_step * cosine);
+    const double rows = width / (range * rays_.elevation_step);
+    return std::min(most, std::max(1.0, columns) * std::max(1.0, rows));
+  };
+  const double edge = width_ * resolution_;
+  return static_cast<float>(0.05 + 1.4 * own / hits(edge, most_) +
+                            18.0 * near / hits(5.0 * edge, neighbours * most_));
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
