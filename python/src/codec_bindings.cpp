@@ -240,6 +240,10 @@ addOutlierRemoval(py::module_& module)
       .def("score", &score, "decoder"_a)
       .def("reset",
            [](OutlierFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
+      .def("unit",
+           [](const OutlierFilter& outliers) {
+             return nameOf(density_units, withoutGil([&] { return outliers.unit(); }));
+           })
       .def("status", &statusOf<OutlierFilter>);
   py::class_<PointFilter>(module, "PointOutlierRemoval")
       .def(py::init([](const py::dict& settings) {

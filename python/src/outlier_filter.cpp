@@ -26,6 +26,13 @@ OutlierFilter::reset()
   removal_.reset();
 }
 
+DensityUnit
+OutlierFilter::unit() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return removal_.unit();
+}
+
 OutlierRemovalStatus
 OutlierFilter::status() const
 {

@@ -33,6 +33,10 @@ public:
   void
   reset();
 
+  /** \brief What the last frame was judged by. */
+  DensityUnit
+  unit() const;
+
   /** \brief Outcome of the last call. */
   OutlierRemovalStatus
   status() const;

@@ -215,6 +215,11 @@ readRemovalSettings(const py::dict& values)
   settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
   settings.unit = keywords.choice("unit", density_units);
   settings.full_intensity = static_cast<float>(keywords.number("full_intensity"));
+  if (keywords.isSet("sensor_position"))
+    settings.sensor_position = pointOf(keywords.numbers("sensor_position", 3));
+  settings.azimuth_step = keywords.number("azimuth_step");
+  settings.elevation_step = keywords.number("elevation_step");
+  settings.intensities_are_counts = keywords.flag("intensities_are_counts");
   settings.use_history = keywords.flag("use_history");
   settings.max_blocks = keywords.count("max_blocks", any_size);
   throwUnlessOk(checkSettings(settings));
@@ -269,6 +274,9 @@ defaultSettings()
                   "max_field_values"_a = limits.max_field_values,
                   "min_log_odds"_a = removal.min_log_odds,
                   "full_intensity"_a = removal.full_intensity,
+                  "azimuth_step"_a = removal.azimuth_step,
+                  "elevation_step"_a = removal.elevation_step,
+                  "intensities_are_counts"_a = removal.intensities_are_counts,
                   "use_history"_a = removal.use_history,
                   "max_blocks"_a = removal.max_blocks);
 }

@@ -37,6 +37,38 @@ def test_scores_decide_what_stays(random, min_log_odds, keep_point_counts):
         np.testing.assert_array_equal(kept, cloud[log_odds >= min_log_odds])
 
 
+@pytest.mark.parametrize("keep_point_counts", [False, True])
+def test_rays_begin_at_the_sensor(random, keep_point_counts):
+    encoder = pcl_ext.Encoder(0.04, law="count", keep_point_counts=keep_point_counts)
+    frame = encoder.encode(noisy_wall(random))
+    voxels = {}
+    for name, settings in {
+        "near": {},
+        "far": {"sensor_position": (0.0, 0.0, -60.0)},
+        "dense": {"azimuth_step": 0.001, "elevation_step": 0.001},
+        "counts": {"intensities_are_counts": True},
+    }.items():
+        removal = pcl_ext.OutlierRemoval("rays", **settings)
+        assert removal.unit == "rays"
+        decoder = pcl_ext.Decoder()
+        decoder.decode(frame)
+        voxels[name] = removal.score(decoder)
+        assert removal.status.ok and removal.status.message == ""
+    assert (voxels["far"] >= voxels["near"]).all()
+    assert (voxels["far"] > 0).all() and (voxels["near"] < 0).any()
+    assert (voxels["dense"] <= voxels["near"]).all()
+    same = np.array_equal(voxels["counts"], voxels["near"])
+    assert same == keep_point_counts
+
+
+def test_unit_is_that_of_the_last_frame(random):
+    removal = pcl_ext.OutlierRemoval()
+    assert removal.unit == "automatic"
+    frame = pcl_ext.Encoder(0.04, law="none").encode(noisy_wall(random))
+    pcl_ext.Decoder().decode(frame, outliers=removal)
+    assert removal.unit == "voxels"
+
+
 def test_removal_before_encoding_saves_bytes(random):
     cloud = noisy_wall(random)
     removal = pcl_ext.OutlierRemoval("points")

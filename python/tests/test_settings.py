@@ -158,6 +158,9 @@ def test_bad_limits(limits, error, message):
         ({"min_log_odds": "low"}, TypeError, "min_log_odds is 'low'"),
         ({"full_intensity": 0}, ValueError, "full_intensity is 0"),
         ({"use_history": 0}, TypeError, "use_history is 0"),
+        ({"azimuth_step": 0}, ValueError, "azimuth_step is 0"),
+        ({"elevation_step": 2}, ValueError, "elevation_step is 2"),
+        ({"sensor_position": (1, 2)}, ValueError, r"sensor_position is \(1, 2\)"),
         ({"max_blocks": -1}, ValueError, "max_blocks is -1"),
     ],
 )

@@ -76,7 +76,7 @@ const std::vector<Refusal> refused_by_decompressor{
     {streamWith("remove_outliers", "yes"),
      "in one entry; it must be a list in which each remove_outliers is true or false"},
     {streamWith("density_unit", "dots"),
-     "each density_unit is one of: automatic, faces, points, voxels"},
+     "each density_unit is one of: automatic, faces, points, voxels, rays"},
     {{{"streams", listOf({"/a"})}, {"min_intensity_of/a", "many"}},
      "~min_intensity_of/a is 'many'; it must be"},
     {{{"min_log_odd", 1}}, "Unknown parameter ~min_log_odd; known are: "},

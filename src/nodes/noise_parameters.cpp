@@ -36,7 +36,9 @@ describeNoiseParameters()
                     nameOf(density_units, removal.unit),
                     density_units,
                     "What outliers are judged by: faces for the quadratic law, points "
-                    "for counts of depth cameras, voxels for lidars.")};
+                    "for counts of depth cameras, rays for snow in clouds of lidars "
+                    "that are at the origin of their frame or have rows and columns, "
+                    "voxels for other noise of lidars.")};
 }
 
 } // namespace

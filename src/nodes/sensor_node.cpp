@@ -304,6 +304,18 @@ private:
     return {fault.empty() ? SensorNodeCode::Ok : SensorNodeCode::InvalidCloud, fault};
   }
 
+  /** \return number of voxels removed */
+  std::size_t
+  removeOutliersOf(io::VoxelFrame& frame)
+  {
+    VoxelOutlierRemoval& removal = *pipeline_->filters->outlier_removal;
+    const Eigen::Vector3d sensor(last_transform_->translation());
+    if (!settings_.outlier_removal->sensor_position)
+      removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
+    // checkSettings() has refused what the filter would.
+    return removal.filter(frame).removed;
+  }
+
   SensorNodeStatus
   encodePoints(const pcl::PCLHeader& header,
                std::size_t& outliers,
@@ -314,8 +326,7 @@ private:
         pipeline_->filters->points->batches(), *last_transform_, frame);
     if (status.ok()) {
       if (pipeline_->filters->outlier_removal && !judges_points_)
-        // checkSettings() has refused what the filter would.
-        outliers = pipeline_->filters->outlier_removal->filter(frame).removed;
+        outliers = removeOutliersOf(frame);
       status = pipeline_->encoder.filterOverTime(frame);
     }
     if (status.ok()) {

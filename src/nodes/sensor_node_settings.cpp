@@ -44,10 +44,10 @@ outlierRemovalFault(const SensorNodeSettings& settings)
   if (removal.unit == DensityUnit::Faces || removal.unit == DensityUnit::Points) {
     if (settings.law == IntensityLaw::Native)
       return "outlier_removal.unit is Faces or Points and law is Native, whose "
-             "intensities are neither; choose Automatic or Voxels";
+             "intensities are neither; choose Automatic, Voxels or Rays";
     if (settings.law == IntensityLaw::None)
       return "outlier_removal.unit is Faces or Points and law is None, which has no "
-             "intensities; choose Automatic or Voxels";
+             "intensities; choose Automatic, Voxels or Rays";
   }
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
     return "outlier_removal: " + status.message();
@@ -85,6 +85,7 @@ removalSettings(const SensorNodeSettings& settings)
   // A frame alone may not say what its intensities are.
   if (removal.unit == DensityUnit::Automatic)
     removal.unit = densityUnitOf(settings.law);
+  removal.intensities_are_counts |= settings.law == IntensityLaw::Count;
   return removal;
 }
 

@@ -42,7 +42,9 @@ elevationStep(const std::vector<io::RayRow>& rows)
 double
 lengthOf(const std::array<double, 3>& vector)
 {
-  return std::hypot(vector[0], vector[1], vector[2]);
+  // Not std::hypot, of which libraries have several.
+  return std::sqrt(vector[0] * vector[0] + vector[1] * vector[1] +
+                   vector[2] * vector[2]);
 }
 
 } // namespace

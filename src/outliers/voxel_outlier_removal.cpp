@@ -85,6 +85,12 @@ public:
   }
 
   void
+  setSensorPosition(const std::array<double, 3>& position)
+  {
+    settings_.sensor_position = position;
+  }
+
+  void
   reset()
   {
     positions_.clear(); // so that learn() starts without a history
@@ -393,6 +399,12 @@ OutlierRemovalStatus
 VoxelOutlierRemoval::score(const io::VoxelFrame& frame, std::vector<float>& log_odds)
 {
   return implementation_->score(frame, log_odds);
+}
+
+void
+VoxelOutlierRemoval::setSensorPosition(const std::array<double, 3>& position)
+{
+  implementation_->setSensorPosition(position);
 }
 
 void

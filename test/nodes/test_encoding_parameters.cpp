@@ -323,7 +323,8 @@ TEST(NoiseParameters, EachChangesTheSettingThatItNames)
            {"automatic", DensityUnit::Automatic},
            {"faces", DensityUnit::Faces},
            {"points", DensityUnit::Points},
-           {"voxels", DensityUnit::Voxels}}) {
+           {"voxels", DensityUnit::Voxels},
+           {"rays", DensityUnit::Rays}}) {
     const NoiseSettings settings = readNoiseParameters(
         {{"remove_outliers", true}, {"min_log_odds", 2.5}, {"density_unit", word}});
     ASSERT_TRUE(settings.outlier_removal) << word;

@@ -268,7 +268,7 @@ TEST(NoiseParameters, OtherValuesAreRefused)
             "remove_outliers is 'yes'; it must be true or false");
   EXPECT_EQ(refusal_of("density_unit", "dots"),
             "density_unit is 'dots'; it must be one of: automatic, faces, points, "
-            "voxels");
+            "voxels, rays");
 }
 
 TEST(NodeParameters, AListMayBeItsText)

@@ -126,19 +126,54 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
       "removed");
 }
 
+TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
+{
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
+  nodes::SensorNode plain(settings);
+  settings.outlier_removal.emplace().unit = DensityUnit::Rays;
+  nodes::SensorNode filtering(settings);
+  settings.outlier_removal->sensor_position = {0.0, 0.0, 50.0};
+  nodes::SensorNode elsewhere(settings);
+  VoxelOutlierRemovalSettings removal_settings;
+  removal_settings.unit = DensityUnit::Rays;
+  removal_settings.intensities_are_counts = true;
+  CellCamera camera;
+  io::FrameDecoder decoder;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    WorldPose pose = camera.pose();
+    pose.pretranslate(Eigen::Vector3d(0.3 * i, 0.0, 0.0)); // the sensor moves
+    const pcl::PCLPointCloud2 cloud = messageOf(camera.capture(i));
+    const io::VoxelFrame frame = decodedWith(decoder, encoded(plain, cloud, pose));
+    encoded(filtering, cloud, pose);
+    encoded(elsewhere, cloud, pose);
+    const auto removedFrom = [&](const std::array<double, 3>& position) {
+      removal_settings.sensor_position = position;
+      io::VoxelFrame voxels = frame;
+      return VoxelOutlierRemoval(removal_settings).filter(voxels).removed;
+    };
+    const auto& at = pose.translation();
+    const std::size_t removed = removedFrom({at.x(), at.y(), at.z()});
+    EXPECT_GT(removed, 0u);
+    EXPECT_EQ(filtering.statistics().outliers_removed, removed);
+    EXPECT_EQ(elsewhere.statistics().outliers_removed, removedFrom({0.0, 0.0, 50.0}));
+    EXPECT_NE(elsewhere.statistics().outliers_removed, removed);
+  }
+}
+
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 {
   const std::pair<IntensityLaw, std::string> cases[] = {
       {IntensityLaw::Native,
        "outlier_removal.unit is Faces or Points and law is Native, whose "
-       "intensities are neither; choose Automatic or Voxels"},
+       "intensities are neither; choose Automatic, Voxels or Rays"},
       {IntensityLaw::None,
        "outlier_removal.unit is Faces or Points and law is None, which has no "
-       "intensities; choose Automatic or Voxels"}};
+       "intensities; choose Automatic, Voxels or Rays"}};
   for (const auto& [law, message] : cases) {
     nodes::SensorNodeSettings settings = outlierSettingsOf(law);
     settings.outlier_removal.emplace();
-    for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Voxels}) {
+    for (const DensityUnit unit :
+         {DensityUnit::Automatic, DensityUnit::Voxels, DensityUnit::Rays}) {
       settings.outlier_removal->unit = unit;
       EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
     }

@@ -207,6 +207,19 @@ TEST(RayOutlierRemoval, SensorIsAtTheOriginUnlessSet)
   expectScores(removal, frame, lidar, Counts::Points);
 }
 
+TEST(RayOutlierRemoval, SensorMayMove)
+{
+  std::mt19937_64 random(40);
+  Lidar lidar;
+  VoxelOutlierRemoval removal(settingsOf(lidar, Counts::Points));
+  for (int i = 0; i < 3; ++i) {
+    const io::VoxelFrame frame = randomFrame(random, 0.1, Counts::Points);
+    expectScores(removal, frame, lidar, Counts::Points);
+    lidar.position = {4.0 * i, -3.0, 1.0};
+    removal.setSensorPosition(lidar.position);
+  }
+}
+
 TEST(RayOutlierRemoval, SensorMayBeInTheMiddleOfAVoxelOrFarAway)
 {
   for (const double edge : {0.005, 0.1}) {

@@ -130,6 +130,70 @@ TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
   EXPECT_NE(unknown.errors.find("--unit points"), std::string::npos);
 }
 
+/** \brief A room with noise away from its surfaces. */
+std::vector<pcl::PointCloud<pcl::PointXYZI>>
+snowyRoom(int count)
+{
+  auto clouds = roomClouds(count);
+  std::mt19937_64 random(6);
+  for (auto& cloud : clouds)
+    for (int i = 0; i < 50; ++i) {
+      pcl::PointXYZI point;
+      point.x = io::test::uniform(random, -1.0, 1.0);
+      point.y = io::test::uniform(random, -1.0, 1.0);
+      point.z = io::test::uniform(random, 0.2, 1.2);
+      cloud.push_back(point);
+    }
+  return clouds;
+}
+
+TEST(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", snowyRoom(2));
+  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
+  const ProgramRun by_pose =
+      expectRun(folder, "decode x.mcap -o a --remove-outliers --unit rays");
+  EXPECT_NE(by_pose.output.find("of the voxels left out, judged by rays"),
+            std::string::npos);
+  EXPECT_EQ(by_pose.errors, "");
+  expectRun(folder,
+            "decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
+  expectRun(folder,
+            "decode x.mcap -o c --remove-outliers --unit rays --sensor-position 0,9,9");
+  EXPECT_EQ(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "b/000001.pcd"));
+  EXPECT_NE(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "c/000001.pcd"));
+  EXPECT_NE(expectRun(folder, "decode x.mcap -o d --remove-outliers")
+                .output.find("of the voxels left out, judged by points"),
+            std::string::npos);
+  expectFailure(folder,
+                "decode x.mcap -o e --remove-outliers --sensor-position 4,1",
+                2,
+                "sensor-position");
+  expectFailure(folder, "decode x.mcap -o e --sensor-position 4,1,2", 2, "requires");
+}
+
+TEST(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", snowyRoom(2));
+  for (const char* law : {"none", "native"}) {
+    expectRun(folder,
+              std::string("encode room -o x.mcap --overwrite -r 0.05 --law ") + law);
+    const ProgramRun automatic =
+        run(folder, std::string("decode x.mcap --remove-outliers -o ") + law);
+    EXPECT_EQ(automatic.status, 0);
+    EXPECT_NE(automatic.output.find("judged by voxels"), std::string::npos);
+    EXPECT_NE(automatic.errors.find("left out: of a lidar, --unit rays finds snow"),
+              std::string::npos)
+        << automatic.errors;
+  }
+  // Named, it says nothing.
+  EXPECT_EQ(
+      expectRun(folder, "decode x.mcap -o rays --remove-outliers --unit rays").errors,
+      "");
+}
+
 TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
 {
   const TestFolder folder;

@@ -243,6 +243,12 @@ public:
   OutlierRemovalStatus
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds);
 
+  /** \brief Moves the lidar: sets sensor_position for the next frames.
+   * \param[in] position in world coordinates, metres, finite
+   */
+  void
+  setSensorPosition(const std::array<double, 3>& position);
+
   /** \brief Drops the history, as at the start of a stream. */
   void
   reset();

@@ -53,7 +53,8 @@ struct SensorNodeSettings {
    * With the unit Automatic the clouds of a lidar that turns lose points that are noise in
    * the air, see PointOutlierRemoval, with these min_log_odds and use_history; all others
    * lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to judge voxels
-   * in any case. */
+   * in any case. Without a sensor_position it is that of the cloud's transform;
+   * intensities of the law Count are numbers of points. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Code the stamp of the cloud and global_frame; not in the published

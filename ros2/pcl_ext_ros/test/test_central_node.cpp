@@ -274,7 +274,7 @@ TEST_F(CentralNodeTest, WrongValuesAreRefusedWithTheReason)
   start({});
   EXPECT_EQ(set("density_unit", rclcpp::ParameterValue("litres")),
             "density_unit is 'litres'; it must be one of: automatic, faces, points, "
-            "voxels");
+            "voxels, rays");
   const std::string own = "kinect_1.points.pcl_ext.remove_outliers";
   EXPECT_EQ(set(own, rclcpp::ParameterValue(1)),
             "kinect_1.points.pcl_ext.remove_outliers is 1; it must be true or false");

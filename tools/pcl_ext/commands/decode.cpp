@@ -165,6 +165,21 @@ private:
       ++empty_;
   }
 
+  /** \brief What outliers were judged by: the units of the streams. */
+  std::string
+  judgedBy() const
+  {
+    std::string text;
+    for (const auto& [unit, name] : density_units)
+      if (std::any_of(decoders_.begin(),
+                      decoders_.end(),
+                      [chosen = unit](const StreamDecoder& decoder) {
+                        return decoder.judgedBy() == chosen;
+                      }))
+        text += std::string(text.empty() ? ", judged by " : " and ") + name;
+    return text;
+  }
+
   /** \param[in] ending what became of what was there before */
   void
   printSummary(const std::string& ending)
@@ -183,7 +198,7 @@ private:
               formatted(100.0 * static_cast<double>(removed_) /
                             static_cast<double>(std::max<std::size_t>(decoded_, 1)),
                         1) +
-              " % of the voxels left out";
+              " % of the voxels left out" + judgedBy();
     if (other_messages_ > 0)
       line += ", " + counted(other_messages_, "other message") + " passed through";
     if (lost_ > 0)

@@ -2,6 +2,7 @@
 
 #include "options/encoding_options.h"
 #include "options/options.h"
+#include "options/text_values.h"
 
 #include <algorithm>
 
@@ -34,10 +35,20 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options)
   app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
       ->check(refuseNan)
       ->type_name("I");
-  addOutlierRemoval(app,
-                    "leave out noise, as VoxelOutlierRemoval finds it",
-                    options.removes_outliers,
-                    options.unit);
+  CLI::Option* const removal =
+      addOutlierRemoval(app,
+                        "leave out noise, as VoxelOutlierRemoval finds it",
+                        options.removes_outliers,
+                        options.unit);
+  addParsed(
+      app,
+      "--sensor-position",
+      "X,Y,Z",
+      "of a lidar, metres, for --unit rays (that of the recorded pose, else 0,0,0)",
+      [&options](const std::string& text) {
+        options.sensor_position = parsePosition("sensor-position", text);
+      })
+      ->needs(removal);
   addLimits(app, options.limits);
 }
 

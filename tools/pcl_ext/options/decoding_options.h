@@ -5,6 +5,7 @@
 
 #include <CLI/App.hpp>
 
+#include <array>
 #include <optional>
 
 namespace pcl_ext {
@@ -16,6 +17,8 @@ struct DecodingOptions {
   std::optional<float> min_intensity;      ///< voxels below are left out
   bool removes_outliers = false;
   DensityUnit unit = DensityUnit::Automatic;
+  /** \brief Of the lidar, world coordinates, metres; none: that of the stream's pose. */
+  std::optional<std::array<double, 3>> sensor_position;
 };
 
 /** \brief Adds what is done with decoded voxels. */

@@ -83,7 +83,7 @@ textOf(std::initializer_list<double> numbers)
 
 } // namespace
 
-void
+CLI::Option*
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,
@@ -91,8 +91,9 @@ addOutlierRemoval(CLI::App& app,
 {
   CLI::Option* const removal =
       app.add_flag("--remove-outliers", removes_outliers, description);
-  addChoice(app, "--unit", density_units, unit, "for --remove-outliers; lidars: voxels")
+  addChoice(app, "--unit", density_units, unit, "for --remove-outliers; lidars: rays")
       ->needs(removal);
+  return removal;
 }
 
 io::EncoderSettings

@@ -16,8 +16,10 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Adds --remove-outliers, and --unit, which needs it. */
-void
+/** \brief Adds --remove-outliers, and --unit, which needs it.
+ * \return --remove-outliers
+ */
+CLI::Option*
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,

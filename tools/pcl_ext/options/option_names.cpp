@@ -19,7 +19,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"origin is", "--origin is"},
     {"is Faces or Points and law is Native", "is faces or points and --law is native"},
     {"is Faces or Points and law is None", "is faces or points and --law is none"},
-    {"choose Automatic or Voxels", "choose automatic or voxels"},
+    {"choose Automatic, Voxels or Rays", "choose automatic, voxels or rays"},
     {"settings.effort", "--effort"},
     {"i_frame_rate", "--i-frame-rate"},
     {"colour_bits", "--colour-bits"},

@@ -1,10 +1,13 @@
 #include "streams/stream_decoder.h"
 
+#include "console/exit_status.h"
 #include "inputs/stream_metadata.h"
 #include "options/text_values.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
+#include <vector>
 
 namespace pcl_ext {
 namespace tools {
@@ -26,6 +29,27 @@ reasonOf(const io::CompressionStatus& status)
   return reason;
 }
 
+namespace {
+
+/** \brief Position of a stream's sensor, if the recording tells. */
+std::optional<std::array<double, 3>>
+positionOf(const StreamMetadata& metadata)
+{
+  const auto found = metadata.find(pose_metadata);
+  if (found == metadata.end())
+    return std::nullopt;
+  try {
+    const std::vector<double> pose = parseNumbers(pose_metadata, found->second);
+    return pose.size() == 7 ? std::optional(std::array{pose[0], pose[1], pose[2]})
+                            : std::nullopt;
+  }
+  catch (const UsageError&) {
+    return std::nullopt;
+  }
+}
+
+} // namespace
+
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              std::size_t stream,
                              const std::string& name,
@@ -33,21 +57,47 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 : decoder_(reader, stream, options.limits)
 , name_(name)
 , min_intensity_(options.min_intensity)
+, law_(lawOf(reader.streams()[stream].metadata))
+, is_automatic_(options.unit == DensityUnit::Automatic)
 {
   if (!options.removes_outliers)
     return;
-  VoxelOutlierRemovalSettings settings;
+  VoxelOutlierRemovalSettings& settings = removal_settings_.emplace();
   settings.unit = options.unit;
-  const std::optional<IntensityLaw> law = lawOf(reader.streams()[stream].metadata);
-  if (settings.unit == DensityUnit::Automatic && law) {
-    settings.unit = densityUnitOf(*law);
-    knows_densities_ = settings.unit != DensityUnit::Voxels;
-  }
-  else if (settings.unit == DensityUnit::Automatic)
-    remark_ = name_ +
-              ": the recording does not tell what its intensities are; of counts "
-              "of a depth camera --unit points removes more outliers";
+  settings.intensities_are_counts = law_ == IntensityLaw::Count;
+  settings.sensor_position = options.sensor_position
+                                 ? options.sensor_position
+                                 : positionOf(reader.streams()[stream].metadata);
+}
+
+void
+StreamDecoder::makeRemoval()
+{
+  VoxelOutlierRemovalSettings settings = *removal_settings_;
+  // The image of a lidar tells more than its law.
+  const bool is_lidar =
+      voxels_.image.hasPixels() && voxels_.image.rays.shape == io::RayShape::Spinning;
+  if (is_automatic_ && !is_lidar && law_)
+    settings.unit = densityUnitOf(*law_);
+  else if (is_automatic_ && !is_lidar)
+    remark_ = name_ + ": the recording does not tell what its intensities are; of "
+                      "counts of a depth camera --unit points removes more outliers, "
+                      "of a lidar --unit rays";
   removal_.emplace(settings);
+}
+
+void
+StreamDecoder::removeOutliers(std::size_t number)
+{
+  if (!removal_)
+    makeRemoval();
+  const OutlierRemovalStatus removed = removal_->filter(voxels_);
+  has_intensities_ &= voxels_.hasIntensities();
+  judged_ += removed.ok() ? decoded_voxels_ : 0;
+  removed_ += removed.removed;
+  if (!removed.ok() && !std::exchange(outliers_stay_, true))
+    remark_ = name_ + ", frame " + std::to_string(number) +
+              ": outliers stay: " + removed.message();
 }
 
 io::CompressionStatus
@@ -57,33 +107,44 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   if (!status.ok())
     return status;
   decoded_voxels_ = voxels_.size();
-  if (removal_) {
-    const OutlierRemovalStatus removed = removal_->filter(voxels_);
-    knows_densities_ &= voxels_.intensity_scale.bits > 0;
-    judged_ += removed.ok() ? decoded_voxels_ : 0;
-    removed_ += removed.removed;
-    if (!removed.ok() && !std::exchange(outliers_stay_, true))
-      remark_ = name_ + ", frame " + std::to_string(frame.number) +
-                ": outliers stay: " + removed.message();
-  }
+  if (removal_settings_)
+    removeOutliers(frame.number);
   if (min_intensity_)
     removeVoxelsBelow(voxels_, *min_intensity_);
   return status;
+}
+
+std::optional<DensityUnit>
+StreamDecoder::judgedBy() const
+{
+  return judged_ > 0 ? std::optional(removal_->unit()) : std::nullopt;
 }
 
 std::string
 StreamDecoder::remark() const
 {
   constexpr std::size_t hardly_any = 1000; // one of so many
-  if (outliers_stay_ || knows_densities_)
+  if (outliers_stay_)
     return remark_;
-  if (hardly_any * removed_ >= judged_)
+  const std::optional<DensityUnit> unit = judgedBy();
+  const bool may_be_lidar =
+      unit == DensityUnit::Voxels || (unit == DensityUnit::Points && is_automatic_);
+  if (!may_be_lidar)
     return {};
-  return name_ + ": " + counted(removed_, "voxel") + " of " +
-         counted(judged_, "voxel") +
-         " left out: the recording does not tell how many points a voxel had, so that "
-         "only voxels that are seldom occupied are noise; it does where it was encoded "
-         "with --law count or --law quadratic";
+  if (!remark_.empty())
+    return remark_;
+  const bool knows_densities =
+      has_intensities_ && (unit == DensityUnit::Points || !is_automatic_);
+  if (hardly_any * removed_ >= judged_ || (knows_densities && !is_automatic_))
+    return {};
+  const std::string line =
+      name_ + ": " + counted(removed_, "voxel") + " of " + counted(judged_, "voxel") +
+      " left out: of a lidar, --unit rays finds snow, rain and dust";
+  return knows_densities || voxels_.has_point_counts
+             ? line
+             : line + "; the recording does not tell how many points a voxel had, so "
+                      "that only voxels that are seldom occupied are noise; it does "
+                      "where it was encoded with --law count or --law quadratic";
 }
 
 } // namespace tools

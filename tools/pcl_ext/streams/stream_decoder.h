@@ -45,20 +45,35 @@ public:
     return decoded_voxels_;
   }
 
+  /** \brief What outliers are judged by, once some were. */
+  std::optional<DensityUnit>
+  judgedBy() const;
+
   /** \brief Why outliers were not removed from some frame, or hardly any; empty if
    * there is nothing to say. */
   std::string
   remark() const;
 
 private:
+  /** \brief Makes the filter for a stream that begins with voxels_. */
+  void
+  makeRemoval();
+
+  /** \brief Removes outliers from voxels_. */
+  void
+  removeOutliers(std::size_t number);
+
   recording::RecordedStreamDecoder decoder_;
   std::string name_;
   std::optional<float> min_intensity_;
+  std::optional<VoxelOutlierRemovalSettings> removal_settings_; // none: outliers stay
+  std::optional<IntensityLaw> law_; // that the recording tells
   std::optional<VoxelOutlierRemoval> removal_;
   io::VoxelFrame voxels_;
   std::size_t decoded_voxels_ = 0;
   bool outliers_stay_ = false; // of some frame
-  bool knows_densities_ = true;
+  bool is_automatic_ = false;  // the unit was not named
+  bool has_intensities_ = true;
   std::size_t judged_ = 0;  // voxels
   std::size_t removed_ = 0; // of these
   std::string remark_;

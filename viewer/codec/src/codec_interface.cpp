@@ -334,7 +334,13 @@ filterSettings(std::uint32_t unit,
                float min_log_odds,
                float full_intensity,
                std::uint32_t use_history,
-               std::uint32_t max_blocks)
+               std::uint32_t max_blocks,
+               double x,
+               double y,
+               double z,
+               double azimuth_step,
+               double elevation_step,
+               std::uint32_t intensities_are_counts)
 {
   VoxelOutlierRemovalSettings settings;
   settings.unit = static_cast<DensityUnit>(unit);
@@ -342,6 +348,10 @@ filterSettings(std::uint32_t unit,
   settings.full_intensity = full_intensity;
   settings.use_history = use_history != 0;
   settings.max_blocks = max_blocks;
+  settings.sensor_position = {x, y, z};
+  settings.azimuth_step = azimuth_step;
+  settings.elevation_step = elevation_step;
+  settings.intensities_are_counts = intensities_are_counts != 0;
   return settings;
 }
 
@@ -353,10 +363,25 @@ checkOutlierFilter(std::uint32_t unit,
                    float min_log_odds,
                    float full_intensity,
                    std::uint32_t use_history,
-                   std::uint32_t max_blocks)
+                   std::uint32_t max_blocks,
+                   double x,
+                   double y,
+                   double z,
+                   double azimuth_step,
+                   double elevation_step,
+                   std::uint32_t intensities_are_counts)
 {
-  results().outcome = outcomeOf(checkSettings(
-      filterSettings(unit, min_log_odds, full_intensity, use_history, max_blocks)));
+  results().outcome = outcomeOf(checkSettings(filterSettings(unit,
+                                                             min_log_odds,
+                                                             full_intensity,
+                                                             use_history,
+                                                             max_blocks,
+                                                             x,
+                                                             y,
+                                                             z,
+                                                             azimuth_step,
+                                                             elevation_step,
+                                                             intensities_are_counts)));
   return &results().outcome;
 }
 
@@ -366,10 +391,25 @@ createOutlierFilter(std::uint32_t unit,
                     float min_log_odds,
                     float full_intensity,
                     std::uint32_t use_history,
-                    std::uint32_t max_blocks)
+                    std::uint32_t max_blocks,
+                    double x,
+                    double y,
+                    double z,
+                    double azimuth_step,
+                    double elevation_step,
+                    std::uint32_t intensities_are_counts)
 {
-  return new VoxelOutlierRemoval(
-      filterSettings(unit, min_log_odds, full_intensity, use_history, max_blocks));
+  return new VoxelOutlierRemoval(filterSettings(unit,
+                                                min_log_odds,
+                                                full_intensity,
+                                                use_history,
+                                                max_blocks,
+                                                x,
+                                                y,
+                                                z,
+                                                azimuth_step,
+                                                elevation_step,
+                                                intensities_are_counts));
 }
 
 EXPORTED(destroy_outlier_filter)

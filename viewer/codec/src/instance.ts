@@ -19,8 +19,21 @@ export type Address = number;
 export type LimitValues = readonly [number, number, number, number];
 
 /** Settings of a filter as the module takes them: unit, least log-odds, full intensity,
- * whether history is used, most blocks. */
-export type FilterValues = readonly [number, number, number, number, number];
+ * whether history is used, most blocks; x, y, z of a lidar, steps of azimuth and elevation,
+ * whether intensities are counts. */
+export type FilterValues = readonly [
+  unit: number,
+  minLogOdds: number,
+  fullIntensity: number,
+  useHistory: number,
+  maxBlocks: number,
+  x: number,
+  y: number,
+  z: number,
+  azimuthStep: number,
+  elevationStep: number,
+  intensitiesAreCounts: number,
+];
 
 /** What the module exports. */
 interface Exports {

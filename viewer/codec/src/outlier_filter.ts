@@ -9,6 +9,10 @@ export function filterValues(settings: OutlierFilterSettings): FilterValues {
     unit = "automatic",
     minLogOdds = 0,
     fullIntensity = 255,
+    sensorPosition = [0, 0, 0],
+    azimuthStep = 0.0035,
+    elevationStep = 0.007,
+    intensitiesAreCounts = false,
     useHistory = true,
     maxBlocks = 2 ** 17,
   } = settings;
@@ -19,7 +23,20 @@ export function filterValues(settings: OutlierFilterSettings): FilterValues {
     );
   const unitNumber = densityUnits.indexOf(unit);
   if (unitNumber < 0) throw new CodecError("InvalidSettings", `unknown unit ${String(unit)}`);
-  return [unitNumber, minLogOdds, fullIntensity, useHistory ? 1 : 0, maxBlocks];
+  const [x, y, z] = sensorPosition;
+  return [
+    unitNumber,
+    minLogOdds,
+    fullIntensity,
+    useHistory ? 1 : 0,
+    maxBlocks,
+    x,
+    y,
+    z,
+    azimuthStep,
+    elevationStep,
+    intensitiesAreCounts ? 1 : 0,
+  ];
 }
 
 /** Tells noise from surfaces in the voxels of one stream, by their neighbourhood in this and

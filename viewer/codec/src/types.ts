@@ -214,12 +214,13 @@ export interface FrameDescription {
 
 /** What the filter of outliers derives densities from, see `DensityUnit` of the library:
  * "faces" for the quadratic law of intensity, "points" for counts of depth cameras,
- * "voxels" for lidars, native intensities or none; "automatic" is "faces" from the first
- * frame with a depth model on, else "voxels". */
+ * "rays" for snow, rain and dust in frames of lidars, "voxels" for native intensities or
+ * none; "automatic" is "faces" from the first frame with a depth model on, else "rays" from
+ * the first frame on that has the rows and columns of a lidar, else "voxels". */
 export type DensityUnit = (typeof densityUnits)[number];
 
 /** Names of DensityUnit, in its order. */
-export const densityUnits = ["automatic", "faces", "points", "voxels"] as const;
+export const densityUnits = ["automatic", "faces", "points", "voxels", "rays"] as const;
 
 /** See `VoxelOutlierRemovalSettings` of the library. */
 export interface OutlierFilterSettings {
@@ -230,6 +231,17 @@ export interface OutlierFilterSettings {
   /** Intensity of a completely covered voxel face, for "faces", until a frame has a depth
    * model. Finite, above 0; default: 255. */
   readonly fullIntensity?: number;
+  /** Position of the lidar in the coordinates of the voxels, metres, finite, for "rays", as
+   * the next three; frames with rows and columns of a lidar have it themselves, and the
+   * angles. Default: [0, 0, 0]. */
+  readonly sensorPosition?: readonly [number, number, number];
+  /** Angles between rays of a row, and between rows, radians, 0.0001 to 1. Default: 0.0035
+   * and 0.007, which are 0.2 and 0.4 degrees. */
+  readonly azimuthStep?: number;
+  readonly elevationStep?: number;
+  /** Intensities are numbers of points (law count); used where frames have none themselves.
+   * Else each voxel counts as one point. Default: false. */
+  readonly intensitiesAreCounts?: boolean;
   /** Also use the voxels of previous frames. Default: true. */
   readonly useHistory?: boolean;
   /** Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes each.

@@ -8,7 +8,7 @@ import { data, framesOf, loadCodec, stream, streamNames } from "./files.mjs";
 import { buildReference } from "./reference.mjs";
 
 const program = buildReference();
-const units = ["automatic", "faces", "points", "voxels"];
+const units = ["automatic", "faces", "points", "voxels", "rays"];
 
 /** Reads what the program wrote. */
 function readDump(bytes) {
