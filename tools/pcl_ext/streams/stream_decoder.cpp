@@ -123,10 +123,18 @@ StreamDecoder::judgedBy() const
 std::string
 StreamDecoder::remark() const
 {
-  constexpr std::size_t hardly_any = 1000; // one of so many
   if (outliers_stay_)
     return remark_;
   const std::optional<DensityUnit> unit = judgedBy();
+  constexpr std::size_t hardly_any = 1000; // one of so many
+  constexpr double fine = 0.05;            // metres
+  const bool removes_hardly_any = hardly_any * removed_ < judged_;
+  const std::string counts = name_ + ": " + counted(removed_, "voxel") + " of " +
+                             counted(judged_, "voxel") + " left out: ";
+  if (unit == DensityUnit::Rays && removes_hardly_any && voxels_.grid.resolution < fine)
+    return counts +
+           "in voxels below 0.05 m rays hardly tell noise from surfaces; encode "
+           "with larger ones, or with --remove-outliers, which judges points";
   const bool may_be_lidar =
       unit == DensityUnit::Voxels || (unit == DensityUnit::Points && is_automatic_);
   if (!may_be_lidar)
@@ -135,11 +143,9 @@ StreamDecoder::remark() const
     return remark_;
   const bool knows_densities =
       has_intensities_ && (unit == DensityUnit::Points || !is_automatic_);
-  if (hardly_any * removed_ >= judged_ || (knows_densities && !is_automatic_))
+  if (!removes_hardly_any || (knows_densities && !is_automatic_))
     return {};
-  const std::string line =
-      name_ + ": " + counted(removed_, "voxel") + " of " + counted(judged_, "voxel") +
-      " left out: of a lidar, --unit rays finds snow, rain and dust";
+  const std::string line = counts + "of a lidar, --unit rays finds snow, rain and dust";
   return knows_densities || voxels_.has_point_counts
              ? line
              : line + "; the recording does not tell how many points a voxel had, so "
