@@ -139,7 +139,7 @@ StreamDecoder::remark() const
       unit == DensityUnit::Voxels || (unit == DensityUnit::Points && is_automatic_);
   if (!may_be_lidar)
     return {};
-  if (!remark_.empty())
+  if (!remark_.empty() && has_intensities_)
     return remark_;
   const bool knows_densities =
       has_intensities_ && (unit == DensityUnit::Points || !is_automatic_);
