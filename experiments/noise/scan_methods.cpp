@@ -43,13 +43,11 @@ rangeMethod()
   });
 }
 
-/** \brief VoxelOutlierRemoval, with the numbers of points for the unit Points. */
+/** \brief VoxelOutlierRemoval, with the numbers of points for the units Points and
+ * Rays. */
 ScanMethod
-removalMethod(const std::string& name, DensityUnit unit, bool use_history)
+removalMethod(const std::string& name, const VoxelOutlierRemovalSettings& settings)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = unit;
-  settings.use_history = use_history;
   return voxelMethod(
       name,
       [settings](double) {
@@ -59,6 +57,26 @@ removalMethod(const std::string& name, DensityUnit unit, bool use_history)
         };
       },
       {0.0f, 1.0f, 2.0f});
+}
+
+VoxelOutlierRemovalSettings
+settingsOf(DensityUnit unit, bool use_history = true)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = unit;
+  settings.use_history = use_history;
+  return settings;
+}
+
+VoxelOutlierRemovalSettings
+settingsOf(const RaySteps& steps)
+{
+  constexpr double degree = 0.017453292519943295;
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Rays);
+  settings.azimuth_step = degree * steps.azimuth;
+  settings.elevation_step = degree * steps.ring;
+  settings.intensities_are_counts = true;
+  return settings;
 }
 
 /** \brief PointOutlierRemoval on the cloud, with its rows if it has them. */
@@ -166,9 +184,11 @@ scanMethods(const RaySteps& steps)
   std::vector<ScanMethod> methods = {
       intensityMethod(),
       rangeMethod(),
-      removalMethod("filter on voxels", DensityUnit::Voxels, true),
-      removalMethod("filter on voxels without history", DensityUnit::Voxels, false),
-      removalMethod("filter on counts", DensityUnit::Points, true),
+      removalMethod("filter on voxels", settingsOf(DensityUnit::Voxels)),
+      removalMethod("filter on voxels without history",
+                    settingsOf(DensityUnit::Voxels, false)),
+      removalMethod("filter on counts", settingsOf(DensityUnit::Points)),
+      removalMethod("filter on rays", settingsOf(steps)),
       pointRemovalMethod("filter on points", true),
       pointRemovalMethod("filter on points without history", false)};
   for (const double multiplier : {3.0, 6.0, 10.0, 20.0})

@@ -184,8 +184,8 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * The voxels of a surface have neighbours of the same surface, each about as dense as
  * its face is covered; a flying pixel has few neighbours, with a point or two each. The
  * log-odds of surface against noise follow from the densities around a voxel in three
- * shells, with Rays from the points in it and around it, see doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by
- * the coarse voxels that contain them.
+ * shells, with Rays from the points in it and around it, see doc/outlier_removal.md.
+ * Voxels finer than min_judged_edge are judged by the coarse voxels that contain them.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
  * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up
