@@ -80,6 +80,7 @@ private:
   std::vector<LidarPoint> points_;
   LidarRows rows_;
   std::uint32_t width_ = 0;
+  std::size_t width_points_ = 0; // of the cloud that it is of
   std::vector<float> ranges_;
   std::vector<std::uint32_t> pixels_;
   // Points row after row, by azimuth; and where those of each direction begin.

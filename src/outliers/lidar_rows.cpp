@@ -8,6 +8,7 @@
 #include <functional>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -56,17 +57,30 @@ slopesBetweenRows(std::vector<float>& slopes)
   return between;
 }
 
-/** \brief The squares of the differences of slopes from their mean. */
-class MeanSlope {
+/** \brief Sine of the elevation: single points near the axis, whose slopes are huge, count
+ * no more than others. */
+double
+sineOf(float slope)
+{
+  const auto exact = static_cast<double>(slope);
+  return exact / std::sqrt(1.0 + exact * exact);
+}
+
+/** \brief The squares of the differences of sines of elevations from their mean. */
+class MeanSine {
 public:
   void
-  add(float slope)
+  add(double sine)
   {
-    // Nearly vertical rays tell nothing.
-    const double bounded = std::clamp(static_cast<double>(slope), -10.0, 10.0);
     count_ += 1.0;
-    sum_ += bounded;
-    sum_of_squares_ += bounded * bounded;
+    sum_ += sine;
+    sum_of_squares_ += sine * sine;
+  }
+
+  double
+  count() const
+  {
+    return count_;
   }
 
   double
@@ -90,10 +104,12 @@ LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& dire
   count_ = 0;
   const bool is_organised = points.image.width > 1 && points.image.height > 1;
   const std::optional<std::size_t> ring = io::findRing(points.fields);
-  if (is_organised)
-    readImage(points);
+  if (is_organised) {
+    if (!readImage(points))
+      return false;
+  }
   else if (ring) {
-    if (!readRings(points.fields[*ring]))
+    if (!readRings(points.fields[*ring], directions))
       return false;
   }
   else if (!findBySlope(directions) && !findByTurns(directions))
@@ -101,65 +117,87 @@ LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& dire
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (directions[i].range == 0.0f)
       rows_[i] = no_row;
-  if (!ring && !areCones(directions))
+  if ((is_organised || !ring) && !areCones(directions))
     return false;
   sortRows(directions);
   return count_ >= 2;
 }
 
-/** \brief Whether rows turn around the axis, each at nearly the same slope: those of a
- * camera do not. What was found stays while clouds have as many rows and points. */
+/** \brief Whether rows turn around the axis, each at nearly the same elevation: those of a
+ * camera do not, but for middle rows of one that looks along the axis, and wide rows of
+ * one that looks ahead are only nearly so. What was found stays while clouds have as many
+ * rows and points. */
 bool
 LidarRows::areCones(const std::vector<LidarPoint>& directions)
 {
   if (checked_rows_ == count_ && checked_points_ == directions.size())
     return true;
-  // Of a third of a turn.
   constexpr std::uint32_t bins = 36;
   constexpr std::size_t least_bins = bins / 3;
-  constexpr double most_variance_of_row = 0.25; // of that of all rows
-  std::vector<MeanSlope> slopes(count_);
+  constexpr std::size_t many_bins = 2 * least_bins;
+  // Of that of all rows.
+  constexpr double most_variance_of_row = 0.25;
+  constexpr double most_variance_of_part = 0.01;
+  std::vector<MeanSine> sines(count_);
   std::vector<std::bitset<bins>> are_seen(count_);
-  MeanSlope of_all;
+  MeanSine of_all;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (const std::uint32_t row = rows_[i]; row != no_row) {
       const float turned = directions[i].azimuth / two_pi + 0.5f;
       are_seen[row].set(static_cast<std::uint32_t>(turned * bins) % bins);
-      slopes[row].add(directions[i].slope);
-      of_all.add(directions[i].slope);
+      const double sine = sineOf(directions[i].slope);
+      sines[row].add(sine);
+      of_all.add(sine);
     }
-  std::size_t widest = 0;
   double in_rows = 0.0;
+  double of_wide_rows = 0.0;
+  double of_very_wide_rows = 0.0;
   for (std::uint32_t row = 0; row < count_; ++row) {
-    widest = std::max(widest, are_seen[row].count());
-    in_rows += slopes[row].squares();
+    in_rows += sines[row].squares();
+    of_wide_rows += are_seen[row].count() >= least_bins ? sines[row].count() : 0.0;
+    of_very_wide_rows += are_seen[row].count() >= many_bins ? sines[row].count() : 0.0;
   }
-  if (widest < least_bins || in_rows > most_variance_of_row * of_all.squares())
+  const double half = 0.5 * of_all.count();
+  const double most_variance =
+      of_very_wide_rows < half ? most_variance_of_part : most_variance_of_row;
+  if (of_wide_rows < half || in_rows > most_variance * of_all.squares())
     return false;
   checked_rows_ = count_;
   checked_points_ = directions.size();
   return true;
 }
 
-void
+bool
 LidarRows::readImage(const io::PointView& points)
 {
+  if (points.image.height > most_rows)
+    return false;
   count_ = points.image.height;
   if (points.pixels == nullptr) {
+    if (std::size_t{points.image.width} * count_ != points.count)
+      return false;
     auto begin = rows_.begin();
     for (std::uint32_t row = 0; row < count_; ++row)
       begin = std::fill_n(begin, points.image.width, row);
-    return;
+    return true;
   }
-  for (std::size_t i = 0; i < points.count; ++i)
+  for (std::size_t i = 0; i < points.count; ++i) {
     rows_[i] = points.pixels[i] / points.image.width;
+    if (rows_[i] >= count_)
+      return false;
+  }
+  return true;
 }
 
 bool
-LidarRows::readRings(const io::FieldView& rings)
+LidarRows::readRings(const io::FieldView& rings,
+                     const std::vector<LidarPoint>& directions)
 {
   const io::RingReader reader(rings);
   for (std::size_t i = 0; i < rows_.size(); ++i) {
+    // Missing points may have any ring.
+    if (directions[i].range == 0.0f)
+      continue;
     const std::uint32_t row = reader.row(i);
     if (row >= most_rows)
       return false;
@@ -173,13 +211,18 @@ LidarRows::readRings(const io::FieldView& rings)
 bool
 LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
 {
-  if (slopes_.empty()) {
-    sorted_.clear();
-    for (const LidarPoint& point : directions)
-      if (point.range > 0.0f)
-        sorted_.push_back(point.slope);
+  sorted_.clear();
+  for (const LidarPoint& point : directions)
+    if (point.range > 0.0f)
+      sorted_.push_back(point.slope);
+  // The first cloud may have few of the rows.
+  if (const std::size_t count = sorted_.size();
+      slopes_.empty() || count > slopes_points_ + slopes_points_ / 4) {
     std::sort(sorted_.begin(), sorted_.end());
-    slopes_ = slopesBetweenRows(sorted_);
+    std::vector<float> between = slopesBetweenRows(sorted_);
+    if (!between.empty())
+      slopes_ = std::move(between);
+    slopes_points_ = count;
   }
   if (slopes_.empty())
     return false;
@@ -215,8 +258,7 @@ LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
   return count_ >= least_rows && points >= 2 * least_points_of_row * count_;
 }
 
-/** \brief Sorts rows by the mean slope of their points, as lasers may have any
- * numbers. */
+/** \brief Sorts rows by their mean elevation, as lasers may have any numbers. */
 void
 LidarRows::sortRows(const std::vector<LidarPoint>& directions)
 {
@@ -224,7 +266,7 @@ LidarRows::sortRows(const std::vector<LidarPoint>& directions)
   std::vector<std::size_t> sizes(count_);
   for (std::size_t i = 0; i < rows_.size(); ++i)
     if (rows_[i] != no_row) {
-      sums[rows_[i]] += static_cast<double>(directions[i].slope);
+      sums[rows_[i]] += sineOf(directions[i].slope);
       ++sizes[rows_[i]];
     }
   std::vector<std::uint32_t> order;

@@ -54,9 +54,9 @@ public:
 
 private:
   bool
-  readRings(const io::FieldView& rings);
+  readRings(const io::FieldView& rings, const std::vector<LidarPoint>& directions);
 
-  void
+  bool
   readImage(const io::PointView& points);
 
   bool
@@ -74,6 +74,7 @@ private:
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> rows_;
   std::vector<float> slopes_; // between rows, where they are told by slopes
+  std::size_t slopes_points_ = 0;
   std::vector<float> sorted_; // scratch memory
   // Of the last cloud whose rows were looked at.
   std::uint32_t checked_rows_ = 0;
