@@ -262,13 +262,13 @@ TEST(RangeContinuity, IsExactlyWhatIsDefinedWithAndWithoutTheLastImage)
 TEST(RangeContinuity, NothingIsKnownOfASensorWhoseLastImageWasNearlyEmpty)
 {
   std::vector<float> wall(std::size_t{128} * 8, 7.0f);
-  std::vector<float> single(wall.size(), 0.0f);
-  single[300] = 2.0f;
+  std::vector<float> part(wall.size(), 0.0f);
+  std::fill_n(part.begin() + 298, 9, 7.0f);
   RangeContinuity continuity;
   std::vector<float> log_odds;
   continuity.score(wall, 128, 8, false, log_odds);
   const std::vector<float> alone = log_odds;
-  for (const auto& last : {single, std::vector<float>(wall.size(), 0.0f)}) {
+  for (const auto& last : {part, std::vector<float>(wall.size(), 0.0f)}) {
     continuity.score(last, 128, 8, true, log_odds);
     continuity.score(wall, 128, 8, true, log_odds);
     EXPECT_EQ(log_odds, alone);

@@ -1,9 +1,13 @@
+#include <pcl_ext/filters/point_outlier_removal.h>
+
+#include "support/lidar_room.h"
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace pcl_ext {
@@ -253,6 +257,44 @@ TEST(ProgramOptions, RemovedOutliersAreCounted)
       expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count --remove-outliers");
   EXPECT_NE(result.output.find(" voxels removed as outliers"), std::string::npos)
       << result.output;
+}
+
+TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
+{
+  const TestFolder folder;
+  pcl_ext::test::LidarRoom room;
+  room.width = 180;
+  room.height = 16;
+  room.snow = 0.05;
+  const pcl_ext::test::LidarScan scan = room.scan();
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    cloud.push_back({scan.coordinates[3 * i],
+                     scan.coordinates[3 * i + 1],
+                     scan.coordinates[3 * i + 2],
+                     1.0f});
+  cloud.width = scan.width;
+  cloud.height = scan.height;
+  cloud.is_dense = false;
+  writeClouds(folder, "lidar", {cloud});
+  PointOutlierRemoval removal;
+  std::vector<float> log_odds;
+  const std::size_t removed = removal.score(scan.view(), log_odds).removed;
+  const auto returns = std::count_if(
+      scan.ranges.begin(), scan.ranges.end(), [](float range) { return range > 0.0f; });
+  ASSERT_GT(removed, 50u);
+  const std::string encode = "encode lidar -r 0.05 --law count --remove-outliers ";
+  const std::string points = std::to_string(removed) + " of " +
+                             std::to_string(returns) +
+                             " points removed as outliers by a lidar's rays";
+  const std::string output = expectRun(folder, encode + "-o x.pcxi").output;
+  EXPECT_NE(output.find(points), std::string::npos) << output;
+  EXPECT_EQ(output.find("voxels removed"), std::string::npos) << output;
+  EXPECT_EQ(output.find("beyond box"), std::string::npos) << output;
+  const std::string named =
+      expectRun(folder, encode + "-o y.pcxi --unit voxels").output;
+  EXPECT_EQ(named.find("lidar's rays"), std::string::npos) << named;
+  EXPECT_NE(named.find(" voxels removed as outliers"), std::string::npos) << named;
 }
 
 TEST(ProgramOptions, ProgressFitsANarrowTerminal)
