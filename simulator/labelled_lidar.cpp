@@ -5,11 +5,15 @@
 namespace pcl_ext {
 namespace noise {
 
-LabelledLidar::LabelledLidar(std::uint32_t seed, double resolution)
+LabelledLidar::LabelledLidar(std::uint32_t seed,
+                             double resolution,
+                             const cell::LidarWeather& weather)
 : cell_(seed)
 , native_(NativeIntensity(resolution), cell_.lidarPose())
 , count_(CountIntensity(resolution), cell_.lidarPose())
-{}
+{
+  cell_.setLidarWeather(weather);
+}
 
 template <typename WantedT>
 void

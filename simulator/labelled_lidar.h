@@ -14,8 +14,11 @@ public:
   /** \brief The lidar's stream.
    * \param[in] seed of the cell
    * \param[in] resolution voxel edge, metres
+   * \param[in] weather what is in the air
    */
-  LabelledLidar(std::uint32_t seed, double resolution);
+  LabelledLidar(std::uint32_t seed,
+                double resolution,
+                const cell::LidarWeather& weather = {});
 
   /** \brief A revolution, from 0; they may be asked for in any order.
    * \param[out] frame in lidar_laws. What moves is not marked in a lidar's view:

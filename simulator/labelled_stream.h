@@ -20,11 +20,13 @@ namespace noise {
 
 /** \brief What is in a voxel. */
 enum class VoxelTruth : std::uint8_t {
-  Noise,   ///< flying pixels or speckle alone
+  Noise,   ///< points of no surface alone: flying pixels, speckle, snow, dust
   Still,   ///< a point, at least, of a surface that never moves
   Machine, ///< of surfaces, those of the robots and the gantry alone
-  Person   ///< a point of the person's, and none of a surface that never moves
+  Person,  ///< a point of the person's, and none of a surface that never moves
+  Pole     ///< of surfaces, poles alone; in labelled scans only
 };
+constexpr std::size_t voxel_truth_count = 5;
 
 /** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3,
  * and the sensor's own intensity. */

@@ -198,10 +198,16 @@ RobotCell::captureLidar(std::uint32_t revolution, LidarFrame& out)
 {
   // Apart from the seeds of the sensors, which take 1 to 2 * sensor_count.
   constexpr std::uint32_t lidar_seed = 100;
-  lidar_model_.measure(lidarSurfaces(revolution),
-                       mixSeeds(seed_, lidar_seed, revolution),
-                       lidar_measurement_);
+  constexpr std::uint32_t weather_seed = 200;
+  const SurfaceImage& surfaces = lidarSurfaces(revolution);
   out.pose = lidarPose(revolution);
+  lidar_model_.measure(
+      surfaces, mixSeeds(seed_, lidar_seed, revolution), lidar_measurement_);
+  lidar_weather_.apply(surfaces,
+                       out.pose,
+                       lidar_model_,
+                       mixSeeds(seed_, weather_seed, revolution),
+                       lidar_measurement_);
   out.cloud.header.stamp = static_cast<std::uint64_t>(revolution * 1e6 / lidar_rate);
   out.cloud.header.frame_id = "velodyne_" + std::to_string(lidar);
   out.cloud.resize(LidarRays::size);

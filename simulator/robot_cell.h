@@ -4,6 +4,7 @@
  */
 #pragma once
 
+#include "simulator/lidar_weather.h"
 #include "simulator/sensor_motion.h"
 #include "simulator/time_of_flight_camera.h"
 #include "simulator/velodyne_lidar.h"
@@ -108,6 +109,14 @@ public:
   Eigen::Isometry3d
   lidarPose(std::uint32_t revolution = 0) const;
 
+  /** \brief Sets what is in the air between the lidar and the surfaces, from now on; the
+   * cameras do not see it. The random numbers of the lidar itself stay the same. */
+  void
+  setLidarWeather(const LidarWeather& weather)
+  {
+    lidar_weather_ = weather;
+  }
+
   /** \brief Take one revolution of the lidar.
    * \param[in] revolution its number, from 0, at \ref lidar_rate
    */
@@ -171,6 +180,7 @@ private:
   Measurement measurement_;
 
   LidarErrorModel lidar_model_;
+  LidarWeather lidar_weather_;
   LidarRays lidar_rays_;
   SurfaceImage lidar_surfaces_;
   LidarMeasurement lidar_measurement_;

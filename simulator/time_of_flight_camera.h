@@ -41,7 +41,9 @@ enum class PointTruth : std::uint8_t {
   None,        ///< no return; the point is NaN
   Surface,     ///< a surface, with its axial noise
   FlyingPixel, ///< a mixture of two surfaces on either side of a depth edge
-  Speckle      ///< nothing at all: a random return at short range
+  Speckle,     ///< nothing at all: a random return at short range
+  Snow,        ///< a flake in the air
+  Dust         ///< a cloud of dust
 };
 
 /** \brief The image that the sensor would see without errors, row by row. */

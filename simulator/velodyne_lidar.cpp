@@ -111,15 +111,41 @@ LidarErrorModel::intensity(Material material, double cos_incidence, double range
 }
 
 double
+LidarErrorModel::signal(const SurfaceImage& surfaces, std::size_t pixel)
+{
+  const double range = surfaces.depth[pixel];
+  return reflectivity(surfaces.material[pixel]) * surfaces.cos_incidence[pixel] /
+         (range * range);
+}
+
+double
+LidarErrorModel::strength(double signal) const
+{
+  return std::min(1.0,
+                  std::max(0.0, (signal - lost_signal) / (safe_signal - lost_signal)));
+}
+
+double
+LidarErrorModel::visibleShare(double signal) const
+{
+  const double share = strength(signal);
+  return share * share * (3.0 - 2.0 * share);
+}
+
+float
+LidarErrorModel::rounded(double range) const
+{
+  return static_cast<float>(range_step * std::floor(range / range_step + 0.5));
+}
+
+double
 LidarErrorModel::lossProbability(const SurfaceImage& surfaces, std::size_t pixel) const
 {
   const double range = surfaces.depth[pixel];
   if (range < nearest || range > farthest)
     return 1.0;
-  const double signal = reflectivity(surfaces.material[pixel]) *
-                        surfaces.cos_incidence[pixel] / (range * range);
-  const double share = std::min(
-      1.0, std::max(0.0, (signal - lost_signal) / (safe_signal - lost_signal)));
+  const double share = strength(signal(surfaces, pixel));
+  // Not by visibleShare(), whose other order of factors rounds otherwise.
   return 1.0 - (1.0 - random_loss) * share * share * (3.0 - 2.0 * share);
 }
 
@@ -168,8 +194,7 @@ LidarErrorModel::measure(const SurfaceImage& surfaces,
     const double value =
         intensity(surfaces.material[pixel], surfaces.cos_incidence[pixel], range) +
         intensity_noise * normal(random);
-    measurement.range[pixel] =
-        static_cast<float>(range_step * std::floor(range / range_step + 0.5));
+    measurement.range[pixel] = rounded(range);
     measurement.intensity[pixel] =
         static_cast<std::uint8_t>(std::min(100.0, std::max(0.0, value + 0.5)));
     measurement.truth[pixel] = truth;

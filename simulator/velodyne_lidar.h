@@ -129,7 +129,23 @@ struct LidarErrorModel {
   double
   intensity(Material material, double cos_incidence, double range) const;
 
+  /** \brief Signal of a surface, reflectivity * cos(incidence) / range^2, 1/m^2. */
+  static double
+  signal(const SurfaceImage& surfaces, std::size_t pixel);
+
+  /** \brief Share of the echoes of a signal that are returns, but for random losses. */
+  double
+  visibleShare(double signal) const;
+
+  /** \brief A range in its steps, metres. */
+  float
+  rounded(double range) const;
+
 private:
+  /** \brief 0 for signals of which all is lost, 1 for those that are safe. */
+  double
+  strength(double signal) const;
+
   double
   lossProbability(const SurfaceImage& surfaces, std::size_t pixel) const;
 

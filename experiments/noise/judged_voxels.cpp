@@ -2,31 +2,36 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace pcl_ext {
 namespace noise {
 
-namespace {
-
 std::uint8_t
-bandOf(float depth)
+ScoredVoxels::bandOf(float depth) const
 {
   std::uint8_t band = 0;
-  while (band + 1u < band_count && depth >= band_ends[band])
+  while (band + 1u < band_ends_.size() && depth >= band_ends_[band])
     ++band;
   return band;
 }
 
-} // namespace
-
 void
 ScoredVoxels::add(const LabelledFrame& frame, const std::vector<float>& scores)
 {
+  add(frame.truth, frame.depth, scores);
+}
+
+void
+ScoredVoxels::add(const std::vector<VoxelTruth>& truth,
+                  const std::vector<float>& depth,
+                  const std::vector<float>& scores)
+{
   std::vector<float> of_person;
   for (std::size_t i = 0; i < scores.size(); ++i) {
-    voxels_.push_back({scores[i], frame.truth[i], bandOf(frame.depth[i])});
-    if (frame.truth[i] == VoxelTruth::Person)
+    voxels_.push_back({scores[i], truth[i], bandOf(depth[i])});
+    if (truth[i] == VoxelTruth::Person)
       of_person.push_back(scores[i]);
   }
   if (of_person.size() >= least_person_voxels)
@@ -34,7 +39,9 @@ ScoredVoxels::add(const LabelledFrame& frame, const std::vector<float>& scores)
 }
 
 JudgedVoxels::JudgedVoxels(ScoredVoxels voxels)
-: voxels_(std::move(voxels.voxels_)), person_scores_(std::move(voxels.person_scores_))
+: band_ends_(std::move(voxels.band_ends_))
+, voxels_(std::move(voxels.voxels_))
+, person_scores_(std::move(voxels.person_scores_))
 {
   std::sort(voxels_.begin(), voxels_.end(), [](const Voxel& a, const Voxel& b) {
     return a.score < b.score;
@@ -102,8 +109,8 @@ template <typename WantedT>
 Decision
 JudgedVoxels::decisionOf(float threshold, const WantedT& wanted) const
 {
-  std::array<double, 4> all{};
-  std::array<double, 4> kept{};
+  std::array<double, voxel_truth_count> all{};
+  std::array<double, voxel_truth_count> kept{};
   for (const Voxel& voxel : voxels_)
     if (wanted(voxel)) {
       all[static_cast<std::size_t>(voxel.truth)] += 1.0;
@@ -113,14 +120,14 @@ JudgedVoxels::decisionOf(float threshold, const WantedT& wanted) const
   Decision decision;
   decision.threshold = threshold;
   const double noise_removed = all[0] - kept[0];
-  const double surfaces = all[1] + all[2] + all[3];
-  const double surfaces_kept = kept[1] + kept[2] + kept[3];
+  const double surfaces = std::accumulate(all.begin() + 1, all.end(), 0.0);
+  const double surfaces_kept = std::accumulate(kept.begin() + 1, kept.end(), 0.0);
   decision.precision = noise_removed / (noise_removed + surfaces - surfaces_kept);
   decision.recall = noise_removed / all[0];
   decision.f1 =
       2.0 * noise_removed / (noise_removed + surfaces - surfaces_kept + all[0]);
   decision.surface_kept = surfaces_kept / surfaces;
-  for (std::size_t i = 0; i < 4; ++i)
+  for (std::size_t i = 0; i < voxel_truth_count; ++i)
     decision.kept[i] = kept[i] / all[i];
   return decision;
 }

@@ -8,25 +8,41 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace noise {
 
-/** \brief Bands of depth in the sensor's frame; the last one has no end. */
+/** \brief Bands of depth in the sensor's frame, of the robot cell's sensors; the last one
+ * has no end. */
 constexpr std::array<float, 5> band_ends = {3.0f, 5.0f, 7.0f, 9.0f, 1e9f};
 constexpr std::size_t band_count = band_ends.size();
 
 /** \brief Fewer voxels of the person's than this are too few for a share of them. */
 constexpr std::size_t least_person_voxels = 20;
 
-/** \brief What is gathered frame by frame: voxels with their truth and a score that is
- * to be low for noise. */
+/** \brief What is gathered frame by frame: voxels, or points, with their truth and a
+ * score that is to be low for noise. */
 class ScoredVoxels {
 public:
+  /** \brief Of the bands of the robot cell. */
+  ScoredVoxels() : band_ends_(band_ends.begin(), band_ends.end()) {}
+
+  /** \brief Of other bands.
+   * \param[in] ends of the bands, metres, ascending; the last one is taken for endless
+   */
+  explicit ScoredVoxels(std::vector<float> ends) : band_ends_(std::move(ends)) {}
+
   /** \brief Adds a frame; scores may be any numbers but NaN. */
   void
   add(const LabelledFrame& frame, const std::vector<float>& scores);
+
+  /** \brief The same of voxels or points with their truths and depths, metres. */
+  void
+  add(const std::vector<VoxelTruth>& truth,
+      const std::vector<float>& depth,
+      const std::vector<float>& scores);
 
 private:
   friend class JudgedVoxels;
@@ -37,6 +53,10 @@ private:
     std::uint8_t band;
   };
 
+  std::uint8_t
+  bandOf(float depth) const;
+
+  std::vector<float> band_ends_;
   std::vector<Voxel> voxels_;
   /** \brief Of the person's voxels, a vector for each frame with enough of them. */
   std::vector<std::vector<float>> person_scores_;
@@ -49,7 +69,7 @@ struct Decision {
       0.0;             ///< share of noise among the removed voxels; NaN: none removed
   double recall = 0.0; ///< share of the noise that is removed; NaN: there is none
   double f1 = 0.0;     ///< NaN: there is no noise, and nothing was removed
-  std::array<double, 4>
+  std::array<double, voxel_truth_count>
       kept{}; ///< share of the voxels that stay, by VoxelTruth; NaN: none
   double surface_kept = 0.0; ///< the same of all surfaces
 };
@@ -77,6 +97,13 @@ public:
 
   VoxelNumbers
   numbers(std::size_t band) const;
+
+  /** \brief Ends of the bands, metres; the last one has no end. */
+  const std::vector<float>&
+  bandEnds() const
+  {
+    return band_ends_;
+  }
 
   /** \brief Area under precision over recall of `this voxel is noise`, without
    * interpolation; voxels of one score count together. NaN without noise. */
@@ -132,6 +159,7 @@ private:
   Decision
   decisionOf(float threshold, const WantedT& wanted) const;
 
+  std::vector<float> band_ends_;
   std::vector<Voxel> voxels_; ///< from the lowest score to the highest
   std::vector<std::vector<float>> person_scores_;
 };

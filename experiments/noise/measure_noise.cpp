@@ -1,12 +1,14 @@
 /** \file
  * \brief Measures how well noise is distinguished from surfaces in the voxels of the
- * robot cell: by the paper's laws, by the library's filter and by PCL's.
+ * robot cell and of labelled scans: by the paper's laws, by the library's filter, by
+ * PCL's and by published ones.
  */
 #include "filter_times.h"
 #include "measuring/command_line.h"
 #include "measuring/result_file.h"
 #include "method_results.h"
 #include "methods.h"
+#include "scan_program.h"
 #include "shell_weights.h"
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
@@ -34,10 +36,24 @@ struct NoiseOptions {
   std::vector<unsigned int> sensors;
   std::uint32_t frames = 300;
   std::uint32_t seed = 1;
-  std::optional<double> given_resolution; ///< voxel edge, metres
-  double resolution = 0.04;               ///< the same or its default
-  std::string results_file;               ///< empty: standard output
-  std::string samples_folder; ///< for pictures of part temporal; empty: none
+  std::vector<double> given_resolutions; ///< voxel edges, metres; several: part scans
+  double resolution = 0.04;              ///< the only one of them or its default
+  std::string results_file;              ///< empty: standard output
+  std::string samples_folder;            ///< for pictures of part temporal; empty: none
+  ScanOptions scans;
+  cell::LidarWeather weather; ///< of sensor 7
+
+  /** \brief The one voxel edge that was given.
+   * \throws std::invalid_argument if there are several
+   */
+  std::optional<double>
+  givenResolution() const
+  {
+    if (given_resolutions.size() > 1)
+      throw std::invalid_argument("--resolution: several are for part scans");
+    return given_resolutions.empty() ? std::nullopt
+                                     : std::optional<double>(given_resolutions[0]);
+  }
 
   bool
   includes(const std::string& one) const
@@ -45,6 +61,29 @@ struct NoiseOptions {
     return part == "all" || part == one;
   }
 };
+
+void
+addWeatherOptions(CLI::App& program, cell::LidarWeather& weather)
+{
+  using cell::Weather;
+  program
+      .add_option_function<std::string>(
+          "--weather",
+          [&weather](const std::string& name) {
+            weather.kind = name == "snow"   ? Weather::Snow
+                           : name == "dust" ? Weather::Dust
+                                            : Weather::None;
+          },
+          "of sensor 7 in parts laws and scans: none, snow or dust")
+      ->check(CLI::IsMember({"none", "snow", "dust"}));
+  program.add_option("--snowfall", weather.snow.rate, "with snow, mm of water an hour")
+      ->check(CLI::Range(0.01, 50.0));
+  program
+      .add_option("--extinction",
+                  weather.dust.extinction,
+                  "in the centre of the cloud of dust, 1/m")
+      ->check(CLI::Range(0.0, 100.0));
+}
 
 void
 addOptions(CLI::App& program, NoiseOptions& options)
@@ -56,9 +95,17 @@ addOptions(CLI::App& program, NoiseOptions& options)
                   "laws (the paper's laws and the library's filter), peers (PCL's "
                   "filters), time, bytes (of a stream whose noise is removed), weights "
                   "(fit of the filter's), merged (all six cameras), temporal "
-                  "(TemporalVoxelFilter, not part of all) or all")
-      ->check(CLI::IsMember(
-          {"all", "bytes", "merged", "laws", "peers", "temporal", "time", "weights"}));
+                  "(TemporalVoxelFilter, not part of all), scans (points and voxels of "
+                  "labelled scans, not part of all; implied by --labelled) or all")
+      ->check(CLI::IsMember({"all",
+                             "bytes",
+                             "merged",
+                             "laws",
+                             "peers",
+                             "scans",
+                             "temporal",
+                             "time",
+                             "weights"}));
   program
       .add_option("--sensor",
                   options.sensors,
@@ -72,9 +119,10 @@ addOptions(CLI::App& program, NoiseOptions& options)
   program
       .add_option(
           "--resolution,-r",
-          options.given_resolution,
+          options.given_resolutions,
           "voxel edge, metres; without it 0.04, and of part temporal the cameras "
-          "1 to 6 also at 0.02 with counts")
+          "1 to 6 also at 0.02 with counts; of part scans several, without it 0.05, "
+          "0.1 and 0.2")
       ->check(CLI::Range(0.001, 1.0));
   program.add_option(
       "--results", options.results_file, "file; without it results are printed");
@@ -84,6 +132,8 @@ addOptions(CLI::App& program, NoiseOptions& options)
                   "folder for samples of part temporal's first stream: its worst frame "
                   "and the bytes of each frame")
       ->check(CLI::ExistingDirectory);
+  addScanOptions(program, options.scans);
+  addWeatherOptions(program, options.weather);
 }
 
 /** \brief Scores all frames of a stream with the methods, and adds the results. */
@@ -119,7 +169,7 @@ measureSensor(unsigned int sensor,
     if (sensor == cell::RobotCell::lidar)
       judgeStream("noise",
                   name,
-                  LabelledLidar(seed, resolution),
+                  LabelledLidar(seed, resolution, options.weather),
                   lidarMethods(),
                   options,
                   results);
@@ -158,7 +208,7 @@ measureTemporal(const NoiseOptions& options, measuring::ResultFile& results)
     measureTemporalFilter(options.seed,
                           sensors[i],
                           options.frames,
-                          options.given_resolution,
+                          options.givenResolution(),
                           i == 0 ? options.samples_folder : "",
                           results);
 }
@@ -172,7 +222,16 @@ measure(NoiseOptions options)
     results.close();
     return;
   }
-  options.resolution = options.given_resolution.value_or(options.resolution);
+  if (options.part == "scans" || !options.scans.folder.empty()) {
+    measuring::ResultFile results(options.results_file);
+    cell::RobotCell cell(options.seed);
+    cell.setLidarWeather(options.weather);
+    measureScans(
+        options.scans, cell, options.frames, options.given_resolutions, results);
+    results.close();
+    return;
+  }
+  options.resolution = options.givenResolution().value_or(options.resolution);
   if (options.sensors.empty())
     options.sensors = {1};
   const bool has_lidar = options.part == "laws" || options.part == "weights";

@@ -17,6 +17,7 @@ rank(VoxelTruth truth)
   case VoxelTruth::Person:
     return 2;
   case VoxelTruth::Machine:
+  case VoxelTruth::Pole:
     return 1;
   case VoxelTruth::Noise:
     break;

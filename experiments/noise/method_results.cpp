@@ -46,6 +46,7 @@ public:
     add(prefix + "still_kept_percent", 100.0 * decision.kept[1]);
     add(prefix + "machine_kept_percent", 100.0 * decision.kept[2]);
     add(prefix + "person_kept_percent", 100.0 * decision.kept[3]);
+    add(prefix + "pole_kept_percent", 100.0 * decision.kept[4]);
     const PersonKept person = voxels.personKept(threshold);
     add(prefix + "person_worst_percent", 100.0 * person.worst_share);
     add(prefix + "person_frames", static_cast<double>(person.frames));
@@ -59,14 +60,14 @@ private:
 };
 
 std::string
-nameOfBand(std::size_t band)
+nameOfBand(const std::vector<float>& ends, std::size_t band)
 {
   const auto metres = [](float end) { return formatted(static_cast<double>(end), 0); };
   if (band == 0)
-    return "up to " + metres(band_ends[band]) + " m";
-  if (band + 1 == band_count)
-    return metres(band_ends[band - 1]) + " m and more";
-  return metres(band_ends[band - 1]) + " to " + metres(band_ends[band]) + " m";
+    return "up to " + metres(ends[band]) + " m";
+  if (band + 1 == ends.size())
+    return metres(ends[band - 1]) + " m and more";
+  return metres(ends[band - 1]) + " to " + metres(ends[band]) + " m";
 }
 
 void
@@ -100,12 +101,12 @@ addMethod(const Measured& measured,
   if (!measured.has_depths)
     return;
   const auto frames = static_cast<double>(measured.frames);
-  for (std::size_t i = 0; i < band_count; ++i) {
-    SubjectResults band = resultsOf("_band:" + nameOfBand(i));
+  for (std::size_t i = 0; i < voxels.bandEnds().size(); ++i) {
+    SubjectResults band = resultsOf("_band:" + nameOfBand(voxels.bandEnds(), i));
     const VoxelNumbers numbers = voxels.numbers(i);
     const Decision usual = voxels.at(usual_threshold, i);
-    band.add("noise_voxels", static_cast<double>(numbers.noise) / frames);
-    band.add("surface_voxels", static_cast<double>(numbers.surface) / frames);
+    band.add("noise_" + measured.unit, static_cast<double>(numbers.noise) / frames);
+    band.add("surface_" + measured.unit, static_cast<double>(numbers.surface) / frames);
     band.add("average_precision", voxels.averagePrecision(i));
     band.add("let_through_percent", 100.0 * usual.kept[0]);
     band.add("surface_kept_percent", 100.0 * usual.surface_kept);
@@ -113,6 +114,19 @@ addMethod(const Measured& measured,
 }
 
 } // namespace
+
+void
+addDecisions(const Measured& measured, Method method, measuring::ResultFile& results)
+{
+  const JudgedVoxels voxels(std::move(method.voxels));
+  SubjectResults all(
+      {measured.experiment, measured.sensor, method.name, measured.resolution},
+      measured.frames,
+      results);
+  all.add("noise_percent", 100.0 * voxels.noiseShare());
+  for (const float threshold : method.thresholds)
+    all.add("given_", voxels, threshold);
+}
 
 void
 addResults(const Measured& measured,

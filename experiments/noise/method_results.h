@@ -23,8 +23,14 @@ struct Measured {
   std::string sensor;      ///< its number, or what was made of several
   double resolution = 0.0; ///< voxel edge, metres
   std::size_t frames = 0;
-  bool has_depths = true; ///< that is, bands
+  bool has_depths = true;      ///< that is, bands
+  std::string unit = "voxels"; ///< what is judged, for the names of their numbers
 };
+
+/** \brief Adds the results of a method that only decides, at its thresholds, with the
+ * prefix `given_`: see addResults(). */
+void
+addDecisions(const Measured& measured, Method method, measuring::ResultFile& results);
 
 /** \brief Adds the results of all methods; values that are not defined (no voxels that
  * they would be of) are left out.

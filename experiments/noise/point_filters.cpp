@@ -43,16 +43,14 @@ centresOf(const io::VoxelFrame& frame)
   return cloud;
 }
 
-void
-statisticalScores(const Centres::ConstPtr& centres,
-                  int neighbours,
-                  std::vector<float>& scores)
+NeighbourDistances
+neighbourDistances(const Centres::ConstPtr& centres, int neighbours)
 {
   pcl::search::KdTree<pcl::PointXYZI> tree(false);
   tree.setInputCloud(centres);
   pcl::Indices indices;
   std::vector<float> squared_distances;
-  scores.clear();
+  NeighbourDistances distances;
   double sum = 0.0;
   double sum_of_squares = 0.0;
   for (const pcl::PointXYZI& point : *centres) {
@@ -64,13 +62,25 @@ statisticalScores(const Centres::ConstPtr& centres,
     distance /= neighbours;
     sum += distance;
     sum_of_squares += distance * distance;
-    scores.push_back(static_cast<float>(distance));
+    distances.means.push_back(distance);
   }
-  const auto count = static_cast<double>(scores.size());
-  const double mean = sum / count;
-  const double deviation = std::sqrt((sum_of_squares - sum * mean) / (count - 1.0));
-  for (float& score : scores)
-    score = static_cast<float>((mean - static_cast<double>(score)) / deviation);
+  const auto count = static_cast<double>(distances.means.size());
+  distances.mean = sum / count;
+  distances.deviation =
+      std::sqrt((sum_of_squares - sum * distances.mean) / (count - 1.0));
+  return distances;
+}
+
+void
+statisticalScores(const Centres::ConstPtr& centres,
+                  int neighbours,
+                  std::vector<float>& scores)
+{
+  const NeighbourDistances distances = neighbourDistances(centres, neighbours);
+  scores.clear();
+  for (const double distance : distances.means)
+    scores.push_back(
+        static_cast<float>((distances.mean - distance) / distances.deviation));
 }
 
 void

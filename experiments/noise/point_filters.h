@@ -1,5 +1,5 @@
 /** \file
- * \brief PCL's outlier filters on the centres of voxels.
+ * \brief PCL's outlier filters on the centres of voxels, or on points.
  */
 #pragma once
 
@@ -18,6 +18,18 @@ using Centres = pcl::PointCloud<pcl::PointXYZI>;
 /** \brief Voxels as the points that a decoder makes of them. */
 Centres::Ptr
 centresOf(const io::VoxelFrame& frame);
+
+/** \brief Mean distance of each point to its nearest others, metres, and what it is over
+ * all points. */
+struct NeighbourDistances {
+  std::vector<double> means; ///< of each point
+  double mean = 0.0;
+  double deviation = 0.0; ///< standard deviation
+};
+
+/** \brief Mean distances to some nearest neighbours. */
+NeighbourDistances
+neighbourDistances(const Centres::ConstPtr& centres, int neighbours);
 
 /** \brief What pcl::StatisticalOutlierRemoval compares with its multiplier, times -1:
  * the mean distance to some neighbours, less its mean over the cloud, over its standard

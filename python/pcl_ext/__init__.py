@@ -14,7 +14,7 @@ from ._native import version as __version__
 from .codec import CompressionWarning, Decoder, Encoder
 from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
 from .order import arrange_by_ring, sort_by_time
-from .outliers import OutlierRemoval
+from .outliers import OutlierRemoval, PointOutlierRemoval
 from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
 from .recording_writer import RecordingWriter
 from .statistics import CloudStatistics, FrameStatistics
@@ -32,6 +32,7 @@ __all__ = [
     "FrameSize",
     "FrameStatistics",
     "OutlierRemoval",
+    "PointOutlierRemoval",
     "RecordedFrame",
     "RecordedStream",
     "Recording",

@@ -1,4 +1,4 @@
-"""Removal of noise from the voxels of a stream."""
+"""Removal of noise from the voxels of a stream, and from the points of a lidar."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .status import Status
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from .codec import Decoder
 
@@ -112,4 +112,75 @@ class OutlierRemoval:
 
     def reset(self) -> None:
         """Forgets all frames, as at the start of a stream."""
+        self._native.reset()
+
+
+class PointOutlierRemoval:
+    """Tells snow, rain, dust and other noise in the air from surfaces in the clouds of a
+    lidar that turns, before they are encoded.
+
+    Each point is judged by the ranges of the rays around it. An instance is for one sensor.
+
+    Parameters
+    ----------
+    min_log_odds : float
+        Points of lower log-odds of surface against noise count as noise in `removed`; natural
+        logarithm.
+    use_history : bool
+        Also use the last cloud, as long as the sensor stands still.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a setting is outside its range.
+
+    Examples
+    --------
+    >>> import numpy, pcl_ext
+    >>> azimuth, height = numpy.meshgrid(numpy.arange(0, 6.28, 0.01), numpy.arange(-1, 1, 0.1))
+    >>> cloud = numpy.stack((9 * numpy.cos(azimuth), 9 * numpy.sin(azimuth), height), axis=-1)
+    >>> cloud[10, 300] *= 0.2  # a snow flake
+    >>> removal = pcl_ext.PointOutlierRemoval()
+    >>> cloud[removal.score(cloud) < 0] = numpy.nan
+    >>> numpy.isnan(cloud[10, 300]).all(), removal.removed
+    (True, 1)
+    """
+
+    def __init__(self, *, min_log_odds: float = 0.0, use_history: bool = True):
+        self._native = _native.PointOutlierRemoval(
+            {"min_log_odds": min_log_odds, "use_history": use_history}
+        )
+
+    @property
+    def status(self) -> Status:
+        """Why points of the last cloud were not judged, if they were not."""
+        code, message, _ = self._native.status()
+        return Status(code, message)
+
+    @property
+    def removed(self) -> int:
+        """Number of points of the last cloud below min_log_odds."""
+        return self._native.status()[2]
+
+    def score(self, xyz: ArrayLike) -> NDArray[np.float32]:
+        """Computes the log-odds of the points of the sensor's next cloud.
+
+        Parameters
+        ----------
+        xyz : array_like
+            float32 or float64 of shape (rows, columns, 3) or (N, 3), or a structured array
+            with fields x, y, z, metres, in the coordinates of the sensor, whose z is the axis
+            of its turns. Rows are those of the array, else a field ``ring``, else they are
+            told from the directions of the points.
+
+        Returns
+        -------
+        numpy.ndarray
+            float32 in the shape of the cloud: natural logarithm of the odds of surface against
+            noise; infinite where none is judged (see `status`).
+        """
+        return self._native.score(xyz)
+
+    def reset(self) -> None:
+        """Forgets the last cloud, as at the start of a stream."""
         self._native.reset()

@@ -33,6 +33,13 @@ public:
     return columns_;
   }
 
+  /** \brief Shape of the cloud: that of xyz, without its last dimension of 3. */
+  const std::vector<py::ssize_t>&
+  shape() const
+  {
+    return shape_;
+  }
+
   /** \brief True if the intensities are an argument, not a field that came along. */
   bool
   hasIntensityArgument() const

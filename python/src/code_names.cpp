@@ -46,6 +46,10 @@ codeName(OutlierRemovalCode code)
     return "NoDensities";
   case OutlierRemovalCode::DifferentCloud:
     return "DifferentCloud";
+  case OutlierRemovalCode::InvalidCloud:
+    return "InvalidCloud";
+  case OutlierRemovalCode::NoImage:
+    return "NoImage";
   }
   return "unknown";
 }

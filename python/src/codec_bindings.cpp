@@ -128,8 +128,19 @@ score(OutlierFilter& outliers, const StreamDecoder& decoder)
   return py::array_t<float>({rows, columns}, scores.log_odds.data());
 }
 
+/** \brief Log-odds of the points of a cloud, in its shape. */
+py::array_t<float>
+scorePoints(PointFilter& outliers, const py::object& xyz)
+{
+  const CloudArrays arrays(xyz, py::none(), py::none());
+  const std::vector<float> log_odds =
+      withoutGil([&] { return outliers.score(arrays.columns()); });
+  return py::array_t<float>(arrays.shape(), log_odds.data());
+}
+
+template <typename FilterT>
 py::tuple
-statusOf(const OutlierFilter& outliers)
+statusOf(const FilterT& outliers)
 {
   const OutlierRemovalStatus status = withoutGil([&] { return outliers.status(); });
   return py::make_tuple(
@@ -229,7 +240,16 @@ addOutlierRemoval(py::module_& module)
       .def("score", &score, "decoder"_a)
       .def("reset",
            [](OutlierFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
-      .def("status", &statusOf);
+      .def("status", &statusOf<OutlierFilter>);
+  py::class_<PointFilter>(module, "PointOutlierRemoval")
+      .def(py::init([](const py::dict& settings) {
+             return std::make_unique<PointFilter>(readPointRemovalSettings(settings));
+           }),
+           "settings"_a)
+      .def("score", &scorePoints, "xyz"_a)
+      .def("reset",
+           [](PointFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
+      .def("status", &statusOf<PointFilter>);
 }
 
 void

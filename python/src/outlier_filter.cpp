@@ -33,6 +33,36 @@ OutlierFilter::status() const
   return status_;
 }
 
+std::vector<float>
+PointFilter::score(const CloudColumns& cloud)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // As if all fields were kept, of which it reads one.
+  io::StreamSettings settings;
+  settings.fields = {{io::all_fields, 0.0}};
+  settings.colour_bits = 0;
+  CloudColumns points = cloud;
+  points.packed_colour.reset();
+  points.channels.reset();
+  std::vector<float> log_odds;
+  status_ = removal_.score(viewOf(points, false, settings, memory_), log_odds);
+  return log_odds;
+}
+
+void
+PointFilter::reset()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  removal_.reset();
+}
+
+OutlierRemovalStatus
+PointFilter::status() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return status_;
+}
+
 void
 Denoising::apply(io::VoxelFrame& frame) const
 {

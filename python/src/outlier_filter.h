@@ -1,8 +1,10 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "cloud_columns.h"
 #include "temporal_filter.h"
 
 #include <mutex>
@@ -38,6 +40,30 @@ public:
 private:
   mutable std::mutex mutex_;
   VoxelOutlierRemoval removal_;
+  OutlierRemovalStatus status_;
+};
+
+/** \brief A PointOutlierRemoval that any thread may use; likewise. */
+class PointFilter {
+public:
+  explicit PointFilter(const PointOutlierRemovalSettings& settings) : removal_(settings)
+  {}
+
+  /** \brief Log-odds of the points of the sensor's next cloud. */
+  std::vector<float>
+  score(const CloudColumns& cloud);
+
+  void
+  reset();
+
+  /** \brief Outcome of the last call. */
+  OutlierRemovalStatus
+  status() const;
+
+private:
+  mutable std::mutex mutex_;
+  PointOutlierRemoval removal_;
+  CloudMemory memory_;
   OutlierRemovalStatus status_;
 };
 

@@ -221,6 +221,17 @@ readRemovalSettings(const py::dict& values)
   return settings;
 }
 
+PointOutlierRemovalSettings
+readPointRemovalSettings(const py::dict& values)
+{
+  const Keywords keywords(values);
+  PointOutlierRemovalSettings settings;
+  settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
+  settings.use_history = keywords.flag("use_history");
+  throwUnlessOk(checkSettings(settings));
+  return settings;
+}
+
 TemporalFilterSettings
 readTemporalFilterSettings(const py::dict& values)
 {

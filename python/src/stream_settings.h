@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/rigid_pose.h>
@@ -42,6 +43,10 @@ readLimits(const py::dict& values,
 /** \brief Reads and checks the settings of an outlier removal. */
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values);
+
+/** \brief Reads and checks the settings of a removal of points. */
+PointOutlierRemovalSettings
+readPointRemovalSettings(const py::dict& values);
 
 /** \brief Reads and checks the settings of a temporal filter. */
 TemporalFilterSettings

@@ -8,23 +8,26 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-namespace {
-
-template <typename NumberT>
-double
-numberAt(const std::uint8_t* bytes)
-{
-  NumberT number;
-  std::memcpy(&number, bytes, sizeof(number));
-  return static_cast<double>(number);
-}
-
-} // namespace
-
 std::size_t
 CloudOutliers::offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const
 {
   return point / cloud.width * cloud.row_step + point % cloud.width * cloud.point_step;
+}
+
+template <typename NumberT>
+const NumberT*
+CloudOutliers::readCoordinates(const pcl::PCLPointCloud2& cloud,
+                               std::vector<NumberT>& coordinates) const
+{
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
+  coordinates.resize(3 * count);
+  NumberT* number = coordinates.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
+    for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
+      std::memcpy(number++, point + offset, sizeof(NumberT));
+  }
+  return coordinates.data();
 }
 
 OutlierRemovalStatus
@@ -35,19 +38,13 @@ CloudOutliers::find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& remov
       findPointLayout(cloud, std::string(), false, false, layout_);
   if (!layout.ok())
     return {OutlierRemovalCode::InvalidCloud, layout.message()};
-  const std::size_t count = std::size_t{cloud.width} * cloud.height;
-  coordinates_.clear();
-  coordinates_.reserve(3 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
-    for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
-      coordinates_.push_back(layout_.is_double ? numberAt<double>(point + offset)
-                                               : numberAt<float>(point + offset));
-  }
   io::PointView points;
-  points.count = count;
-  points.double_coordinates = coordinates_.data();
-  points.coordinate_stride = 3 * sizeof(double);
+  points.count = std::size_t{cloud.width} * cloud.height;
+  if (layout_.is_double)
+    points.double_coordinates = readCoordinates(cloud, double_coordinates_);
+  else
+    points.coordinates = readCoordinates(cloud, coordinates_);
+  points.coordinate_stride = 3 * (layout_.is_double ? sizeof(double) : sizeof(float));
   if (cloud.height > 1)
     points.image = {cloud.width, cloud.height};
   for (const FoundField& field : findFields(cloud))

@@ -26,13 +26,19 @@ public:
   erase(pcl::PCLPointCloud2& cloud) const;
 
 private:
+  template <typename NumberT>
+  const NumberT*
+  readCoordinates(const pcl::PCLPointCloud2& cloud,
+                  std::vector<NumberT>& coordinates) const;
+
   std::size_t
   offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const;
 
   PointLayout layout_;
   std::vector<bool> are_outliers_;
   // Members so that their memory is reused.
-  std::vector<double> coordinates_;
+  std::vector<float> coordinates_;
+  std::vector<double> double_coordinates_;
   std::vector<float> log_odds_;
 };
 

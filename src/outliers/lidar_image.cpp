@@ -1,11 +1,9 @@
 #include "outliers/lidar_image.h"
 
-#include "voxelizing/robust_fit.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <utility>
+#include <numeric>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -14,7 +12,26 @@ namespace {
 
 constexpr std::uint32_t least_columns = 16;
 constexpr std::uint32_t most_columns = 8192;
-constexpr auto turn = static_cast<float>(io::two_pi);
+/** \brief Most pixels for each point: more are those of a turn with hardly any points. */
+constexpr std::size_t most_pixels_of_point = 64;
+
+/** \brief Azimuth in turns, 0 to 1, to 1.3e-5: near enough for columns, and quick. From
+ * -x on, anticlockwise.
+ */
+float
+turnOf(float x, float y)
+{
+  const float larger = std::max(std::abs(x), std::abs(y));
+  const float ratio = std::min(std::abs(x), std::abs(y)) / larger;
+  const float square = ratio * ratio;
+  // Near-minimax polynomial of atan(ratio) / 2 pi.
+  const float eighth =
+      ratio * (0.1590298f +
+               square * (-0.05111643f + square * (0.02327833f - 0.00620464f * square)));
+  const float quarter = std::abs(y) > std::abs(x) ? 0.25f - eighth : eighth;
+  const float half = x < 0.0f ? 0.5f - quarter : quarter;
+  return 0.5f + (y < 0.0f ? -half : half);
+}
 
 bool
 isSameRange(const LidarPoint& one, const LidarPoint& other)
@@ -26,6 +43,23 @@ isSameRange(const LidarPoint& one, const LidarPoint& other)
 
 bool
 LidarImage::assign(const io::PointView& points)
+{
+  // A look at the clouds of a camera takes as long as judging those of a lidar.
+  constexpr unsigned int tries = 3;
+  constexpr unsigned int skipped_clouds = 15;
+  if (skipped_ > 0) {
+    --skipped_;
+    return false;
+  }
+  const bool has_rows = findPixels(points);
+  failures_ = has_rows ? 0 : failures_ + 1;
+  if (failures_ >= tries)
+    skipped_ = skipped_clouds;
+  return has_rows;
+}
+
+bool
+LidarImage::findPixels(const io::PointView& points)
 {
   readPoints(points);
   pixels_.assign(points.count, no_pixel);
@@ -39,9 +73,10 @@ LidarImage::assign(const io::PointView& points)
     findWidth();
     width_points_ = count;
   }
-  if (width_ == 0)
+  const std::size_t pixels = std::size_t{width_} * rows_.count();
+  if (width_ == 0 || pixels > most_pixels_of_point * points.count)
     return false;
-  ranges_.assign(std::size_t{width_} * rows_.count(), 0.0f);
+  ranges_.assign(pixels, 0.0f);
   sortByDirection();
   for (std::uint32_t row = 0; row < rows_.count(); ++row)
     placeRow(row);
@@ -62,7 +97,7 @@ LidarImage::readPoints(const io::PointView& points)
       const float range = std::sqrt(x * x + y * y + z * z);
       // NaN and points on the axis have no direction.
       if (from_axis > 1e-6f && range < 1e6f)
-        points_[i] = {range, std::atan2(y, x), z / from_axis};
+        points_[i] = {range, turnOf(x, y), z / from_axis};
     }
   };
   if (points.double_coordinates != nullptr)
@@ -83,7 +118,7 @@ LidarImage::findWidth()
     if (const std::uint32_t row = rows_.ofPoints()[i];
         row != no_row && row % every == 0)
       azimuths[row / every].push_back(points_[i].azimuth);
-  constexpr float least_step = turn / most_columns;
+  constexpr float least_step = 1.0f / most_columns;
   std::vector<float> steps;
   for (std::vector<float>& row : azimuths) {
     std::sort(row.begin(), row.end());
@@ -96,7 +131,7 @@ LidarImage::findWidth()
   // Missing points leave larger steps.
   const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
   std::nth_element(steps.begin(), low, steps.end());
-  const auto columns = static_cast<std::uint32_t>(std::lround(turn / *low));
+  const auto columns = static_cast<std::uint32_t>(std::lround(1.0f / *low));
   width_ = columns < least_columns ? 0 : columns;
 }
 
@@ -104,27 +139,24 @@ LidarImage::findWidth()
 void
 LidarImage::sortByDirection()
 {
-  const auto direction_of = [&](std::size_t point) {
-    const float turned = points_[point].azimuth / turn + 0.5f;
-    const auto column = static_cast<std::uint32_t>(turned * static_cast<float>(width_));
-    return std::size_t{rows_.ofPoints()[point]} * width_ + std::min(column, width_ - 1);
-  };
-  begins_.assign(std::size_t{width_} * rows_.count() + 1, 0);
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i)
-    if (rows_.ofPoints()[i] != no_row) {
-      ++begins_[direction_of(i)];
-      ++count;
-    }
-  std::uint32_t begin = 0;
-  for (std::uint32_t& number : begins_)
-    begin += std::exchange(number, begin);
-  sorted_.resize(count);
+  const std::vector<std::uint32_t>& rows = rows_.ofPoints();
+  // A direction counts at the place after next, so that it is where the next one begins
+  // once its points are sorted in.
+  begins_.assign(std::size_t{width_} * rows_.count() + 2, 0);
+  directions_.resize(points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (rows[i] == no_row)
+      continue;
+    const auto column =
+        static_cast<std::uint32_t>(points_[i].azimuth * static_cast<float>(width_));
+    directions_[i] = rows[i] * width_ + std::min(column, width_ - 1);
+    ++begins_[directions_[i] + 2];
+  }
+  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+  sorted_.resize(begins_.back());
   for (std::uint32_t i = 0; i < points_.size(); ++i)
-    if (rows_.ofPoints()[i] != no_row)
-      sorted_[begins_[direction_of(i)]++] = i;
-  // Each begin is now that of the next direction.
-  begins_.insert(begins_.begin(), 0);
+    if (rows[i] != no_row)
+      sorted_[begins_[directions_[i] + 1]++] = i;
   for (std::size_t i = 0; i + 2 < begins_.size(); ++i)
     if (begins_[i + 1] - begins_[i] > 1)
       std::sort(sorted_.begin() + begins_[i],
@@ -182,8 +214,7 @@ LidarImage::placeRow(std::uint32_t row)
 bool
 LidarImage::isSameDirection(const LidarPoint& one, const LidarPoint& other) const
 {
-  return std::abs(one.azimuth - other.azimuth) * static_cast<float>(width_) <
-         0.125f * turn;
+  return std::abs(one.azimuth - other.azimuth) * static_cast<float>(width_) < 0.125f;
 }
 
 void
@@ -191,6 +222,8 @@ LidarImage::reset()
 {
   rows_.reset();
   width_ = 0;
+  failures_ = 0;
+  skipped_ = 0;
 }
 
 } // namespace PCL_EXT_ABI

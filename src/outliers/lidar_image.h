@@ -19,7 +19,8 @@ constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 class LidarImage {
 public:
   /** \brief Finds the pixels of a cloud.
-   * \return false if there are no rows
+   * \return false if there are no rows; after three such clouds only each sixteenth one is
+   * looked at
    */
   bool
   assign(const io::PointView& points);
@@ -62,6 +63,9 @@ private:
     std::uint32_t of; // index in placed_
   };
 
+  bool
+  findPixels(const io::PointView& points);
+
   void
   readPoints(const io::PointView& points);
 
@@ -81,11 +85,14 @@ private:
   LidarRows rows_;
   std::uint32_t width_ = 0;
   std::size_t width_points_ = 0; // of the cloud that it is of
+  unsigned int failures_ = 0;    // in a row
+  unsigned int skipped_ = 0;     // clouds that are not looked at
   std::vector<float> ranges_;
   std::vector<std::uint32_t> pixels_;
   // Points row after row, by azimuth; and where those of each direction begin.
   std::vector<std::uint32_t> sorted_;
   std::vector<std::uint32_t> begins_;
+  std::vector<std::uint32_t> directions_; // of points, row * width + column
   // Of a row: points with columns of their own, their columns, and the others.
   std::vector<std::uint32_t> placed_;
   std::vector<std::uint32_t> columns_;

@@ -6,6 +6,7 @@
 #include <bitset>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -17,7 +18,6 @@ namespace {
 
 constexpr std::uint32_t least_rows = 4;
 constexpr std::uint32_t most_rows = 1024;
-constexpr float two_pi = 6.2831853f;
 /** \brief Fewer points in a row are no row that was told from their directions. */
 constexpr std::size_t least_points_of_row = 32;
 
@@ -143,8 +143,8 @@ LidarRows::areCones(const std::vector<LidarPoint>& directions)
   MeanSine of_all;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (const std::uint32_t row = rows_[i]; row != no_row) {
-      const float turned = directions[i].azimuth / two_pi + 0.5f;
-      are_seen[row].set(static_cast<std::uint32_t>(turned * bins) % bins);
+      are_seen[row].set(static_cast<std::uint32_t>(directions[i].azimuth * bins) %
+                        bins);
       const double sine = sineOf(directions[i].slope);
       sines[row].add(sine);
       of_all.add(sine);
@@ -234,33 +234,61 @@ LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
   return true;
 }
 
-/** \brief Tells rows from where a turn ends, for clouds with one row after the other. */
+/** \brief Tells rows from where a turn ends, for clouds with one row after the other: ahead
+ * or behind, whichever makes fewer rows. */
 bool
 LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
 {
-  constexpr float far = 0.5f * two_pi;
-  std::uint32_t row = 0;
+  count_ = most_rows + 1;
   std::size_t points = 0;
-  float last = 0.0f;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (directions[i].range == 0.0f)
-      continue;
-    // From 0 on, not from -pi on.
-    const float azimuth =
-        directions[i].azimuth + (directions[i].azimuth < 0.0f ? two_pi : 0.0f);
-    if (points > 0 && std::abs(azimuth - last) > far && ++row == most_rows)
-      return false;
-    last = azimuth;
-    rows_[i] = row;
-    ++points;
+  for (const float begin : {0.0f, 0.5f}) {
+    std::uint32_t row = 0;
+    points = 0;
+    float last = 0.0f;
+    turn_rows_.assign(directions.size(), no_row);
+    for (std::size_t i = 0; i < directions.size() && row < most_rows; ++i) {
+      if (directions[i].range == 0.0f)
+        continue;
+      const float azimuth =
+          directions[i].azimuth + (directions[i].azimuth < begin ? 1.0f : 0.0f);
+      if (points > 0 && std::abs(azimuth - last) > 0.5f)
+        ++row;
+      last = azimuth;
+      turn_rows_[i] = row;
+      ++points;
+    }
+    if (row + 1 < count_) {
+      rows_.swap(turn_rows_);
+      count_ = row + 1;
+    }
   }
-  count_ = row + 1;
-  return count_ >= least_rows && points >= 2 * least_points_of_row * count_;
+  return count_ >= least_rows && count_ <= most_rows &&
+         points >= 2 * least_points_of_row * count_;
 }
 
-/** \brief Sorts rows by their mean elevation, as lasers may have any numbers. */
+/** \brief Sorts rows by their mean elevation, as lasers may have any numbers; again if a
+ * row has points that had none in all clouds before.
+ */
 void
 LidarRows::sortRows(const std::vector<LidarPoint>& directions)
+{
+  if (ranks_.size() != count_)
+    elevations_.assign(count_, std::numeric_limits<double>::quiet_NaN());
+  if (ranks_.size() != count_ ||
+      (ranked_rows_ < count_ &&
+       std::any_of(rows_.begin(), rows_.end(), [&](std::uint32_t row) {
+         return row != no_row && ranks_[row] == no_row;
+       })))
+    rankRows(directions);
+  count_ = ranked_rows_;
+  if (are_ranked_)
+    return;
+  for (std::uint32_t& row : rows_)
+    row = row == no_row ? no_row : ranks_[row];
+}
+
+void
+LidarRows::rankRows(const std::vector<LidarPoint>& directions)
 {
   std::vector<double> sums(count_);
   std::vector<std::size_t> sizes(count_);
@@ -270,21 +298,21 @@ LidarRows::sortRows(const std::vector<LidarPoint>& directions)
       ++sizes[rows_[i]];
     }
   std::vector<std::uint32_t> order;
-  for (std::uint32_t row = 0; row < count_; ++row)
-    if (sizes[row] > 0) {
-      sums[row] /= static_cast<double>(sizes[row]);
+  for (std::uint32_t row = 0; row < count_; ++row) {
+    if (sizes[row] > 0)
+      elevations_[row] = sums[row] / static_cast<double>(sizes[row]);
+    if (!std::isnan(elevations_[row]))
       order.push_back(row);
-    }
+  }
   std::sort(order.begin(), order.end(), [&](std::uint32_t one, std::uint32_t other) {
-    return sums[one] < sums[other] || (sums[one] == sums[other] && one < other);
+    return elevations_[one] < elevations_[other] ||
+           (elevations_[one] == elevations_[other] && one < other);
   });
-  std::vector<std::uint32_t> ranks(count_);
+  ranks_.assign(count_, no_row);
   for (std::uint32_t rank = 0; rank < order.size(); ++rank)
-    ranks[order[rank]] = rank;
-  if (order.size() < count_ || !std::is_sorted(order.begin(), order.end()))
-    for (std::uint32_t& row : rows_)
-      row = row == no_row ? no_row : ranks[row];
-  count_ = static_cast<std::uint32_t>(order.size());
+    ranks_[order[rank]] = rank;
+  ranked_rows_ = static_cast<std::uint32_t>(order.size());
+  are_ranked_ = ranked_rows_ == count_ && std::is_sorted(order.begin(), order.end());
 }
 
 } // namespace PCL_EXT_ABI

@@ -13,7 +13,7 @@ inline namespace PCL_EXT_ABI {
 /** \brief A point in the coordinates of a lidar. */
 struct LidarPoint {
   float range = 0.0f;   ///< metres; 0: none
-  float azimuth = 0.0f; ///< radians
+  float azimuth = 0.0f; ///< turns, from 0 to below 1, or 1 by rounding
   float slope = 0.0f;   ///< height over the distance from the axis
 };
 
@@ -50,6 +50,7 @@ public:
   {
     slopes_.clear();
     checked_rows_ = 0;
+    ranks_.clear();
   }
 
 private:
@@ -71,6 +72,9 @@ private:
   void
   sortRows(const std::vector<LidarPoint>& directions);
 
+  void
+  rankRows(const std::vector<LidarPoint>& directions);
+
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> rows_;
   std::vector<float> slopes_; // between rows, where they are told by slopes
@@ -79,6 +83,12 @@ private:
   // Of the last cloud whose rows were looked at.
   std::uint32_t checked_rows_ = 0;
   std::size_t checked_points_ = 0;
+  std::vector<std::uint32_t> turn_rows_; // scratch memory
+  // Of rows, in any cloud: means of the sines, NaN without points, and places by these.
+  std::vector<double> elevations_;
+  std::vector<std::uint32_t> ranks_; // no_row: without points
+  std::uint32_t ranked_rows_ = 0;
+  bool are_ranked_ = false; // all rows, in their order
 };
 
 } // namespace PCL_EXT_ABI

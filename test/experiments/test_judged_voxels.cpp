@@ -145,6 +145,31 @@ TEST(JudgedVoxels, BandsOfDepth)
   EXPECT_DOUBLE_EQ(voxels.at(3.0f, 4).surface_kept, 1.0);
 }
 
+TEST(JudgedVoxels, OtherBandsAndPoles)
+{
+  ScoredVoxels scored({10.0f, 20.0f, 1e9f});
+  scored.add({VoxelTruth::Noise,
+              VoxelTruth::Pole,
+              VoxelTruth::Pole,
+              VoxelTruth::Noise,
+              VoxelTruth::Still},
+             {9.99f, 10.0f, 15.0f, 20.0f, 2e9f},
+             {1.0f, 2.0f, 4.0f, 3.0f, 5.0f});
+  const JudgedVoxels voxels(scored);
+  ASSERT_EQ(voxels.bandEnds().size(), 3u);
+  const std::vector<VoxelNumbers> wanted = {{1, 0}, {0, 2}, {1, 1}};
+  for (std::size_t band = 0; band < wanted.size(); ++band) {
+    EXPECT_EQ(voxels.numbers(band).noise, wanted[band].noise) << band;
+    EXPECT_EQ(voxels.numbers(band).surface, wanted[band].surface) << band;
+  }
+  // At 3.5 both voxels of noise go, and one of the two of poles.
+  const Decision decision = voxels.at(3.5f);
+  EXPECT_DOUBLE_EQ(decision.kept[static_cast<std::size_t>(VoxelTruth::Pole)], 0.5);
+  EXPECT_DOUBLE_EQ(decision.surface_kept, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(decision.precision, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(voxels.at(3.5f, 1).surface_kept, 0.5);
+}
+
 TEST(JudgedVoxels, ThePersonFrameByFrame)
 {
   ScoredVoxels scored;

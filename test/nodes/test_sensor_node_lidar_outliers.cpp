@@ -120,8 +120,7 @@ TEST(SensorNodeLidarOutliers, ANamedUnitJudgesVoxels)
 {
   nodes::SensorNodeSettings settings = removingSettings();
   settings.outlier_removal->unit = DensityUnit::Voxels;
-  // Voxels of walls that are seen twice have about 3.
-  settings.outlier_removal->min_log_odds = 2.0f;
+  settings.outlier_removal->min_log_odds = 6.0f;
   nodes::SensorNode node(settings);
   nodes::SensorNode plain(settingsOf(IntensityLaw::Count));
   VoxelOutlierRemoval removal(*settings.outlier_removal);

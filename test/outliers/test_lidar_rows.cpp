@@ -187,10 +187,15 @@ TEST(LidarRows, AreToldByTurnsWhereSlopesOverlap)
   // Neighbours overlap, but a row has nearly the same slope nearly everywhere.
   const LidarScan scan = snowyScan(1.0);
   const std::vector<float> expected = judged(scan.view());
-  const std::vector<std::size_t> pixels = returnsOf(scan);
-  Unorganised cloud(scan, pixels);
-  EXPECT_EQ(judged(cloud.view()), at(expected, pixels));
-  Unorganised other_order(scan, shuffled(pixels));
+  // Rows begin ahead or behind.
+  const std::vector<std::size_t> ahead = returnsOf(scan);
+  std::vector<std::size_t> behind = ahead;
+  std::sort(behind.begin(), behind.end());
+  for (const auto& pixels : {ahead, behind}) {
+    Unorganised cloud(scan, pixels);
+    EXPECT_EQ(judged(cloud.view()), at(expected, pixels));
+  }
+  Unorganised other_order(scan, shuffled(ahead));
   PointOutlierRemoval removal;
   std::vector<float> log_odds;
   EXPECT_EQ(removal.score(other_order.view(), log_odds).code(),
@@ -301,7 +306,9 @@ TEST(LidarRows, AFirstCloudOfFewPointsDoesNotDecideForTheStream)
   std::vector<std::size_t> few;
   std::mt19937 generator(5);
   for (const std::size_t pixel : returnsOf(scan))
-    if (pixel / scan.width % 3 == 0 && generator() % 8 == 0)
+    // Of each third row, and of the uppermost one, so that rings seem to be complete.
+    if ((pixel / scan.width % 3 == 0 || pixel / scan.width + 1 == scan.height) &&
+        generator() % 8 == 0)
       few.push_back(pixel);
   const std::vector<std::size_t> all = returnsOf(scan);
   for (const bool has_rings : {false, true}) {
@@ -372,6 +379,28 @@ TEST(LidarRows, CamerasHaveNone)
       expectNoImage(points, name + " unorganised");
     }
   }
+}
+
+TEST(LidarRows, AreLookedForInEachSixteenthCloudWhereThereWereNone)
+{
+  const LidarScan scan = snowyScan();
+  PointOutlierRemoval removal;
+  std::vector<float> log_odds;
+  const auto is_judged = [&](const io::PointView& points) {
+    return removal.score(points, log_odds).ok();
+  };
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(is_judged(io::PointView()));
+    EXPECT_TRUE(i == 2 || is_judged(scan.view()));
+  }
+  for (int i = 0; i < 2; ++i)
+    EXPECT_FALSE(is_judged(io::PointView()));
+  for (int i = 0; i < 15; ++i) {
+    EXPECT_FALSE(is_judged(scan.view()));
+    EXPECT_EQ(log_odds, std::vector<float>(scan.size(), not_judged));
+  }
+  EXPECT_TRUE(is_judged(scan.view()));
+  EXPECT_TRUE(is_judged(scan.view()));
 }
 
 TEST(LidarRows, CloudsWithoutPointsHaveNone)

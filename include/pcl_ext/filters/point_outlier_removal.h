@@ -72,7 +72,8 @@ public:
    * point; plus infinity where none is judged: coordinates that are not finite, the
    * sensor's place, and points that share the direction of another one
    * \return Ok with the number of points below min_log_odds; InvalidSettings; or NoImage
-   * if there are no rows: then no point is judged
+   * if there are no rows: then no point is judged, and after three such clouds only each
+   * sixteenth one is looked at
    */
   OutlierRemovalStatus
   score(const io::PointView& points, std::vector<float>& log_odds);
