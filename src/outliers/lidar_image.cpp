@@ -65,8 +65,14 @@ LidarImage::findPixels(const io::PointView& points)
   pixels_.assign(points.count, no_pixel);
   if (!rows_.find(points, points_))
     return false;
-  if (width_ == 0)
+  // The first cloud may have few points.
+  const std::size_t count =
+      points.count - static_cast<std::size_t>(std::count(
+                         rows_.ofPoints().begin(), rows_.ofPoints().end(), no_row));
+  if (width_ == 0 || count > width_points_ + width_points_ / 4) {
     findWidth();
+    width_points_ = count;
+  }
   const std::size_t pixels = std::size_t{width_} * rows_.count();
   if (width_ == 0 || pixels > most_pixels_of_point * points.count)
     return false;
@@ -156,7 +162,9 @@ LidarImage::sortByDirection()
       std::sort(sorted_.begin() + begins_[i],
                 sorted_.begin() + begins_[i + 1],
                 [&](std::uint32_t one, std::uint32_t other) {
-                  return points_[one].azimuth < points_[other].azimuth;
+                  const float azimuth = points_[one].azimuth;
+                  return azimuth < points_[other].azimuth ||
+                         (azimuth == points_[other].azimuth && one < other);
                 });
 }
 
@@ -174,17 +182,22 @@ LidarImage::placeRow(std::uint32_t row)
   for (std::uint32_t column = 0; column < width_; ++column) {
     const std::uint32_t begin = begins_[first + column];
     const std::uint32_t end = begins_[first + column + 1];
-    const std::uint32_t half = std::min((end - begin) / 2, column);
     for (std::uint32_t i = begin; i < end; ++i) {
       const std::uint32_t point = sorted_[i];
-      if (i > begin && isSameDirection(points_[point], points_[placed_.back()])) {
+      if (!placed_.empty() &&
+          isSameDirection(points_[point], points_[placed_.back()])) {
         repetitions_.push_back({point, static_cast<std::uint32_t>(placed_.size() - 1)});
-        continue;
+        if (point < placed_.back())
+          std::swap(placed_.back(), repetitions_.back().point);
       }
-      next = std::max(next, column + (i - begin) - half);
-      placed_.push_back(point);
-      columns_.push_back(next++);
+      else
+        placed_.push_back(point);
     }
+    const auto count = static_cast<std::uint32_t>(placed_.size() - columns_.size());
+    const std::uint32_t half = std::min(count / 2, column);
+    next = std::max(next, column - half);
+    for (std::uint32_t i = 0; i < count; ++i)
+      columns_.push_back(next++);
   }
   // Those beyond the last column move back.
   std::uint32_t end = width_;

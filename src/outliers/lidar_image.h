@@ -84,8 +84,9 @@ private:
   std::vector<LidarPoint> points_;
   LidarRows rows_;
   std::uint32_t width_ = 0;
-  unsigned int failures_ = 0; // in a row
-  unsigned int skipped_ = 0;  // clouds that are not looked at
+  std::size_t width_points_ = 0; // of the cloud that it is of
+  unsigned int failures_ = 0;    // in a row
+  unsigned int skipped_ = 0;     // clouds that are not looked at
   std::vector<float> ranges_;
   std::vector<std::uint32_t> pixels_;
   // Points row after row, by azimuth; and where those of each direction begin.

@@ -6,8 +6,10 @@
 #include <bitset>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -55,17 +57,30 @@ slopesBetweenRows(std::vector<float>& slopes)
   return between;
 }
 
-/** \brief The squares of the differences of slopes from their mean. */
-class MeanSlope {
+/** \brief Sine of the elevation: single points near the axis, whose slopes are huge, count
+ * no more than others. */
+double
+sineOf(float slope)
+{
+  const auto exact = static_cast<double>(slope);
+  return exact / std::sqrt(1.0 + exact * exact);
+}
+
+/** \brief The squares of the differences of sines of elevations from their mean. */
+class MeanSine {
 public:
   void
-  add(float slope)
+  add(double sine)
   {
-    // Nearly vertical rays tell nothing.
-    const double bounded = std::clamp(static_cast<double>(slope), -10.0, 10.0);
     count_ += 1.0;
-    sum_ += bounded;
-    sum_of_squares_ += bounded * bounded;
+    sum_ += sine;
+    sum_of_squares_ += sine * sine;
+  }
+
+  double
+  count() const
+  {
+    return count_;
   }
 
   double
@@ -89,10 +104,12 @@ LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& dire
   count_ = 0;
   const bool is_organised = points.image.width > 1 && points.image.height > 1;
   const std::optional<std::size_t> ring = io::findRing(points.fields);
-  if (is_organised)
-    readImage(points);
+  if (is_organised) {
+    if (!readImage(points))
+      return false;
+  }
   else if (ring) {
-    if (!readRings(points.fields[*ring]))
+    if (!readRings(points.fields[*ring], directions))
       return false;
   }
   else if (!findBySlope(directions) && !findByTurns(directions))
@@ -100,65 +117,87 @@ LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& dire
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (directions[i].range == 0.0f)
       rows_[i] = no_row;
-  if (!ring && !areCones(directions))
+  if ((is_organised || !ring) && !areCones(directions))
     return false;
   sortRows(directions);
   return count_ >= 2;
 }
 
-/** \brief Whether rows turn around the axis, each at nearly the same slope: those of a
- * camera do not. What was found stays while clouds have as many rows and points. */
+/** \brief Whether rows turn around the axis, each at nearly the same elevation: those of a
+ * camera do not, but for middle rows of one that looks along the axis, and wide rows of
+ * one that looks ahead are only nearly so. What was found stays while clouds have as many
+ * rows and points. */
 bool
 LidarRows::areCones(const std::vector<LidarPoint>& directions)
 {
   if (checked_rows_ == count_ && checked_points_ == directions.size())
     return true;
-  // Of a third of a turn.
   constexpr std::uint32_t bins = 36;
   constexpr std::size_t least_bins = bins / 3;
-  constexpr double most_variance_of_row = 0.25; // of that of all rows
-  std::vector<MeanSlope> slopes(count_);
+  constexpr std::size_t many_bins = 2 * least_bins;
+  // Of that of all rows.
+  constexpr double most_variance_of_row = 0.25;
+  constexpr double most_variance_of_part = 0.01;
+  std::vector<MeanSine> sines(count_);
   std::vector<std::bitset<bins>> are_seen(count_);
-  MeanSlope of_all;
+  MeanSine of_all;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (const std::uint32_t row = rows_[i]; row != no_row) {
       are_seen[row].set(static_cast<std::uint32_t>(directions[i].azimuth * bins) %
                         bins);
-      slopes[row].add(directions[i].slope);
-      of_all.add(directions[i].slope);
+      const double sine = sineOf(directions[i].slope);
+      sines[row].add(sine);
+      of_all.add(sine);
     }
-  std::size_t widest = 0;
   double in_rows = 0.0;
+  double of_wide_rows = 0.0;
+  double of_very_wide_rows = 0.0;
   for (std::uint32_t row = 0; row < count_; ++row) {
-    widest = std::max(widest, are_seen[row].count());
-    in_rows += slopes[row].squares();
+    in_rows += sines[row].squares();
+    of_wide_rows += are_seen[row].count() >= least_bins ? sines[row].count() : 0.0;
+    of_very_wide_rows += are_seen[row].count() >= many_bins ? sines[row].count() : 0.0;
   }
-  if (widest < least_bins || in_rows > most_variance_of_row * of_all.squares())
+  const double half = 0.5 * of_all.count();
+  const double most_variance =
+      of_very_wide_rows < half ? most_variance_of_part : most_variance_of_row;
+  if (of_wide_rows < half || in_rows > most_variance * of_all.squares())
     return false;
   checked_rows_ = count_;
   checked_points_ = directions.size();
   return true;
 }
 
-void
+bool
 LidarRows::readImage(const io::PointView& points)
 {
+  if (points.image.height > most_rows)
+    return false;
   count_ = points.image.height;
   if (points.pixels == nullptr) {
+    if (std::size_t{points.image.width} * count_ != points.count)
+      return false;
     auto begin = rows_.begin();
     for (std::uint32_t row = 0; row < count_; ++row)
       begin = std::fill_n(begin, points.image.width, row);
-    return;
+    return true;
   }
-  for (std::size_t i = 0; i < points.count; ++i)
+  for (std::size_t i = 0; i < points.count; ++i) {
     rows_[i] = points.pixels[i] / points.image.width;
+    if (rows_[i] >= count_)
+      return false;
+  }
+  return true;
 }
 
 bool
-LidarRows::readRings(const io::FieldView& rings)
+LidarRows::readRings(const io::FieldView& rings,
+                     const std::vector<LidarPoint>& directions)
 {
   const io::RingReader reader(rings);
   for (std::size_t i = 0; i < rows_.size(); ++i) {
+    // Missing points may have any ring.
+    if (directions[i].range == 0.0f)
+      continue;
     const std::uint32_t row = reader.row(i);
     if (row >= most_rows)
       return false;
@@ -172,13 +211,18 @@ LidarRows::readRings(const io::FieldView& rings)
 bool
 LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
 {
-  if (slopes_.empty()) {
-    sorted_.clear();
-    for (const LidarPoint& point : directions)
-      if (point.range > 0.0f)
-        sorted_.push_back(point.slope);
+  sorted_.clear();
+  for (const LidarPoint& point : directions)
+    if (point.range > 0.0f)
+      sorted_.push_back(point.slope);
+  // The first cloud may have few of the rows.
+  if (const std::size_t count = sorted_.size();
+      slopes_.empty() || count > slopes_points_ + slopes_points_ / 4) {
     std::sort(sorted_.begin(), sorted_.end());
-    slopes_ = slopesBetweenRows(sorted_);
+    std::vector<float> between = slopesBetweenRows(sorted_);
+    if (!between.empty())
+      slopes_ = std::move(between);
+    slopes_points_ = count;
   }
   if (slopes_.empty())
     return false;
@@ -190,35 +234,51 @@ LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
   return true;
 }
 
-/** \brief Tells rows from where a turn ends, for clouds with one row after the other. */
+/** \brief Tells rows from where a turn ends, for clouds with one row after the other: ahead
+ * or behind, whichever makes fewer rows. */
 bool
 LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
 {
-  constexpr float far = 0.5f; // turns
-  std::uint32_t row = 0;
+  count_ = most_rows + 1;
   std::size_t points = 0;
-  float last = 0.0f;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (directions[i].range == 0.0f)
-      continue;
-    const float azimuth = directions[i].azimuth;
-    if (points > 0 && std::abs(azimuth - last) > far && ++row == most_rows)
-      return false;
-    last = azimuth;
-    rows_[i] = row;
-    ++points;
+  for (const float begin : {0.0f, 0.5f}) {
+    std::uint32_t row = 0;
+    points = 0;
+    float last = 0.0f;
+    turn_rows_.assign(directions.size(), no_row);
+    for (std::size_t i = 0; i < directions.size() && row < most_rows; ++i) {
+      if (directions[i].range == 0.0f)
+        continue;
+      const float azimuth =
+          directions[i].azimuth + (directions[i].azimuth < begin ? 1.0f : 0.0f);
+      if (points > 0 && std::abs(azimuth - last) > 0.5f)
+        ++row;
+      last = azimuth;
+      turn_rows_[i] = row;
+      ++points;
+    }
+    if (row + 1 < count_) {
+      rows_.swap(turn_rows_);
+      count_ = row + 1;
+    }
   }
-  count_ = row + 1;
-  return count_ >= least_rows && points >= 2 * least_points_of_row * count_;
+  return count_ >= least_rows && count_ <= most_rows &&
+         points >= 2 * least_points_of_row * count_;
 }
 
-/** \brief Sorts rows by the mean slope of their points, as lasers may have any numbers;
- * once for all clouds with as many rows.
+/** \brief Sorts rows by their mean elevation, as lasers may have any numbers; again if a
+ * row has points that had none in all clouds before.
  */
 void
 LidarRows::sortRows(const std::vector<LidarPoint>& directions)
 {
   if (ranks_.size() != count_)
+    elevations_.assign(count_, std::numeric_limits<double>::quiet_NaN());
+  if (ranks_.size() != count_ ||
+      (ranked_rows_ < count_ &&
+       std::any_of(rows_.begin(), rows_.end(), [&](std::uint32_t row) {
+         return row != no_row && ranks_[row] == no_row;
+       })))
     rankRows(directions);
   count_ = ranked_rows_;
   if (are_ranked_)
@@ -234,19 +294,20 @@ LidarRows::rankRows(const std::vector<LidarPoint>& directions)
   std::vector<std::size_t> sizes(count_);
   for (std::size_t i = 0; i < rows_.size(); ++i)
     if (rows_[i] != no_row) {
-      sums[rows_[i]] += static_cast<double>(directions[i].slope);
+      sums[rows_[i]] += sineOf(directions[i].slope);
       ++sizes[rows_[i]];
     }
   std::vector<std::uint32_t> order;
-  for (std::uint32_t row = 0; row < count_; ++row)
-    if (sizes[row] > 0) {
-      sums[row] /= static_cast<double>(sizes[row]);
+  for (std::uint32_t row = 0; row < count_; ++row) {
+    if (sizes[row] > 0)
+      elevations_[row] = sums[row] / static_cast<double>(sizes[row]);
+    if (!std::isnan(elevations_[row]))
       order.push_back(row);
-    }
+  }
   std::sort(order.begin(), order.end(), [&](std::uint32_t one, std::uint32_t other) {
-    return sums[one] < sums[other] || (sums[one] == sums[other] && one < other);
+    return elevations_[one] < elevations_[other] ||
+           (elevations_[one] == elevations_[other] && one < other);
   });
-  // A row that has points later only is left out until there are other rows.
   ranks_.assign(count_, no_row);
   for (std::uint32_t rank = 0; rank < order.size(); ++rank)
     ranks_[order[rank]] = rank;

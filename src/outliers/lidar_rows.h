@@ -55,9 +55,9 @@ public:
 
 private:
   bool
-  readRings(const io::FieldView& rings);
+  readRings(const io::FieldView& rings, const std::vector<LidarPoint>& directions);
 
-  void
+  bool
   readImage(const io::PointView& points);
 
   bool
@@ -78,11 +78,15 @@ private:
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> rows_;
   std::vector<float> slopes_; // between rows, where they are told by slopes
+  std::size_t slopes_points_ = 0;
   std::vector<float> sorted_; // scratch memory
   // Of the last cloud whose rows were looked at.
   std::uint32_t checked_rows_ = 0;
   std::size_t checked_points_ = 0;
-  std::vector<std::uint32_t> ranks_; // of rows, by their slopes; no_row: without points
+  std::vector<std::uint32_t> turn_rows_; // scratch memory
+  // Of rows, in any cloud: means of the sines, NaN without points, and places by these.
+  std::vector<double> elevations_;
+  std::vector<std::uint32_t> ranks_; // no_row: without points
   std::uint32_t ranked_rows_ = 0;
   bool are_ranked_ = false; // all rows, in their order
 };

@@ -36,9 +36,6 @@ public:
   OutlierRemovalStatus
   score(const io::PointView& points, std::vector<float>& log_odds)
   {
-    log_odds.assign(points.count, std::numeric_limits<float>::infinity());
-    if (!settings_status_.ok())
-      return settings_status_;
     return callOrCleanUp([&] { return judge(points, log_odds); }, [&] { reset(); });
   }
 
@@ -53,6 +50,9 @@ private:
   OutlierRemovalStatus
   judge(const io::PointView& points, std::vector<float>& log_odds)
   {
+    log_odds.assign(points.count, std::numeric_limits<float>::infinity());
+    if (!settings_status_.ok())
+      return settings_status_;
     if (!image_.assign(points)) {
       continuity_.reset();
       return {OutlierRemovalCode::NoImage,

@@ -55,12 +55,13 @@ RangeContinuity::score(const std::vector<float>& ranges,
 void
 RangeContinuity::resize(std::uint32_t width, std::uint32_t height)
 {
-  has_last_ = false;
-  width_ = width;
-  height_ = height;
+  // Unless both images get their memory there are none.
+  reset();
   stride_ = std::size_t{(width + chunk - 1) / chunk} * chunk + 2 * margin;
   image_.assign(stride_ * height, no_return);
   last_image_ = image_;
+  width_ = width;
+  height_ = height;
 }
 
 /** \brief Sets the codes of a row, and those of its margins. */
@@ -194,12 +195,15 @@ RangeContinuity::seenBefore(std::uint32_t row, std::uint32_t column, Code code) 
 }
 
 /** \brief Whether most of what goes on to both sides is where it was in the last
- * image. */
+ * image, which says nothing if it has hardly anything that goes on, as the first one of
+ * a sensor under its cover. */
 bool
 RangeContinuity::isStill() const
 {
   constexpr std::uint32_t every = 7;
   constexpr std::size_t share = 20;
+  constexpr std::size_t least_share = 16;
+  std::size_t seen = 0;
   std::size_t compared = 0;
   std::size_t moved = 0;
   const auto goes_on = [](const Code* code) {
@@ -210,12 +214,15 @@ RangeContinuity::isStill() const
     for (std::uint32_t column = row % every; column < width_; column += every) {
       const Code* const now = at(image_, row) + column;
       const Code* const last = at(last_image_, row) + column;
-      if (!goes_on(now) || !goes_on(last))
+      if (!goes_on(now))
+        continue;
+      ++seen;
+      if (!goes_on(last))
         continue;
       ++compared;
       moved += std::abs(*now - *last) >= row_width ? 1 : 0;
     }
-  return share * moved <= compared;
+  return compared > 0 && least_share * compared >= seen && share * moved <= compared;
 }
 
 } // namespace PCL_EXT_ABI

@@ -37,6 +37,8 @@ public:
   reset()
   {
     has_last_ = false;
+    width_ = 0;
+    height_ = 0;
   }
 
 private:

@@ -72,6 +72,14 @@ TEST(HealthReport, OfASender)
   expectLevel(
       report_of(now), HealthLevel::Warning, "Most voxels are removed as outliers");
   now = before;
+  now.node.frame.voxelization.points_used = 10;
+  now.node.points_removed = 10;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  now.node.points_removed = 11;
+  expectLevel(
+      report_of(now), HealthLevel::Warning, "Most points are removed as outliers");
+  EXPECT_EQ(valueOf(report_of(now), "points removed as outliers"), "11");
+  now = before;
   now.latest_transforms = 2;
   now.node.frames_with_last_transform = 3;
   expectLevel(

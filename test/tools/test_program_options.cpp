@@ -1,9 +1,13 @@
+#include <pcl_ext/filters/point_outlier_removal.h>
+
+#include "support/lidar_room.h"
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace pcl_ext {
@@ -253,6 +257,47 @@ TEST(ProgramOptions, RemovedOutliersAreCounted)
       expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count --remove-outliers");
   EXPECT_NE(result.output.find(" voxels removed as outliers"), std::string::npos)
       << result.output;
+}
+
+TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
+{
+  const TestFolder folder;
+  pcl_ext::test::LidarRoom room;
+  room.width = 180;
+  room.height = 16;
+  room.snow = 0.05;
+  const pcl_ext::test::LidarScan scan = room.scan();
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    cloud.push_back({scan.coordinates[3 * i],
+                     scan.coordinates[3 * i + 1],
+                     scan.coordinates[3 * i + 2],
+                     1.0f});
+  cloud.width = scan.width;
+  cloud.height = scan.height;
+  cloud.is_dense = false;
+  writeClouds(folder, "lidar", {cloud});
+  PointOutlierRemoval removal;
+  std::vector<float> log_odds;
+  const std::size_t removed = removal.score(scan.view(), log_odds).removed;
+  const auto returns = std::count_if(
+      scan.ranges.begin(), scan.ranges.end(), [](float range) { return range > 0.0f; });
+  ASSERT_GT(removed, 50u);
+  const std::string encode = "encode lidar -r 0.05 --law count --remove-outliers ";
+  ASSERT_TRUE(removed < 1000 && returns > 1999 && returns < 3000) << returns;
+  const std::string points = std::to_string(removed) + " of 2," +
+                             std::to_string(returns).substr(1) +
+                             " points removed as outliers by a lidar's rays";
+  // With a remark that rows and columns are not kept.
+  const ProgramRun judged = run(folder, encode + "-o x.pcxi");
+  EXPECT_EQ(judged.status, 0) << judged.errors;
+  const std::string& output = judged.output;
+  EXPECT_NE(output.find(points), std::string::npos) << output;
+  EXPECT_EQ(output.find("voxels removed"), std::string::npos) << output;
+  EXPECT_EQ(output.find("beyond box"), std::string::npos) << output;
+  const std::string named = run(folder, encode + "-o y.pcxi --unit voxels").output;
+  EXPECT_EQ(named.find("lidar's rays"), std::string::npos) << named;
+  EXPECT_NE(named.find(" voxels removed as outliers"), std::string::npos) << named;
 }
 
 TEST(ProgramOptions, ProgressFitsANarrowTerminal)

@@ -1,0 +1,270 @@
+/** \file
+ * \brief removeOutliers() on clouds of PCL: of any layout what is noise by
+ * PointOutlierRemoval is removed, and nothing else changes.
+ */
+#include <pcl_ext/filters/cloud_outlier_removal.h>
+
+#include "support/lidar_room.h"
+#include "support/message_layouts.h"
+
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::test;
+
+LidarScan
+snowyScan()
+{
+  LidarRoom room;
+  room.width = 180;
+  room.height = 16;
+  room.snow = 0.05;
+  return room.scan();
+}
+
+/** \brief What PointOutlierRemoval removes of it. */
+std::vector<bool>
+noiseOf(const LidarScan& scan)
+{
+  PointOutlierRemoval removal;
+  std::vector<float> log_odds;
+  EXPECT_GT(removal.score(scan.view(), log_odds).removed, 50u);
+  std::vector<bool> is_noise;
+  for (const float number : log_odds)
+    is_noise.push_back(number < 0.0f);
+  return is_noise;
+}
+
+/** \brief A cloud of the points of a scan; all bytes but those of coordinates and ring
+ * differ from point to point. */
+PCLPointCloud2
+messageOf(const LidarScan& scan,
+          std::uint8_t datatype,
+          bool is_organised,
+          std::uint32_t row_padding)
+{
+  const std::uint32_t size = datatype == PCLPointField::FLOAT64 ? 8 : 4;
+  PCLPointCloud2 message;
+  message.header.frame_id = "lidar";
+  message.header.stamp = 1234;
+  message.header.seq = 7;
+  message.fields = {makeField("intensity", 0, PCLPointField::FLOAT32),
+                    makeField("z", 4, datatype),
+                    makeField("x", 4 + 2 * size, datatype),
+                    makeField("y", 4 + 3 * size, datatype),
+                    makeField("ring", 4 + 4 * size, PCLPointField::UINT16)};
+  message.point_step = 4 + 4 * size + 5;
+  message.width = is_organised ? scan.width : scan.width * scan.height;
+  message.height = is_organised ? scan.height : 1;
+  message.row_step = message.width * message.point_step + row_padding;
+  message.is_dense = 1;
+  message.data.resize(std::size_t{message.row_step} * message.height);
+  for (std::size_t i = 0; i < message.data.size(); ++i)
+    message.data[i] = static_cast<std::uint8_t>(i * 37 + i / 256);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    std::uint8_t* const point = message.data.data() +
+                                i / message.width * message.row_step +
+                                i % message.width * message.point_step;
+    const float* const xyz = &scan.coordinates[3 * i];
+    writeNumber(point + 4, datatype, static_cast<double>(xyz[2]));
+    writeNumber(point + 4 + 2 * size, datatype, static_cast<double>(xyz[0]));
+    writeNumber(point + 4 + 3 * size, datatype, static_cast<double>(xyz[1]));
+    writeNumber(point + 4 + 4 * size,
+                PCLPointField::UINT16,
+                static_cast<double>(i / scan.width));
+  }
+  return message;
+}
+
+void
+expectSameDescription(const PCLPointCloud2& cloud, const PCLPointCloud2& before)
+{
+  EXPECT_EQ(cloud.header.frame_id, before.header.frame_id);
+  EXPECT_EQ(cloud.header.stamp, before.header.stamp);
+  EXPECT_EQ(cloud.header.seq, before.header.seq);
+  EXPECT_EQ(cloud.point_step, before.point_step);
+  EXPECT_EQ(cloud.is_bigendian, before.is_bigendian);
+  ASSERT_EQ(cloud.fields.size(), before.fields.size());
+  for (std::size_t i = 0; i < cloud.fields.size(); ++i) {
+    EXPECT_EQ(cloud.fields[i].name, before.fields[i].name);
+    EXPECT_EQ(cloud.fields[i].offset, before.fields[i].offset);
+    EXPECT_EQ(cloud.fields[i].datatype, before.fields[i].datatype);
+  }
+}
+
+TEST(CloudOutlierRemoval, OrganisedCloudsKeepRowsColumnsAndAllOtherBytes)
+{
+  const LidarScan scan = snowyScan();
+  const std::vector<bool> is_noise = noiseOf(scan);
+  for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
+    for (const std::uint32_t padding : {0u, 13u}) {
+      const PCLPointCloud2 before = messageOf(scan, datatype, true, padding);
+      PCLPointCloud2 expected = before;
+      const std::uint32_t size = datatype == PCLPointField::FLOAT64 ? 8 : 4;
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < scan.size(); ++i)
+        if (is_noise[i]) {
+          ++count;
+          for (const std::uint32_t offset : {4u, 4 + 2 * size, 4 + 3 * size})
+            writeNumber(expected.data.data() + i / scan.width * expected.row_step +
+                            i % scan.width * expected.point_step + offset,
+                        datatype,
+                        std::numeric_limits<double>::quiet_NaN());
+        }
+      PCLPointCloud2 cloud = before;
+      PointOutlierRemoval removal;
+      const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+      EXPECT_TRUE(status.ok()) << status.message();
+      EXPECT_EQ(status.removed, count);
+      expectSameDescription(cloud, before);
+      EXPECT_EQ(cloud.width, before.width);
+      EXPECT_EQ(cloud.height, before.height);
+      EXPECT_EQ(cloud.row_step, before.row_step);
+      EXPECT_EQ(cloud.is_dense, 0);
+      EXPECT_EQ(cloud.data, expected.data);
+    }
+}
+
+TEST(CloudOutlierRemoval, PointsOfOthersAreErasedWithAllTheirBytes)
+{
+  const LidarScan scan = snowyScan();
+  const std::vector<bool> is_noise = noiseOf(scan);
+  for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
+    for (const std::uint32_t padding : {0u, 13u}) {
+      const PCLPointCloud2 before = messageOf(scan, datatype, false, padding);
+      std::vector<std::uint8_t> expected;
+      for (std::size_t i = 0; i < scan.size(); ++i) {
+        const auto begin =
+            before.data.begin() + static_cast<std::ptrdiff_t>(i * before.point_step);
+        if (!is_noise[i])
+          expected.insert(expected.end(), begin, begin + before.point_step);
+      }
+      PCLPointCloud2 cloud = before;
+      PointOutlierRemoval removal;
+      const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+      EXPECT_TRUE(status.ok()) << status.message();
+      expectSameDescription(cloud, before);
+      EXPECT_EQ(cloud.width, scan.size() - status.removed);
+      EXPECT_EQ(cloud.height, 1u);
+      EXPECT_EQ(cloud.row_step, expected.size());
+      EXPECT_EQ(cloud.is_dense, before.is_dense);
+      EXPECT_EQ(cloud.data, expected);
+    }
+}
+
+TEST(CloudOutlierRemoval, CloudsThatCannotBeJudgedAreNotChanged)
+{
+  const LidarScan scan = snowyScan();
+  const auto expectRefused = [](const PCLPointCloud2& before,
+                                OutlierRemovalCode code,
+                                const std::string& text) {
+    PCLPointCloud2 cloud = before;
+    cloud.data.shrink_to_fit(); // so that a sanitizer sees the first byte too many
+    PointOutlierRemoval removal;
+    const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+    EXPECT_EQ(status.code(), code) << text;
+    EXPECT_NE(status.message().find(text), std::string::npos) << status.message();
+    EXPECT_EQ(status.removed, 0u);
+    EXPECT_EQ(cloud.data, before.data);
+    EXPECT_EQ(cloud.width, before.width);
+    EXPECT_EQ(cloud.height, before.height);
+    EXPECT_EQ(cloud.is_dense, before.is_dense);
+  };
+  const PCLPointCloud2 valid = messageOf(scan, PCLPointField::FLOAT32, true, 0);
+  PCLPointCloud2 cloud = valid;
+  fieldOf(cloud, "y").name = "Y";
+  expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "no field 'y'");
+  cloud = valid;
+  fieldOf(cloud, "z").datatype = PCLPointField::INT32;
+  expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "field 'z'");
+  cloud = valid;
+  cloud.data.pop_back();
+  expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "invalid layout");
+  cloud = valid;
+  --cloud.row_step;
+  expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "invalid layout");
+  cloud = valid;
+  cloud.width = 4294967295u;
+  expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "invalid layout");
+  cloud = valid;
+  cloud.width = 0;
+  cloud.data.clear();
+  expectRefused(cloud, OutlierRemovalCode::NoImage, "no point was judged");
+  // A field ring that is not within the points is none.
+  cloud = messageOf(scan, PCLPointField::FLOAT32, false, 0);
+  cloud.width = 100;
+  fieldOf(cloud, "ring").offset = cloud.point_step - 1;
+  expectRefused(cloud, OutlierRemovalCode::NoImage, "no point was judged");
+}
+
+TEST(CloudOutlierRemoval, TypedCloudsKeepTheirPose)
+{
+  const LidarScan scan = snowyScan();
+  const std::vector<bool> is_noise = noiseOf(scan);
+  for (const bool is_organised : {true, false}) {
+    pcl::PointCloud<pcl::PointXYZI> cloud;
+    for (std::size_t i = 0; i < scan.size(); ++i)
+      cloud.push_back({scan.coordinates[3 * i],
+                       scan.coordinates[3 * i + 1],
+                       scan.coordinates[3 * i + 2],
+                       static_cast<float>(i)});
+    if (is_organised) {
+      cloud.width = scan.width;
+      cloud.height = scan.height;
+    }
+    cloud.header.frame_id = "lidar";
+    cloud.header.stamp = 1234;
+    cloud.sensor_origin_ = {1.0f, 2.0f, 3.0f, 0.0f};
+    cloud.sensor_orientation_ = Eigen::Quaternionf(0.0f, 1.0f, 0.0f, 0.0f);
+    PointOutlierRemoval removal;
+    const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_EQ(cloud.header.frame_id, "lidar");
+    EXPECT_EQ(cloud.header.stamp, 1234u);
+    EXPECT_EQ(cloud.sensor_origin_, Eigen::Vector4f(1.0f, 2.0f, 3.0f, 0.0f));
+    EXPECT_EQ(cloud.sensor_orientation_.x(), 1.0f);
+    EXPECT_EQ(cloud.height, is_organised ? scan.height : 1u);
+    EXPECT_EQ(std::size_t{cloud.width} * cloud.height, cloud.size());
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      if (is_noise[i] && !is_organised)
+        continue;
+      ASSERT_LT(at, cloud.size());
+      EXPECT_EQ(cloud[at].intensity, static_cast<float>(i));
+      EXPECT_EQ(std::isnan(cloud[at].x), is_noise[i] || scan.ranges[i] == 0.0f);
+      ++at;
+    }
+    EXPECT_EQ(at, cloud.size());
+  }
+}
+
+TEST(CloudOutlierRemoval, NothingIsLeftWhereAllIsNoise)
+{
+  LidarScan scan = snowyScan();
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    if (scan.ranges[i] > 0.0f)
+      cloud.push_back({scan.coordinates[3 * i],
+                       scan.coordinates[3 * i + 1],
+                       scan.coordinates[3 * i + 2]});
+  const std::size_t count = cloud.size();
+  PointOutlierRemovalSettings settings;
+  settings.min_log_odds = 1000.0f;
+  PointOutlierRemoval removal(settings);
+  const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+  EXPECT_TRUE(status.ok()) << status.message();
+  EXPECT_EQ(status.removed, count);
+  EXPECT_TRUE(cloud.empty());
+}
+
+} // namespace

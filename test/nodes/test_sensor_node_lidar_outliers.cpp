@@ -1,0 +1,197 @@
+/** \file
+ * \brief Outliers that a SensorNode removes from clouds of a lidar, whose points are judged
+ * before they are voxels, and from those of other sensors.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/filters/cloud_outlier_removal.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "support/lidar_room.h"
+#include "support/sensor_clouds.h"
+#include "support/test_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::test::FailingAllocation;
+using pcl_ext::test::LidarRoom;
+using pcl_ext::test::LidarScan;
+
+/** \brief A lidar's cloud of a standing sensor, in which it snows. */
+pcl::PCLPointCloud2
+lidarCloud(unsigned int seed, bool is_organised = true, std::uint32_t width = 180)
+{
+  LidarRoom room;
+  room.width = width;
+  room.height = 16;
+  room.snow = 0.05;
+  room.seed = seed;
+  const LidarScan scan = room.scan();
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    cloud.push_back({scan.coordinates[3 * i],
+                     scan.coordinates[3 * i + 1],
+                     scan.coordinates[3 * i + 2]});
+  if (is_organised) {
+    cloud.width = scan.width;
+    cloud.height = scan.height;
+  }
+  cloud.is_dense = false;
+  return messageOf(cloud, 1000 + seed);
+}
+
+std::size_t
+finitePoints(const pcl::PCLPointCloud2& message)
+{
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  pcl::fromPCLPointCloud2(message, cloud);
+  std::size_t count = 0;
+  for (const pcl::PointXYZ& point : cloud)
+    count += std::isfinite(point.x) ? 1 : 0;
+  return count;
+}
+
+nodes::SensorNodeSettings
+removingSettings()
+{
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.outlier_removal.emplace();
+  return settings;
+}
+
+TEST(SensorNodeLidarOutliers, AreRemovedAsPointsBeforeTheyAreVoxels)
+{
+  for (const bool is_organised : {true, false}) {
+    nodes::SensorNode node(removingSettings());
+    nodes::SensorNode plain(settingsOf(IntensityLaw::Count));
+    PointOutlierRemoval removal;
+    io::FrameDecoder decoder;
+    io::FrameDecoder plain_decoder;
+    for (unsigned int seed = 1; seed < 4; ++seed) {
+      const pcl::PCLPointCloud2 cloud = lidarCloud(seed, is_organised);
+      pcl::PCLPointCloud2 kept = cloud;
+      const OutlierRemovalStatus status = removeOutliers(kept, removal);
+      ASSERT_TRUE(status.ok()) << status.message();
+      // The sensor has moved, but its points are judged as it saw them.
+      const io::VoxelFrame voxels =
+          decodedWith(decoder, encoded(node, cloud, poseOf(seed)));
+      const io::VoxelFrame expected =
+          decodedWith(plain_decoder, encoded(plain, kept, poseOf(seed)));
+      EXPECT_EQ(voxels.keys, expected.keys);
+      EXPECT_EQ(voxels.intensities, expected.intensities);
+      const nodes::SensorNodeStatistics statistics = node.statistics();
+      EXPECT_TRUE(statistics.judged_points);
+      EXPECT_GT(statistics.points_removed, 50u);
+      EXPECT_EQ(statistics.points_removed, status.removed);
+      EXPECT_EQ(statistics.outliers_removed, 0u);
+      EXPECT_EQ(statistics.preprocessing.points, std::size_t{180} * 16);
+      EXPECT_EQ(statistics.preprocessing.points_not_finite,
+                std::size_t{180} * 16 - finitePoints(cloud));
+      EXPECT_EQ(statistics.frame.voxelization.points_used,
+                finitePoints(cloud) - status.removed);
+    }
+  }
+}
+
+TEST(SensorNodeLidarOutliers, SettingsAreThoseOfTheNode)
+{
+  nodes::SensorNodeSettings settings = removingSettings();
+  PointOutlierRemovalSettings expected;
+  expected.min_log_odds = settings.outlier_removal->min_log_odds = 3.0f;
+  expected.use_history = settings.outlier_removal->use_history = false;
+  nodes::SensorNode node(settings);
+  PointOutlierRemoval removal(expected);
+  for (unsigned int seed = 1; seed < 3; ++seed) {
+    pcl::PCLPointCloud2 cloud = lidarCloud(seed);
+    encoded(node, cloud, poseOf(0));
+    EXPECT_EQ(node.statistics().points_removed, removeOutliers(cloud, removal).removed);
+  }
+}
+
+TEST(SensorNodeLidarOutliers, ANamedUnitJudgesVoxels)
+{
+  nodes::SensorNodeSettings settings = removingSettings();
+  settings.outlier_removal->unit = DensityUnit::Voxels;
+  settings.outlier_removal->min_log_odds = 1000.0f; // all of them
+  nodes::SensorNode node(settings);
+  nodes::SensorNode plain(settingsOf(IntensityLaw::Count));
+  VoxelOutlierRemoval removal(*settings.outlier_removal);
+  io::FrameDecoder plain_decoder;
+  std::size_t all_removed = 0;
+  for (unsigned int seed = 1; seed < 4; ++seed) {
+    io::VoxelFrame frame =
+        decodedWith(plain_decoder, encoded(plain, lidarCloud(seed), poseOf(0)));
+    const std::size_t removed = removal.filter(frame).removed;
+    encoded(node, lidarCloud(seed), poseOf(0));
+    EXPECT_FALSE(node.statistics().judged_points);
+    EXPECT_EQ(node.statistics().points_removed, 0u);
+    EXPECT_EQ(node.statistics().outliers_removed, removed);
+    all_removed += removed;
+  }
+  EXPECT_GT(all_removed, 0u);
+}
+
+TEST(SensorNodeLidarOutliers, CloudsWithoutRowsLoseVoxelsInTheSameStream)
+{
+  nodes::SensorNode node(removingSettings());
+  encoded(node, lidarCloud(1), poseOf(0));
+  EXPECT_TRUE(node.statistics().judged_points);
+  encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1, 400, 5)), poseOf(0));
+  EXPECT_FALSE(node.statistics().judged_points);
+  EXPECT_EQ(node.statistics().points_removed, 0u);
+  EXPECT_GT(node.statistics().outliers_removed, 0u);
+  // What is refused leaves the statistics, and the next cloud is a lidar's again.
+  pcl::PCLPointCloud2 invalid = lidarCloud(2);
+  invalid.data.pop_back();
+  expectLeftOut(node, invalid, poseOf(0), nodes::SensorNodeCode::InvalidCloud);
+  EXPECT_FALSE(node.statistics().judged_points);
+  encoded(node, lidarCloud(2), poseOf(0));
+  EXPECT_TRUE(node.statistics().judged_points);
+  EXPECT_GT(node.statistics().points_removed, 0u);
+  EXPECT_EQ(node.statistics().outliers_removed, 0u);
+}
+
+TEST(SensorNodeLidarOutliers, MemoryThatRunsOutIsReportedAndTheHistoryEnds)
+{
+  const nodes::SensorNodeSettings settings = removingSettings();
+  // The second one needs more memory than the first one.
+  const pcl::PCLPointCloud2 first = lidarCloud(1, true, 60);
+  const pcl::PCLPointCloud2 second = lidarCloud(2, true, 80);
+  const pcl::PCLPointCloud2 third = lidarCloud(3, true, 80);
+  nodes::SensorNode fresh(settings);
+  const Bytes expected = encoded(fresh, third, poseOf(0));
+  std::size_t failures = 0;
+  for (std::size_t number = 1;; ++number) {
+    nodes::SensorNode node(settings);
+    encoded(node, first, poseOf(0));
+    Bytes bytes;
+    nodes::SensorNodeStatus status;
+    {
+      const FailingAllocation failing(number);
+      status = node.encode(second, poseOf(0), bytes);
+      if (!failing.hasFailed())
+        break;
+    }
+    ++failures;
+    if (status.ok()) // what failed can be done without
+      continue;
+    expectCode(status, nodes::SensorNodeCode::OutOfMemory);
+    EXPECT_TRUE(bytes.empty());
+    EXPECT_EQ(node.statistics().frames, 1u);
+    encoded(node, third, poseOf(0));
+    EXPECT_EQ(node.statistics().points_removed, fresh.statistics().points_removed)
+        << number;
+    ASSERT_FALSE(::testing::Test::HasFailure()) << "allocation " << number;
+  }
+  EXPECT_GT(failures, 20u);
+}
+
+} // namespace
