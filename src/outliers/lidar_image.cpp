@@ -170,7 +170,7 @@ LidarImage::sortByDirection()
 
 /** \brief Gives the points of a row columns of their own in the order of their azimuths,
  * as near to these as it can be done. Of several in the same direction, as those of
- * sensors with two echoes, the first one gets it. */
+ * sensors with two echoes, the nearest one gets it: what floats is in front. */
 void
 LidarImage::placeRow(std::uint32_t row)
 {
@@ -187,7 +187,7 @@ LidarImage::placeRow(std::uint32_t row)
       if (!placed_.empty() &&
           isSameDirection(points_[point], points_[placed_.back()])) {
         repetitions_.push_back({point, static_cast<std::uint32_t>(placed_.size() - 1)});
-        if (point < placed_.back())
+        if (isBefore(point, placed_.back()))
           std::swap(placed_.back(), repetitions_.back().point);
       }
       else
@@ -209,6 +209,13 @@ LidarImage::placeRow(std::uint32_t row)
   for (const Repetition& repetition : repetitions_)
     if (isSameRange(points_[repetition.point], points_[placed_[repetition.of]]))
       pixels_[repetition.point] = pixels_[placed_[repetition.of]];
+}
+
+bool
+LidarImage::isBefore(std::uint32_t one, std::uint32_t other) const
+{
+  return points_[one].range < points_[other].range ||
+         (points_[one].range == points_[other].range && one < other);
 }
 
 bool

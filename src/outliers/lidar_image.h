@@ -45,7 +45,7 @@ public:
   }
 
   /** \brief Pixel of each point, row * width + column; or no_pixel of points without a
-   * direction, or with that of another one that has another range. */
+   * direction, or behind another one in the same direction. */
   const std::vector<std::uint32_t>&
   pixels() const
   {
@@ -77,6 +77,9 @@ private:
 
   void
   placeRow(std::uint32_t row);
+
+  bool
+  isBefore(std::uint32_t one, std::uint32_t other) const;
 
   bool
   isSameDirection(const LidarPoint& one, const LidarPoint& other) const;

@@ -269,7 +269,7 @@ TEST(LidarRows, MissingPointsMayHaveAnyRing)
   EXPECT_EQ(judged(cloud.view()), judged(scan.view()));
 }
 
-TEST(LidarRows, OfTwoEchoesInOneDirectionTheFirstIsJudged)
+TEST(LidarRows, OfTwoEchoesInOneDirectionTheNearestIsJudged)
 {
   const LidarScan scan = snowyScan();
   const std::vector<float> expected = judged(scan.view());
@@ -281,18 +281,22 @@ TEST(LidarRows, OfTwoEchoesInOneDirectionTheFirstIsJudged)
   std::vector<float> all_expected;
   for (const std::size_t pixel : pixels) {
     const float* const point = &scan.coordinates[3 * pixel];
-    cloud.add(point);
-    rings.push_back(static_cast<int>(pixel / scan.width));
-    all_expected.push_back(expected[pixel]);
-    // An echo from further away, which rounding turns to either side, and drivers' second
-    // copies of a single echo.
-    if (pixel % 3 == 0)
-      continue;
-    const float times = pixel % 3 == 1 ? 1.7f : 1.0f;
-    const float echo[] = {times * point[0], times * point[1], times * point[2]};
-    cloud.add(echo);
-    rings.push_back(rings.back());
-    all_expected.push_back(pixel % 3 == 1 ? not_judged : expected[pixel]);
+    const auto add = [&](const float* position, float log_odds) {
+      cloud.add(position);
+      rings.push_back(static_cast<int>(pixel / scan.width));
+      all_expected.push_back(log_odds);
+    };
+    // An echo from further away, before or behind it, which rounding turns to either side,
+    // and drivers' second copies of a single echo.
+    const float times = 1.7f;
+    const float farther[] = {times * point[0], times * point[1], times * point[2]};
+    if (pixel % 4 == 1)
+      add(farther, not_judged);
+    add(point, expected[pixel]);
+    if (pixel % 4 == 2)
+      add(farther, not_judged);
+    if (pixel % 4 == 3)
+      add(point, expected[pixel]);
   }
   cloud.setRings<std::uint16_t>(rings, FieldType::UInt16);
   EXPECT_EQ(judged(cloud.view()), all_expected);

@@ -70,7 +70,7 @@ public:
    * and the field `ring` are used
    * \param[out] log_odds natural logarithm of the odds of surface against noise, for each
    * point; plus infinity where none is judged: coordinates that are not finite, the
-   * sensor's place, and points that share the direction of another one
+   * sensor's place, and points behind another one in the same direction
    * \return Ok with the number of points below min_log_odds; InvalidSettings; or NoImage
    * if there are no rows: then no point is judged, and after three such clouds only each
    * sixteenth one is looked at
