@@ -38,9 +38,9 @@ def _removed_percent(results, sensor, method):
 def lidar_table(results):
     """All methods in clear air, snow and dust."""
     table = Table("Noise of the lidar that is found among its points.",
-                  ["method", "AP, points", "AP, voxels of 10 cm", "let through %",
-                   "person kept %", "noise removed %", "surfaces kept %", "person kept %",
-                   "ms"])
+                  ["method", "AP, points", "AP, voxels of 10 cm", "95 %: let through %",
+                   "95 %: person kept %", "own threshold: noise removed %",
+                   "surfaces kept %", "person kept %", "ms"])
     for sensor, air in AIRS.items():
         noise = _points(results, "scan_points", sensor, FILTER, "noise_percent")
         table.add_group(f"{air}: {mean_of(noise, 1)} % of the points are noise")
@@ -82,14 +82,14 @@ def lidar_noise_section(results, snow_picture):
                   f"{number(dust, 1)} % of the noise."),
         picture(snow_picture, "The lidar in snow, before and after PointOutlierRemoval",
                 "One revolution in snow, before and after PointOutlierRemoval at log-odds 0, "
-                "the cell from above and as a range image, a ring a row. Mixed echoes are "
-                "noise of the lidar in clear air, too, and lie near a surface."),
+                "the cell from above and as a range image, a ring a row. What stays of "
+                "the noise are mixed echoes, which lie near a surface, in clear air, too."),
         lidar_table(results).html(),
         note(f"{frames} revolutions from the start of the stream, seed 1. AP: average "
              "precision, of points, and of voxels of 10 cm, whose score is the highest of "
-             "their points. Let through, person kept: noise that is let through, and the "
-             "person's points that are kept, where 95 % of all surfaces' points are. Then "
-             "what methods do at log-odds 0, and DROR to points with fewer than two "
+             "their points. 95 %: noise that is let through, and the "
+             "person's points that are kept, where 95 % of all surfaces' points are. Own "
+             "threshold: what methods do at log-odds 0, and DROR to points with fewer than two "
              "neighbours, as its authors have it; the threshold of DSOR's authors removes all "
              "points here. Noise of clear air: echoes that mix at edges. ms: processor time "
              "of a revolution. experiments/noise/README.md has more methods, and recorded "
