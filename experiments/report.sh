@@ -109,6 +109,12 @@ measure_noise time 60 --part time
 # The sensor with the most voxels.
 measure_noise time_2cm 20 --part time --sensor 5 --resolution 0.02
 measure_noise bytes 300 --part bytes
+# The lidar has half as many revolutions a second as the cameras have frames.
+for weather in none snow dust; do
+  measure_noise "lidar_$weather" $((frames < 90 ? (frames + 1) / 2 : 45)) \
+    --part scans --weather "$weather" --resolution 0.1 \
+    --methods "filter on points" "filter on voxels" "DSOR 5" "DROR 10"
+done
 measure_noise temporal 300 --part temporal --samples "$measured"
 
 "$build/benchmarks/benchmark" --tables growth --most-points "$points" \

@@ -63,24 +63,28 @@ struct NoiseOptions {
 };
 
 void
-addWeatherOptions(CLI::App& program, cell::LidarWeather& weather)
+addWeatherOptions(CLI::App& program, NoiseOptions& options)
 {
   using cell::Weather;
   program
       .add_option_function<std::string>(
           "--weather",
-          [&weather](const std::string& name) {
-            weather.kind = name == "snow"   ? Weather::Snow
-                           : name == "dust" ? Weather::Dust
-                                            : Weather::None;
+          [&options](const std::string& name) {
+            options.weather.kind = name == "snow"   ? Weather::Snow
+                                   : name == "dust" ? Weather::Dust
+                                                    : Weather::None;
+            if (name != "none")
+              options.scans.cell_sensor += " in " + name;
           },
           "of sensor 7 in parts laws and scans: none, snow or dust")
       ->check(CLI::IsMember({"none", "snow", "dust"}));
-  program.add_option("--snowfall", weather.snow.rate, "with snow, mm of water an hour")
+  program
+      .add_option(
+          "--snowfall", options.weather.snow.rate, "with snow, mm of water an hour")
       ->check(CLI::Range(0.01, 50.0));
   program
       .add_option("--extinction",
-                  weather.dust.extinction,
+                  options.weather.dust.extinction,
                   "in the centre of the cloud of dust, 1/m")
       ->check(CLI::Range(0.0, 100.0));
 }
@@ -133,7 +137,7 @@ addOptions(CLI::App& program, NoiseOptions& options)
                   "and the bytes of each frame")
       ->check(CLI::ExistingDirectory);
   addScanOptions(program, options.scans);
-  addWeatherOptions(program, options.weather);
+  addWeatherOptions(program, options);
 }
 
 /** \brief Scores all frames of a stream with the methods, and adds the results. */

@@ -124,7 +124,7 @@ measureScans(const ScanOptions& options,
   ScanRange range;
   if (options.folder.empty()) {
     scans = std::make_unique<ScansOfCell>(cell);
-    range.sensor = std::to_string(cell::RobotCell::lidar);
+    range.sensor = options.cell_sensor;
   }
   else {
     scans =

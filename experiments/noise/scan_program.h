@@ -26,6 +26,8 @@ namespace noise {
 /** \brief Options of that part alone. */
 struct ScanOptions {
   std::string folder; ///< of labelled scans; empty: the robot cell's lidar
+  /** \brief Name of the robot cell's lidar for results, without a comma. */
+  std::string cell_sensor = std::to_string(cell::RobotCell::lidar);
   LabelMeanings meanings;
   std::uint32_t rows = 1; ///< of the images that .bin files are; 1: they are none
   std::size_t first_frame = 0;

@@ -5,11 +5,13 @@ that the folder will have beside the file>."""
 import pathlib
 import sys
 
+import lidar_noise_pictures
 import paper_values
 import pictures
 import tables
 import temporal_pictures
 from growth_section import growth_curves, growth_section
+from lidar_noise_section import lidar_noise_section
 from motion_section import motion_section
 from noise_section import noise_section
 from page import link, note, number, page, paragraph, picture
@@ -168,6 +170,7 @@ def main():
     body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
     body += denoising(folder, folder_name) + noise_section(results)
+    body += lidar_noise_section(results, lidar_noise_pictures.lidar_in_snow(folder))
     body += temporal_section(results,
                              temporal_pictures.bytes_over_time(folder, FILTERS),
                              temporal_pictures.worst_frame(folder))

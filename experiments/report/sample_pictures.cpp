@@ -2,7 +2,9 @@
  * Writes the clouds, voxels and curves that the report's pictures show, as CSV files.
  * One frame of each sensor: the pictures are the same however many frames are measured.
  */
+#include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "measuring/command_line.h"
 #include "simulator/crop_box.h"
@@ -195,6 +197,45 @@ writeOctree(const std::string& folder, RobotCell& cell)
   voxels.close();
 }
 
+/** \brief The lidar in snow, with the log-odds of PointOutlierRemoval, which uses the
+ * revolution before the shown one, too. */
+void
+writeLidarInSnow(const std::string& folder)
+{
+  RobotCell cell(seed);
+  pcl_ext::cell::LidarWeather weather;
+  weather.kind = pcl_ext::cell::Weather::Snow;
+  cell.setLidarWeather(weather);
+  pcl_ext::PointOutlierRemoval removal;
+  LidarFrame frame;
+  std::vector<float> log_odds;
+  for (const std::uint32_t revolution : {shown_revolution - 1, shown_revolution}) {
+    cell.captureLidar(revolution, frame);
+    pcl_ext::io::PointView view = pcl_ext::pointViewOf(frame.cloud);
+    view.image = {frame.cloud.width, frame.cloud.height};
+    if (const auto status = removal.score(view, log_odds); !status.ok())
+      throw std::runtime_error(status.message());
+  }
+  CsvFile file(folder + "/lidar_in_snow.csv",
+               "row,column,x,y,range,is_snow,is_mixed_echo,log_odds");
+  const Eigen::Isometry3f to_world = cell.lidarPose().cast<float>();
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    if (frame.truth[i] == PointTruth::None)
+      continue;
+    const Eigen::Vector3f place = frame.cloud[i].getVector3fMap();
+    const Eigen::Vector3f in_world = to_world * place;
+    file.addRow(i / frame.cloud.width,
+                i % frame.cloud.width,
+                in_world.x(),
+                in_world.y(),
+                place.norm(),
+                frame.truth[i] == PointTruth::Snow ? 1 : 0,
+                frame.truth[i] == PointTruth::FlyingPixel ? 1 : 0,
+                log_odds[i]);
+  }
+  file.close();
+}
+
 } // namespace
 
 int
@@ -208,5 +249,6 @@ main(int argc, char** argv)
     writeLaws(folder);
     writeCell(folder, cell);
     writeOctree(folder, cell);
+    writeLidarInSnow(folder);
   });
 }

@@ -7,6 +7,7 @@ import unittest
 
 import check_report
 import growth_section
+import lidar_noise_section
 import motion_section
 import noise_tables
 import tables
@@ -144,10 +145,10 @@ def motion_results(i_frames_bytes="2000"):
     return results_of("".join(lines))
 
 
-def problems_of(check_section, results):
+def problems_of(check_section, results, rows=None):
     """What a section's check finds."""
     check = check_report.Checks.__new__(check_report.Checks)
-    check.problems, check.results = [], results
+    check.problems, check.results, check.rows = [], results, rows
     check_section(check)
     return check.problems
 
@@ -211,6 +212,64 @@ class Growth(unittest.TestCase):
         self.assertEqual(problems("3100"), ["encoding time a point, ns, "
                                             "growth_points:1000000 4 cm is 3100, "
                                             "not 0 to 3000"])
+
+
+def lidar_noise_results(let_through="20", surfaces="99.9"):
+    """All methods in all airs; voxels are scored by one of them."""
+    lines = []
+    for sensor, noise in zip(lidar_noise_section.AIRS, (1, 4, 7)):
+        for method, (_, threshold) in lidar_noise_section.METHODS.items():
+            is_own = method == lidar_noise_section.FILTER
+            cm = 10 if method == "filter on voxels" else 0
+            for experiment, edge, quantity, value in (
+                    ("scan_points", cm, "noise_percent", noise),
+                    ("scan_points", cm, "average_precision", 0.9 if is_own else 0.5),
+                    ("scan_voxels", 10, "average_precision", 0.6),
+                    (f"scan_points_threshold:{threshold}", cm, "let_through_percent",
+                     let_through),
+                    (f"scan_points_threshold:{threshold}", cm, "surface_kept_percent",
+                     surfaces),
+                    ("scan_time", cm, "median_ms", 2)):
+                lines.append(f"{experiment},{sensor},{method},{edge},{quantity},{value},0,20\n")
+    return results_of("".join(lines))
+
+
+def lidar_rows(kept_snow=5):
+    """A revolution of which some of the snow stays."""
+    return {"lidar_in_snow": [
+        {"is_snow": float(kind == "snow"), "is_mixed_echo": float(kind == "mixed"),
+         "log_odds": 1.0 if place < kept else -1.0}
+        for kind, number, kept in (("snow", 1000, kept_snow), ("mixed", 200, 200),
+                                   ("surface", 20_000, 19_990))
+        for place in range(number)]}
+
+
+class LidarNoise(unittest.TestCase):
+    def problems(self, results, rows):
+        return problems_of(lidar_noise_section.check_lidar_noise, results, rows)
+
+    def test_methods_on_voxels_and_on_points_have_rows(self):
+        rows = lidar_noise_section.lidar_table(lidar_noise_results()).rows
+        self.assertEqual(len(rows), 3 * 5)
+        self.assertEqual(rows[0], ["clear air: 1.0 % of the points are noise"])
+        self.assertEqual(rows[6], ["PointOutlierRemoval", "0.900", "0.600", DASH, DASH,
+                                   "80.0", "99.90", DASH, "2.0"])
+        self.assertEqual(rows[7][:3], ["VoxelOutlierRemoval, voxels of 10 cm", "0.500",
+                                       "0.600"])
+
+    def test_a_method_that_was_not_measured_is_named(self):
+        with self.assertRaisesRegex(ReportError, "lack filter on points of sensor 7"):
+            lidar_noise_section.lidar_table(results_of(""))
+
+    def test_surfaces_that_are_removed_are_a_problem(self):
+        self.assertEqual(self.problems(lidar_noise_results(), lidar_rows()), [])
+        problems = self.problems(lidar_noise_results(surfaces="98"), lidar_rows())
+        self.assertEqual(len(problems), 3)
+        self.assertEqual(problems[0], "surfaces kept of 7 is 98, not 99 to 100")
+
+    def test_snow_that_stays_in_the_picture_is_a_problem(self):
+        self.assertEqual(self.problems(lidar_noise_results(), lidar_rows(kept_snow=200)),
+                         ["snow that is shown is 0.2, not 0 to 0.1"])
 
 
 def temporal_results(filtered_bytes="1000"):
