@@ -55,6 +55,9 @@ template <typename PointT>
 void
 setFields(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
+  // Before the list of the type's fields, which takes memory.
+  if (frame.fields.empty())
+    return;
   const std::vector<pcl::PCLPointField> targets = furtherFields<PointT>();
   for (const FrameField& field : frame.fields)
     for (const pcl::PCLPointField& target : targets) {
