@@ -113,7 +113,7 @@ measure_noise bytes 300 --part bytes
 for weather in none snow dust; do
   measure_noise "lidar_$weather" $((frames < 90 ? (frames + 1) / 2 : 45)) \
     --part scans --weather "$weather" --resolution 0.1 \
-    --methods "filter on points" "filter on voxels" "DSOR 5" "DROR 10"
+    --methods "filter on points" "filter on rays" "filter on voxels" "DSOR 5" "DROR 10"
 done
 measure_noise temporal 300 --part temporal --samples "$measured"
 

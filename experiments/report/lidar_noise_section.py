@@ -11,7 +11,8 @@ FILTER = "filter on points"
 # Method: its name in words, and its threshold; that of DSOR's authors is for another lidar,
 # outdoors, and removes all points here.
 METHODS = {FILTER: ("PointOutlierRemoval", "0.0"),
-           "filter on voxels": ("VoxelOutlierRemoval, voxels of 10 cm", "0.0"),
+           "filter on rays": ("VoxelOutlierRemoval, rays, voxels of 10 cm", "0.0"),
+           "filter on voxels": ("VoxelOutlierRemoval, voxels, voxels of 10 cm", "0.0"),
            "DSOR 5 neighbours": ("DSOR, 5 neighbours", None),
            "DROR 10 steps": ("DROR, radius of 10 azimuth steps", "2.0")}
 RESOLUTION_CM = 10

@@ -220,7 +220,7 @@ def lidar_noise_results(let_through="20", surfaces="99.9"):
     for sensor, noise in zip(lidar_noise_section.AIRS, (1, 4, 7)):
         for method, (_, threshold) in lidar_noise_section.METHODS.items():
             is_own = method == lidar_noise_section.FILTER
-            cm = 10 if method == "filter on voxels" else 0
+            cm = 10 if method in ("filter on rays", "filter on voxels") else 0
             for experiment, edge, quantity, value in (
                     ("scan_points", cm, "noise_percent", noise),
                     ("scan_points", cm, "average_precision", 0.9 if is_own else 0.5),
@@ -250,11 +250,11 @@ class LidarNoise(unittest.TestCase):
 
     def test_methods_on_voxels_and_on_points_have_rows(self):
         rows = lidar_noise_section.lidar_table(lidar_noise_results()).rows
-        self.assertEqual(len(rows), 3 * 5)
+        self.assertEqual(len(rows), 3 * 6)
         self.assertEqual(rows[0], ["clear air: 1.0 % of the points are noise"])
-        self.assertEqual(rows[6], ["PointOutlierRemoval", "0.900", "0.600", DASH, DASH,
+        self.assertEqual(rows[7], ["PointOutlierRemoval", "0.900", "0.600", DASH, DASH,
                                    "80.0", "99.90", DASH, "2.0"])
-        self.assertEqual(rows[7][:3], ["VoxelOutlierRemoval, voxels of 10 cm", "0.500",
+        self.assertEqual(rows[8][:3], ["VoxelOutlierRemoval, rays, voxels of 10 cm", "0.500",
                                        "0.600"])
 
     def test_a_method_that_was_not_measured_is_named(self):
