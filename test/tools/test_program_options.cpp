@@ -259,6 +259,21 @@ TEST(ProgramOptions, RemovedOutliersAreCounted)
       << result.output;
 }
 
+TEST(ProgramOptions, ThatHardlyAnyOutlierIsRemovedIsToldWithTheRemedy)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  const std::string remedy =
+      "a depth camera's noise is found with --law count or "
+      "quadratic, a lidar's by rows and columns or a field 'ring'";
+  const std::string command =
+      "encode room -o x.pcxi --overwrite -r 0.05 --remove-outliers";
+  const ProgramRun blind = run(folder, command + " --law none");
+  EXPECT_EQ(blind.status, 0);
+  EXPECT_NE(blind.errors.find(remedy), std::string::npos) << blind.errors;
+  expectRun(folder, command + " --law count");
+}
+
 TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
 {
   const TestFolder folder;

@@ -318,8 +318,9 @@ private:
                       (left_out.rfind("fields", 0) == 0 && !are_all
                            ? "; --fields keeps fields"
                            : ""));
-    for (const std::string& remark :
-         {stream.encoder.frameIdRemark(), stream.encoder.unitRemark()})
+    for (const std::string& remark : {stream.encoder.frameIdRemark(),
+                                      stream.encoder.unitRemark(),
+                                      stream.encoder.outlierRemark()})
       if (!remark.empty())
         console_.remark(remark);
     const std::string why = stream.encoder.whyNothingWasEncoded();

@@ -195,6 +195,25 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
 }
 
 std::string
+StreamEncoder::outlierRemark() const
+{
+  constexpr std::size_t hardly_any = 1000; // one of so many
+  if (!settings_ || !settings_->outlier_removal || sums_.judged_points > 0 ||
+      hardly_any * sums_.outliers >= sums_.voxels)
+    return {};
+  DensityUnit unit = settings_->outlier_removal->unit;
+  if (unit == DensityUnit::Automatic)
+    unit = densityUnitOf(law_);
+  if (unit != DensityUnit::Voxels)
+    return {};
+  return name_ + ": " + counted(sums_.outliers, "voxel") +
+         " removed as outliers, judged by nothing but whether voxels are occupied: a "
+         "depth camera's noise is found with --law count or quadratic, a lidar's by "
+         "rows "
+         "and columns or a field 'ring' of its clouds";
+}
+
+std::string
 StreamEncoder::whyNothingWasEncoded() const
 {
   // An empty cloud is a valid frame.

@@ -123,6 +123,11 @@ public:
     return left_out_;
   }
 
+  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one; empty
+   * if that is as it should be. */
+  std::string
+  outlierRemark() const;
+
   /** \brief A sentence if the first cloud with points seems to be in millimetres. */
   const std::string&
   unitRemark() const
