@@ -7,7 +7,7 @@ import operator
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
-from .outliers import OutlierRemoval
+from .outliers import OutlierRemoval, PointOutlierRemoval
 from .status import Error
 from .temporal_filter import TemporalVoxelFilter
 
@@ -40,6 +40,11 @@ def limits(
 def removal(outliers: Optional[OutlierRemoval]) -> Optional[_native.OutlierRemoval]:
     if outliers is None:
         return None
+    if isinstance(outliers, PointOutlierRemoval):
+        raise TypeError(
+            "outliers is a 'PointOutlierRemoval', which judges points, not voxels: "
+            "set those with score(xyz) < 0 to NaN before encoding"
+        )
     if not isinstance(outliers, OutlierRemoval):
         raise TypeError(
             f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"

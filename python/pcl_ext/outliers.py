@@ -28,7 +28,7 @@ class OutlierRemoval:
     ----------
     unit : str
         What voxels are judged by. "points": counts of depth cameras (law "count"); "faces":
-        the laws "quadratic" and "linear"; "rays": lidars, for snow, rain and dust; "voxels":
+        the laws "quadratic" and "linear"; "rays": lidars, for snow; "voxels":
         native intensities, or none, and lidars that stand still; "automatic": "faces" from
         the first frame on that has a depth model, else "rays" from the first one on that has
         the rows and columns of a lidar, else "voxels". See `unit`.
@@ -141,7 +141,7 @@ class OutlierRemoval:
 
 
 class PointOutlierRemoval:
-    """Tells snow, rain, dust and other noise in the air from surfaces in the clouds of a
+    """Tells snow and other noise that floats in the air from surfaces in the clouds of a
     lidar that turns, before they are encoded.
 
     Each point is judged by the ranges of the rays around it. An instance is for one sensor.

@@ -58,11 +58,18 @@ def test_clouds_without_rows_are_not_judged(random):
     assert np.isposinf(log_odds).all() and removal.removed == 0
     assert removal.status.code == "NoImage"
     assert removal.status.message == (
-        "no point was judged: the cloud has neither rows and columns nor a field 'ring', and "
-        "no rows can be told from the directions of its points"
+        "no point was judged: neither rows and columns, nor a field 'ring', nor the directions "
+        "of the points tell the rows of a lidar that turns around z; points must be in the "
+        "sensor's coordinates"
     )
 
 
 def test_settings_are_checked():
     with pytest.raises(ValueError, match="min_log_odds is nan; it must be a finite number"):
         pcl_ext.PointOutlierRemoval(min_log_odds=float("nan"))
+
+
+def test_encoders_take_what_judges_voxels(random):
+    cloud, _ = room(random)
+    with pytest.raises(TypeError, match="score\\(xyz\\) < 0 to NaN before encoding"):
+        pcl_ext.Encoder().encode(cloud, outliers=pcl_ext.PointOutlierRemoval())

@@ -47,8 +47,9 @@ CloudOutliers::find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& remov
   points.coordinate_stride = 3 * (layout_.is_double ? sizeof(double) : sizeof(float));
   if (cloud.height > 1)
     points.image = {cloud.width, cloud.height};
-  for (const FoundField& field : findFields(cloud))
-    if (cloud.height == 1)
+  // Of which a view has the same distance from each point to the next one.
+  if (cloud.height == 1 || cloud.row_step == cloud.width * cloud.point_step)
+    for (const FoundField& field : findFields(cloud))
       points.fields.push_back(
           {field.description, cloud.data.data() + field.offset, cloud.point_step});
   OutlierRemovalStatus status = removal.score(points, log_odds_);

@@ -46,13 +46,20 @@ LidarImage::assign(const io::PointView& points)
 {
   // A look at the clouds of a camera takes as long as judging those of a lidar.
   constexpr unsigned int tries = 3;
+  constexpr std::ptrdiff_t least_points = 1000;
   constexpr unsigned int skipped_clouds = 15;
   if (skipped_ > 0) {
     --skipped_;
     return false;
   }
   const bool has_rows = findPixels(points);
-  failures_ = has_rows ? 0 : failures_ + 1;
+  // Clouds of hardly any points tell nothing, as those of a sensor that starts.
+  if (has_rows)
+    failures_ = 0;
+  else if (std::count_if(points_.begin(), points_.end(), [](const LidarPoint& point) {
+             return point.range > 0.0f;
+           }) >= least_points)
+    ++failures_;
   if (failures_ >= tries)
     skipped_ = skipped_clouds;
   return has_rows;

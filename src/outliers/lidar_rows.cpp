@@ -3,6 +3,7 @@
 #include "voxelizing/ring_field.h"
 
 #include <algorithm>
+#include <array>
 #include <bitset>
 #include <cmath>
 #include <functional>
@@ -100,38 +101,72 @@ private:
 bool
 LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& directions)
 {
-  rows_.assign(points.count, no_row);
-  count_ = 0;
-  const bool is_organised = points.image.width > 1 && points.image.height > 1;
-  const std::optional<std::size_t> ring = io::findRing(points.fields);
-  if (is_organised) {
-    if (!readImage(points))
-      return false;
+  const Source last = source_;
+  if (!isFoundIn(last, points, directions)) {
+    constexpr std::array<Source, 4> sources = {
+        Source::Image, Source::Ring, Source::Slopes, Source::Turns};
+    const auto found = std::find_if(sources.begin(), sources.end(), [&](Source source) {
+      return source != last && isFoundIn(source, points, directions);
+    });
+    source_ = found == sources.end() ? Source::None : *found;
+    ranks_.clear();
   }
-  else if (ring) {
-    if (!readRings(points.fields[*ring], directions))
-      return false;
-  }
-  else if (!findBySlope(directions) && !findByTurns(directions))
-    return false;
-  for (std::size_t i = 0; i < directions.size(); ++i)
-    if (directions[i].range == 0.0f)
-      rows_[i] = no_row;
-  if ((is_organised || !ring) && !areCones(directions))
+  if (source_ == Source::None)
     return false;
   sortRows(directions);
   return count_ >= 2;
 }
 
+bool
+LidarRows::isFoundIn(Source source,
+                     const io::PointView& points,
+                     const std::vector<LidarPoint>& directions)
+{
+  rows_.assign(points.count, no_row);
+  count_ = 0;
+  if (!readRows(source, points, directions))
+    return false;
+  for (std::size_t i = 0; i < directions.size(); ++i)
+    if (directions[i].range == 0.0f)
+      rows_[i] = no_row;
+  if (source == source_ && checked_rows_ == count_ &&
+      checked_points_ == directions.size())
+    return true;
+  if (!areCones(source, directions))
+    return false;
+  // What was found stays while clouds have as many rows and points.
+  checked_rows_ = count_;
+  checked_points_ = directions.size();
+  return true;
+}
+
+bool
+LidarRows::readRows(Source source,
+                    const io::PointView& points,
+                    const std::vector<LidarPoint>& directions)
+{
+  const std::optional<std::size_t> ring = io::findRing(points.fields);
+  switch (source) {
+  case Source::Image:
+    return points.image.width > 1 && points.image.height > 1 && readImage(points);
+  case Source::Ring:
+    return ring && readRings(points.fields[*ring], directions);
+  case Source::Slopes:
+    return findBySlope(directions);
+  case Source::Turns:
+    return findByTurns(directions);
+  default:
+    return false;
+  }
+}
+
 /** \brief Whether rows turn around the axis, each at nearly the same elevation: those of a
  * camera do not, but for middle rows of one that looks along the axis, and wide rows of
- * one that looks ahead are only nearly so. What was found stays while clouds have as many
- * rows and points. */
+ * one that looks ahead are only nearly so. Rings may be of a sensor that sees a small part of
+ * a turn. */
 bool
-LidarRows::areCones(const std::vector<LidarPoint>& directions)
+LidarRows::areCones(Source source, const std::vector<LidarPoint>& directions) const
 {
-  if (checked_rows_ == count_ && checked_points_ == directions.size())
-    return true;
   constexpr std::uint32_t bins = 36;
   constexpr std::size_t least_bins = bins / 3;
   constexpr std::size_t many_bins = 2 * least_bins;
@@ -158,13 +193,12 @@ LidarRows::areCones(const std::vector<LidarPoint>& directions)
     of_very_wide_rows += are_seen[row].count() >= many_bins ? sines[row].count() : 0.0;
   }
   const double half = 0.5 * of_all.count();
-  const double most_variance =
-      of_very_wide_rows < half ? most_variance_of_part : most_variance_of_row;
-  if (of_wide_rows < half || in_rows > most_variance * of_all.squares())
-    return false;
-  checked_rows_ = count_;
-  checked_points_ = directions.size();
-  return true;
+  const bool is_ring = source == Source::Ring;
+  const double most_variance = is_ring || of_very_wide_rows >= half
+                                   ? most_variance_of_row
+                                   : most_variance_of_part;
+  return (is_ring || of_wide_rows >= half) && of_all.squares() > 0.0 &&
+         in_rows <= most_variance * of_all.squares();
 }
 
 bool

@@ -49,11 +49,25 @@ public:
   reset()
   {
     slopes_.clear();
+    source_ = Source::None;
     checked_rows_ = 0;
     ranks_.clear();
   }
 
 private:
+  /** \brief What rows are told by. */
+  enum class Source { None, Image, Ring, Slopes, Turns };
+
+  bool
+  isFoundIn(Source source,
+            const io::PointView& points,
+            const std::vector<LidarPoint>& directions);
+
+  bool
+  readRows(Source source,
+           const io::PointView& points,
+           const std::vector<LidarPoint>& directions);
+
   bool
   readRings(const io::FieldView& rings, const std::vector<LidarPoint>& directions);
 
@@ -67,7 +81,7 @@ private:
   findByTurns(const std::vector<LidarPoint>& directions);
 
   bool
-  areCones(const std::vector<LidarPoint>& directions);
+  areCones(Source source, const std::vector<LidarPoint>& directions) const;
 
   void
   sortRows(const std::vector<LidarPoint>& directions);
@@ -75,6 +89,7 @@ private:
   void
   rankRows(const std::vector<LidarPoint>& directions);
 
+  Source source_ = Source::None; // of the last cloud that had rows
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> rows_;
   std::vector<float> slopes_; // between rows, where they are told by slopes

@@ -55,9 +55,11 @@ private:
       return settings_status_;
     if (!image_.assign(points)) {
       continuity_.reset();
-      return {OutlierRemovalCode::NoImage,
-              "no point was judged: the cloud has neither rows and columns nor a field "
-              "'ring', and no rows can be told from the directions of its points"};
+      return {
+          OutlierRemovalCode::NoImage,
+          "no point was judged: neither rows and columns, nor a field 'ring', nor the "
+          "directions of the points tell the rows of a lidar that turns around z; "
+          "points must be in the sensor's coordinates"};
     }
     continuity_.score(image_.ranges(),
                       image_.width(),

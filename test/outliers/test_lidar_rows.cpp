@@ -342,9 +342,11 @@ expectNoImage(const io::PointView& points, const std::string& what)
   std::vector<float> log_odds = {1.0f};
   const OutlierRemovalStatus status = removal.score(points, log_odds);
   EXPECT_EQ(status.code(), OutlierRemovalCode::NoImage) << what;
-  EXPECT_EQ(status.message(),
-            "no point was judged: the cloud has neither rows and columns nor a field "
-            "'ring', and no rows can be told from the directions of its points");
+  EXPECT_EQ(
+      status.message(),
+      "no point was judged: neither rows and columns, nor a field 'ring', nor the "
+      "directions of the points tell the rows of a lidar that turns around z; "
+      "points must be in the sensor's coordinates");
   EXPECT_EQ(status.removed, 0u);
   EXPECT_EQ(log_odds, std::vector<float>(points.count, not_judged)) << what;
 }
@@ -393,12 +395,25 @@ TEST(LidarRows, AreLookedForInEachSixteenthCloudWhereThereWereNone)
   const auto is_judged = [&](const io::PointView& points) {
     return removal.score(points, log_odds).ok();
   };
+  std::mt19937 generator(3);
+  std::vector<float> anywhere(3000);
+  for (float& number : anywhere)
+    number = 0.01f * static_cast<float>(generator() % 2000) - 10.0f;
+  io::PointView without_rows;
+  without_rows.count = anywhere.size() / 3;
+  without_rows.coordinates = anywhere.data();
+  without_rows.coordinate_stride = 3 * sizeof(float);
+  // Clouds of hardly any points are none of the three, however many.
+  io::PointView nearly_empty = without_rows;
+  nearly_empty.count = 999;
+  for (int i = 0; i < 9; ++i)
+    EXPECT_FALSE(is_judged(nearly_empty));
   for (int i = 0; i < 3; ++i) {
-    EXPECT_FALSE(is_judged(io::PointView()));
+    EXPECT_FALSE(is_judged(without_rows));
     EXPECT_TRUE(i == 2 || is_judged(scan.view()));
   }
   for (int i = 0; i < 2; ++i)
-    EXPECT_FALSE(is_judged(io::PointView()));
+    EXPECT_FALSE(is_judged(without_rows));
   for (int i = 0; i < 15; ++i) {
     EXPECT_FALSE(is_judged(scan.view()));
     EXPECT_EQ(log_odds, std::vector<float>(scan.size(), not_judged));
@@ -440,34 +455,55 @@ TEST(LidarRows, CloudsWithoutPointsHaveNone)
   }
 }
 
-TEST(LidarRows, RowsThatNoLidarHasAreNone)
+TEST(LidarRows, RowsThatNoLidarHasAreToldByDirections)
 {
   const LidarScan scan = snowyScan();
   const std::vector<std::size_t> pixels = returnsOf(scan);
   Unorganised cloud(scan, pixels);
+  const std::vector<float> expected = judged(cloud.view());
+  const auto expect_as_without = [&](const io::PointView& points,
+                                     const std::string& what) {
+    EXPECT_EQ(judged(points), expected) << what;
+  };
   std::vector<int> ring_of_row(scan.height);
   std::iota(ring_of_row.begin(), ring_of_row.end(), 0);
   std::vector<int> rings = ringsOf(scan, pixels, ring_of_row);
   for (const int ring : {-1, 1024, 65536, 1000000000}) {
     rings[7] = ring;
     cloud.setRings<std::int32_t>(rings, FieldType::Int32);
-    expectNoImage(cloud.view(), std::to_string(ring));
+    expect_as_without(cloud.view(), std::to_string(ring));
   }
   std::vector<double> halves(rings.begin(), rings.end());
   halves[7] = 3.5;
   cloud.setRings<double>(rings, FieldType::Float64);
   io::PointView points = cloud.view();
   points.fields[0].first = halves.data();
-  expectNoImage(points, "half a ring");
+  expect_as_without(points, "half a ring");
   // Images whose size is not that of the cloud.
   points = scan.view();
   points.image = {scan.width, scan.height + 1};
-  expectNoImage(points, "a row more");
+  EXPECT_EQ(judged(points), judged(scan.view())) << "a row more";
   points = scan.view();
   std::vector<std::uint32_t> numbers(scan.size());
   std::iota(numbers.begin(), numbers.end(), scan.width);
   points.pixels = numbers.data();
-  expectNoImage(points, "pixels beyond the image");
+  EXPECT_EQ(judged(points), judged(scan.view())) << "pixels beyond the image";
+  // Rings of other points, and columns that are called rows.
+  std::mt19937 generator(7);
+  for (int& ring : rings)
+    ring = static_cast<int>(generator() % scan.height);
+  cloud.setRings<std::int32_t>(rings, FieldType::Int32);
+  expect_as_without(cloud.view(), "rings of others");
+  LidarScan turned = scan;
+  std::swap(turned.width, turned.height);
+  std::vector<float> turned_expected(scan.size());
+  const std::vector<float> all_expected = judged(scan.view());
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const std::size_t pixel = i % scan.width * scan.height + i / scan.width;
+    std::copy_n(&scan.coordinates[3 * i], 3, &turned.coordinates[3 * pixel]);
+    turned_expected[pixel] = all_expected[i];
+  }
+  EXPECT_EQ(judged(turned.view()), turned_expected);
   // Many rows of few columns would need an image much larger than the cloud.
   LidarScan tall;
   tall.width = 16;

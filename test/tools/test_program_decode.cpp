@@ -153,12 +153,15 @@ TEST(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
   writeClouds(folder, "room", snowyRoom(2));
   expectRun(folder, "encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
   const ProgramRun by_pose =
-      expectRun(folder, "decode x.mcap -o a --remove-outliers --unit rays");
+      run(folder, "decode x.mcap -o a --remove-outliers --unit rays");
+  EXPECT_EQ(by_pose.status, 0);
   EXPECT_NE(by_pose.output.find("of the voxels left out, judged by rays"),
             std::string::npos);
-  EXPECT_EQ(by_pose.errors, "");
-  expectRun(folder,
-            "decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
+  // The room is far sparser than a lidar there would see it.
+  EXPECT_NE(by_pose.errors.find("more than noise usually is; --sensor-position tells"),
+            std::string::npos);
+  run(folder,
+      "decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
   expectRun(folder,
             "decode x.mcap -o c --remove-outliers --unit rays --sensor-position 0,9,9");
   EXPECT_EQ(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "b/000001.pcd"));

@@ -263,9 +263,9 @@ TEST(ProgramOptions, ThatHardlyAnyOutlierIsRemovedIsToldWithTheRemedy)
 {
   const TestFolder folder;
   writeClouds(folder, "room", roomClouds(2));
-  const std::string remedy =
-      "a depth camera's noise is found with --law count or "
-      "quadratic, a lidar's by rows and columns or a field 'ring'";
+  const std::string remedy = "a depth camera's noise is found with --law count or "
+                             "quadratic; of a lidar, points "
+                             "are judged where its clouds are in its own coordinates";
   const std::string command =
       "encode room -o x.pcxi --overwrite -r 0.05 --remove-outliers";
   const ProgramRun blind = run(folder, command + " --law none");

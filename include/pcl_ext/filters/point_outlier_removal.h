@@ -36,7 +36,7 @@ struct PointOutlierRemovalSettings {
 PCL_EXT_CODEC_EXPORT OutlierRemovalStatus
 checkSettings(const PointOutlierRemovalSettings& settings);
 
-/** \brief Tells snow, rain, dust and other noise in the air from surfaces in the clouds
+/** \brief Tells snow and other noise that floats in the air from surfaces in the clouds
  * of a lidar that turns, at the sensor, before they become voxels.
  *
  * Each point is judged by the ranges of the rays around it: a surface goes on in its row
@@ -45,7 +45,7 @@ checkSettings(const PointOutlierRemovalSettings& settings);
  *
  * Rows are those of an organised cloud, else the field `ring`, else they are told from
  * the elevations of the points, or from turns that follow each other, as far as they are
- * distinct. Columns are found by the azimuths, in the sensor's coordinates, whose z is
+ * distinct: the first of these whose rows are cones around z. Columns are found by the azimuths, in the sensor's coordinates, whose z is
  * the axis of its turns.
  *
  * One instance serves one sensor; calls must not overlap. Time and memory are
@@ -72,8 +72,8 @@ public:
    * point; plus infinity where none is judged: coordinates that are not finite, the
    * sensor's place, and points behind another one in the same direction
    * \return Ok with the number of points below min_log_odds; InvalidSettings; or NoImage
-   * if there are no rows: then no point is judged, and after three such clouds only each
-   * sixteenth one is looked at
+   * if there are no rows: then no point is judged, and after three such clouds of 1000
+   * points only each sixteenth one is looked at
    */
   OutlierRemovalStatus
   score(const io::PointView& points, std::vector<float>& log_odds);

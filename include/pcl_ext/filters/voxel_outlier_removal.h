@@ -65,8 +65,8 @@ enum class DensityUnit {
   Voxels,
 
   /** \brief Numbers of points, compared with those that a surface would have at that
-   * distance from a lidar, whose position and steps between rays are known. For snow,
-   * rain and dust, of moving lidars, too; without history. */
+   * distance from a lidar, whose position and steps between rays are known. For snow
+   * and what else floats alone, of moving lidars, too; without history. */
   Rays
 };
 

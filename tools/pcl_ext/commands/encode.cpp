@@ -348,6 +348,7 @@ private:
       sums.encoded_points += part.encoded_points;
       sums.voxels += part.voxels;
       sums.outliers += part.outliers;
+      sums.judged_by |= part.judged_by;
       sums.judged_points += part.judged_points;
       sums.point_outliers += part.point_outliers;
       sums.hidden_voxels += part.hidden_voxels;

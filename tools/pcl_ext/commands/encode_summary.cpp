@@ -46,9 +46,16 @@ describeEncoded(const EncodedSums& sums,
     text += ", " + formatted(static_cast<double>(sums.point_outliers), 0) + " of " +
             counted(sums.judged_points, "point") +
             " removed as outliers by a lidar's rays";
-  if (options.removesOutliers() && sums.judged_points < sums.points)
+  if (options.removesOutliers() && (sums.judged_by != 0 || sums.judged_points == 0)) {
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
             counted(sums.outliers + occupied, "voxel") + " removed as outliers";
+    const char* separator = ", judged by ";
+    for (const auto& [unit, name] : density_units)
+      if ((sums.judged_by >> static_cast<unsigned int>(unit) & 1u) != 0) {
+        text += std::string(separator) + name;
+        separator = " and ";
+      }
+  }
   if (options.codec().temporal_filter != 0)
     text += ", " + counted(sums.held_voxels, "voxel") + " held and " +
             formatted(static_cast<double>(sums.hidden_voxels), 0) +

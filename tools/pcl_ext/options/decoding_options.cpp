@@ -39,6 +39,7 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options)
       addOutlierRemoval(app,
                         "leave out noise, as VoxelOutlierRemoval finds it",
                         options.removes_outliers,
+                        "for --remove-outliers; name rays for a lidar",
                         options.unit);
   addParsed(
       app,

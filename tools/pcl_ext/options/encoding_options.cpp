@@ -87,12 +87,12 @@ CLI::Option*
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,
+                  const std::string& unit_description,
                   DensityUnit& unit)
 {
   CLI::Option* const removal =
       app.add_flag("--remove-outliers", removes_outliers, description);
-  addChoice(app, "--unit", density_units, unit, "for --remove-outliers; lidars: rays")
-      ->needs(removal);
+  addChoice(app, "--unit", density_units, unit, unit_description)->needs(removal);
   return removal;
 }
 
@@ -254,7 +254,11 @@ EncodingOptions::addCloudOptions(CLI::App& app)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("POSE");
   addCropOption(app);
-  addOutlierRemoval(app, "before encoding", removes_outliers_, unit_);
+  addOutlierRemoval(app,
+                    "before encoding",
+                    removes_outliers_,
+                    "for --remove-outliers of voxels",
+                    unit_);
   app.add_option("--intensity-field", intensity_field_, "for native (intensity)")
       ->type_name("NAME");
   app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")

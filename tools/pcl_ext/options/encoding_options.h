@@ -23,6 +23,7 @@ CLI::Option*
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,
+                  const std::string& unit_description,
                   DensityUnit& unit);
 
 /** \brief Defaults for the clouds of the simulated robot cell: metres, and the law with

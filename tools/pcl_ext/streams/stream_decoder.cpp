@@ -135,6 +135,12 @@ StreamDecoder::remark() const
     return counts +
            "in voxels below 0.05 m rays hardly tell noise from surfaces; encode "
            "with larger ones, or with --remove-outliers, which judges points";
+  constexpr std::size_t very_many = 4;
+  if (unit && very_many * removed_ > judged_)
+    return counts + "more than noise usually is; " +
+           (unit == DensityUnit::Rays
+                ? "--sensor-position tells where the lidar is"
+                : "of a lidar, --unit rays judges by what its rays would hit");
   const bool may_be_lidar =
       unit == DensityUnit::Voxels || (unit == DensityUnit::Points && is_automatic_);
   if (!may_be_lidar)
@@ -145,12 +151,12 @@ StreamDecoder::remark() const
       has_intensities_ && (unit == DensityUnit::Points || !is_automatic_);
   if (!removes_hardly_any || (knows_densities && !is_automatic_))
     return {};
-  const std::string line = counts + "of a lidar, --unit rays finds snow, rain and dust";
+  const std::string line = counts + "of a lidar, --unit rays finds snow";
   return knows_densities || voxels_.has_point_counts
              ? line
              : line + "; the recording does not tell how many points a voxel had, so "
                       "that only voxels that are seldom occupied are noise; it does "
-                      "where it was encoded with --law count or --law quadratic";
+                      "where it was encoded with --law count";
 }
 
 } // namespace tools

@@ -104,6 +104,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (statistics.judged_points)
     sums_.judged_points +=
         statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
+  else if (settings_->outlier_removal && statistics.frame.voxelization.points_used > 0)
+    sums_.judged_by |= 1u << static_cast<unsigned int>(removalUnit());
   sums_.point_outliers += statistics.points_removed;
   sums_.hidden_voxels += statistics.frame.voxels_hidden;
   sums_.held_voxels += statistics.frame.voxels_held;
@@ -194,23 +196,38 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
       "its first points are between " + corner(min) + " and " + corner(max) + " m";
 }
 
+/** \brief By what voxels are judged. */
+DensityUnit
+StreamEncoder::removalUnit() const
+{
+  const DensityUnit unit = settings_->outlier_removal->unit;
+  return unit == DensityUnit::Automatic ? densityUnitOf(law_) : unit;
+}
+
 std::string
 StreamEncoder::outlierRemark() const
 {
   constexpr std::size_t hardly_any = 1000; // one of so many
-  if (!settings_ || !settings_->outlier_removal || sums_.judged_points > 0 ||
+  constexpr std::size_t very_many = 4;
+  if (sums_.judged_by == 0)
+    return {};
+  const std::string removed = name_ + ": " + counted(sums_.outliers, "voxel") + " of " +
+                              counted(sums_.outliers + sums_.voxels, "voxel") +
+                              " removed as outliers, ";
+  const std::string remedy =
+      "of a lidar, points are judged where its clouds are in its own "
+      "coordinates, best with rows and columns or a field 'ring', and "
+      "--unit rays judges voxels";
+  if (very_many * sums_.outliers > sums_.outliers + sums_.voxels)
+    return removed + "which is more than noise usually is: " + remedy;
+  if (removalUnit() != DensityUnit::Voxels ||
       hardly_any * sums_.outliers >= sums_.voxels)
     return {};
-  DensityUnit unit = settings_->outlier_removal->unit;
-  if (unit == DensityUnit::Automatic)
-    unit = densityUnitOf(law_);
-  if (unit != DensityUnit::Voxels)
-    return {};
-  return name_ + ": " + counted(sums_.outliers, "voxel") +
-         " removed as outliers, judged by nothing but whether voxels are occupied: a "
-         "depth camera's noise is found with --law count or quadratic, a lidar's by "
-         "rows "
-         "and columns or a field 'ring' of its clouds";
+  const bool is_named = settings_->outlier_removal->unit != DensityUnit::Automatic;
+  return removed +
+         "judged by nothing but whether voxels are occupied: a depth camera's "
+         "noise is found with --law count or quadratic" +
+         (is_named ? " and without --unit; " : "; ") + remedy;
 }
 
 std::string

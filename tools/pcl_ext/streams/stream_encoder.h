@@ -24,10 +24,12 @@ struct EncodedSums {
   std::size_t voxels = 0;
   std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
   std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
-  std::size_t judged_points = 0;    ///< finite ones, if it judged points
-  std::size_t point_outliers = 0;   ///< of these removed
-  std::size_t hidden_voxels = 0;    ///< by --temporal-filter
-  std::size_t held_voxels = 0;      ///< likewise, and part of `voxels`
+  /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
+  unsigned int judged_by = 0;
+  std::size_t judged_points = 0;  ///< finite ones, if it judged points
+  std::size_t point_outliers = 0; ///< of these removed
+  std::size_t hidden_voxels = 0;  ///< by --temporal-filter
+  std::size_t held_voxels = 0;    ///< likewise, and part of `voxels`
   std::size_t bytes = 0;
   std::size_t point_bytes = 0; ///< of encoded points in the clouds
   std::size_t warnings = 0;    ///< frames with one
@@ -123,8 +125,8 @@ public:
     return left_out_;
   }
 
-  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one; empty
-   * if that is as it should be. */
+  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one, or very
+   * many; empty if that is as it should be. */
   std::string
   outlierRemark() const;
 
@@ -136,6 +138,9 @@ public:
   }
 
 private:
+  DensityUnit
+  removalUnit() const;
+
   /** \brief Corners of the finite points of a cloud in the world; false: there are
    * none. */
   bool
