@@ -245,13 +245,20 @@ LidarRows::readRings(const io::FieldView& rings,
 bool
 LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
 {
-  sorted_.clear();
-  for (const LidarPoint& point : directions)
-    if (point.range > 0.0f)
-      sorted_.push_back(point.slope);
+  const auto count = static_cast<std::size_t>(
+      std::count_if(directions.begin(), directions.end(), [](const LidarPoint& point) {
+        return point.range > 0.0f;
+      }));
   // The first cloud may have few of the rows.
-  if (const std::size_t count = sorted_.size();
-      slopes_.empty() || count > slopes_points_ + slopes_points_ / 4) {
+  if (slopes_.empty() || count > slopes_points_ + slopes_points_ / 4) {
+    constexpr std::size_t enough = 32768;
+    // Odd, so that no rows are left out.
+    const std::size_t every = count / enough | 1;
+    sorted_.clear();
+    std::size_t number = 0;
+    for (const LidarPoint& point : directions)
+      if (point.range > 0.0f && number++ % every == 0)
+        sorted_.push_back(point.slope);
     std::sort(sorted_.begin(), sorted_.end());
     std::vector<float> between = slopesBetweenRows(sorted_);
     if (!between.empty())
