@@ -265,6 +265,7 @@ TEST(CloudOutlierRemoval, NothingIsLeftWhereAllIsNoise)
   EXPECT_TRUE(status.ok()) << status.message();
   EXPECT_EQ(status.removed, count);
   EXPECT_TRUE(cloud.empty());
+  EXPECT_EQ(removeOutliers(cloud, removal).code(), OutlierRemovalCode::NoImage);
 }
 
 } // namespace

@@ -40,7 +40,11 @@ removeOutliers(pcl::PointCloud<PointT>& cloud, PointOutlierRemoval& removal)
     // Which belong to the cloud, not to its points.
     const auto origin = cloud.sensor_origin_;
     const auto orientation = cloud.sensor_orientation_;
-    pcl::fromPCLPointCloud2(message, cloud);
+    // Which PCL does not convert if there are none.
+    if (message.width == 0)
+      cloud.clear();
+    else
+      pcl::fromPCLPointCloud2(message, cloud);
     cloud.sensor_origin_ = origin;
     cloud.sensor_orientation_ = orientation;
   }
