@@ -95,12 +95,20 @@ TEST_F(SimulatedCells, VoxelsOfItsCloudsAreTheLibrarys)
   cell_node->interrupt();
   const pcl_ext::WorldPose cell_pose =
       throughMessage(pcl_ext::WorldPose(cell.sensorPose(3)));
+  ASSERT_TRUE(raw.waitForCount(1));
+  const ros::Time first = raw[0]->header.stamp;
+  unsigned int compared = 0;
   for (const auto& message : shown.messages()) {
+    // Clouds that the compressor got before the test was connected, too.
+    if (message->header.stamp < first)
+      continue;
     const auto cloud_of_it = raw.waitForStamp(message->header.stamp);
     ASSERT_TRUE(cloud_of_it);
     EXPECT_GT(message->width, 1000u);
     EXPECT_TRUE(voxelsIn(*message) == direct.voxelsOf(*cloud_of_it, cell_pose));
+    ++compared;
   }
+  EXPECT_GT(compared, 0u);
 }
 
 } // namespace
