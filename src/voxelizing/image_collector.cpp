@@ -83,7 +83,7 @@ ImageCollector::fit(bool may_refit, const VoxelGrid& grid, PointImage& image)
   if (!is_refitted && (grid != grid_ || pose.matrix() != pose_.matrix()))
     turnRays(grid, pose);
   if (is_refitted || (may_refit && !areAlongRays())) {
-    fitRaysOfSize(grid);
+    fitRaysOfSize(grid, shift);
     turnRays(grid, pose);
     fitted_points_ = points_.size();
     fitted_distance_ = reader_ ? distanceFromRays() : 0.0;
@@ -153,9 +153,11 @@ ImageCollector::arePointsAtSensor() const
          static_cast<std::ptrdiff_t>(points_.size());
 }
 
-/** \brief Fits rays to the points that are not at the sensor. */
+/** \brief Fits rays to the points that are not at the sensor.
+ * \param[in] shift of their columns, radians, which turnRays() adds again
+ */
 void
-ImageCollector::fitRaysOfSize(const VoxelGrid& grid)
+ImageCollector::fitRaysOfSize(const VoxelGrid& grid, double shift)
 {
   std::vector<PixelPoint> points;
   std::copy_if(points_.begin(),
@@ -164,8 +166,12 @@ ImageCollector::fitRaysOfSize(const VoxelGrid& grid)
                [](const PixelPoint& point) { return !isAtSensor(point); });
   if (points.empty())
     fitted_.reset();
-  else if (ring_)
+  else if (ring_) {
+    const Eigen::AngleAxisd back(-shift, Eigen::Vector3d::UnitZ());
+    for (PixelPoint& point : points)
+      point.position = back * point.position;
     fitted_ = fitSpinningRays(points, size_, ring_columns_.step());
+  }
   else
     fitted_ = fitRays(points, from_sensor_, grid, size_);
 }

@@ -96,7 +96,7 @@ private:
   arePointsAtSensor() const;
 
   void
-  fitRaysOfSize(const VoxelGrid& grid);
+  fitRaysOfSize(const VoxelGrid& grid, double shift);
 
   void
   turnRays(const VoxelGrid& grid, const WorldPose& pose);
