@@ -81,6 +81,8 @@ MUTANTS = [
            "if (is_taken_[pixel])", "if (false)"),
     Mutant("src/voxelizing/image_collector.cpp", "rays stay where the sensor was",
            "pose.matrix() != pose_.matrix()", "false"),
+    Mutant("src/voxelizing/image_collector.cpp", "new rays are turned twice",
+           "AngleAxisd back(-shift,", "AngleAxisd back(0.0 * shift,"),
     Mutant("src/voxelizing/image_collector.cpp", "rays of few points stay",
            "return points_.size() > 2 * fitted_points_;", "return false;"),
     Mutant("src/voxelizing/image_collector.cpp", "rays are fitted to each I-frame",
