@@ -132,7 +132,10 @@ enum class CompressionCode {
    * for each stream. */
   OldFrame,
   /** Memory ran out; the stream continues with the next I-frame. */
-  OutOfMemory
+  OutOfMemory,
+  /** The cloud was left out, as RateSettings::max_rate has no room for it now; the next
+   * one may have. */
+  LeftOut
 };
 
 /** \brief Outcome of encoding or decoding a frame, returned where PCL returns void. */

@@ -17,7 +17,7 @@ from .order import arrange_by_ring, sort_by_time
 from .outliers import OutlierRemoval, PointOutlierRemoval
 from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
 from .recording_writer import RecordingWriter
-from .statistics import CloudStatistics, FrameStatistics
+from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
 from .status import Error, Status
 from .temporal_filter import TemporalVoxelFilter
 
@@ -33,6 +33,7 @@ __all__ = [
     "FrameStatistics",
     "OutlierRemoval",
     "PointOutlierRemoval",
+    "RateControlStatus",
     "RecordedFrame",
     "RecordedStream",
     "Recording",

@@ -25,7 +25,7 @@ from ._arguments import (
     removal,
 )
 from .outliers import OutlierRemoval
-from .statistics import CloudStatistics, FrameStatistics
+from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
 from .status import Error, Status
 from .temporal_filter import TemporalVoxelFilter
 
@@ -153,6 +153,21 @@ class Encoder:
         encoded; 8 suits sensors of 10 to 30 Hz that stand still; 0: off. A still scene takes
         few bytes then. Lossy, and not with `keep_point_counts`. `sensor_pose` tells it from
         where the sensor looks.
+    max_rate : float
+        Bits that the frames of any second may take, 1e3 to 1e12; 0: no limit. So that few
+        clouds have no room, filter, bits and voxels become coarser; see `rate_control`. The
+        time of a cloud is its stamp, or without one that of the call.
+    rate_buffer : float
+        Seconds at `max_rate` that a frame may take, and wait for the ones before it, 0.01
+        to 1.
+    max_encode_ms : float
+        Milliseconds that encoding may take on average, 0.1 to 1e4; 0: no limit. Effort and
+        then voxels follow, and `max_rate` may raise the effort.
+    rate_temporal_filter : int
+        Strongest `temporal_filter` that `max_rate` may choose; 0: none, for sensors that
+        move.
+    rate_doublings : int
+        How often the voxel edge may be doubled, 0 to 8.
     origin : (float, float, float), optional
         Position from which voxels are counted, metres, 2**20 each way. None: the world's
         origin; amid the points of clouds further out; half a voxel lower where all coordinates
@@ -197,6 +212,11 @@ class Encoder:
         coarsen_wide_clouds: bool = False,
         threads: int = 1,
         temporal_filter: int = 0,
+        max_rate: float = 0.0,
+        rate_buffer: float = 0.25,
+        max_encode_ms: float = 0.0,
+        rate_temporal_filter: int = 8,
+        rate_doublings: int = 4,
         origin: Optional[Sequence[float]] = None,
         format: Literal["version1", "published"] = "version1",
         frame_id: Optional[str] = None,
@@ -254,7 +274,7 @@ class Encoder:
         Returns
         -------
         bytes
-            The frame.
+            The frame; empty if `max_rate` has no room for it, and the cloud is left out.
 
         Raises
         ------
@@ -285,6 +305,9 @@ class Encoder:
             if code == "OutOfMemory":
                 raise MemoryError(message)
             raise Error(message, code)
+        if not frame:
+            self._warning = message
+            return frame
         left_out = _left_out(xyz, self._kept, self._codes_colours)
         kinds = [text for text in (message, left_out) if text]
         self._warning = "; ".join(kinds)
@@ -295,6 +318,19 @@ class Encoder:
     def request_i_frame(self) -> None:
         """Makes the next frame an I-frame, for a receiver that is new or lost a frame."""
         self._native.request_i_frame()
+
+    def set_max_rate(self, bits_per_second: float) -> None:
+        """Changes `max_rate` as the link does; only where there is one."""
+        if not 1e3 <= bits_per_second <= 1e12:
+            raise ValueError(
+                f"bits_per_second is {bits_per_second!r}; it must be a number from 1e3 to 1e12"
+            )
+        self._native.set_max_rate(bits_per_second)
+
+    @property
+    def rate_control(self) -> RateControlStatus:
+        """What the rate control chose for the last cloud, and why."""
+        return RateControlStatus(**self._native.rate_control())
 
     @property
     def law(self) -> str:

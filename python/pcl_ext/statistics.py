@@ -38,3 +38,20 @@ class CloudStatistics(NamedTuple):
     colours_left_out: int = 0  #: points whose colour has no field
     voxels_hidden: int = 0  #: occupied ones that the temporal filter left out
     voxels_held: int = 0  #: ones that it added, which are not occupied now
+
+
+class RateControlStatus(NamedTuple):
+    """What the rate control of an encoder chose, and why. Without `max_rate` and
+    `max_encode_ms` nothing changes."""
+
+    max_rate: float = 0.0  #: bits a second; 0: no limit
+    used_rate: float = 0.0  #: likewise, of the frames of the last second
+    encode_ms: float = 0.0  #: mean of the last frames
+    resolution: float = 0.0  #: voxel edge, metres
+    step: int = 0  #: number of the step; 0: the settings as they are
+    last_step: int = 0  #: number of the coarsest step
+    changes: int = 0  #: of the step
+    clouds_left_out: int = 0  #: as there was no room for them
+    choice: str = ""  #: the step in words
+    reason: str = ""  #: why it was chosen
+    not_kept: str = ""  #: which limit cannot be kept even on the last step; empty: none

@@ -25,7 +25,8 @@ codeName(io::CompressionCode code)
       {Code::MissingReference, "MissingReference"},
       {Code::InputFailed, "InputFailed"},
       {Code::OldFrame, "OldFrame"},
-      {Code::OutOfMemory, "OutOfMemory"}};
+      {Code::OutOfMemory, "OutOfMemory"},
+      {Code::LeftOut, "LeftOut"}};
   for (const auto& [known, name] : names)
     if (known == code)
       return name;

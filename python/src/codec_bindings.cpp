@@ -61,6 +61,22 @@ cloudAsDict(const io::FrameStatistics& frame)
                   "voxels_held"_a = frame.voxels_held);
 }
 
+py::dict
+asDict(const io::RateControlStatus& status)
+{
+  return py::dict("max_rate"_a = status.max_rate,
+                  "used_rate"_a = status.used_rate,
+                  "encode_ms"_a = status.encode_ms,
+                  "resolution"_a = status.resolution,
+                  "step"_a = status.step_number,
+                  "last_step"_a = status.last_step,
+                  "changes"_a = status.changes,
+                  "clouds_left_out"_a = status.clouds_left_out,
+                  "choice"_a = status.choice,
+                  "reason"_a = status.reason,
+                  "not_kept"_a = status.not_kept);
+}
+
 /** \brief stamp is None, or microseconds and a frame_id. */
 py::tuple
 encode(StreamEncoder& encoder,
@@ -82,7 +98,7 @@ encode(StreamEncoder& encoder,
   const io::CompressionStatus status =
       withoutGil([&] { return encoder.encode(cloud, bytes); });
   py::object frame = py::none();
-  if (status.ok())
+  if (status.ok() || status.code() == io::CompressionCode::LeftOut)
     frame = py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return py::make_tuple(frame, codeName(status.code()), text(status.message()));
 }
@@ -198,6 +214,16 @@ addEncoder(py::module_& module)
            "outliers"_a)
       .def("request_i_frame",
            [](StreamEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
+      .def(
+          "set_max_rate",
+          [](StreamEncoder& encoder, double bits_per_second) {
+            withoutGil([&] { encoder.setMaxRate(bits_per_second); });
+          },
+          "bits_per_second"_a)
+      .def("rate_control",
+           [](const StreamEncoder& encoder) {
+             return asDict(withoutGil([&] { return encoder.rateControl(); }));
+           })
       .def("law",
            [](const StreamEncoder& encoder) {
              return nameOf(lawChoices(), withoutGil([&] { return encoder.law(); }));

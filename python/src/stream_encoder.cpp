@@ -24,6 +24,9 @@ StreamEncoder::start(IntensityLaw law)
                          std::decay_t<decltype(model)>::unit,
                          model_law ? model_law : settings_.depth_law);
       });
+  rate_control_.emplace(settings_.codec, law != IntensityLaw::None);
+  if (max_rate_)
+    rate_control_->setMaxRate(*max_rate_);
   settings_.law = law;
 }
 
@@ -43,6 +46,33 @@ StreamEncoder::checkIntensities(const CloudToEncode& cloud) const
                                 "pass it, or construct the Encoder with law='count'");
 }
 
+/** \brief Begins a cloud, at its stamp or now, and takes the step of the rate control.
+ * \return false: there is no room for it
+ */
+bool
+StreamEncoder::beginCloud(const CloudToEncode& cloud)
+{
+  begin_ = std::chrono::steady_clock::now();
+  const bool has_time = cloud.stamp && cloud.stamp->stamp != 0;
+  const io::RateControl::Nanoseconds time =
+      has_time ? io::RateControl::Nanoseconds(std::chrono::microseconds(
+                     static_cast<std::int64_t>(cloud.stamp->stamp)))
+               : begin_.time_since_epoch();
+  if (!rate_control_->beginCloud(time, encoder_->isIFrameDue()))
+    return false;
+  if (rate_control_->hasChanged())
+    visitIntensityModel(*settings_.law,
+                        rate_control_->settings().resolution,
+                        settings_.sensor,
+                        [&](const auto& model) {
+                          const auto model_law = io::depthLawOf(model);
+                          encoder_->setSettings(rate_control_->settings(),
+                                                model_law ? model_law
+                                                          : settings_.depth_law);
+                        });
+  return true;
+}
+
 io::CompressionStatus
 StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes)
 {
@@ -50,6 +80,10 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
   if (!encoder_)
     start(automaticLaw(cloud.columns.intensity.has_value()));
   checkIntensities(cloud);
+  if (!beginCloud(cloud)) {
+    bytes.clear();
+    return {io::CompressionCode::LeftOut, rate_control_->leftOutMessage()};
+  }
   const bool is_native = *settings_.law == IntensityLaw::Native;
   io::PointView view = viewOf(cloud.columns, is_native, settings_.codec, memory_);
   const WorldPose pose =
@@ -58,7 +92,7 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
   if (needsSensor(*settings_.law) && view.count > 0)
     visitIntensityModel(
         *settings_.law,
-        settings_.codec.resolution,
+        encoder_->settings().resolution,
         settings_.sensor,
         [&](const auto& model) {
           const auto no_native_intensity = [](std::size_t) { return 0.0f; };
@@ -90,7 +124,32 @@ StreamEncoder::encodeView(const io::PointView& view,
     cloud.outliers->filter(frame_);
   if (status = encoder_->filterOverTime(frame_); !status.ok())
     return status;
-  return encoder_->encode(frame_, cloud.stamp, bytes);
+  status = encoder_->encode(frame_, cloud.stamp, bytes);
+  if (!status.ok() || rate_control_->endFrame(bytes.size(),
+                                              encoder_->statistics().coding.is_i_frame,
+                                              std::chrono::steady_clock::now() - begin_,
+                                              frame_.grid))
+    return status;
+  encoder_->dropLastFrame();
+  bytes.clear();
+  return {io::CompressionCode::LeftOut, rate_control_->leftOutMessage()};
+}
+
+void
+StreamEncoder::setMaxRate(double bits_per_second)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  max_rate_ = bits_per_second;
+  if (rate_control_)
+    rate_control_->setMaxRate(bits_per_second);
+}
+
+io::RateControlStatus
+StreamEncoder::rateControl() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return rate_control_ ? rate_control_->status()
+                       : io::RateControl(settings_.codec).status();
 }
 
 void

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/rate_control.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
@@ -9,6 +10,7 @@
 #include "outlier_filter.h"
 #include "stream_settings.h"
 
+#include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -40,6 +42,7 @@ public:
   /** \brief Encodes the next cloud.
    * \param[in] cloud must not change meanwhile
    * \param[out] bytes the frame; empty unless the status is Ok
+   * \return LeftOut, too, if the rate has no room for it
    * \throws std::invalid_argument if the cloud lacks the intensities of the law, or has
    * ones that it does not use
    */
@@ -48,6 +51,13 @@ public:
 
   void
   requestIFrame();
+
+  /** \brief See io::RateControl. */
+  void
+  setMaxRate(double bits_per_second);
+
+  io::RateControlStatus
+  rateControl() const;
 
   io::FrameStatistics
   statistics() const;
@@ -59,6 +69,9 @@ public:
 private:
   void
   start(IntensityLaw law);
+
+  bool
+  beginCloud(const CloudToEncode& cloud);
 
   void
   checkIntensities(const CloudToEncode& cloud) const;
@@ -72,7 +85,10 @@ private:
 
   mutable std::mutex mutex_;
   EncoderSettings settings_;
-  std::optional<io::CloudEncoder> encoder_; // once the law is known
+  std::optional<io::CloudEncoder> encoder_;     // once the law is known
+  std::optional<io::RateControl> rate_control_; // likewise
+  std::optional<double> max_rate_;              // that was set before
+  std::chrono::steady_clock::time_point begin_; // of encoding the current cloud
   // Members so that their memory is reused.
   CloudMemory memory_;
   std::vector<float> intensities_;

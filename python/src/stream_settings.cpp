@@ -142,6 +142,11 @@ readCodecSettings(const Keywords& values)
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
   settings.threads = values.smallCount("threads");
   settings.temporal_filter = values.smallCount("temporal_filter");
+  settings.max_rate = values.number("max_rate");
+  settings.rate_buffer = values.number("rate_buffer");
+  settings.max_encode_ms = values.number("max_encode_ms");
+  settings.rate_temporal_filter = values.smallCount("rate_temporal_filter");
+  settings.rate_doublings = values.smallCount("rate_doublings");
   if (values.isSet("origin"))
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
@@ -267,6 +272,11 @@ defaultSettings()
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
                   "threads"_a = codec.threads,
                   "temporal_filter"_a = codec.temporal_filter,
+                  "max_rate"_a = codec.max_rate,
+                  "rate_buffer"_a = codec.rate_buffer,
+                  "max_encode_ms"_a = codec.max_encode_ms,
+                  "rate_temporal_filter"_a = codec.rate_temporal_filter,
+                  "rate_doublings"_a = codec.rate_doublings,
                   "frames"_a = TemporalFilterSettings().frames,
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,

@@ -56,6 +56,14 @@ readFrame(std::istream& input, FrameDecoder& decoder, VoxelFrame& frame)
   return status;
 }
 
+/** \brief Of valid settings; of others it is not used. */
+RateControl
+makeRateControl(const EncoderSettings& settings, IntensityUnit unit)
+{
+  return RateControl(checkSettings(settings).ok() ? settings : EncoderSettings(),
+                     unit != IntensityUnit::None);
+}
+
 } // namespace
 
 CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
@@ -64,16 +72,19 @@ CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
 : settings_(settings)
 , limits_status_(checkLimits(settings.decoder_limits))
 , settings_status_(checkSettings(settings))
+, unit_(unit)
 , encoder_(settings, unit, model_law ? model_law : settings.depth_law)
+, rate_control_(makeRateControl(settings, unit))
 , decoder_(settings.decoder_limits, settings.incomplete_frame)
 {}
 
 void
 CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& model_law)
 {
-  encoder_.setResolution(resolution, model_law ? model_law : settings_.depth_law);
   settings_.resolution = resolution;
   settings_status_ = checkSettings(settings_);
+  encoder_.setSettings(settings_, model_law ? model_law : settings_.depth_law);
+  rate_control_ = makeRateControl(settings_, unit_);
 }
 
 CompressionStatus
@@ -101,6 +112,26 @@ CloudStreams::checkOutput(const std::ostream& output)
 }
 
 CompressionStatus
+CloudStreams::beginCloud(const pcl::PCLHeader& header,
+                         const std::function<std::optional<DepthLaw>(double)>& law_at)
+{
+  begin_ = std::chrono::steady_clock::now();
+  // Clouds without a stamp are encoded as they come.
+  const RateControl::Nanoseconds time =
+      header.stamp != 0 ? RateControl::Nanoseconds(std::chrono::microseconds(
+                              static_cast<std::int64_t>(header.stamp)))
+                        : begin_.time_since_epoch();
+  if (!rate_control_.beginCloud(time, encoder_.isIFrameDue()))
+    return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};
+  if (rate_control_.hasChanged()) {
+    const EncoderSettings& settings = rate_control_.settings();
+    const auto model_law = law_at(settings.resolution);
+    encoder_.setSettings(settings, model_law ? model_law : settings_.depth_law);
+  }
+  return {};
+}
+
+CompressionStatus
 CloudStreams::encode(const PointView& points,
                      std::size_t points_behind_sensor,
                      const SensorPose& sensor_pose,
@@ -123,6 +154,14 @@ CloudStreams::encode(const PointView& points,
   CompressionStatus status = encoder_.encode(frame_, stamp_, bytes);
   if (!status.ok())
     return status;
+  if (!rate_control_.endFrame(bytes.size(),
+                              encoder_.statistics().coding.is_i_frame,
+                              std::chrono::steady_clock::now() - begin_,
+                              frame_.grid)) {
+    encoder_.dropLastFrame();
+    bytes.clear();
+    return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};
+  }
   statistics_ = encoder_.statistics();
   if (status.hasWarning())
     printWarning(status);

@@ -34,8 +34,13 @@ public:
     if (std::string fault = readEncodingParameters(changed, false, settings_);
         !fault.empty())
       return fault;
+    const double max_rate = settings_.compression.max_rate;
+    const bool is_new_stream = !isSameButForRate(values_, changed) || max_rate == 0.0;
     values_ = std::move(changed);
-    node_.reset();
+    if (is_new_stream)
+      node_.reset();
+    else if (node_)
+      node_->setMaxRate(max_rate);
     return {};
   }
 
@@ -102,6 +107,16 @@ public:
   }
 
 private:
+  /** \brief True if parameters differ in max_rate alone, which had been set. */
+  static bool
+  isSameButForRate(const ParameterValues& before, ParameterValues after)
+  {
+    const char* const rate = "max_rate";
+    const auto value = before.find(rate);
+    after[rate] = value->second;
+    return after == before && value->second != ParameterValue(0.0);
+  }
+
   SensorNodeStatus
   encodeOrThrow(const pcl::PCLPointCloud2& cloud,
                 const std::optional<WorldPose>& sensor_to_world,

@@ -195,6 +195,51 @@ describeFilters(Descriptions& parameters)
                      "keep_point_counts; 0: off."));
 }
 
+void
+describeBudget(Descriptions& parameters)
+{
+  const io::RateSettings defaults;
+  parameters.push_back(
+      numberParameter("max_rate",
+                      "bit/s",
+                      defaults.max_rate,
+                      io::least_max_rate,
+                      io::most_max_rate,
+                      "Bits that the frames of any second may take; where they would "
+                      "take more, filters, bits and voxels become coarser, and clouds "
+                      "without room are left out; 0: no limit."));
+  parameters.push_back(
+      numberParameter("rate_buffer",
+                      "s",
+                      defaults.rate_buffer,
+                      0.01,
+                      1.0,
+                      "How long, at max_rate, a frame may take and wait to be sent."));
+  parameters.push_back(
+      numberParameter("max_encode_ms",
+                      "ms",
+                      defaults.max_encode_ms,
+                      0.1,
+                      1e4,
+                      "Time that encoding may take, on average; effort, then voxels "
+                      "follow, and max_rate may raise the effort; 0: no limit."));
+  parameters.push_back(
+      countParameter("rate_temporal_filter",
+                     "frames",
+                     defaults.rate_temporal_filter,
+                     TemporalVoxelFilter::least_frames,
+                     TemporalVoxelFilter::most_frames,
+                     "Strongest temporal_filter that max_rate may choose; 0: none, for "
+                     "sensors that move."));
+  parameters.push_back(countParameter("rate_doublings",
+                                      "",
+                                      defaults.rate_doublings,
+                                      0,
+                                      8,
+                                      "How often max_rate and max_encode_ms may double "
+                                      "the edge of a voxel."));
+}
+
 Descriptions
 describeEncodingParameters()
 {
@@ -206,6 +251,7 @@ describeEncodingParameters()
   describeIntensities(parameters);
   describePoints(parameters);
   describeFilters(parameters);
+  describeBudget(parameters);
   return parameters;
 }
 

@@ -31,6 +31,11 @@ readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
   settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
   settings.threads = access.count("threads");
   settings.temporal_filter = access.count("temporal_filter");
+  settings.max_rate = access.get<double>("max_rate");
+  settings.rate_buffer = access.get<double>("rate_buffer");
+  settings.max_encode_ms = access.get<double>("max_encode_ms");
+  settings.rate_temporal_filter = access.count("rate_temporal_filter");
+  settings.rate_doublings = access.count("rate_doublings");
   return io::parseFields(access.get<std::string>("fields"), settings.fields).message();
 }
 

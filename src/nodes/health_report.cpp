@@ -48,15 +48,17 @@ compressionRatio(const StreamHealth& stream)
              : bytes_per_point * voxels / static_cast<double>(stream.bytes);
 }
 
-/** \brief Whether a stream has other voxels than the grid that it is merged on. */
+/** \brief Whether a stream has other voxels than the grid that it is merged on. Rate
+ * control doubles their edge. */
 bool
 hasOtherResolution(const ReceiverHealth& now)
 {
-  const double resolution = now.stream.resolution;
+  if (!(now.stream.resolution > 0.0 && now.merged_resolution > 0.0))
+    return false;
+  const double doublings = std::log2(now.stream.resolution / now.merged_resolution);
   constexpr double tolerance = 1e-6; // published streams have their resolution as float
-  return resolution > 0.0 && now.merged_resolution > 0.0 &&
-         std::abs(resolution - now.merged_resolution) >
-             tolerance * now.merged_resolution;
+  return doublings < -tolerance ||
+         std::abs(doublings - std::round(doublings)) > tolerance;
 }
 
 std::string
@@ -143,6 +145,10 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
     report.raise(HealthLevel::Warning, "Most points are removed as outliers");
   if (old_transforms(now) > old_transforms(before))
     report.raise(HealthLevel::Warning, "A transform of another time is used");
+  if (!node.rate_control.not_kept.empty())
+    report.raise(HealthLevel::Warning, "Rate control: " + node.rate_control.not_kept);
+  else if (node.rate_control.clouds_left_out > before.node.rate_control.clouds_left_out)
+    report.raise(HealthLevel::Warning, "Clouds are left out, as max_rate has no room");
 
   addRates(node.rates, report);
   report.add("compression ratio", node.compressionRatio());
@@ -161,6 +167,14 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
   report.add("points removed as outliers", node.points_removed);
   report.add("voxels", node.frame.coding.voxels);
   report.add("bytes per voxel", node.frame.bytesPerVoxel());
+  if (node.rate_control.is_on) {
+    report.add("rate control", node.rate_control.choice);
+    report.add("rate control chose it as", node.rate_control.reason);
+    report.add("rate control step", node.rate_control.step_number);
+    report.add("max_rate, bit/s", node.rate_control.max_rate);
+    report.add("bits of the last second", node.rate_control.used_rate);
+    report.add("clouds left out for max_rate", node.rate_control.clouds_left_out);
+  }
   return report;
 }
 

@@ -98,18 +98,36 @@ makePoints(const SensorNodeSettings& settings)
       });
 }
 
-io::CloudEncoder
-makeEncoder(const SensorNodeSettings& settings)
+std::optional<io::DepthLaw>
+depthLaw(const SensorNodeSettings& settings)
 {
   return visitIntensityModel(settings.law,
                              settings.compression.resolution,
                              settings.sensor,
-                             [&](const auto& model) {
-                               return io::CloudEncoder(
-                                   codecSettings(settings),
-                                   std::decay_t<decltype(model)>::unit,
-                                   io::depthLawOf(model));
-                             });
+                             [](const auto& model) { return io::depthLawOf(model); });
+}
+
+io::CloudEncoder
+makeEncoder(const SensorNodeSettings& settings)
+{
+  const IntensityUnit unit = visitIntensityModel(
+      settings.law,
+      settings.compression.resolution,
+      settings.sensor,
+      [](const auto& model) { return std::decay_t<decltype(model)>::unit; });
+  return io::CloudEncoder(codecSettings(settings), unit, depthLaw(settings));
+}
+
+io::RateControl
+makeRateControl(const SensorNodeSettings& settings)
+{
+  return io::RateControl(
+      codecSettings(settings),
+      settings.law != IntensityLaw::None,
+      true,
+      settings.outlier_removal
+          ? std::optional<float>(settings.outlier_removal->min_log_odds)
+          : std::nullopt);
 }
 
 /** \brief The stages before and after voxelizing. Created again after memory ran out in
@@ -136,10 +154,13 @@ struct Filters {
 /** \brief Members that exist only if the settings are valid. */
 struct Pipeline {
   explicit Pipeline(const SensorNodeSettings& settings)
-  : encoder(makeEncoder(settings)), filters(std::in_place, settings)
+  : encoder(makeEncoder(settings))
+  , rate_control(makeRateControl(settings))
+  , filters(std::in_place, settings)
   {}
 
   io::CloudEncoder encoder;
+  io::RateControl rate_control;
   std::optional<Filters> filters;
   // Members so that their memory is reused.
   io::VoxelFrame frame;
@@ -151,7 +172,9 @@ struct Pipeline {
 class SensorNode::Implementation {
 public:
   explicit Implementation(const SensorNodeSettings& settings)
-  : settings_(settings), settings_status_(checkSettings(settings))
+  : settings_(settings)
+  , removal_(settings.outlier_removal)
+  , settings_status_(checkSettings(settings))
   {
     if (settings_status_.ok())
       pipeline_.emplace(settings_);
@@ -194,10 +217,19 @@ public:
       pipeline_->encoder.requestIFrame();
   }
 
+  void
+  setMaxRate(double bits_per_second)
+  {
+    if (pipeline_)
+      pipeline_->rate_control.setMaxRate(bits_per_second);
+  }
+
   SensorNodeStatistics
   statistics() const
   {
     SensorNodeStatistics statistics = statistics_;
+    if (pipeline_)
+      statistics.rate_control = pipeline_->rate_control.status();
     if (settings_.clock)
       statistics.rates = window_.rates(settings_.clock());
     return statistics;
@@ -214,6 +246,12 @@ private:
     const auto start = std::chrono::steady_clock::now();
     if (SensorNodeStatus status = takeTransform(sensor_to_world); !status.ok())
       return status;
+    io::RateControl& rate_control = pipeline_->rate_control;
+    if (!rate_control.beginCloud(settings_.clock(), pipeline_->encoder.isIFrameDue()))
+      return {SensorNodeCode::LeftOut, rate_control.leftOutMessage()};
+    const bool is_changed = rate_control.hasChanged();
+    if (is_changed)
+      takeStep();
     if (!pipeline_->filters)
       pipeline_->filters.emplace(settings_);
     std::size_t outliers = 0;
@@ -227,6 +265,16 @@ private:
       ++statistics_.clouds_refused;
       return status;
     }
+    if (!rate_control.endFrame(bytes.size(),
+                               pipeline_->encoder.statistics().coding.is_i_frame,
+                               std::chrono::steady_clock::now() - start,
+                               pipeline_->frame.grid)) {
+      pipeline_->encoder.dropLastFrame();
+      bytes.clear();
+      return {SensorNodeCode::LeftOut, rate_control.leftOutMessage()};
+    }
+    if (is_changed)
+      status = withChange(status, rate_control.status());
     // Before the statistics are updated, as the message needs memory.
     if (!sensor_to_world)
       status = {SensorNodeCode::UsedLastTransform,
@@ -249,6 +297,38 @@ private:
                                       pipeline_->frame.fields.end());
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
+  }
+
+  /** \brief Takes over the step that the rate control has chosen. */
+  void
+  takeStep()
+  {
+    const io::RateControl& rate_control = pipeline_->rate_control;
+    std::optional<VoxelOutlierRemovalSettings> removal = removal_;
+    if (rate_control.minLogOdds()) {
+      if (!removal)
+        removal.emplace();
+      removal->min_log_odds = *rate_control.minLogOdds();
+    }
+    else
+      removal.reset();
+    if (rate_control.settings().resolution != settings_.compression.resolution ||
+        !(removal == settings_.outlier_removal))
+      pipeline_->filters.reset();
+    SensorNodeSettings changed = settings_;
+    changed.compression = rate_control.settings();
+    changed.compression.bounding_box = settings_.compression.bounding_box;
+    changed.outlier_removal = removal;
+    pipeline_->encoder.setSettings(codecSettings(changed), depthLaw(changed));
+    settings_ = std::move(changed);
+  }
+
+  static SensorNodeStatus
+  withChange(const SensorNodeStatus& status, const io::RateControlStatus& rate)
+  {
+    return {status.code(),
+            status.message() + (status.message().empty() ? "" : "; ") +
+                "rate control: " + rate.choice + ", as " + rate.reason};
   }
 
   SensorNodeStatus
@@ -358,7 +438,9 @@ private:
     statistics_.frame = frame;
   }
 
-  SensorNodeSettings settings_;
+  SensorNodeSettings settings_; // of the current step of the rate control
+  // As given: of the first step.
+  std::optional<VoxelOutlierRemovalSettings> removal_;
   SensorNodeStatus settings_status_;
   std::optional<Pipeline> pipeline_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
@@ -388,6 +470,12 @@ SensorNode::encode(const pcl::PCLPointCloud2& cloud,
                    std::vector<std::uint8_t>& bytes)
 {
   return implementation_->encode(cloud, sensor_to_world, bytes);
+}
+
+void
+SensorNode::setMaxRate(double bits_per_second)
+{
+  implementation_->setMaxRate(bits_per_second);
 }
 
 void

@@ -111,8 +111,21 @@ public:
     encoder_.requestIFrame();
   }
 
+  bool
+  isIFrameDue() const
+  {
+    return encoder_.isIFrameDue();
+  }
+
   void
-  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
+  dropLastFrame()
+  {
+    encoder_.dropLastFrame();
+  }
+
+  void
+  setSettings(const EncoderSettings& settings,
+              const std::optional<DepthLaw>& depth_law);
 
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
@@ -149,17 +162,39 @@ private:
 };
 
 void
-CloudEncoder::Implementation::setResolution(double resolution,
-                                            const std::optional<DepthLaw>& depth_law)
+CloudEncoder::Implementation::setSettings(const EncoderSettings& settings,
+                                          const std::optional<DepthLaw>& depth_law)
 {
-  EncoderSettings settings = settings_;
-  settings.resolution = resolution;
-  CompressionStatus status = checkSettings(settings, depth_law);
+  EncoderSettings changed = settings_;
+  changed.resolution = settings.resolution;
+  changed.origin = settings.origin;
+  changed.use_coordinate_step = settings.use_coordinate_step;
+  changed.effort = settings.effort;
+  changed.temporal_filter = settings.temporal_filter;
+  changed.intensity_curve = settings.intensity_curve;
+  changed.intensity_bits = settings.intensity_bits;
+  const bool keeps_voxels =
+      changed.resolution == settings_.resolution &&
+      changed.origin == settings_.origin &&
+      changed.use_coordinate_step == settings_.use_coordinate_step &&
+      changed.intensity_curve == settings_.intensity_curve &&
+      changed.intensity_bits == settings_.intensity_bits;
+  CompressionStatus status = checkSettings(changed, depth_law);
   // May throw, so it comes before the changes.
-  CloudVoxelizer voxelizer(usableSettings(settings), unit_);
-  settings_ = settings;
+  CloudVoxelizer voxelizer(usableSettings(changed), unit_);
+  if (status.ok() && changed.temporal_filter != settings_.temporal_filter) {
+    std::optional<TemporalVoxelFilter> filter;
+    if (changed.temporal_filter != 0)
+      filter.emplace(changed.temporal_filter);
+    temporal_filter_ = std::move(filter);
+  }
+  settings_ = std::move(changed);
   depth_law_ = depth_law;
   settings_status_ = std::move(status);
+  if (settings_status_.ok())
+    encoder_.setEffort(settings_.effort);
+  if (keeps_voxels)
+    return;
   encoder_.requestIFrame();
   if (settings_status_.ok())
     voxelizer_ = std::move(voxelizer);
@@ -355,9 +390,22 @@ CloudEncoder::settings() const
 }
 
 void
-CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
+CloudEncoder::setSettings(const EncoderSettings& settings,
+                          const std::optional<DepthLaw>& depth_law)
 {
-  implementation_->setResolution(resolution, depth_law);
+  implementation_->setSettings(settings, depth_law);
+}
+
+bool
+CloudEncoder::isIFrameDue() const
+{
+  return implementation_->isIFrameDue();
+}
+
+void
+CloudEncoder::dropLastFrame()
+{
+  implementation_->dropLastFrame();
 }
 
 void

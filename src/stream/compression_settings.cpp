@@ -125,6 +125,33 @@ checkFields(const EncoderSettings& settings)
   return checkFieldSettings(settings.fields);
 }
 
+CompressionStatus
+checkRate(const RateSettings& settings)
+{
+  const auto isIn = [](double value, double least, double most) {
+    return value >= least && value <= most; // NaN is not
+  };
+  if (settings.max_rate != 0.0 &&
+      !isIn(settings.max_rate, least_max_rate, most_max_rate))
+    return invalid(
+        "max_rate", settings.max_rate, "1e3 to 1e12 bits a second, or 0 for no limit");
+  if (!isIn(settings.rate_buffer, 0.01, 1.0))
+    return invalid("rate_buffer", settings.rate_buffer, "0.01 to 1 seconds");
+  if (settings.max_encode_ms != 0.0 && !isIn(settings.max_encode_ms, 0.1, 1e4))
+    return invalid("max_encode_ms",
+                   settings.max_encode_ms,
+                   "0.1 to 1e4 milliseconds, or 0 for no limit");
+  if (settings.rate_temporal_filter != 0 &&
+      (settings.rate_temporal_filter < TemporalVoxelFilter::least_frames ||
+       settings.rate_temporal_filter > TemporalVoxelFilter::most_frames))
+    return invalid("rate_temporal_filter",
+                   settings.rate_temporal_filter,
+                   "2 to 64 frames, or 0 for none");
+  if (settings.rate_doublings > 8)
+    return invalid("rate_doublings", settings.rate_doublings, "0 to 8");
+  return {};
+}
+
 } // namespace
 
 CompressionStatus
@@ -207,6 +234,8 @@ checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& de
   if (settings.temporal_filter != 0 && settings.keep_point_counts)
     return invalid("keep_point_counts", "on", "off with temporal_filter");
   if (CompressionStatus status = checkFields(settings); !status.ok())
+    return status;
+  if (CompressionStatus status = checkRate(settings); !status.ok())
     return status;
   if (settings.origin && !isOrigin(*settings.origin))
     return invalid("origin",

@@ -43,6 +43,24 @@ public:
     is_i_frame_requested_ = true;
   }
 
+  void
+  setEffort(Effort effort)
+  {
+    if (effort == effort_)
+      return;
+    effort_ = effort;
+    version1_.setEffort(effort);
+    requestIFrame();
+  }
+
+  void
+  dropLastFrame()
+  {
+    if (format_ == StreamFormat::Version1)
+      version1_.takeBack();
+    requestIFrame();
+  }
+
   CompressionStatus
   encode(const VoxelFrame& frame,
          const std::optional<FrameStamp>& stamp,
@@ -214,6 +232,18 @@ void
 FrameEncoder::requestIFrame()
 {
   implementation_->requestIFrame();
+}
+
+void
+FrameEncoder::setEffort(Effort effort)
+{
+  implementation_->setEffort(effort);
+}
+
+void
+FrameEncoder::dropLastFrame()
+{
+  implementation_->dropLastFrame();
 }
 
 CompressionStatus

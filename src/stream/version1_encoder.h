@@ -41,6 +41,14 @@ public:
   bool
   hasFewChanges(const VoxelFrame& frame, bool was_of_changes);
 
+  /** \brief Sets the effort, before an I-frame. */
+  void
+  setEffort(Effort effort)
+  {
+    effort_ = effort;
+    forgetHistory();
+  }
+
   /** \brief Encodes the next frame as one of changes, for which hasFewChanges() is
    * true; parameters are those of encode(). */
   void
@@ -69,8 +77,7 @@ public:
          std::vector<std::uint8_t>& bytes,
          CodedFrameStatistics& statistics);
 
-  /** \brief Drops the number of the last frame, for another encoding of the same
-   * frame. */
+  /** \brief Drops the number of the last frame, for another one in its place. */
   void
   takeBack()
   {

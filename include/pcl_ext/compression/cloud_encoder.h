@@ -123,12 +123,23 @@ public:
   const EncoderSettings&
   settings() const;
 
-  /** \brief Changes the resolution; the next frame is an I-frame.
-   * \param[in] resolution voxel edge, metres; checked as that of the settings
-   * \param[in] depth_law the law at this resolution, if there is one
+  /** \brief Changes what RateControl does: resolution, origin, use_coordinate_step, effort,
+   * temporal_filter, intensity_curve and intensity_bits. The next frame is an I-frame,
+   * unless only temporal_filter changes.
+   * \param[in] settings checked here; of others than these nothing is taken
+   * \param[in] depth_law the law at their resolution, if there is one
    */
   void
-  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
+  setSettings(const EncoderSettings& settings,
+              const std::optional<DepthLaw>& depth_law);
+
+  /** \brief True if the next frame will be an I-frame for any cloud. */
+  bool
+  isIFrameDue() const;
+
+  /** \brief Takes the last frame out of the stream, see FrameEncoder. */
+  void
+  dropLastFrame();
 
   /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a
    * frame. */

@@ -206,13 +206,42 @@ struct StreamSettings {
   std::vector<FieldSetting> fields;
 };
 
-/** \brief All that CloudEncoder can be set to.
+/** \brief A budget for the stream, which RateControl keeps. */
+struct RateSettings {
+  /** \brief Bits a second that the frames of any second may take, 1e3 to 1e12, or 0: no
+   * limit. Clouds that find no room are left out; other settings become coarser so that
+   * these are few. Bytes that a transport adds are not counted. */
+  double max_rate = 0.0;
+
+  /** \brief Seconds at max_rate that a frame may take, and wait for the ones before it to
+   * be sent: the size of the sender's buffer. 0.01 to 1. */
+  double rate_buffer = 0.25;
+
+  /** \brief Milliseconds that the last frames may take on average, from points to bytes,
+   * 0.1 to 1e4, or 0: no limit. Effort and then the voxels follow; with max_rate the
+   * effort also rises above `effort` before anything is lost. */
+  double max_encode_ms = 0.0;
+
+  /** \brief Strongest temporal_filter that max_rate may choose, frames, 2 to 64, or 0:
+   * none, for sensors that move. Not used with keep_point_counts or fields. */
+  unsigned int rate_temporal_filter = 8;
+
+  /** \brief How often the voxel edge may be doubled, 0 to 8. */
+  unsigned int rate_doublings = 4;
+};
+
+/** \brief Range of RateSettings::max_rate, bits a second. */
+inline constexpr double least_max_rate = 1e3;
+inline constexpr double most_max_rate = 1e12;
+
+/** \brief All that CloudEncoder can be set to, and the budget that RateControl keeps with
+ * it.
  *
  * The published layout refuses settings that change what is decoded and that it has no
  * field for; effort and depth law, which change bytes and time only, have no effect
  * there.
  */
-struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings {
+struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSettings {
   /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768
    * points a thread use fewer. The bytes do not depend on it. */
   unsigned int threads = 1;

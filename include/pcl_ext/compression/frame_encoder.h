@@ -43,6 +43,15 @@ public:
   void
   requestIFrame();
 
+  /** \brief Sets the effort; the next frame is an I-frame if it is another one. */
+  void
+  setEffort(Effort effort);
+
+  /** \brief Takes the last frame out of the stream, as it will not be sent: the next one
+   * has its number, and is an I-frame. */
+  void
+  dropLastFrame();
+
   /** \brief Encodes the next frame of the stream. A frame may be empty and has at most
    * 2^24 voxels; a decoder with the default limits accepts 2^20.
    * \param[in] frame the voxels

@@ -262,6 +262,22 @@ public:
     streams_.requestIFrame();
   }
 
+  /** \brief Changes settings().max_rate as the link does, bits a second above 0; only where
+   * there is one. */
+  void
+  setMaxRate(double bits_per_second)
+  {
+    streams_.setMaxRate(bits_per_second);
+  }
+
+  /** \brief What the rate control chose for the last cloud, and why. The time of a cloud
+   * is its stamp, or without one that of the call. */
+  RateControlStatus
+  rateControlStatus() const
+  {
+    return streams_.rateControlStatus();
+  }
+
   /** \brief Statistics of the frame that was encoded or decoded last. */
   const FrameStatistics&
   statistics() const

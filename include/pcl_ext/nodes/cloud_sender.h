@@ -33,7 +33,8 @@ public:
   operator=(const CloudSender&) = delete;
 
   /** \brief Sets parameters, from the next cloud on, whose frame is then an I-frame of
-   * a new stream. Setting what is set already changes nothing.
+   * a new stream. Setting what is set already changes nothing, and the stream goes on if
+   * max_rate alone changes from one limit to another.
    * \param[in] values of encodingParameters(), each as convertedValue() returns it;
    * parameters that are missing keep their values
    * \return what is wrong, in one line, and nothing changes; empty if nothing

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/rate_control.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -87,7 +88,8 @@ enum class SensorNodeCode {
   InvalidTransform,  ///< not encoded: the transform is not a rigid transform
   InvalidCloud,      ///< not encoded: invalid fields or sizes of the cloud
   EncodingFailed,    ///< not encoded: the encoder refused the frame, or the clock threw
-  OutOfMemory        ///< not encoded: memory ran out; the next frame is an I-frame
+  OutOfMemory,       ///< not encoded: memory ran out; the next frame is an I-frame
+  LeftOut            ///< not encoded: compression.max_rate has no room for it now
 };
 
 /** \brief Outcome of encoding a cloud. With UsedLastTransform there is a frame, too:
@@ -104,12 +106,13 @@ struct SensorNodeStatus : Status<SensorNodeCode> {
 };
 
 /** \brief Statistics of a SensorNode since its construction. Every cloud is counted as
- * a frame, as left out without a transform, or as refused. */
+ * a frame, as left out without a transform or without room, or as refused. */
 struct SensorNodeStatistics {
   std::size_t frames = 0;
   std::size_t i_frames = 0;                   ///< of the frames
   std::size_t frames_with_last_transform = 0; ///< of the frames
   std::size_t clouds_without_transform = 0;   ///< left out
+  io::RateControlStatus rate_control;         ///< with the clouds without room
   std::size_t clouds_refused = 0; ///< invalid cloud or transform, or out of memory
   std::uint64_t cloud_bytes = 0;  ///< of the clouds that became frames
   std::uint64_t frame_bytes = 0;  ///< of the frames
@@ -167,7 +170,7 @@ public:
    * metres; none: unknown
    * \param[out] bytes the frame; empty unless hasFrame() of the status
    * \return see SensorNodeCode; a frame may come with a warning, see
-   * CloudEncoder::encode
+   * CloudEncoder::encode, or with what the rate control changed
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,
@@ -178,6 +181,11 @@ public:
    * frame. */
   void
   requestIFrame();
+
+  /** \brief Changes compression.max_rate as the link does, bits a second above 0; only
+   * where there is one. */
+  void
+  setMaxRate(double bits_per_second);
 
   /** \brief Statistics until now. */
   SensorNodeStatistics

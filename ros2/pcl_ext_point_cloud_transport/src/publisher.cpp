@@ -107,6 +107,8 @@ private:
                        pcl_ext::WorldPose(pcl_ext::WorldPose::Identity()),
                        subscribers + departed_,
                        message.compressed_data);
+    if (status.code() == pcl_ext::nodes::SensorNodeCode::LeftOut)
+      return std::nullopt; // as max_rate demands; said by the diagnostics
     if (!status.hasFrame())
       return tl::make_unexpected(status.message());
     if (warnings_ && status.hasWarning())

@@ -9,6 +9,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/rate_control.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/rigid_pose.h>
@@ -16,8 +17,10 @@
 
 #include <pcl/PCLHeader.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <set>
@@ -79,13 +82,43 @@ public:
   static CompressionStatus
   checkOutput(const std::ostream& output);
 
-  /** \brief Encodes the next cloud. The first warning of each kind is printed on PCL's
+  /** \brief Begins to encode a cloud, for which the rate control may choose another
+   * resolution.
+   * \param[in] law_at depth law of the intensity model at a resolution
+   * \return LeftOut if there is no room for it
+   */
+  CompressionStatus
+  beginCloud(const pcl::PCLHeader& header,
+             const std::function<std::optional<DepthLaw>(double)>& law_at);
+
+  /** \brief Voxel edge of the next frame, metres. */
+  double
+  resolution() const
+  {
+    return encoder_.settings().resolution;
+  }
+
+  /** \brief See RateControl. */
+  void
+  setMaxRate(double bits_per_second)
+  {
+    rate_control_.setMaxRate(bits_per_second);
+  }
+
+  RateControlStatus
+  rateControlStatus() const
+  {
+    return rate_control_.status();
+  }
+
+  /** \brief Encodes the next cloud, after beginCloud(). The first warning of each kind is printed on PCL's
    * console.
    * \param[in] points the cloud
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \param[in] sensor_pose sensor -> cloud, metres
    * \param[in] header of the cloud; coded if the settings say so
    * \param[out] bytes the frame; empty unless the status is Ok
+   * \return LeftOut if the frame is larger than the room that the rate has
    */
   CompressionStatus
   encode(const PointView& points,
@@ -138,7 +171,10 @@ private:
   IntensityCompressionSettings settings_;
   CompressionStatus limits_status_;
   CompressionStatus settings_status_;
+  IntensityUnit unit_;
   CloudEncoder encoder_;
+  RateControl rate_control_;
+  std::chrono::steady_clock::time_point begin_; // of encoding the current cloud
   FrameDecoder decoder_;
   FrameStatistics statistics_;
   // Members so that their memory is reused.

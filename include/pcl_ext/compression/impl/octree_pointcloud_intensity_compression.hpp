@@ -276,6 +276,16 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     return {CompressionCode::InvalidInput,
             "sensor_origin_ or sensor_orientation_ of the cloud is not finite, and the "
             "intensity model uses the depth; set sensor_pose"};
+  const auto law_at = [this](double resolution) {
+    return depthLawOf(modelAtResolution(intensity_model_, resolution));
+  };
+  if (CompressionStatus status = streams_.beginCloud(cloud->header, law_at);
+      !status.ok())
+    return status;
+  const IntensityModelT model =
+      streams_.resolution() == settings().resolution
+          ? intensity_model_
+          : modelAtResolution(intensity_model_, streams_.resolution());
   this->setInputCloud(cloud); // as PCL's class does
   PointView view = pointViewOf(*cloud);
   if (cloud->isOrganized() &&
@@ -286,9 +296,9 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   std::size_t points_behind_sensor = 0;
   if (IntensityModelT::unit != IntensityUnit::None &&
       !detail::counts_points<IntensityModelT> && !cloud->empty() &&
-      !detail::useOwnIntensities(intensity_model_, *cloud, view))
+      !detail::useOwnIntensities(model, *cloud, view))
     points_behind_sensor = setIntensities(
-        intensity_model_,
+        model,
         pose.cast<double>(),
         [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
         intensities_,

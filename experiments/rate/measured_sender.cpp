@@ -1,0 +1,96 @@
+#include "measured_sender.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace rate {
+
+MeasuredSender::MeasuredSender(std::string name,
+                               const nodes::SensorNodeSettings& settings,
+                               const RateTrace& trace,
+                               const TrueSurfaces& truth)
+: name_(std::move(name))
+, has_budget_(settings.compression.max_rate > 0.0)
+, trace_(trace)
+, link_(trace)
+, judge_(truth)
+{
+  nodes::SensorNodeSettings timed = settings;
+  timed.clock = [this] {
+    return std::chrono::duration_cast<nodes::Time>(
+        std::chrono::duration<double>(time_));
+  };
+  node_ = std::make_unique<nodes::SensorNode>(timed);
+  if (!node_->settingsStatus().ok())
+    throw std::invalid_argument(node_->settingsStatus().message());
+}
+
+bool
+MeasuredSender::encode(const pcl::PCLPointCloud2& cloud,
+                       const WorldPose& pose,
+                       double time,
+                       std::vector<std::uint8_t>& bytes)
+{
+  time_ = time;
+  if (has_budget_)
+    node_->setMaxRate(trace_.at(last_rate_time_));
+  const double rate = trace_.at(last_rate_time_);
+  last_rate_time_ = time;
+  const nodes::SensorNodeStatus status = node_->encode(cloud, pose, bytes);
+  if (!status.hasFrame() && status.code() != nodes::SensorNodeCode::LeftOut)
+    throw std::runtime_error(status.message());
+  if (!status.hasFrame())
+    return false;
+  if (!has_budget_ && link_.waitAt(time) > buffer_seconds) {
+    node_->requestIFrame();
+    return false;
+  }
+  while (!loads_.empty() && loads_.front().first <= time - 1.0)
+    loads_.pop_front();
+  loads_.emplace_back(time, 8.0 * static_cast<double>(bytes.size()) / rate);
+  double load = 0.0;
+  for (const auto& [sent, share] : loads_)
+    load += share;
+  largest_load = std::max(largest_load, load);
+  return true;
+}
+
+void
+MeasuredSender::send(const pcl::PCLPointCloud2& cloud,
+                     const WorldPose& pose,
+                     double time,
+                     double next_time)
+{
+  Frame frame{time, 0.0, {}};
+  if (encode(cloud, pose, time, frame.bytes)) {
+    frame.arrival = link_.send(time, frame.bytes.size());
+    frame_bytes.add(static_cast<double>(frame.bytes.size()));
+    frames_.push_back(std::move(frame));
+  }
+  else
+    ++clouds_left_out;
+  receive(next_time);
+  const ShownQuality quality = judge_.judge(shown_);
+  surface_percent.add(quality.surface_percent);
+  noise_percent.add(quality.noise_percent);
+  age.add(next_time - shown_time_);
+}
+
+void
+MeasuredSender::receive(double time)
+{
+  for (; !frames_.empty() && frames_.front().arrival <= time; frames_.pop_front()) {
+    const Frame& frame = frames_.front();
+    arrival_ages.push_back(frame.arrival - frame.time);
+    if (!decoder_.decode(frame.bytes.data(), frame.bytes.size(), received_).ok())
+      continue;
+    std::swap(received_, shown_);
+    shown_time_ = frame.time;
+  }
+}
+
+} // namespace rate
+} // namespace pcl_ext

@@ -1,0 +1,130 @@
+#include "shown_quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ext {
+namespace rate {
+
+namespace {
+
+constexpr int noise_frames = 10;
+
+/** \brief Calls a function for all voxels of a box. */
+template <typename VisitT>
+void
+forEach(const CellVoxels::Index& first, int edge, const VisitT& visit)
+{
+  for (int x = first[0]; x < first[0] + edge; ++x)
+    for (int y = first[1]; y < first[1] + edge; ++y)
+      for (int z = first[2]; z < first[2] + edge; ++z)
+        visit(CellVoxels::Index{x, y, z});
+}
+
+} // namespace
+
+CellVoxels::CellVoxels(double edge) : edge_(edge)
+{
+  count_ = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    first_[at] = static_cast<int>(std::floor(cell::RobotCell::cropMin()[axis] / edge));
+    size_[at] = static_cast<int>(std::floor(cell::RobotCell::cropMax()[axis] / edge)) +
+                1 - first_[at];
+    count_ *= static_cast<std::size_t>(size_[at]);
+  }
+}
+
+std::size_t
+CellVoxels::numberOf(const Index& index) const
+{
+  std::size_t number = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int from_first = index[axis] - first_[axis];
+    if (from_first < 0 || from_first >= size_[axis])
+      return count_;
+    number = number * static_cast<std::size_t>(size_[axis]) +
+             static_cast<std::size_t>(from_first);
+  }
+  return number;
+}
+
+void
+TrueSurfaces::add(const cell::CellFrame& captured)
+{
+  ++frame;
+  surfaces.clear();
+  for (std::size_t i = 0; i < captured.cloud.size(); ++i) {
+    if (captured.truth[i] != cell::PointTruth::Surface)
+      continue;
+    const Eigen::Vector3d point =
+        captured.pose * captured.cloud[i].getVector3fMap().cast<double>();
+    CellVoxels::Index index;
+    for (int axis = 0; axis < 3; ++axis)
+      index[static_cast<std::size_t>(axis)] =
+          static_cast<int>(std::floor(point[axis] / voxels.edge()));
+    const std::size_t number = voxels.numberOf(index);
+    if (number + 1 == voxels.count() || last_frames[number] == frame)
+      continue;
+    last_frames[number] = frame;
+    surfaces.push_back(index);
+  }
+}
+
+bool
+QualityJudge::isNoise(const CellVoxels::Index& first, int edge) const
+{
+  bool is_near = false;
+  const CellVoxels::Index around{first[0] - 1, first[1] - 1, first[2] - 1};
+  forEach(around, edge + 2, [&](const CellVoxels::Index& index) {
+    is_near |=
+        truth_.last_frames[truth_.voxels.numberOf(index)] > truth_.frame - noise_frames;
+  });
+  return !is_near;
+}
+
+ShownQuality
+QualityJudge::judge(const io::VoxelFrame& shown)
+{
+  ShownQuality quality;
+  const int edge =
+      static_cast<int>(std::lround(shown.grid.resolution / truth_.voxels.edge()));
+  std::size_t noise = 0;
+  for (const std::uint64_t key : shown.keys) {
+    const io::VoxelPosition position = io::voxelPosition(key);
+    const std::array<std::uint32_t, 3> at{position.x, position.y, position.z};
+    CellVoxels::Index first;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      first[axis] = static_cast<int>(shown.grid.first_index[axis] +
+                                     static_cast<std::int64_t>(at[axis])) *
+                    edge;
+    noise += isNoise(first, edge) ? 1 : 0;
+    // What is within one edge of its centre.
+    const int begin = edge == 1 ? -1 : edge / 2 - 1;
+    forEach({first[0] + begin, first[1] + begin, first[2] + begin},
+            edge == 1 ? 3 : 2,
+            [&](const CellVoxels::Index& index) {
+              const std::size_t number = truth_.voxels.numberOf(index);
+              if (is_shown_[number] == 0)
+                marked_.push_back(number);
+              is_shown_[number] = 1;
+            });
+  }
+  is_shown_.back() = 0;
+  std::size_t found = 0;
+  for (const CellVoxels::Index& index : truth_.surfaces)
+    found += is_shown_[truth_.voxels.numberOf(index)];
+  for (const std::size_t number : marked_)
+    is_shown_[number] = 0;
+  marked_.clear();
+  const auto percent = [](std::size_t part, std::size_t whole) {
+    return whole == 0 ? 0.0
+                      : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+  };
+  quality.surface_percent = percent(found, truth_.surfaces.size());
+  quality.noise_percent = percent(noise, shown.keys.size());
+  return quality;
+}
+
+} // namespace rate
+} // namespace pcl_ext

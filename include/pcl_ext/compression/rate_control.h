@@ -1,0 +1,165 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/export.h>
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief A step of the ladder that RateControl chooses from. */
+struct RateStep {
+  Effort effort = Effort::Balanced;
+  unsigned int temporal_filter = 0;
+  IntensityCurve intensity_curve = IntensityCurve::Linear;
+  unsigned int intensity_bits = 0;
+  /** \brief Of an outlier removal before the frame is encoded; none: no removal. */
+  std::optional<float> min_log_odds;
+  unsigned int doublings = 0; ///< of the voxel edge
+
+  friend bool
+  operator==(const RateStep& a, const RateStep& b)
+  {
+    return a.effort == b.effort && a.temporal_filter == b.temporal_filter &&
+           a.intensity_curve == b.intensity_curve &&
+           a.intensity_bits == b.intensity_bits && a.min_log_odds == b.min_log_odds &&
+           a.doublings == b.doublings;
+  }
+
+  friend bool
+  operator!=(const RateStep& a, const RateStep& b)
+  {
+    return !(a == b);
+  }
+};
+
+/** \brief What RateControl chose, and why. */
+struct RateControlStatus {
+  bool is_on = false;
+  double max_rate = 0.0;       ///< bits a second; 0: no limit
+  double used_rate = 0.0;      ///< likewise, of the frames of the last second
+  double encode_ms = 0.0;      ///< mean of the last frames; 0: none
+  RateStep step;               ///< in force
+  double resolution = 0.0;     ///< voxel edge on it, metres
+  std::size_t step_number = 0; ///< 0: the settings as they are
+  std::size_t last_step = 0;   ///< the number of the coarsest one
+  std::size_t changes = 0;     ///< of the step
+  std::size_t clouds_left_out = 0;
+  std::string choice; ///< the step in words
+  std::string reason; ///< why it was chosen
+  /** \brief What budget cannot be kept even on the last step, and by what; empty: all can.
+   * Frames beyond max_rate are left out, those that take longer than max_encode_ms are
+   * not. */
+  std::string not_kept;
+};
+
+/** \brief Keeps a stream within a budget: at most so many bits a second, and about so many
+ * milliseconds a frame, see RateSettings.
+ *
+ * Frames never take more than max_rate in any second, nor more at once than the buffer
+ * holds. So that few are left out, steps of a ladder are taken, best quality first:
+ * - the settings as they are;
+ * - higher efforts, if max_encode_ms is set, as far as it allows;
+ * - the temporal filter, up to rate_temporal_filter;
+ * - 4 companded bits for intensities;
+ * - the removal of outliers, where the caller has one;
+ * - voxels of twice the edge, up to rate_doublings times, made of voxels of the finest
+ *   grid.
+ *
+ * It goes down where the frames of the last step would take more than 95 % of the budget
+ * for half a second, or at once where one finds no room; and up where they would take
+ * less than 75 % on a better step, 2 seconds after the last change. A step that had to be
+ * left within 10 seconds is tried again after twice the time, up to a minute. How much a
+ * step saves is learned from the stream.
+ *
+ * With max_encode_ms 0 all depends on times and sizes of the frames alone, and is the same
+ * on all machines. The sizes are those of the frames; what a transport adds is not
+ * counted. An instance serves one stream and one thread. A moved-from instance may only be
+ * assigned to or destroyed.
+ *
+ * For each cloud call beginCloud(); unless it says that the cloud is left out, encode it
+ * with settings() and minLogOdds(), and send the frame if endFrame() says so.
+ */
+class PCL_EXT_CODEC_EXPORT RateControl {
+public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  /** \brief A control at the start of a stream.
+   * \param[in] settings of the best step, as accepted by checkSettings()
+   * \param[in] has_intensities whether frames will have intensities
+   * \param[in] can_remove_outliers whether the caller removes outliers as minLogOdds()
+   * says
+   * \param[in] min_log_odds of the best step
+   */
+  explicit RateControl(const EncoderSettings& settings,
+                       bool has_intensities = true,
+                       bool can_remove_outliers = false,
+                       const std::optional<float>& min_log_odds = std::nullopt);
+  ~RateControl();
+  RateControl(RateControl&&) noexcept;
+  RateControl&
+  operator=(RateControl&&) noexcept;
+
+  /** \brief Changes max_rate, as the link does.
+   * \param[in] bits_per_second above 0; without a max_rate in the settings, and for
+   * others, nothing changes
+   */
+  void
+  setMaxRate(double bits_per_second);
+
+  /** \brief Begins a cloud, for which the step may change.
+   * \param[in] time of the cloud, of any clock; earlier ones than the last count as that
+   * \param[in] is_i_frame_due whether it will be an I-frame
+   * \return false: there is no room for it, and the caller leaves it out
+   */
+  bool
+  beginCloud(Nanoseconds time, bool is_i_frame_due);
+
+  /** \brief Whether settings() or minLogOdds() are others than for the last frame that
+   * endFrame() was called for. */
+  bool
+  hasChanged() const;
+
+  /** \brief The settings of the step; temporal_filter, intensity_curve, intensity_bits,
+   * effort, resolution and origin may differ from those of the best one. */
+  const EncoderSettings&
+  settings() const;
+
+  /** \brief Threshold of the outlier removal; none: no removal. */
+  const std::optional<float>&
+  minLogOdds() const;
+
+  /** \brief Ends a frame that was encoded.
+   * \param[in] bytes its size
+   * \param[in] is_i_frame what it became
+   * \param[in] encode_time it took from points to bytes
+   * \param[in] grid of the frame
+   * \return false: it is larger than the room there is; the caller must not send it,
+   * and makes the next frame an I-frame
+   */
+  bool
+  endFrame(std::size_t bytes,
+           bool is_i_frame,
+           Nanoseconds encode_time,
+           const VoxelGrid& grid);
+
+  /** \brief Why the last cloud was left out, in one sentence. */
+  std::string
+  leftOutMessage() const;
+
+  RateControlStatus
+  status() const;
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace io
+} // namespace pcl_ext

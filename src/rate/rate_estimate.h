@@ -1,0 +1,124 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What I- and P-frames take of others. */
+struct FrameRatios {
+  double i_frame = 1.0;
+  double p_frame = 1.0;
+};
+
+/** \brief What the next frames of a stream are expected to take: running means of its last
+ * ones, of I- and P-frames apart. */
+class RateEstimate {
+public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  /** \param[in] i_frame_rate of the stream */
+  explicit RateEstimate(unsigned int i_frame_rate)
+  : frames_of_i_frame_(std::max(i_frame_rate, 1u))
+  {}
+
+  /** \brief Adds the time from one cloud to the next. Pauses do not count. */
+  void
+  addInterval(Nanoseconds interval)
+  {
+    const double seconds = std::chrono::duration<double>(interval).count();
+    if (seconds > 0.0 && seconds < 2.0)
+      interval_.add(seconds);
+  }
+
+  void
+  addFrame(std::size_t bytes, bool is_i_frame, Nanoseconds encode_time)
+  {
+    (is_i_frame ? i_frame_ : p_frame_).add(static_cast<double>(bytes));
+    encode_ms_.add(std::chrono::duration<double, std::milli>(encode_time).count());
+    ++frames_;
+  }
+
+  /** \brief Expects frames to take a multiple, after a change of the settings. */
+  void
+  scale(const FrameRatios& ratios)
+  {
+    // Both are expected from now on, also where one was not seen.
+    const double i_frame = bytesOf(true) * ratios.i_frame;
+    const double p_frame = bytesOf(false) * ratios.p_frame;
+    i_frame_.expect(i_frame);
+    p_frame_.expect(p_frame);
+    encode_ms_ = Mean();
+    frames_ = 0;
+  }
+
+  /** \brief Bytes of an I- or P-frame; 0: not known. */
+  double
+  bytesOf(bool is_i_frame) const
+  {
+    // As on the first frames of the simulated cell.
+    constexpr double p_frame_of_i_frame = 0.8;
+    if (is_i_frame)
+      return i_frame_.count > 0 ? i_frame_.value : p_frame_.value / p_frame_of_i_frame;
+    return p_frame_.count > 0 ? p_frame_.value : i_frame_.value * p_frame_of_i_frame;
+  }
+
+  /** \brief If no cloud is left out, and frames take a multiple; 0: not known. */
+  double
+  bytesPerSecond(const FrameRatios& ratios = FrameRatios()) const
+  {
+    if (interval_.count == 0)
+      return 0.0;
+    const double bytes = bytesOf(true) * ratios.i_frame +
+                         (frames_of_i_frame_ - 1.0) * bytesOf(false) * ratios.p_frame;
+    return bytes / (frames_of_i_frame_ * interval_.value);
+  }
+
+  double
+  encodeMs() const
+  {
+    return encode_ms_.value;
+  }
+
+  /** \brief Number of frames since the last change of the settings. */
+  unsigned int
+  frames() const
+  {
+    return frames_;
+  }
+
+private:
+  /** \brief A mean that follows the last values. */
+  struct Mean {
+    void
+    add(double next)
+    {
+      constexpr unsigned int most = 8;
+      count = std::min(count + 1, most);
+      value += (next - value) / count;
+    }
+
+    void
+    expect(double expected)
+    {
+      // It has the weight of a value.
+      value = expected;
+      count = expected > 0.0 ? 1 : 0;
+    }
+
+    double value = 0.0;
+    unsigned int count = 0;
+  };
+
+  double frames_of_i_frame_;
+  Mean i_frame_;
+  Mean p_frame_;
+  Mean interval_; // seconds
+  Mean encode_ms_;
+  unsigned int frames_ = 0;
+};
+
+} // namespace io
+} // namespace pcl_ext
