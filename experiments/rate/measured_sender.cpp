@@ -2,27 +2,35 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
 namespace rate {
 
+namespace {
+
+nodes::Time
+inNanoseconds(double seconds)
+{
+  return nodes::Time(std::llround(seconds * 1e9));
+}
+
+} // namespace
+
 MeasuredSender::MeasuredSender(std::string name,
                                const nodes::SensorNodeSettings& settings,
                                const RateTrace& trace,
-                               const TrueSurfaces& truth)
+                               QualityJudge& judge)
 : name_(std::move(name))
 , has_budget_(settings.compression.max_rate > 0.0)
 , trace_(trace)
 , link_(trace)
-, judge_(truth)
+, judge_(judge)
 {
   nodes::SensorNodeSettings timed = settings;
-  timed.clock = [this] {
-    return std::chrono::duration_cast<nodes::Time>(
-        std::chrono::duration<double>(time_));
-  };
+  timed.clock = [this] { return inNanoseconds(time_); };
   node_ = std::make_unique<nodes::SensorNode>(timed);
   if (!node_->settingsStatus().ok())
     throw std::invalid_argument(node_->settingsStatus().message());
@@ -42,15 +50,17 @@ MeasuredSender::encode(const pcl::PCLPointCloud2& cloud,
   const nodes::SensorNodeStatus status = node_->encode(cloud, pose, bytes);
   if (!status.hasFrame() && status.code() != nodes::SensorNodeCode::LeftOut)
     throw std::runtime_error(status.message());
+  if (getenv("TRACE") && has_budget_) { const auto r = node_->statistics().rate_control; fprintf(stderr, "%s %s t %.2f rate %.0f step %zu %s bytes %zu I %d left %zu why %s %s\n", name_.c_str(), trace_.name().c_str(), time, trace_.at(time), r.step_number, r.choice.c_str(), bytes.size(), (int)node_->statistics().frame.coding.is_i_frame, r.clouds_left_out, r.reason.c_str(), r.not_kept.c_str()); }
   if (!status.hasFrame())
     return false;
   if (!has_budget_ && link_.waitAt(time) > buffer_seconds) {
     node_->requestIFrame();
     return false;
   }
-  while (!loads_.empty() && loads_.front().first <= time - 1.0)
+  const nodes::Time now = inNanoseconds(time);
+  while (!loads_.empty() && loads_.front().first <= now - std::chrono::seconds(1))
     loads_.pop_front();
-  loads_.emplace_back(time, 8.0 * static_cast<double>(bytes.size()) / rate);
+  loads_.emplace_back(now, 8.0 * static_cast<double>(bytes.size()) / rate);
   double load = 0.0;
   for (const auto& [sent, share] : loads_)
     load += share;

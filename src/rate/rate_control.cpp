@@ -183,6 +183,9 @@ private:
       return false;
     if (budget_.isEmpty())
       return time_ < next_try_;
+    // Where clouds are left out in any case, those that are sent need not wait, too.
+    if (loadOf(step_) > 1.0 && budget_.backlog() > estimate_.interval())
+      return true;
     return estimate_.bytesOf(is_i_frame) > static_cast<double>(budget_.room());
   }
 
@@ -194,11 +197,15 @@ private:
   }
 
   /** \brief Whether frames on a step take at most a share of the rate, and an I-frame of
-   * the buffer. */
+   * the buffer. Where the next step has larger voxels, they may take more, as far as
+   * clouds may be left out. */
   bool
   fits(std::size_t step, double share) const
   {
-    return loadOf(step) <= share &&
+    const bool is_last_of_edge = step + 1 == ladder_.size() ||
+                                 ladder_[step + 1].doublings > ladder_[step].doublings;
+    const double most = is_last_of_edge ? share / base_.rate_sent_share : share;
+    return loadOf(step) <= most &&
            estimate_.bytesOf(true) * ladder_.ratios(step_, step).i_frame <=
                share * mean_rate_ / 8.0 * base_.rate_buffer;
   }
@@ -285,10 +292,8 @@ private:
     if (status_.changes > 0 && time_ - changed_at_ < settling)
       return;
     const bool is_over = !fits(step_, most_load);
-    if (!is_over) {
+    if (!is_over)
       over_since_.reset();
-      rate_not_kept_.clear();
-    }
     else if (!over_since_)
       over_since_ = time_;
     if (is_over) {
@@ -299,6 +304,18 @@ private:
     }
     else if (hasHeld())
       goUp();
+    rate_not_kept_.clear();
+    if (loadOf(step_) > 1.0 || !fits(step_, 1.0))
+      rate_not_kept_ = "clouds are left out, as " + overload();
+  }
+
+  std::string
+  overload() const
+  {
+    return overloadText(estimate_.bytesPerSecond(),
+                        estimate_.bytesOf(true),
+                        mean_rate_,
+                        base_.rate_buffer);
   }
 
   void
@@ -307,15 +324,8 @@ private:
     std::size_t step = step_;
     while (step + 1 < ladder_.size() && !fits(step, load_after))
       ++step;
-    const std::string reason = overloadText(estimate_.bytesPerSecond(),
-                                            estimate_.bytesOf(true),
-                                            mean_rate_,
-                                            base_.rate_buffer);
     if (step != step_)
-      change(step, reason);
-    else
-      rate_not_kept_ = "max_rate is not kept without leaving clouds out: " + reason +
-                       " on the coarsest step";
+      change(step, overload());
   }
 
   void
