@@ -5,6 +5,7 @@ pcl_ext_add_test(
   SOURCES
     tools/program.cpp
     tools/test_program_bags.cpp
+    tools/test_program_benchmark.cpp
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
     tools/test_program_far_clouds.cpp
