@@ -64,6 +64,7 @@ TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
                                     "cut",
                                     "merge",
                                     "view",
+                                    "advise",
                                     "benchmark",
                                     "demo"}) {
     const ProgramRun help = expectRun(folder, command + " --help");

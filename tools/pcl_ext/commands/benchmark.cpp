@@ -1,17 +1,15 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
-#include "clouds/cloud_sequence.h"
 #include "commands/benchmark_report.h"
 #include "commands/commands.h"
 #include "console/console.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
-#include "inputs/held_clouds.h"
+#include "inputs/tried_input.h"
 #include "measuring/cycle_counter.h"
 #include "options/encoding_options.h"
 #include "options/options.h"
-#include "simulator/crop_box.h"
 #include "streams/stream_decoder.h"
 #include "streams/stream_encoder.h"
 
@@ -33,10 +31,9 @@ namespace tools {
 namespace {
 
 struct BenchmarkOptions {
-  InputOptions input;
+  TriedInput input;
   EncodingOptions encoding;
   Output json; ///< empty: none
-  bool takes_cell = false;
   std::size_t frames = 300;
   std::vector<io::Effort> efforts;
   std::string given;
@@ -148,53 +145,13 @@ private:
   BenchmarkRow row_;
 };
 
-/** \brief The clouds of sensor 1 of the robot cell. */
-std::vector<HeldClouds>
-holdCell(EncodingOptions& options, std::size_t frames, Console& console)
-{
-  constexpr std::size_t most_clouds = 60; // 210 MB
-  if (!options.cropBox())
-    options.setCropBox(cell::cropBox());
-  if (!options.hasSensor())
-    options.setSensor(runtimeSensor(KinectV2()));
-  const std::size_t count = std::min(frames, most_clouds);
-  const auto sequence = clouds::openCell(1, count, 1);
-  std::vector<HeldClouds> streams(1);
-  streams[0].name = "/" + sequence->name();
-  streams[0].period = 1.0 / cell::RobotCell::frame_rate;
-  options.setPose(streams[0].name, WorldPose(sequence->sensorPose()));
-  console.startProgress("clouds of the cell", count);
-  for (std::size_t i = 0; i < count && !isInterrupted(); ++i) {
-    sequence->read(i, streams[0].clouds.emplace_back());
-    console.advance();
-  }
-  console.endProgress();
-  return streams;
-}
-
-std::vector<HeldClouds>
-holdInput(const BenchmarkOptions& options, Console& console)
-{
-  const auto input = openInput(options.input);
-  for (const std::string& remark : input->remarks())
-    console.remark(remark);
-  HoldLimits limits;
-  limits.clouds = options.frames;
-  std::vector<HeldClouds> streams = holdClouds(*input, limits);
-  options.encoding.checkStreams(input->streams());
-  for (const HeldClouds& stream : streams)
-    for (const std::string& failure : stream.failures)
-      console.error(failure);
-  return streams;
-}
-
 /** \brief Refuses a file that cannot be written, before the frames are measured. */
 void
 checkJson(const BenchmarkOptions& options)
 {
   namespace fs = std::filesystem;
   const std::string& path = options.json.path;
-  refuseTakenFile(options.input.inputs, path, options.json.may_replace);
+  refuseTakenFile(options.input.input.inputs, path, options.json.may_replace);
   if (path == "-")
     return;
   const fs::path folder = fs::absolute(path).parent_path();
@@ -229,8 +186,7 @@ benchmark(BenchmarkOptions options)
   BenchmarkReport report;
   report.machine = measuring::thisMachine();
   std::vector<HeldClouds> streams =
-      options.takes_cell ? holdCell(options.encoding, options.frames, console)
-                         : holdInput(options, console);
+      holdTriedInput(options.input, options.encoding, options.frames, console);
   options.encoding.check();
   const measuring::CycleCounter counter;
   report.has_cycles = counter.isAvailable();
@@ -243,8 +199,6 @@ benchmark(BenchmarkOptions options)
                         options.frames * options.efforts.size() * streams.size());
   for (HeldClouds& stream : streams) {
     has_failures |= !stream.failures.empty() || stream.clouds.empty();
-    if (stream.clouds.empty())
-      console.error(stream.name + ": it has no cloud that can be read");
     for (const io::Effort effort : options.efforts) {
       if (stream.clouds.empty() || isInterrupted())
         break;
@@ -276,31 +230,15 @@ benchmark(BenchmarkOptions options)
 void
 complete(const CLI::App& app, BenchmarkOptions& options)
 {
-  if (options.takes_cell && !options.input.inputs.empty())
-    throw UsageError("--cell and an input are two things to measure: give one of them");
-  options.takes_cell = options.input.inputs.empty();
-  if (options.takes_cell) {
-    refuseOptions(
-        app, {"--rate", "--topics"}, "is for inputs: leave it out, or name one");
-    const std::optional<IntensityLaw> law = options.encoding.law();
-    options.encoding.setDefaults(isGiven(app, "--resolution")
-                                     ? options.encoding.codec().resolution
-                                     : cell_resolution,
-                                 law.value_or(cell_law));
-  }
-  options.input.has_rate = isGiven(app, "--rate");
+  completeTriedInput(app, options.input, options.encoding);
   const io::EncoderSettings& codec = options.encoding.codec();
   if (isGiven(app, "--effort") || codec.format == io::StreamFormat::Published)
     options.efforts = {codec.effort};
   else
     for (const auto& [effort, name] : io::efforts)
       options.efforts.push_back(effort);
-  for (const CLI::Option* const option : app.get_options())
-    if (option->count() > 0 && !option->get_positional()) {
-      options.given += ' ' + option->get_name();
-      for (const std::string& word : option->results())
-        options.given += ' ' + word;
-    }
+  for (const GivenOption& option : givenOptions(app))
+    options.given += ' ' + option.text();
 }
 
 } // namespace
@@ -309,13 +247,7 @@ Run
 addBenchmark(CLI::App& app)
 {
   const auto options = std::make_shared<BenchmarkOptions>();
-  app.add_option("IN",
-                 options->input.inputs,
-                 "clouds or a bag, as encode takes them; none: --cell")
-      ->type_name("");
-  app.add_flag("--cell",
-               options->takes_cell,
-               "the simulated robot cell, at 0.04 m and with law count");
+  addTriedInput(app, options->input);
   addNumber(app,
             "-n,--frames",
             options->frames,
@@ -326,14 +258,6 @@ addBenchmark(CLI::App& app)
   app.add_option("--json", options->json.path, "a file for programs; - alone")
       ->type_name("FILE");
   addOverwrite(app, options->json.may_replace);
-  addNumber(app,
-            "--rate",
-            options->input.rate,
-            1e-6,
-            1e6,
-            "HZ",
-            "clouds per second, of files; times in names are left out");
-  addNames(app, "--topics", options->input.topics, "only these clouds of a bag");
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   addQuiet(app, options->is_quiet);

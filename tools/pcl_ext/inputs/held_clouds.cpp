@@ -80,6 +80,7 @@ holdClouds(CloudInput& input, const HoldLimits& limits)
   }
   for (std::size_t i = 0; i < streams.size(); ++i) {
     streams[i].name = input.streams()[i];
+    streams[i].is_topic = input.isBag();
     streams[i].has_assumed_period = input.assumesTimes(i);
     streams[i].period = periodOf(spans[i], streams[i].clouds.size());
   }

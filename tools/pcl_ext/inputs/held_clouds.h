@@ -13,7 +13,8 @@ namespace tools {
 
 /** \brief The first clouds of a stream, held in memory to be encoded more than once. */
 struct HeldClouds {
-  std::string name; ///< of the stream
+  std::string name;      ///< of the stream
+  bool is_topic = false; ///< of a bag
   std::vector<pcl::PCLPointCloud2> clouds;
   double period = 0.0; ///< seconds from one to the next, by their stamps; 0: unknown
   bool has_assumed_period = false;   ///< nothing tells the times of the clouds

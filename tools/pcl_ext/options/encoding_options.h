@@ -54,6 +54,14 @@ public:
     codec_.resolution = resolution;
   }
 
+  /** \brief Removes outliers by the intensities of a law. */
+  void
+  removeOutliersBy(IntensityLaw law)
+  {
+    removes_outliers_ = true;
+    law_ = law;
+  }
+
   void
   setEffort(io::Effort effort)
   {
