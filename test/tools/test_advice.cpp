@@ -134,33 +134,38 @@ TEST(SettingChoice, TheFinestEdgeThatKeepsTheLimits)
   using io::Effort;
   const std::vector<EdgeTrial> trials = knownTrials();
   ChoiceLimits limits;
-  limits.period = 0.16; // small takes a quarter of it
+  limits.period = 0.08; // small takes half of it
   expectChoice(choose(trials, limits), 1, Effort::Balanced, ChoiceFault::None);
   limits.kilobits = 1000;
   expectChoice(choose(trials, limits), 1, Effort::Balanced, ChoiceFault::None);
   limits.kilobits = 999;
   expectChoice(choose(trials, limits), 1, Effort::Small, ChoiceFault::None);
-  limits.period = 0.159;
+  limits.period = 0.079;
   expectChoice(choose(trials, limits), 2, Effort::Balanced, ChoiceFault::None);
   limits = {};
-  limits.period = 0.04;
+  limits.period = 0.02;
   expectChoice(choose(trials, limits), 1, Effort::Fast, ChoiceFault::None);
+  limits.period = 1.0;
+  limits.most_holes = 1.0;
+  expectChoice(choose(trials, limits), 0, Effort::Balanced, ChoiceFault::None);
 }
 
-TEST(SettingChoice, WhereNothingKeepsThemTheFewestBytes)
+TEST(SettingChoice, LimitsAreGivenUpWhereNothingKeepsThem)
 {
   using io::Effort;
   std::vector<EdgeTrial> trials = knownTrials();
   ChoiceLimits limits;
-  limits.period = 1.0;
+  limits.period = 0.001;
   limits.kilobits = 89;
   expectChoice(choose(trials, limits), 2, Effort::Small, ChoiceFault::Rate);
+  limits.kilobits = 1000;
+  expectChoice(choose(trials, limits), 2, Effort::Fast, ChoiceFault::Time);
+  limits.kilobits = 105;
+  expectChoice(choose(trials, limits), 2, Effort::Balanced, ChoiceFault::Time);
   limits = {};
-  limits.period = 0.001;
-  expectChoice(choose(trials, limits), 2, Effort::Small, ChoiceFault::Time);
   limits.period = 1.0;
-  trials.resize(1);
-  expectChoice(choose(trials, limits), 0, Effort::Small, ChoiceFault::Holes);
+  limits.most_holes = 0.05;
+  expectChoice(choose(trials, limits), 2, Effort::Balanced, ChoiceFault::Holes);
 }
 
 } // namespace test

@@ -73,6 +73,7 @@ TEST(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
            "'[-9,-9,-9,9,9,9]', 'keep_point_counts': True, 'fields': "
            "'intensity:0.5'}]"}))
       << result.output;
+  // Of an edge that is given, holes are not asked.
   EXPECT_EQ(linesWith(result.output, "| 0.2 *").size(), 1u);
   EXPECT_EQ(linesWith(result.output, "| 0.").size(), 1u);
 }
@@ -93,6 +94,25 @@ TEST(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
       1,
       "/room: nothing here keeps within --max-rate 12bit/s; the mark is at the "
       "fewest bytes: --crop, --temporal-filter or fewer clouds take fewer");
+}
+
+TEST(ProgramAdvise, PointsInMillimetresAndPointsThatAreKept)
+{
+  const TestFolder folder;
+  auto clouds = roomClouds(2);
+  writeClouds(folder, "room", clouds);
+  for (auto& cloud : clouds)
+    for (pcl::PointXYZI& point : cloud)
+      point.getVector3fMap() *= 1000.0f;
+  writeClouds(folder, "mm", clouds);
+  EXPECT_EQ(linesWith(expectRun(folder, "advise mm -q").output,
+                      "Its points are metres apart: if they are in millimetres, so are "
+                      "the edges.")
+                .size(),
+            1u);
+  const ProgramRun kept =
+      expectRun(folder, "advise room --keep-point-counts --rate 1 -q");
+  EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
 }
 
 TEST(ProgramAdvise, ABagHasATableForEachTopic)
@@ -146,10 +166,12 @@ TEST(ProgramAdvise, SaysWhatCannotBeTold)
   few.emplace_back(0.0f, 0.0f, 1.0f, 1.0f);
   few.emplace_back(4.0f, 0.0f, 1.0f, 1.0f);
   writeClouds(folder, "few", {few, few});
-  expectFailure(folder,
-                "advise few -q",
-                1,
-                "/few: no edge here has at most 25 % holes, or there is no surface");
+  expectFailure(
+      folder,
+      "advise few -q",
+      1,
+      "/few: no edge here has at most 25 % holes, or there is no surface; the mark "
+      "is at the largest");
 }
 
 TEST(ProgramAdvise, RefusesWhatIsNoQuestion)

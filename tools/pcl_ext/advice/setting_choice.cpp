@@ -1,7 +1,5 @@
 #include "advice/setting_choice.h"
 
-#include <limits>
-
 namespace pcl_ext {
 namespace tools {
 
@@ -14,8 +12,24 @@ faultOf(const EdgeTrial& trial, const EffortTrial& effort, const ChoiceLimits& l
     return ChoiceFault::Rate;
   if (effort.ms > 1e3 * ChoiceLimits::busy_share * limits.period)
     return ChoiceFault::Time;
-  return trial.holes > ChoiceLimits::most_holes ? ChoiceFault::Holes
-                                                : ChoiceFault::None;
+  return trial.holes > limits.most_holes ? ChoiceFault::Holes : ChoiceFault::None;
+}
+
+/** \brief What is least in the best one of the choices with a fault. */
+double
+costOf(ChoiceFault fault, const EdgeTrial& trial, const EffortTrial& effort)
+{
+  switch (fault) {
+  case ChoiceFault::Rate:
+    return effort.kilobits;
+  case ChoiceFault::Time:
+    return effort.ms;
+  case ChoiceFault::Holes:
+    return -trial.edge;
+  case ChoiceFault::None:
+    break;
+  }
+  return trial.edge;
 }
 
 } // namespace
@@ -23,23 +37,22 @@ faultOf(const EdgeTrial& trial, const EffortTrial& effort, const ChoiceLimits& l
 Choice
 choose(const std::vector<EdgeTrial>& trials, const ChoiceLimits& limits)
 {
-  Choice least;
-  double least_kilobits = std::numeric_limits<double>::infinity();
+  Choice best;
+  std::optional<double> least;
   for (std::size_t edge = 0; edge < trials.size(); ++edge)
     for (const io::Effort effort :
          {io::Effort::Balanced, io::Effort::Small, io::Effort::Fast}) {
       const auto& trial = trials[edge].efforts[static_cast<std::size_t>(effort)];
       if (!trial)
         continue;
-      const Choice choice{edge, effort, faultOf(trials[edge], *trial, limits)};
-      if (choice.fault == ChoiceFault::None)
-        return choice;
-      if (trial->kilobits < least_kilobits) {
-        least = choice;
-        least_kilobits = trial->kilobits;
-      }
+      const ChoiceFault fault = faultOf(trials[edge], *trial, limits);
+      const double cost = costOf(fault, trials[edge], *trial);
+      if (least && (fault > best.fault || (fault == best.fault && cost >= *least)))
+        continue;
+      best = {edge, effort, fault};
+      least = cost;
     }
-  return least;
+  return best;
 }
 
 } // namespace tools

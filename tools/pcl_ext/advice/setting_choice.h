@@ -32,14 +32,15 @@ struct EdgeTrial {
 
 /** \brief What a choice must keep to. */
 struct ChoiceLimits {
-  static constexpr double most_holes = 0.25;
-  static constexpr double busy_share = 0.25; ///< of the period, for encoding
-  std::optional<double> kilobits;            ///< a second
-  double period = 0.0;                       ///< seconds from cloud to cloud
+  static constexpr double usual_holes = 0.25;
+  static constexpr double busy_share = 0.5; ///< of the period, for encoding
+  double most_holes = usual_holes;
+  std::optional<double> kilobits; ///< a second
+  double period = 0.0;            ///< seconds from cloud to cloud
 };
 
-/** \brief What keeps a choice from being a good one. */
-enum class ChoiceFault { None, Holes, Rate, Time };
+/** \brief What keeps a choice from being a good one, the most important one last. */
+enum class ChoiceFault { None, Holes, Time, Rate };
 
 /** \brief An edge and an effort. */
 struct Choice {
@@ -48,9 +49,10 @@ struct Choice {
   ChoiceFault fault = ChoiceFault::None;
 };
 
-/** \brief The finest edge with few enough holes that keeps the limits; at that edge effort
- * balanced if that keeps them, else small, else fast. If none does, what takes the fewest
- * bytes, and which limit that breaks.
+/** \brief The finest edge that keeps the limits; at that edge effort balanced if that keeps
+ * them, else small, else fast. If nothing keeps them all, they are given up one after the
+ * other: that on holes for the largest edge, that on time for what is fastest, that on the
+ * rate for the fewest bytes.
  * \param[in] trials by ascending edges, at least one, each with an effort
  */
 Choice

@@ -101,27 +101,34 @@ sampleClouds(const EncodingOptions& options, const HeldClouds& stream)
   return samples;
 }
 
+/** \brief The place in roundEdges() of the edge at which points begin to share voxels. */
+std::size_t
+placeOfSpacing(const std::vector<double>& edges, const Points& points)
+{
+  constexpr double sharing = 1.1; // points in a voxel
+  std::size_t place = 0;
+  while (place + 2 < edges.size() &&
+         sharing * static_cast<double>(occupiedVoxels(points, edges[place])) >
+             static_cast<double>(points.size()))
+    place += 2;
+  return place;
+}
+
 /** \brief Edges to try, at even places; at odd ones those between them. The last one is
  * only to judge surfaces. */
 std::vector<double>
 edgesFor(const TrialOptions& options, const Points& points)
 {
   std::vector<double> edges = roundEdges();
-  std::size_t first = 0;
-  if (options.edge) {
-    first = static_cast<std::size_t>(
-        std::upper_bound(edges.begin(), edges.end(), *options.edge) - edges.begin());
-    edges.insert(edges.begin() + static_cast<std::ptrdiff_t>(first), *options.edge);
-  }
-  else {
-    constexpr double sharing = 1.1; // points in a voxel
-    while (first + 2 < edges.size() &&
-           sharing * static_cast<double>(occupiedVoxels(points, edges[first])) >
-               static_cast<double>(points.size()))
-      first += 2;
-  }
-  edges.erase(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(first));
+  const auto spacing =
+      options.encoding.codec().keep_point_counts
+          ? edges.begin()
+          : edges.begin() + static_cast<std::ptrdiff_t>(placeOfSpacing(edges, points));
+  edges.erase(edges.begin(), spacing);
   edges.resize(std::min(edges.size(), 2 * most_edges + 1));
+  if (options.edge)
+    edges.insert(std::lower_bound(edges.begin(), edges.end(), *options.edge),
+                 *options.edge);
   return edges;
 }
 
@@ -205,7 +212,7 @@ private:
         return false;
       }
       trial.efforts[effort] =
-          EffortTrial{8e-3 * frames.frame_bytes / trials.period, frames.ms};
+          EffortTrial{8e-3 * frames.frame_bytes / trials.limits.period, frames.ms};
       trials.points = static_cast<double>(frames.sums.encoded_points) /
                       static_cast<double>(frames.sums.frames);
       trial.points_a_voxel =
@@ -230,6 +237,37 @@ private:
   const std::function<void()>& advance_;
 };
 
+/** \brief Tries edges until they tell which one to choose. */
+void
+tryEdges(const TrialOptions& options,
+         const std::vector<double>& edges,
+         const SurfaceClosure& closure,
+         EdgeTrials& tried,
+         StreamTrials& trials)
+{
+  const auto add = [&](std::size_t place) {
+    tried.add(edges[place], closure.holesAt(place), trials);
+    if (!trials.edges.empty())
+      trials.choice = choose(trials.edges, trials.limits);
+  };
+  const auto keepsLimits = [&trials] {
+    return !trials.edges.empty() && trials.choice.fault == ChoiceFault::None;
+  };
+  const auto placeOf = [&edges](double edge) {
+    return static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), edge) -
+                                    edges.begin());
+  };
+  if (options.edge)
+    return add(placeOf(*options.edge));
+  for (std::size_t i = 0; i < most_edges && 2 * i < edges.size(); ++i)
+    if (!isInterrupted() && (i < usual_edges || !keepsLimits()))
+      add(2 * i);
+  if (!isInterrupted() && keepsLimits())
+    if (const std::size_t place = placeOf(trials.edges[trials.choice.edge].edge);
+        place > 0)
+      add(place - 1);
+}
+
 } // namespace
 
 StreamTrials
@@ -240,7 +278,11 @@ tryStream(const TrialOptions& options,
 {
   constexpr double seconds = 20.0;
   StreamTrials trials;
-  trials.period = stream.period > 0.0 ? stream.period : options.usual_period;
+  trials.limits.period = stream.period > 0.0 ? stream.period : options.usual_period;
+  if (options.max_rate)
+    trials.limits.kilobits = *options.max_rate / 1e3;
+  if (options.edge || options.encoding.codec().keep_point_counts)
+    trials.limits.most_holes = 1.0;
   const std::vector<Points> samples = sampleClouds(options.encoding, stream);
   // Without points there is still a reason to be told.
   const std::vector<double> edges =
@@ -249,30 +291,12 @@ tryStream(const TrialOptions& options,
   SurfaceClosure closure(edges);
   for (const Points& points : samples)
     closure.add(points);
-  ChoiceLimits limits;
-  limits.period = trials.period;
-  if (options.max_rate)
-    limits.kilobits = *options.max_rate / 1e3;
   EdgeTrials tried(
       options,
       stream,
       seconds / static_cast<double>(streams * usual_edges * (io::efforts.size() + 1)),
       advance);
-  const auto keepsLimits = [&] {
-    return !trials.edges.empty() &&
-           choose(trials.edges, limits).fault == ChoiceFault::None;
-  };
-  const std::size_t most = options.edge ? 1 : std::min(edges.size() / 2, most_edges);
-  for (std::size_t i = 0; i < std::max<std::size_t>(most, 1) && !isInterrupted(); ++i)
-    if (i < usual_edges || !keepsLimits())
-      tried.add(edges[2 * i], closure.holesAt(2 * i), trials);
-  if (options.edge || !keepsLimits())
-    return trials;
-  const double chosen = trials.edges[choose(trials.edges, limits).edge].edge;
-  const auto place = static_cast<std::size_t>(
-      std::find(edges.begin(), edges.end(), chosen) - edges.begin());
-  if (place > 0)
-    tried.add(edges[place - 1], closure.holesAt(place - 1), trials);
+  tryEdges(options, edges, closure, tried, trials);
   return trials;
 }
 

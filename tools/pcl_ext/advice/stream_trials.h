@@ -28,16 +28,17 @@ struct TrialOptions {
 /** \brief What came of it. */
 struct StreamTrials {
   std::vector<EdgeTrial> edges; ///< ascending; none: see fault
-  std::string fault;            ///< why nothing was encoded
+  ChoiceLimits limits;
+  Choice choice;     ///< if there are edges
+  std::string fault; ///< why nothing was encoded
   IntensityLaw law = IntensityLaw::None;
   double points = 0.0; ///< mean of a cloud; those that are encoded
-  double period = 0.0; ///< seconds
 };
 
 /** \brief Tries seven edges, the first about that at which points begin to share voxels, and
  * up to three more as long as none keeps the limits; then one between that which does and
- * the finer one. Takes some 20 seconds for all streams
- * together.
+ * the finer one. Points that are all kept need no surfaces without holes: their first edge
+ * is 1 mm. Takes some 20 seconds for all streams together.
  * \param[in] stream with at least one cloud
  * \param[in] streams their number, which share the time
  * \param[in] advance is called after each trial

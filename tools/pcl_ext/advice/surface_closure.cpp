@@ -95,10 +95,10 @@ std::vector<double>
 roundEdges()
 {
   std::vector<double> edges;
-  for (const int power : {1, 10, 100, 1000})
+  for (const int power : {1, 10, 100, 1000, 10000, 100000})
     for (const int factor : {10, 15, 20, 25, 30, 40, 50, 70})
       edges.push_back(factor * power / 10000.0);
-  edges.push_back(10.0);
+  edges.push_back(1000.0);
   return edges;
 }
 

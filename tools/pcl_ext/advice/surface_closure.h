@@ -14,7 +14,7 @@ namespace tools {
 
 using Points = pcl::PointCloud<pcl::PointXYZI>;
 
-/** \brief Edges 1, 2, 3, 5, 10 ... millimetres, up to 10 metres, and between two of them a
+/** \brief Edges 1, 2, 3, 5, 10 ... millimetres, up to a kilometre, and between two of them a
  * further one: 1.5, 2.5, 4, 7, 15 ... */
 std::vector<double>
 roundEdges();

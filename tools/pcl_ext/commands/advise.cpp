@@ -34,8 +34,8 @@ struct AdviseOptions {
   bool is_quiet = false;
 };
 
-constexpr const char* most_holes = "25 %"; // ChoiceLimits::most_holes
-static_assert(ChoiceLimits::most_holes == 0.25);
+constexpr const char* most_holes = "25 %";
+static_assert(ChoiceLimits::usual_holes == 0.25);
 
 std::string
 textOf(double number)
@@ -52,8 +52,9 @@ percent(double share)
 }
 
 void
-printTable(const StreamTrials& trials, const Choice& choice)
+printTable(const StreamTrials& trials)
 {
+  const Choice& choice = trials.choice;
   measuring::MarkdownTable::Row header = {
       "edge, m", "points a voxel", "holes", "noise"};
   for (const auto& [effort, name] : io::efforts)
@@ -111,7 +112,8 @@ commandOf(const AdviseOptions& options,
       line += ' ' + quoted(inputs[i]);
   if (!options.input.takes_cell)
     line += " -o small.mcap";
-  if (streams[number].is_topic && streams.size() > 1)
+  if (streams[number].is_topic &&
+      (streams.size() > 1 || !options.input.input.topics.empty()))
     line += " --topics " + quoted(streams[number].name);
   return line + " -r " + edge + " -e " + effort + optionsOfEncode(options.given);
 }
@@ -172,19 +174,20 @@ parametersOf(const std::vector<GivenOption>& given,
 
 /** \brief Why nothing keeps the limits; empty if the choice does. */
 std::string
-faultOf(const Choice& choice, const std::string& rate_text, const StreamTrials& trials)
+faultOf(const StreamTrials& trials, const std::string& rate_text)
 {
-  const std::string least = "; the mark is at the fewest bytes";
-  switch (choice.fault) {
+  switch (trials.choice.fault) {
   case ChoiceFault::Rate:
-    return "nothing here keeps within --max-rate " + rate_text + least +
-           ": --crop, --temporal-filter or fewer clouds take fewer";
+    return "nothing here keeps within --max-rate " + rate_text +
+           "; the mark is at the fewest bytes: --crop, --temporal-filter or fewer "
+           "clouds take fewer";
   case ChoiceFault::Time:
-    return "nothing here encodes a cloud in a quarter of the " +
-           formatted(1e3 * trials.period, 0) + " ms from one to the next" + least;
+    return "nothing here encodes a cloud in half of the " +
+           formatted(1e3 * trials.limits.period, 0) +
+           " ms from one to the next; the mark is at the fastest";
   case ChoiceFault::Holes:
     return std::string("no edge here has at most ") + most_holes +
-           " holes, or there is no surface" + least;
+           " holes, or there is no surface; the mark is at the largest";
   case ChoiceFault::None:
     break;
   }
@@ -196,32 +199,37 @@ printStream(const HeldClouds& stream, const StreamTrials& trials)
 {
   std::cout << printable(stream.name) << ": " << counted(stream.clouds.size(), "cloud")
             << " of " << formatted(trials.points, 0) << " points, "
-            << formatted(1.0 / trials.period, 1) << " a second";
+            << formatted(1.0 / trials.limits.period, 1) << " a second";
   if (stream.has_assumed_period || stream.period <= 0.0)
     std::cout << ", assumed, as nothing tells (--rate)";
   std::cout << "; law " << nameOf(trials.law) << '\n';
   if (stream.clouds.size() == 1)
     std::cout << "One cloud does not tell what P-frames take, which is less: rates are "
                  "those of I-frames.\n";
+  if (trials.edges.front().edge >= 1.0)
+    std::cout << "Its points are metres apart: if they are in millimetres, so are the "
+                 "edges.\n";
 }
 
 void
 printLegend()
 {
   std::cout
-      << "*: the finest edge with at most " << most_holes
-      << " holes that keeps within --max-rate, which is for each stream;\neffort "
-         "balanced, or small where only that keeps it, or fast where else a cloud "
-         "takes "
-         "over a quarter of its time.\nholes: share of the points on surfaces that "
-         "have "
-         "an empty voxel beside theirs, along the surface; a surface is\nwhat has no "
-         "hole "
-         "at some larger edge. noise: share of points (lidars with rows) or voxels "
-         "(others) that\n--remove-outliers removes, with law count in place of native "
-         "or "
-         "none. kbit/s: by the stamps of the clouds,\nwith an I-frame every "
-         "--i-frame-rate. ms: encoding a cloud on this machine, median.\n";
+      << "*: the finest edge that keeps within --max-rate, for each stream, with at "
+         "most "
+      << most_holes
+      << " holes unless -r or\n--keep-point-counts is given; effort balanced, or small "
+         "where only that keeps the rate, or fast where\nelse encoding takes over half "
+         "of the time from one cloud to the next.\nholes: share of the points on "
+         "surfaces with an empty voxel beside theirs, along the surface; points are "
+         "on\na "
+         "surface if they have none at some larger edge. noise: share of points "
+         "(lidars "
+         "with rows) or voxels (others)\nthat --remove-outliers takes, with law count "
+         "in "
+         "place of native or none. kbit/s: by the stamps of the clouds,\nwith an "
+         "I-frame "
+         "every --i-frame-rate. ms: encoding a cloud on this machine, median.\n";
 }
 
 /** \brief Prints what there is to say of one stream.
@@ -242,18 +250,13 @@ advise(const AdviseOptions& options,
       console.error(streams[number].name + ": nothing can be told: " + trials.fault);
     return false;
   }
-  ChoiceLimits limits;
-  limits.period = trials.period;
-  if (options.trials.max_rate)
-    limits.kilobits = *options.trials.max_rate / 1e3;
-  const Choice choice = choose(trials.edges, limits);
   printStream(streams[number], trials);
-  printTable(trials, choice);
-  const std::string fault = faultOf(choice, options.rate_text, trials);
+  printTable(trials);
+  const std::string fault = faultOf(trials, options.rate_text);
   if (!fault.empty())
     console.error(streams[number].name + ": " + fault);
-  const std::string edge = textOf(trials.edges[choice.edge].edge);
-  const std::string effort = nameOf(io::efforts, choice.effort);
+  const std::string edge = textOf(trials.edges[trials.choice.edge].edge);
+  const std::string effort = nameOf(io::efforts, trials.choice.effort);
   std::cout << "  " << printable(commandOf(options, streams, number, edge, effort))
             << "\n  " << printable(parametersOf(options.given, trials, edge, effort))
             << "\n\n";
@@ -276,7 +279,8 @@ advise(AdviseOptions& options)
     if (!streams[i].clouds.empty())
       is_complete &= advise(options, streams, i, console);
   }
-  printLegend();
+  if (!isInterrupted())
+    printLegend();
   return isInterrupted() ? interrupted : is_complete ? all_done : something_failed;
 }
 
