@@ -45,6 +45,29 @@ public:
     law_ = law;
   }
 
+  /** \brief Sets what is tried in turn, after options are parsed.
+   * \param[in] resolution metres
+   */
+  void
+  setResolution(double resolution)
+  {
+    codec_.resolution = resolution;
+  }
+
+  /** \brief Removes outliers by the intensities of a law. */
+  void
+  removeOutliersBy(IntensityLaw law)
+  {
+    removes_outliers_ = true;
+    law_ = law;
+  }
+
+  void
+  setEffort(io::Effort effort)
+  {
+    codec_.effort = effort;
+  }
+
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
   void
   addCodecOptions(CLI::App& app);
