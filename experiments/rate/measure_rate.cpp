@@ -90,7 +90,6 @@ addSenders(const RateOptions& options,
            QualityJudge& judge,
            std::list<MeasuredSender>& senders)
 {
-  if (!getenv("ONLY"))
   for (const int multiple : {1, 2, 4})
     for (const unsigned int filter : {0u, 8u})
       for (const unsigned int bits : {0u, 4u}) {
@@ -112,10 +111,8 @@ addSenders(const RateOptions& options,
   senders.emplace_back("**max_rate**", settings, trace, judge);
   settings.compression.rate_temporal_filter = 0;
   senders.emplace_back("max_rate, no filter", settings, trace, judge);
-  settings.compression.rate_doublings = 1;
-  senders.emplace_back("max_rate, no filter, 1", settings, trace, judge);
-  settings.compression.rate_doublings = 0;
-  senders.emplace_back("max_rate, no filter, 0", settings, trace, judge);
+  settings.compression.rate_sent_share = 1.0;
+  senders.emplace_back("max_rate, no filter, each cloud", settings, trace, judge);
 }
 
 /** \brief Surfaces shown, less what is shown that is none. */

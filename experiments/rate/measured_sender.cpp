@@ -50,7 +50,6 @@ MeasuredSender::encode(const pcl::PCLPointCloud2& cloud,
   const nodes::SensorNodeStatus status = node_->encode(cloud, pose, bytes);
   if (!status.hasFrame() && status.code() != nodes::SensorNodeCode::LeftOut)
     throw std::runtime_error(status.message());
-  if (getenv("TRACE") && has_budget_) { const auto r = node_->statistics().rate_control; fprintf(stderr, "%s %s t %.2f rate %.0f step %zu %s bytes %zu I %d left %zu why %s %s\n", name_.c_str(), trace_.name().c_str(), time, trace_.at(time), r.step_number, r.choice.c_str(), bytes.size(), (int)node_->statistics().frame.coding.is_i_frame, r.clouds_left_out, r.reason.c_str(), r.not_kept.c_str()); }
   if (!status.hasFrame())
     return false;
   if (!has_budget_ && link_.waitAt(time) > buffer_seconds) {

@@ -77,8 +77,7 @@ QualityJudge::isNoise(const CellVoxels::Index& first, int edge) const
   bool is_near = false;
   const CellVoxels::Index around{first[0] - 1, first[1] - 1, first[2] - 1};
   forEach(around, edge + 2, [&](const CellVoxels::Index& index) {
-    is_near |=
-        last_frames_[voxels_.numberOf(index)] > frame_ - noise_frames;
+    is_near |= last_frames_[voxels_.numberOf(index)] > frame_ - noise_frames;
   });
   return !is_near;
 }

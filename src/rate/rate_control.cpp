@@ -27,12 +27,16 @@ constexpr Nanoseconds patience_without_room = milliseconds(300);
 // After a change filters and history begin anew.
 constexpr Nanoseconds settling = milliseconds(500);
 constexpr double far_too_much = 1.5;
-// Over which max_rate is averaged to choose a step: for shorter, clouds are left out.
-constexpr double rate_seconds = 1.0;
+// Seconds over which max_rate is averaged to choose a step. For shorter, clouds are left
+// out; a link that has dropped once does it again.
+constexpr double seconds_falling = 1.0;
+constexpr double seconds_rising = 5.0;
 constexpr Nanoseconds shortest_hold = seconds(2);
 constexpr Nanoseconds longest_hold = seconds(60);
 constexpr Nanoseconds soon = seconds(10);
 constexpr unsigned int enough_frames = 5; // to judge a step by
+// To learn from a change: the temporal filter has begun anew.
+constexpr unsigned int settled_frames = 32;
 
 /** \brief How much longer the next higher effort takes, at most. */
 double
@@ -84,9 +88,7 @@ public:
     clock_ = time;
     time_ += elapsed;
     budget_.advance(elapsed);
-    const double passed = std::chrono::duration<double>(elapsed).count();
-    mean_rate_ +=
-        (status_.max_rate - mean_rate_) * (1.0 - std::exp(-passed / rate_seconds));
+    followMaxRate(elapsed);
     if (!status_.is_on)
       return true;
     if (!keepEncodeTime())
@@ -128,7 +130,7 @@ public:
     if (effective_.doublings == 0)
       finest_ = grid;
     estimate_.addFrame(bytes, is_i_frame, encode_time);
-    if (change_ && estimate_.frames() >= enough_frames)
+    if (change_ && estimate_.frames() >= settled_frames)
       learnFromChange();
     if (status_.max_rate == 0.0)
       return true;
@@ -168,6 +170,15 @@ public:
   }
 
 private:
+  void
+  followMaxRate(Nanoseconds elapsed)
+  {
+    const double passed = std::chrono::duration<double>(elapsed).count();
+    const double over =
+        status_.max_rate < mean_rate_ ? seconds_falling : seconds_rising;
+    mean_rate_ += (status_.max_rate - mean_rate_) * (1.0 - std::exp(-passed / over));
+  }
+
   struct Change {
     std::size_t from = 0;
     double i_frame = 0.0; // bytes before
