@@ -72,7 +72,7 @@ TEST(RateControl, WhatFitsStaysAsItIs)
 
 TEST(RateControl, AnOverloadIsEndedWithinTwoSecondsAndTheStepTakenBackLater)
 {
-  for (const double load : {1.2, 2.0, 5.0, 20.0}) {
+  for (const double load : {1.2, 2.0, 3.0, 5.0, 20.0, 50.0}) {
     SCOPED_TRACE(load);
     RatedStream stream(limitedSettings());
     stream.sendFor(10s, share(0.5));
@@ -82,7 +82,7 @@ TEST(RateControl, AnOverloadIsEndedWithinTwoSecondsAndTheStepTakenBackLater)
     // Of the overload's next 30 seconds hardly a cloud is left out.
     EXPECT_GE(stream.sendFor(30s, share(load)), 290u);
     EXPECT_EQ(stream.status().not_kept, "");
-    EXPECT_GE(stream.sendFor(120s, share(0.5)), 1195u);
+    EXPECT_GE(stream.sendFor(180s, share(0.5)), 1795u);
     EXPECT_EQ(stream.status().step_number, 0u);
     EXPECT_EQ(stream.status().resolution, 0.01);
   }
@@ -121,12 +121,14 @@ TEST(RateControl, NoContentTakesMoreThanTheRate)
 
 TEST(RateControl, StampsOfAnySizeAreTimes)
 {
-  RatedStream stream(limitedSettings());
+  RateControl control(limitedSettings());
   constexpr auto last = std::chrono::nanoseconds::max();
+  std::size_t frames = 0;
   for (int i = 0; i < 20; ++i)
     for (const auto stamp : {last, -last, 0ns, last - 1ns})
-      stream.sendAt(stamp, share(0.5));
-  EXPECT_GT(stream.link().frames(), 0u);
+      if (control.beginCloud(stamp, frames == 0))
+        frames += control.endFrame(100, frames == 0, 1ms, VoxelGrid()) ? 1 : 0;
+  EXPECT_EQ(frames, 80u);
 }
 
 TEST(RateControl, RepeatedStampsCountAsClouds)
@@ -139,18 +141,23 @@ TEST(RateControl, RepeatedStampsCountAsClouds)
   EXPECT_LT(stream.status().clouds_left_out, 60u);
 }
 
-TEST(RateControl, AStepIsNotTakenBackWhereItWouldHardlyFit)
+TEST(RateControl, ContentThatHardlyFitsABetterStepHasFewChanges)
 {
-  RatedStream stream(limitedSettings());
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> noise(0.85, 1.05);
-  stream.sendFor(20s, share(3.0));
-  const std::size_t changes = stream.status().changes;
-  for (int i = 0; i < 6000; ++i)
-    stream.send(100ms, share(0.9 * noise(random)));
-  EXPECT_GT(stream.status().step_number, 0u);
-  EXPECT_LE(stream.status().changes - changes, 8u);
-  EXPECT_EQ(stream.status().not_kept, "");
+  for (const double load : {0.9, 1.1}) {
+    SCOPED_TRACE(load);
+    RatedStream stream(limitedSettings());
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> noise(0.85, 1.05);
+    stream.sendFor(20s, share(3.0));
+    const RateControlStatus before = stream.status();
+    for (int i = 0; i < 6000; ++i)
+      stream.send(100ms, share(load * noise(random)));
+    const RateControlStatus status = stream.status();
+    EXPECT_LE(status.changes - before.changes, 8u);
+    EXPECT_LE(status.clouds_left_out - before.clouds_left_out, 30u);
+    EXPECT_LE(status.step_number, 1u);
+    EXPECT_EQ(status.not_kept, "");
+  }
 }
 
 TEST(RateControl, ContentThatAlternatesHasFewChanges)
@@ -188,13 +195,14 @@ TEST(RateControl, TextsSayWhatAndWhy)
   settings.max_rate = 5e5;
   settings.rate_doublings = 1;
   settings.rate_temporal_filter = 0;
+  settings.i_frame_rate = 1;
   RateControl control(settings, false);
   // Frames of 10 kB at 10 Hz: 800 kbit/s.
   VoxelGrid grid;
   grid.resolution = 0.01;
-  for (int i = 0; i < 40; ++i)
-    if (control.beginCloud(i * 100ms, i == 0))
-      control.endFrame(10000, i == 0, 20ms, grid);
+  for (int i = 0; i < 300; ++i)
+    if (control.beginCloud(i * 100ms, true))
+      control.endFrame(10000, true, 20ms, grid);
   const RateControlStatus status = control.status();
   EXPECT_EQ(status.reason, "frames take 800 kbit/s of 500 kbit/s at most");
   EXPECT_EQ(status.choice, "voxels of 0.02 m, effort balanced");
@@ -216,13 +224,15 @@ TEST(RateControl, TextsSayWhatAndWhy)
 
 TEST(RateControl, LongEncodingLowersTheEffortAndThenTheVoxels)
 {
+  RatedStream first(timedSettings(50.0));
+  first.sendFor(1s, {100.0, 70.0});
+  EXPECT_EQ(first.status().reason, "frames took 70 ms of 50 at most");
   RatedStream stream(timedSettings(50.0));
   stream.sendFor(10s, {100.0, 49.0});
   EXPECT_EQ(stream.status().changes, 0u);
   stream.sendFor(2s, {100.0, 70.0});
   EXPECT_EQ(stream.status().step.effort, Effort::Fast);
   EXPECT_EQ(stream.status().step.doublings, 0u);
-  EXPECT_EQ(stream.status().reason, "frames took 70 ms of 50 at most");
   stream.sendFor(3s, {100.0, 300.0});
   EXPECT_EQ(stream.status().step.effort, Effort::Fast);
   EXPECT_EQ(stream.status().step.doublings, 1u);
@@ -246,7 +256,6 @@ TEST(RateControl, SpareTimeRaisesTheEffortBeforeVoxelsBecomeCoarser)
   RatedStream stream(settings);
   stream.sendFor(10s, {1.02 * bytes_of_all, 10.0});
   EXPECT_EQ(stream.status().step.effort, Effort::Small);
-  EXPECT_EQ(stream.status().step.temporal_filter, 0u);
   // Without time for it the other steps remain.
   stream.sendFor(20s, {1.02 * bytes_of_all, 70.0});
   EXPECT_EQ(stream.status().step.effort, Effort::Fast);
@@ -278,7 +287,7 @@ TEST(RateControl, TheRateMayChangeAndIsThatOfTheLink)
   EXPECT_GE(stream.sendFor(20s, share(0.8)), 195u);
   EXPECT_GT(stream.status().step_number, 0u);
   change(max_rate);
-  stream.sendFor(120s, share(0.7));
+  stream.sendFor(120s, share(0.5));
   EXPECT_EQ(stream.status().step_number, 0u);
   for (const double wrong : {0.0, -1.0, std::nan("")})
     stream.control().setMaxRate(wrong);
@@ -303,12 +312,13 @@ TEST(RateControl, CoarseVoxelsAreThoseOfTheFinestGrid)
   VoxelGrid grid;
   grid.resolution = 0.05; // the clouds' step
   grid.origin = {500000.0, -0.025, 0.0};
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 30; ++i) {
     ASSERT_TRUE(control.beginCloud(i * 100ms, i == 0));
+    if (control.hasChanged())
+      break;
     EXPECT_TRUE(control.endFrame(100, i == 0, 20ms, grid));
   }
-  ASSERT_TRUE(control.beginCloud(600ms, false));
-  EXPECT_TRUE(control.hasChanged());
+  ASSERT_TRUE(control.hasChanged());
   EXPECT_EQ(control.settings().resolution, 0.1);
   EXPECT_EQ(control.settings().origin, grid.origin);
   EXPECT_FALSE(control.settings().use_coordinate_step);

@@ -54,7 +54,7 @@ public:
          ++frame)
       seconds += frame->seconds;
     EXPECT_LE(seconds, 1.0L + rounding);
-    EXPECT_LE(waiting_bits_, rate_ * buffer_ * (1.0L + rounding));
+    EXPECT_LE(waiting_bits_ - rate_ * buffer_, rate_ * rounding);
   }
 
   std::size_t
