@@ -438,6 +438,14 @@ private:
   RateControlStatus status_; // without what status() adds
 };
 
+RateControl::Nanoseconds
+RateControl::timeOfStamp(std::uint64_t stamp)
+{
+  using std::chrono::microseconds;
+  constexpr auto latest = std::chrono::duration_cast<microseconds>(Nanoseconds::max());
+  return microseconds(std::min(stamp, static_cast<std::uint64_t>(latest.count())));
+}
+
 RateControl::RateControl(const EncoderSettings& settings,
                          bool has_intensities,
                          bool can_remove_outliers,

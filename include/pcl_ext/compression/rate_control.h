@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -90,6 +91,11 @@ struct RateControlStatus {
 class PCL_EXT_CODEC_EXPORT RateControl {
 public:
   using Nanoseconds = std::chrono::nanoseconds;
+
+  /** \brief The time of a cloud's stamp, microseconds; any stamp is valid and clamped
+   * to the largest time. */
+  static Nanoseconds
+  timeOfStamp(std::uint64_t stamp);
 
   /** \brief A control at the start of a stream.
    * \param[in] settings of the best step, as accepted by checkSettings()
