@@ -55,8 +55,7 @@ StreamEncoder::beginCloud(const CloudToEncode& cloud)
   begin_ = std::chrono::steady_clock::now();
   const bool has_time = cloud.stamp && cloud.stamp->stamp != 0;
   const io::RateControl::Nanoseconds time =
-      has_time ? io::RateControl::Nanoseconds(std::chrono::microseconds(
-                     static_cast<std::int64_t>(cloud.stamp->stamp)))
+      has_time ? io::RateControl::timeOfStamp(cloud.stamp->stamp)
                : begin_.time_since_epoch();
   if (!rate_control_->beginCloud(time, encoder_->isIFrameDue()))
     return false;
@@ -148,8 +147,12 @@ io::RateControlStatus
 StreamEncoder::rateControl() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return rate_control_ ? rate_control_->status()
-                       : io::RateControl(settings_.codec).status();
+  if (rate_control_)
+    return rate_control_->status();
+  io::RateControl rate_control(settings_.codec);
+  if (max_rate_)
+    rate_control.setMaxRate(*max_rate_);
+  return rate_control.status();
 }
 
 void

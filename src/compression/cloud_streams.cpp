@@ -84,7 +84,9 @@ CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& mo
   settings_.resolution = resolution;
   settings_status_ = checkSettings(settings_);
   encoder_.setSettings(settings_, model_law ? model_law : settings_.depth_law);
+  const double max_rate = rate_control_.status().max_rate; // as it was changed
   rate_control_ = makeRateControl(settings_, unit_);
+  rate_control_.setMaxRate(max_rate);
 }
 
 CompressionStatus
@@ -117,10 +119,9 @@ CloudStreams::beginCloud(const pcl::PCLHeader& header,
 {
   begin_ = std::chrono::steady_clock::now();
   // Clouds without a stamp are encoded as they come.
-  const RateControl::Nanoseconds time =
-      header.stamp != 0 ? RateControl::Nanoseconds(std::chrono::microseconds(
-                              static_cast<std::int64_t>(header.stamp)))
-                        : begin_.time_since_epoch();
+  const RateControl::Nanoseconds time = header.stamp != 0
+                                            ? RateControl::timeOfStamp(header.stamp)
+                                            : begin_.time_since_epoch();
   if (!rate_control_.beginCloud(time, encoder_.isIFrameDue()))
     return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};
   if (rate_control_.hasChanged()) {

@@ -31,16 +31,16 @@ public:
     // Whichever of the two laws auto becomes.
     if (std::string fault = faultOfEncodingParameters(changed); !fault.empty())
       return fault;
-    if (std::string fault = readEncodingParameters(changed, false, settings_);
+    const bool is_new_stream = !isSameButForRate(values_, changed);
+    if (std::string fault = readEncodingParameters(
+            changed, !is_new_stream && has_intensities_, settings_);
         !fault.empty())
       return fault;
-    const double max_rate = settings_.compression.max_rate;
-    const bool is_new_stream = !isSameButForRate(values_, changed) || max_rate == 0.0;
     values_ = std::move(changed);
     if (is_new_stream)
       node_.reset();
     else if (node_)
-      node_->setMaxRate(max_rate);
+      node_->setMaxRate(settings_.compression.max_rate);
     return {};
   }
 
@@ -107,14 +107,17 @@ public:
   }
 
 private:
-  /** \brief True if parameters differ in max_rate alone, which had been set. */
+  /** \brief True if parameters differ in max_rate alone, which both have set. */
   static bool
   isSameButForRate(const ParameterValues& before, ParameterValues after)
   {
-    const char* const rate = "max_rate";
-    const auto value = before.find(rate);
-    after[rate] = value->second;
-    return after == before && value->second != ParameterValue(0.0);
+    const auto was = before.find("max_rate");
+    ParameterValue& is = after["max_rate"];
+    const ParameterValue unset(0.0);
+    if (was == before.end() || was->second == unset || is == unset)
+      return false;
+    is = was->second;
+    return after == before;
   }
 
   SensorNodeStatus

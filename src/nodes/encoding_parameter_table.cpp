@@ -227,7 +227,7 @@ describeBudget(Descriptions& parameters)
       countParameter("rate_temporal_filter",
                      "frames",
                      defaults.rate_temporal_filter,
-                     TemporalVoxelFilter::least_frames,
+                     0,
                      TemporalVoxelFilter::most_frames,
                      "Strongest temporal_filter that max_rate may choose; 0: none, for "
                      "sensors that move."));

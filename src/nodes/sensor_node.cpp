@@ -248,10 +248,11 @@ private:
       return status;
     io::RateControl& rate_control = pipeline_->rate_control;
     if (!rate_control.beginCloud(settings_.clock(), pipeline_->encoder.isIFrameDue()))
-      return {SensorNodeCode::LeftOut, rate_control.leftOutMessage()};
-    const bool is_changed = rate_control.hasChanged();
-    if (is_changed)
+      return leftOut();
+    if (rate_control.hasChanged()) {
       takeStep();
+      is_change_new_ = true;
+    }
     if (!pipeline_->filters)
       pipeline_->filters.emplace(settings_);
     std::size_t outliers = 0;
@@ -271,10 +272,11 @@ private:
                                pipeline_->frame.grid)) {
       pipeline_->encoder.dropLastFrame();
       bytes.clear();
-      return {SensorNodeCode::LeftOut, rate_control.leftOutMessage()};
+      return leftOut();
     }
-    if (is_changed)
+    if (is_change_new_)
       status = withChange(status, rate_control.status());
+    is_change_new_ = false;
     // Before the statistics are updated, as the message needs memory.
     if (!sensor_to_world)
       status = {SensorNodeCode::UsedLastTransform,
@@ -297,6 +299,19 @@ private:
                                       pipeline_->frame.fields.end());
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
+  }
+
+  /** \brief The status of a cloud without room; without memory for it, without the
+   * message, as the cloud is counted already. */
+  SensorNodeStatus
+  leftOut() const
+  {
+    return callOrElse(
+        [&] {
+          return SensorNodeStatus(SensorNodeCode::LeftOut,
+                                  pipeline_->rate_control.leftOutMessage());
+        },
+        [] { return SensorNodeStatus(SensorNodeCode::LeftOut, ""); });
   }
 
   /** \brief Takes over the step that the rate control has chosen. */
@@ -445,6 +460,7 @@ private:
   std::optional<Pipeline> pipeline_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
   bool judges_points_ = false; // of the current cloud
+  bool is_change_new_ = false; // not told yet with a frame
   SensorNodeStatistics statistics_;
   RateWindow window_;
 };

@@ -17,7 +17,7 @@ LinkBudget::setRate(double bits_per_second)
   const double changed = bits_and_nanoseconds / bits_per_second;
   const double waiting =
       static_cast<double>(backlog_.count()) * changed / nanoseconds_per_byte_;
-  constexpr double longest = 1e15;
+  constexpr double longest = 4e18; // above a second of the highest rate at the lowest
   if (backlog_ > Nanoseconds::zero())
     backlog_ =
         Nanoseconds(static_cast<std::int64_t>(std::ceil(std::min(waiting, longest))));

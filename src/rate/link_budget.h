@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <chrono>
 #include <cstddef>
 #include <cstdint>

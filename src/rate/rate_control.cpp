@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace pcl_ext {
@@ -34,6 +35,7 @@ constexpr double seconds_rising = 5.0;
 constexpr Nanoseconds shortest_hold = seconds(2);
 constexpr Nanoseconds longest_hold = seconds(60);
 constexpr Nanoseconds soon = seconds(10);
+constexpr Nanoseconds trial_after = seconds(30);
 constexpr unsigned int enough_frames = 5; // to judge a step by
 // To learn from a change: the temporal filter has begun anew.
 constexpr unsigned int settled_frames = 32;
@@ -81,11 +83,10 @@ public:
   bool
   beginCloud(Nanoseconds time, bool is_i_frame_due)
   {
-    const Nanoseconds elapsed =
-        clock_ ? std::max(time - *clock_, Nanoseconds::zero()) : Nanoseconds::zero();
-    if (clock_)
+    const bool is_first = !clock_;
+    const Nanoseconds elapsed = takeTime(time);
+    if (!is_first)
       estimate_.addInterval(elapsed);
-    clock_ = time;
     time_ += elapsed;
     budget_.advance(elapsed);
     followMaxRate(elapsed);
@@ -129,6 +130,13 @@ public:
       return true;
     if (effective_.doublings == 0)
       finest_ = grid;
+    // One that was tried: the scene is another, for frames of both kinds.
+    const double expected = estimate_.bytesOf(is_i_frame);
+    if (status_.max_rate > 0.0 && budget_.isEmpty() &&
+        expected > static_cast<double>(budget_.room()) && bytes <= budget_.room()) {
+      const double ratio = static_cast<double>(bytes) / expected;
+      estimate_.expectMultiple({ratio, ratio});
+    }
     estimate_.addFrame(bytes, is_i_frame, encode_time);
     if (change_ && estimate_.frames() >= settled_frames)
       learnFromChange();
@@ -184,6 +192,31 @@ private:
     double i_frame = 0.0; // bytes before
     double p_frame = 0.0;
   };
+
+  /** \brief Takes the time of a cloud. One a little earlier than the last is out of
+   * order and counts as that; one far earlier begins again, as recordings do.
+   * \return time since the last cloud
+   */
+  Nanoseconds
+  takeTime(Nanoseconds time)
+  {
+    // Unsigned, as the difference may be outside the range of Nanoseconds.
+    const auto difference = [](Nanoseconds later, Nanoseconds earlier) {
+      return static_cast<std::uint64_t>(later.count()) -
+             static_cast<std::uint64_t>(earlier.count());
+    };
+    constexpr Nanoseconds longest =
+        std::chrono::hours(1); // so that the sum is in range
+    Nanoseconds elapsed{0};
+    if (clock_ && time >= *clock_)
+      elapsed = Nanoseconds(static_cast<std::int64_t>(std::min(
+          difference(time, *clock_), static_cast<std::uint64_t>(longest.count()))));
+    else if (clock_ && difference(*clock_, time) <=
+                           static_cast<std::uint64_t>(LinkBudget::window.count()))
+      return elapsed;
+    clock_ = time;
+    return elapsed;
+  }
 
   /** \brief Whether there is no room for what the next frame is expected to be. Where the
    * buffer is empty it is tried once a second, as frames may have become smaller. */
@@ -263,7 +296,7 @@ private:
   bool
   goDownInTime(const std::string& reason)
   {
-    if (effective_.effort != Effort::Fast) {
+    if (base_.format == StreamFormat::Version1 && effective_.effort != Effort::Fast) {
       effort_limit_ =
           effective_.effort == Effort::Small ? Effort::Balanced : Effort::Fast;
       change(step_, reason);
@@ -343,8 +376,12 @@ private:
   goUp()
   {
     for (std::size_t step = least_step_; step < step_; ++step) {
-      if (!fits(step, load_to_rise) ||
-          !(step + 1 == step_ || ladder_.isLearned(step_, step)))
+      const bool is_next = step + 1 == step_;
+      // A wrong share of what several steps save would be believed for ever.
+      const bool is_tried =
+          is_next && !ladder_.isMeasured(step_) && time_ - changed_at_ >= trial_after;
+      if (!(fits(step, load_to_rise) && (is_next || ladder_.isLearned(step_, step))) &&
+          !is_tried)
         continue;
       change(step,
              "frames took " + rateText(estimate_.bytesPerSecond() * 8.0) + " of " +
@@ -407,7 +444,7 @@ private:
   std::size_t least_step_ = 0; // that time allows
   Effort effort_limit_ = Effort::Small;
   std::optional<VoxelGrid> finest_;
-  std::optional<Nanoseconds> clock_; // as given last
+  std::optional<Nanoseconds> clock_; // latest as given
   Nanoseconds time_{0};              // never goes back
   double mean_rate_ = 0.0;           // bits a second
   Nanoseconds changed_at_{0};
@@ -421,6 +458,14 @@ private:
   std::string time_not_kept_;
   RateControlStatus status_; // without what status() adds
 };
+
+RateControl::Nanoseconds
+RateControl::timeOfStamp(std::uint64_t stamp)
+{
+  using std::chrono::microseconds;
+  constexpr auto latest = std::chrono::duration_cast<microseconds>(Nanoseconds::max());
+  return microseconds(std::min(stamp, static_cast<std::uint64_t>(latest.count())));
+}
 
 RateControl::RateControl(const EncoderSettings& settings,
                          bool has_intensities,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -24,12 +26,12 @@ public:
   : frames_of_i_frame_(std::max(i_frame_rate, 1u))
   {}
 
-  /** \brief Adds the time from one cloud to the next. Pauses do not count. */
+  /** \brief Adds the time from one cloud to the next, 0 or more. Pauses do not count. */
   void
   addInterval(Nanoseconds interval)
   {
     const double seconds = std::chrono::duration<double>(interval).count();
-    if (seconds > 0.0 && seconds < 2.0)
+    if (seconds < 2.0)
       interval_.add(seconds);
   }
 
@@ -41,15 +43,22 @@ public:
     ++frames_;
   }
 
-  /** \brief Expects frames to take a multiple, after a change of the settings. */
+  /** \brief Expects frames to take a multiple from now on. */
   void
-  scale(const FrameRatios& ratios)
+  expectMultiple(const FrameRatios& ratios)
   {
-    // Both are expected from now on, also where one was not seen.
+    // Both are expected, also where one was not seen.
     const double i_frame = bytesOf(true) * ratios.i_frame;
     const double p_frame = bytesOf(false) * ratios.p_frame;
     i_frame_.expect(i_frame);
     p_frame_.expect(p_frame);
+  }
+
+  /** \brief The same after a change of the settings. */
+  void
+  scale(const FrameRatios& ratios)
+  {
+    expectMultiple(ratios);
     encode_ms_ = Mean();
     frames_ = 0;
   }
@@ -69,7 +78,7 @@ public:
   double
   bytesPerSecond(const FrameRatios& ratios = FrameRatios()) const
   {
-    if (interval_.count == 0)
+    if (interval_.value <= 0.0)
       return 0.0;
     const double bytes = bytesOf(true) * ratios.i_frame +
                          (frames_of_i_frame_ - 1.0) * bytesOf(false) * ratios.p_frame;

@@ -87,7 +87,7 @@ void
 RateLadder::add(const RateStep& step, const FrameRatios& guess)
 {
   steps_.push_back(step);
-  savings_.push_back({std::log(guess.i_frame), std::log(guess.p_frame), false});
+  savings_.push_back({std::log(guess.i_frame), std::log(guess.p_frame)});
 }
 
 FrameRatios
@@ -129,6 +129,7 @@ RateLadder::learn(std::size_t from, std::size_t to, const FrameRatios& observed)
     saving.i_frame = learned(saving.i_frame, share(observed.i_frame, expected.i_frame));
     saving.p_frame = learned(saving.p_frame, share(observed.p_frame, expected.p_frame));
     saving.is_learned = true;
+    saving.is_measured |= first == last;
   }
 }
 

@@ -44,6 +44,14 @@ public:
   bool
   isLearned(std::size_t from, std::size_t to) const;
 
+  /** \brief Whether what a step saves was seen by itself, from the step before or to
+   * it, not as a share of what several save. */
+  bool
+  isMeasured(std::size_t step) const
+  {
+    return savings_[step].is_measured;
+  }
+
   /** \brief Learns from bytes before and after a change of the step. */
   void
   learn(std::size_t from, std::size_t to, const FrameRatios& ratios);
@@ -57,6 +65,7 @@ private:
     double i_frame = 0.0;
     double p_frame = 0.0;
     bool is_learned = false;
+    bool is_measured = false;
   };
 
   std::vector<RateStep> steps_;

@@ -58,6 +58,8 @@ public:
   {
     if (format_ == StreamFormat::Version1)
       version1_.takeBack();
+    else
+      --published_.frame_number;
     requestIFrame();
   }
 

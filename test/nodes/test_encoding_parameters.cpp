@@ -63,6 +63,11 @@ textOfSettings(const SensorNodeSettings& settings)
   add("coarsen_wide_clouds", codec.coarsen_wide_clouds);
   add("threads", codec.threads);
   add("temporal_filter", codec.temporal_filter);
+  add("max_rate", codec.max_rate);
+  add("rate_buffer", codec.rate_buffer);
+  add("max_encode_ms", codec.max_encode_ms);
+  add("rate_temporal_filter", codec.rate_temporal_filter);
+  add("rate_doublings", codec.rate_doublings);
   if (settings.crop_box)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       add("min", settings.crop_box->min[axis]);
@@ -138,6 +143,18 @@ encodingChanges()
       {{{"threads", 256}}, [](Settings& s) { s.compression.threads = 256; }},
       {{{"temporal_filter", 64}},
        [](Settings& s) { s.compression.temporal_filter = 64; }},
+      {{{"max_rate", 1e12}, {"rate_buffer", 1}},
+       [](Settings& s) {
+         s.compression.max_rate = 1e12;
+         s.compression.rate_buffer = 1.0;
+       }},
+      {{{"max_encode_ms", 0.1}},
+       [](Settings& s) { s.compression.max_encode_ms = 0.1; }},
+      {{{"rate_temporal_filter", 0}, {"rate_doublings", 8}},
+       [](Settings& s) {
+         s.compression.rate_temporal_filter = 0;
+         s.compression.rate_doublings = 8;
+       }},
       {{{"crop_box", List{-1, -2, -3, 0, 0.5, 4}}},
        [](Settings& s) {
          s.crop_box.emplace();
@@ -255,6 +272,10 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
           {{{"fields", "ring:-1"}},
            "fields is 'ring:-1'; it must be names with commas between them, each with "
            ":STEP above 0 if it has one, or all"},
+          {{{"max_rate", 999}},
+           "max_rate is 999; it must be a number from 1000 to 1e+12, or 0"},
+          {{{"rate_temporal_filter", 1}},
+           "rate_temporal_filter is 1; it must be 2 to 64 frames, or 0 for none"},
           {{{"temporal_filter", 8}, {"fields", "all"}},
            "fields is set; it must be empty with temporal_filter"},
           {{{"temporal_filter", 8}, {"keep_point_counts", true}},

@@ -90,6 +90,40 @@ TEST(HealthReport, OfASender)
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }
 
+TEST(HealthReport, OfASenderUnderRateControl)
+{
+  SenderHealth before;
+  before.last_arrival = 100s;
+  const auto report_of = [&before](const SenderHealth& now) {
+    return describeHealth(now, before, 101s);
+  };
+  EXPECT_EQ(valueOf(report_of(before), "rate control"), std::nullopt);
+  SenderHealth now = before;
+  pcl_ext::io::RateControlStatus& status = now.node.rate_control;
+  status.is_on = true;
+  status.max_rate = 2e6;
+  status.used_rate = 1.5e6;
+  status.step_number = 3;
+  status.choice = "voxels of 0.02 m";
+  status.reason = "frames take much";
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(report_of(now), "rate control"), "voxels of 0.02 m");
+  EXPECT_EQ(valueOf(report_of(now), "rate control chose it as"), "frames take much");
+  EXPECT_EQ(valueOf(report_of(now), "rate control step"), "3");
+  EXPECT_EQ(valueOf(report_of(now), "max_rate, bit/s"), "2000000");
+  EXPECT_EQ(valueOf(report_of(now), "bits of the last second"), "1500000");
+  EXPECT_EQ(valueOf(report_of(now), "clouds left out for max_rate"), "0");
+  status.clouds_left_out = 2;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Clouds are left out, as max_rate has no room");
+  before.node.rate_control.clouds_left_out = 2;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  status.not_kept = "max_rate is not kept";
+  expectLevel(
+      report_of(now), HealthLevel::Warning, "Rate control: max_rate is not kept");
+}
+
 TEST(HealthReport, OfAReceiver)
 {
   ReceiverHealth before;
@@ -147,14 +181,18 @@ TEST(HealthReport, OfAReceiver)
               HealthLevel::Warning,
               "Intensities are too far above those of other streams to be merged");
   now = before;
-  now.stream.resolution = 0.08;
+  now.stream.resolution = 0.06;
   expectLevel(report_of(now), HealthLevel::Ok, "OK"); // is not merged
   now.merged_resolution = 0.04;
   expectLevel(report_of(now),
               HealthLevel::Warning,
-              "Voxels have an edge of 0.08 m, those of the merged grid 0.04 m: set the "
+              "Voxels have an edge of 0.06 m, those of the merged grid 0.04 m: set the "
               "same resolution at both ends");
-  EXPECT_EQ(valueOf(report_of(now), "resolution, m"), "0.08");
+  EXPECT_EQ(valueOf(report_of(now), "resolution, m"), "0.06");
+  now.stream.resolution = 0.02; // finer, which rate control never is
+  EXPECT_EQ(report_of(now).level(), HealthLevel::Warning);
+  now.stream.resolution = 0.16; // twice doubled by rate control
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
   now.stream.resolution = double{0.04f};
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }

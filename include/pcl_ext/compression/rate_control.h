@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -76,7 +77,8 @@ struct RateControlStatus {
  * for half a second, or at once where one finds no room; and up where they would take
  * less than 75 % on a better step, 2 seconds after the last change. A step that had to be
  * left within 10 seconds is tried again after twice the time, up to a minute. How much a
- * step saves is learned from the stream.
+ * step saves is learned from the stream; a better step of which only a guess says that it
+ * would not fit is tried once, after 30 seconds.
  *
  * With max_encode_ms 0 all depends on times and sizes of the frames alone, and is the same
  * on all machines. The sizes are those of the frames; what a transport adds is not
@@ -89,6 +91,11 @@ struct RateControlStatus {
 class PCL_EXT_CODEC_EXPORT RateControl {
 public:
   using Nanoseconds = std::chrono::nanoseconds;
+
+  /** \brief The time of a cloud's stamp, microseconds; any stamp is valid and clamped
+   * to the largest time. */
+  static Nanoseconds
+  timeOfStamp(std::uint64_t stamp);
 
   /** \brief A control at the start of a stream.
    * \param[in] settings of the best step, as accepted by checkSettings()
@@ -114,7 +121,8 @@ public:
   setMaxRate(double bits_per_second);
 
   /** \brief Begins a cloud, for which the step may change.
-   * \param[in] time of the cloud, of any clock; earlier ones than the last count as that
+   * \param[in] time of the cloud, of any clock; where it is up to a second earlier than
+   * the latest, it counts as that, and where it is earlier still, time goes on from it
    * \param[in] is_i_frame_due whether it will be an I-frame
    * \return false: there is no room for it, and the caller leaves it out
    */

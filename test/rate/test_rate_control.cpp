@@ -1,0 +1,341 @@
+#include <pcl_ext/compression/rate_control.h>
+
+#include "support/rated_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <string>
+#include <utility>
+
+namespace {
+
+namespace rate_control {
+
+using namespace pcl_ext::io;
+using namespace std::chrono_literals;
+using pcl_ext::io::test::CloudCost;
+using pcl_ext::io::test::RatedStream;
+
+constexpr double max_rate = 1e6;              // bits a second
+constexpr double bytes_of_all = 1e6 / 8 / 10; // of each of 10 frames a second
+
+EncoderSettings
+limitedSettings()
+{
+  EncoderSettings settings;
+  settings.max_rate = max_rate;
+  return settings;
+}
+
+EncoderSettings
+timedSettings(double max_encode_ms)
+{
+  EncoderSettings settings;
+  settings.max_encode_ms = max_encode_ms;
+  return settings;
+}
+
+/** \brief A P-frame that takes a share of the rate at 10 Hz, without I-frames. */
+CloudCost
+share(double of_rate)
+{
+  return {of_rate * bytes_of_all, 1.0};
+}
+
+TEST(RateControl, WithoutABudgetNothingChanges)
+{
+  RatedStream stream(EncoderSettings{});
+  EXPECT_EQ(stream.sendFor(30s, {1e9, 1e5}), 300u);
+  const RateControlStatus status = stream.status();
+  EXPECT_FALSE(status.is_on);
+  EXPECT_EQ(status.changes, 0u);
+  EXPECT_EQ(status.clouds_left_out, 0u);
+  EXPECT_EQ(status.not_kept, "");
+  EXPECT_EQ(status.reason, "at the start of the stream");
+}
+
+TEST(RateControl, WhatFitsStaysAsItIs)
+{
+  RatedStream stream(limitedSettings());
+  EXPECT_EQ(stream.sendFor(600s, share(0.9)), 6000u);
+  EXPECT_TRUE(stream.status().is_on);
+  EXPECT_EQ(stream.status().changes, 0u);
+  EXPECT_NEAR(stream.status().used_rate, 0.9 * max_rate, 0.03 * max_rate);
+}
+
+TEST(RateControl, AnOverloadIsEndedWithinTwoSecondsAndTheStepTakenBackLater)
+{
+  for (const double load : {1.2, 2.0, 3.0, 5.0, 20.0, 50.0}) {
+    SCOPED_TRACE(load);
+    RatedStream stream(limitedSettings());
+    stream.sendFor(10s, share(0.5));
+    EXPECT_EQ(stream.status().step_number, 0u);
+    stream.sendFor(2s, share(load));
+    EXPECT_GT(stream.status().step_number, 0u);
+    // Of the overload's next 30 seconds hardly a cloud is left out.
+    EXPECT_GE(stream.sendFor(30s, share(load)), 290u);
+    EXPECT_EQ(stream.status().not_kept, "");
+    EXPECT_GE(stream.sendFor(180s, share(0.5)), 1795u);
+    EXPECT_EQ(stream.status().step_number, 0u);
+    EXPECT_EQ(stream.status().resolution, 0.01);
+  }
+}
+
+TEST(RateControl, NoContentTakesMoreThanTheRate)
+{
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 random(seed);
+    RatedStream stream(limitedSettings());
+    std::lognormal_distribution<double> bytes(std::log(0.5 * bytes_of_all), 1.5);
+    std::exponential_distribution<double> seconds(10.0);
+    std::uniform_int_distribution<int> percent(0, 99);
+    RatedStream::Nanoseconds stamp = 1000s;
+    RatedStream::Nanoseconds latest = stamp;
+    for (int i = 0; i < 3000; ++i) {
+      const int kind = percent(random);
+      if (kind == 0)
+        stamp += 200s;
+      else if (kind == 1)
+        stamp -= 200s; // it begins again, as a recording that is repeated
+      else if (kind < 20)
+        stamp -= 30ms; // out of order
+      else if (kind > 30)
+        stamp +=
+            RatedStream::Nanoseconds(static_cast<std::int64_t>(1e9 * seconds(random)));
+      if (stamp > latest)
+        stream.link().advance(stamp - latest);
+      latest = kind == 1 ? stamp : std::max(stamp, latest);
+      stream.sendAt(stamp, {bytes(random), 1.0});
+      ASSERT_FALSE(::testing::Test::HasFailure()) << seed << ' ' << i;
+    }
+    EXPECT_GT(stream.link().frames(), 300u);
+  }
+}
+
+TEST(RateControl, StampsOfAnySizeAreTimes)
+{
+  RateControl control(limitedSettings());
+  constexpr auto last = std::chrono::nanoseconds::max();
+  std::size_t frames = 0;
+  for (int i = 0; i < 20; ++i)
+    for (const auto stamp : {last, -last, 0ns, last - 1ns})
+      if (control.beginCloud(stamp, frames == 0))
+        frames += control.endFrame(100, frames == 0, 1ms, VoxelGrid()) ? 1 : 0;
+  EXPECT_EQ(frames, 80u);
+}
+
+TEST(RateControl, RepeatedStampsCountAsClouds)
+{
+  // Each stamp twice: 20 clouds a second.
+  RatedStream stream(limitedSettings());
+  for (int i = 0; i < 600; ++i)
+    stream.send(i % 2 * 100ms, share(0.8));
+  EXPECT_GT(stream.status().step_number, 0u);
+  EXPECT_LT(stream.status().clouds_left_out, 60u);
+}
+
+TEST(RateControl, ContentThatHardlyFitsABetterStepHasFewChanges)
+{
+  for (const double load : {0.9, 1.1}) {
+    SCOPED_TRACE(load);
+    RatedStream stream(limitedSettings());
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> noise(0.85, 1.05);
+    stream.sendFor(20s, share(3.0));
+    const RateControlStatus before = stream.status();
+    for (int i = 0; i < 6000; ++i)
+      stream.send(100ms, share(load * noise(random)));
+    const RateControlStatus status = stream.status();
+    EXPECT_LE(status.changes - before.changes, 8u);
+    EXPECT_LE(status.clouds_left_out - before.clouds_left_out, 30u);
+    EXPECT_LE(status.step_number, 1u);
+    EXPECT_EQ(status.not_kept, "");
+  }
+}
+
+TEST(RateControl, ContentThatAlternatesHasFewChanges)
+{
+  RatedStream stream(limitedSettings());
+  for (int i = 0; i < 100; ++i) {
+    stream.sendFor(3s, share(2.0));
+    stream.sendFor(3s, share(0.3));
+  }
+  EXPECT_LE(stream.status().changes, 60u);
+}
+
+TEST(RateControl, ARateThatCannotBeKeptIsSaidAndKeptByLeavingOut)
+{
+  RatedStream stream(limitedSettings());
+  // Far more than the buffer on any step.
+  stream.sendFor(10s, share(1000.0));
+  EXPECT_EQ(stream.link().frames(), 0u);
+  const RateControlStatus status = stream.status();
+  EXPECT_EQ(status.step_number, status.last_step);
+  EXPECT_EQ(status.clouds_left_out, 100u);
+  EXPECT_EQ(status.not_kept.rfind("max_rate is not kept without leaving clouds out: "
+                                  "frames take ",
+                                  0),
+            0u)
+      << status.not_kept;
+  stream.sendFor(30s, share(0.5));
+  EXPECT_EQ(stream.sendFor(10s, share(0.5)), 100u);
+  EXPECT_EQ(stream.status().not_kept, "");
+}
+
+TEST(RateControl, TextsSayWhatAndWhy)
+{
+  EncoderSettings settings;
+  settings.max_rate = 5e5;
+  settings.rate_doublings = 1;
+  settings.rate_temporal_filter = 0;
+  settings.i_frame_rate = 1;
+  RateControl control(settings, false);
+  // Frames of 10 kB at 10 Hz: 800 kbit/s.
+  VoxelGrid grid;
+  grid.resolution = 0.01;
+  for (int i = 0; i < 300; ++i)
+    if (control.beginCloud(i * 100ms, true))
+      control.endFrame(10000, true, 20ms, grid);
+  const RateControlStatus status = control.status();
+  EXPECT_EQ(status.reason, "frames take 800 kbit/s of 500 kbit/s at most");
+  EXPECT_EQ(status.choice, "voxels of 0.02 m, effort balanced");
+  EXPECT_EQ(
+      status.not_kept,
+      "max_rate is not kept without leaving clouds out: frames take 800 kbit/s of "
+      "500 kbit/s at most on the coarsest step");
+  EXPECT_EQ(status.encode_ms, 20.0);
+  EXPECT_EQ(status.resolution, 0.02);
+  EXPECT_EQ(control.settings().resolution, 0.02);
+  RateControl first(settings);
+  ASSERT_TRUE(first.beginCloud(0s, true));
+  EXPECT_FALSE(first.endFrame(40000, true, 20ms, grid));
+  EXPECT_EQ(
+      first.leftOutMessage(),
+      "the cloud was left out, as max_rate of 500 kbit/s has room for 15625 bytes "
+      "now");
+}
+
+TEST(RateControl, LongEncodingLowersTheEffortAndThenTheVoxels)
+{
+  RatedStream first(timedSettings(50.0));
+  first.sendFor(1s, {100.0, 70.0});
+  EXPECT_EQ(first.status().reason, "frames took 70 ms of 50 at most");
+  RatedStream stream(timedSettings(50.0));
+  stream.sendFor(10s, {100.0, 49.0});
+  EXPECT_EQ(stream.status().changes, 0u);
+  stream.sendFor(2s, {100.0, 70.0});
+  EXPECT_EQ(stream.status().step.effort, Effort::Fast);
+  EXPECT_EQ(stream.status().step.doublings, 0u);
+  stream.sendFor(3s, {100.0, 300.0});
+  EXPECT_EQ(stream.status().step.effort, Effort::Fast);
+  EXPECT_EQ(stream.status().step.doublings, 1u);
+  EXPECT_EQ(stream.status().not_kept, "");
+  stream.sendFor(60s, {100.0, 10.0});
+  EXPECT_EQ(stream.status().step.effort, Effort::Balanced);
+  EXPECT_EQ(stream.status().step.doublings, 0u);
+  EXPECT_EQ(stream.status().changes, 4u);
+  stream.sendFor(10s, {100.0, 1e5});
+  EXPECT_EQ(
+      stream.status().not_kept,
+      "max_encode_ms is not kept: frames took 1024 ms of 50 at most on the coarsest "
+      "step");
+  EXPECT_EQ(stream.status().clouds_left_out, 0u);
+}
+
+TEST(RateControl, SpareTimeRaisesTheEffortBeforeVoxelsBecomeCoarser)
+{
+  EncoderSettings settings = timedSettings(50.0);
+  settings.max_rate = max_rate;
+  RatedStream stream(settings);
+  stream.sendFor(10s, {1.02 * bytes_of_all, 10.0});
+  EXPECT_EQ(stream.status().step.effort, Effort::Small);
+  // Without time for it the other steps remain.
+  stream.sendFor(20s, {1.02 * bytes_of_all, 70.0});
+  EXPECT_EQ(stream.status().step.effort, Effort::Fast);
+  EXPECT_EQ(stream.status().step.temporal_filter, 8u);
+  EXPECT_EQ(stream.status().step.doublings, 0u);
+}
+
+TEST(RateControl, PublishedFramesHaveNoEffortToLower)
+{
+  EncoderSettings settings = timedSettings(50.0);
+  settings.format = StreamFormat::Published;
+  RatedStream stream(settings);
+  stream.sendFor(2s, {100.0, 60.0});
+  EXPECT_EQ(stream.status().changes, 1u);
+  EXPECT_EQ(stream.status().step.doublings, 1u);
+}
+
+TEST(RateControl, TheRateMayChangeAndIsThatOfTheLink)
+{
+  RatedStream stream(limitedSettings());
+  stream.sendFor(10s, share(0.8));
+  const auto change = [&](double rate) {
+    stream.control().setMaxRate(rate);
+    stream.link().setRate(rate);
+  };
+  change(max_rate / 2);
+  EXPECT_EQ(stream.status().max_rate, max_rate / 2);
+  stream.sendFor(4s, share(0.8));
+  EXPECT_GE(stream.sendFor(20s, share(0.8)), 195u);
+  EXPECT_GT(stream.status().step_number, 0u);
+  change(max_rate);
+  stream.sendFor(120s, share(0.5));
+  EXPECT_EQ(stream.status().step_number, 0u);
+  for (const double wrong : {0.0, -1.0, std::nan("")})
+    stream.control().setMaxRate(wrong);
+  EXPECT_EQ(stream.status().max_rate, max_rate);
+  stream.control().setMaxRate(1.0);
+  EXPECT_EQ(stream.status().max_rate, least_max_rate);
+  stream.control().setMaxRate(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(stream.status().max_rate, most_max_rate);
+  RatedStream unlimited(timedSettings(50.0));
+  unlimited.control().setMaxRate(1000.0);
+  EXPECT_EQ(unlimited.status().max_rate, 0.0);
+  EXPECT_EQ(unlimited.sendFor(1s, share(10.0)), 10u);
+}
+
+TEST(RateControl, CoarseVoxelsAreThoseOfTheFinestGrid)
+{
+  EncoderSettings settings;
+  settings.max_encode_ms = 1.0;
+  settings.effort = Effort::Fast;
+  settings.use_coordinate_step = true;
+  RateControl control(settings);
+  VoxelGrid grid;
+  grid.resolution = 0.05; // the clouds' step
+  grid.origin = {500000.0, -0.025, 0.0};
+  for (int i = 0; i < 30; ++i) {
+    ASSERT_TRUE(control.beginCloud(i * 100ms, i == 0));
+    if (control.hasChanged())
+      break;
+    EXPECT_TRUE(control.endFrame(100, i == 0, 20ms, grid));
+  }
+  ASSERT_TRUE(control.hasChanged());
+  EXPECT_EQ(control.settings().resolution, 0.1);
+  EXPECT_EQ(control.settings().origin, grid.origin);
+  EXPECT_FALSE(control.settings().use_coordinate_step);
+}
+
+TEST(RateControl, AMovedControlGoesOn)
+{
+  RatedStream stream(limitedSettings());
+  stream.sendFor(10s, share(2.0));
+  const std::size_t step = stream.status().step_number;
+  ASSERT_GT(step, 0u);
+  RateControl moved(std::move(stream.control()));
+  EXPECT_EQ(moved.status().step_number, step);
+  stream.control() = std::move(moved);
+  EXPECT_GE(stream.sendFor(10s, share(2.0)), 97u);
+}
+
+} // namespace rate_control
+
+} // namespace
