@@ -324,7 +324,18 @@ class Encoder:
         self._native.request_i_frame()
 
     def set_max_rate(self, bits_per_second: float) -> None:
-        """Changes `max_rate` as the link does; only where there is one."""
+        """Changes `max_rate` as the link does; only where there is one.
+
+        Parameters
+        ----------
+        bits_per_second : float
+            1e3 to 1e12.
+
+        Raises
+        ------
+        ValueError
+            If it is outside its range.
+        """
         if not 1e3 <= bits_per_second <= 1e12:
             raise ValueError(
                 f"bits_per_second is {bits_per_second!r}; it must be a number from 1e3 to 1e12"

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/rate_control.h>
 
+#include "rate/cloud_clock.h"
 #include "rate/link_budget.h"
 #include "rate/rate_estimate.h"
 #include "rate/rate_ladder.h"
@@ -83,10 +84,10 @@ public:
   bool
   beginCloud(Nanoseconds time, bool is_i_frame_due)
   {
-    const bool is_first = !clock_;
-    const Nanoseconds elapsed = takeTime(time);
-    if (!is_first)
-      estimate_.addInterval(elapsed);
+    const std::optional<Nanoseconds> interval = clock_.take(time);
+    if (interval)
+      estimate_.addInterval(*interval);
+    const Nanoseconds elapsed = interval.value_or(Nanoseconds::zero());
     time_ += elapsed;
     budget_.advance(elapsed);
     followMaxRate(elapsed);
@@ -192,31 +193,6 @@ private:
     double i_frame = 0.0; // bytes before
     double p_frame = 0.0;
   };
-
-  /** \brief Takes the time of a cloud. One a little earlier than the last is out of
-   * order and counts as that; one far earlier begins again, as recordings do.
-   * \return time since the last cloud
-   */
-  Nanoseconds
-  takeTime(Nanoseconds time)
-  {
-    // Unsigned, as the difference may be outside the range of Nanoseconds.
-    const auto difference = [](Nanoseconds later, Nanoseconds earlier) {
-      return static_cast<std::uint64_t>(later.count()) -
-             static_cast<std::uint64_t>(earlier.count());
-    };
-    constexpr Nanoseconds longest =
-        std::chrono::hours(1); // so that the sum is in range
-    Nanoseconds elapsed{0};
-    if (clock_ && time >= *clock_)
-      elapsed = Nanoseconds(static_cast<std::int64_t>(std::min(
-          difference(time, *clock_), static_cast<std::uint64_t>(longest.count()))));
-    else if (clock_ && difference(*clock_, time) <=
-                           static_cast<std::uint64_t>(LinkBudget::window.count()))
-      return elapsed;
-    clock_ = time;
-    return elapsed;
-  }
 
   /** \brief Whether there is no room for what the next frame is expected to be. Where the
    * buffer is empty it is tried once a second, as frames may have become smaller. */
@@ -444,9 +420,9 @@ private:
   std::size_t least_step_ = 0; // that time allows
   Effort effort_limit_ = Effort::Small;
   std::optional<VoxelGrid> finest_;
-  std::optional<Nanoseconds> clock_; // latest as given
-  Nanoseconds time_{0};              // never goes back
-  double mean_rate_ = 0.0;           // bits a second
+  CloudClock clock_;
+  Nanoseconds time_{0};    // never goes back
+  double mean_rate_ = 0.0; // bits a second
   Nanoseconds changed_at_{0};
   std::optional<Nanoseconds> up_at_;      // the last change to a better step
   Nanoseconds next_try_{0};               // of frames that are larger than the buffer

@@ -2,6 +2,7 @@
  * \brief A CloudSender whose max_rate changes.
  */
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 
 #include "support/fake_clock.h"
@@ -22,7 +23,7 @@ using namespace pcl_ext::nodes::test;
 using namespace std::chrono_literals;
 using pcl_ext::io::FrameDecoder;
 
-/** \brief A sender with a clock, and its receiver. */
+/** \brief A sender with a clock. */
 class Stream {
 public:
   Stream() : sender_(settingsWith(clock_)) {}
@@ -39,8 +40,9 @@ public:
     message_ = status.message();
     if (!status.hasFrame())
       return '-';
-    decodedWith(decoder_, bytes);
-    return decoder_.statistics().is_i_frame ? 'I' : 'P';
+    FrameDecoder decoder;
+    pcl_ext::io::VoxelFrame frame;
+    return decoder.decode(bytes.data(), bytes.size(), frame).ok() ? 'I' : 'P';
   }
 
   char
@@ -74,7 +76,6 @@ private:
   FakeClock clock_;
   Time now_ = 1000s;
   CloudSender sender_;
-  FrameDecoder decoder_;
   pcl::PCLPointCloud2 cloud_ = messageOf(cloudSeenFrom(poseOf(0), 1, 300));
   std::string message_;
 };

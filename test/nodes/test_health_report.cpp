@@ -101,8 +101,8 @@ TEST(HealthReport, OfASenderUnderRateControl)
   SenderHealth now = before;
   pcl_ext::io::RateControlStatus& status = now.node.rate_control;
   status.is_on = true;
-  status.max_rate = 2e6;
-  status.used_rate = 1.5e6;
+  status.max_rate = 2e5;
+  status.used_rate = 1.5e5;
   status.step_number = 3;
   status.choice = "voxels of 0.02 m";
   status.reason = "frames take much";
@@ -110,8 +110,8 @@ TEST(HealthReport, OfASenderUnderRateControl)
   EXPECT_EQ(valueOf(report_of(now), "rate control"), "voxels of 0.02 m");
   EXPECT_EQ(valueOf(report_of(now), "rate control chose it as"), "frames take much");
   EXPECT_EQ(valueOf(report_of(now), "rate control step"), "3");
-  EXPECT_EQ(valueOf(report_of(now), "max_rate, bit/s"), "2000000");
-  EXPECT_EQ(valueOf(report_of(now), "bits of the last second"), "1500000");
+  EXPECT_EQ(valueOf(report_of(now), "max_rate, bit/s"), "200000");
+  EXPECT_EQ(valueOf(report_of(now), "bits of the last second"), "150000");
   EXPECT_EQ(valueOf(report_of(now), "clouds left out for max_rate"), "0");
   status.clouds_left_out = 2;
   expectLevel(report_of(now),

@@ -1,0 +1,94 @@
+"""Rate control: the budget over the stamps of the clouds is kept, and what is said of it."""
+
+import numpy as np
+import pytest
+
+import pcl_ext
+
+RATE = 100e3  # bits a second
+BUFFER = 0.25  # seconds
+
+
+def noisy_wall(random, size):
+    return np.column_stack(
+        (
+            random.uniform(-1, 1, size),
+            random.uniform(-1, 1, size),
+            random.normal(2, 0.02, size),
+        )
+    ).astype(np.float32)
+
+
+def test_no_second_takes_more_than_the_rate(random):
+    encoder = pcl_ext.Encoder(resolution=0.02, max_rate=RATE, frame_id="lidar")
+    decoder = pcl_ext.Decoder()
+    sent = []
+    waiting = 0.0
+    for i in range(150):
+        size = 20000 if i % 50 == 49 else 3000 if i < 100 else 500
+        frame = encoder.encode(noisy_wall(random, size), stamp=1 + i / 10)
+        waiting = max(0.0, waiting - RATE / 10)
+        if not frame:
+            assert frame == b""
+            assert "the cloud was left out, as max_rate of 100 kbit/s has room for" in (
+                encoder.warning
+            )
+            continue
+        decoder.decode(frame)
+        sent.append((i, 8 * len(frame)))
+        waiting += 8 * len(frame)
+        assert waiting <= RATE * BUFFER + 1
+        assert sum(bits for j, bits in sent if j > i - 10) <= RATE
+    status = encoder.rate_control
+    assert status.max_rate == RATE
+    assert 0 < status.used_rate <= RATE
+    assert status.clouds_left_out == 150 - len(sent) > 0
+    assert status.changes > 0
+    assert status.step <= status.last_step
+    assert status.choice.startswith(f"voxels of {status.resolution:g} m, effort ")
+
+
+def test_without_a_budget_nothing_is_left_out(room):
+    encoder = pcl_ext.Encoder()
+    encoder.set_max_rate(1e3)
+    assert encoder.encode(room)
+    status = encoder.rate_control
+    assert (status.max_rate, status.changes, status.clouds_left_out) == (0, 0, 0)
+    assert status.reason == "at the start of the stream"
+
+
+def test_a_rate_set_before_the_first_cloud_holds(room):
+    encoder = pcl_ext.Encoder(max_rate=1e9)
+    encoder.set_max_rate(1e3)
+    assert encoder.rate_control.max_rate == 1e3
+    assert encoder.encode(room) == b""
+    assert encoder.rate_control.clouds_left_out == 1
+
+
+@pytest.mark.parametrize(
+    "settings, message",
+    [
+        ({"max_rate": 10}, "max_rate is 10; it must be 1e3 to 1e12 bits a second, or 0"),
+        ({"rate_buffer": 0}, "rate_buffer is 0; it must be 0.01 to 1 seconds"),
+        ({"max_encode_ms": -1}, "max_encode_ms is -1; it must be 0.1 to 1e4 millisec"),
+        (
+            {"rate_temporal_filter": 1},
+            "rate_temporal_filter is 1; it must be 2 to 64 frames, or 0 for none",
+        ),
+        ({"rate_doublings": 9}, "rate_doublings is 9; it must be 0 to 8"),
+    ],
+)
+def test_bad_budgets_are_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        pcl_ext.Encoder(**settings)
+
+
+@pytest.mark.parametrize("rate", [0, 999, -1e6, 1e13, float("nan")])
+def test_bad_rates_are_refused(rate):
+    encoder = pcl_ext.Encoder(max_rate=RATE)
+    with pytest.raises(
+        ValueError,
+        match=f"bits_per_second is {rate}; it must be a number from 1e3 to 1e12",
+    ):
+        encoder.set_max_rate(rate)
+    assert encoder.rate_control.max_rate == RATE
