@@ -220,7 +220,7 @@ class Encoder:
         max_encode_ms: float = 0.0,
         rate_temporal_filter: int = 8,
         rate_doublings: int = 4,
-        rate_sent_share: float = 1 / 3,
+        rate_sent_share: float = 0.33,
         origin: Optional[Sequence[float]] = None,
         format: Literal["version1", "published"] = "version1",
         frame_id: Optional[str] = None,

@@ -68,6 +68,7 @@ textOfSettings(const SensorNodeSettings& settings)
   add("max_encode_ms", codec.max_encode_ms);
   add("rate_temporal_filter", codec.rate_temporal_filter);
   add("rate_doublings", codec.rate_doublings);
+  add("rate_sent_share", codec.rate_sent_share);
   if (settings.crop_box)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       add("min", settings.crop_box->min[axis]);
@@ -150,10 +151,11 @@ encodingChanges()
        }},
       {{{"max_encode_ms", 0.1}},
        [](Settings& s) { s.compression.max_encode_ms = 0.1; }},
-      {{{"rate_temporal_filter", 0}, {"rate_doublings", 8}},
+      {{{"rate_temporal_filter", 0}, {"rate_doublings", 8}, {"rate_sent_share", 0.5}},
        [](Settings& s) {
          s.compression.rate_temporal_filter = 0;
          s.compression.rate_doublings = 8;
+         s.compression.rate_sent_share = 0.5;
        }},
       {{{"crop_box", List{-1, -2, -3, 0, 0.5, 4}}},
        [](Settings& s) {

@@ -142,6 +142,7 @@ limitedSettings(double max_rate)
   SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
   settings.compression.resolution = 0.02;
   settings.compression.max_rate = max_rate;
+  settings.compression.rate_sent_share = 1.0;
   return settings;
 }
 

@@ -12,6 +12,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace {
@@ -128,7 +129,8 @@ TEST(RateControl, StampsOfAnySizeAreTimes)
     for (const auto stamp : {last, -last, 0ns, last - 1ns})
       if (control.beginCloud(stamp, frames == 0))
         frames += control.endFrame(100, frames == 0, 1ms, VoxelGrid()) ? 1 : 0;
-  EXPECT_EQ(frames, 80u);
+  // As fast as these clouds come they are too many, but some always find room.
+  EXPECT_GT(frames, 20u);
 }
 
 TEST(RateControl, RepeatedStampsCountAsClouds)
@@ -179,14 +181,32 @@ TEST(RateControl, ARateThatCannotBeKeptIsSaidAndKeptByLeavingOut)
   const RateControlStatus status = stream.status();
   EXPECT_EQ(status.step_number, status.last_step);
   EXPECT_EQ(status.clouds_left_out, 100u);
-  EXPECT_EQ(status.not_kept.rfind("max_rate is not kept without leaving clouds out: "
-                                  "frames take ",
-                                  0),
-            0u)
+  EXPECT_EQ(status.not_kept.rfind("clouds are left out, as frames take ", 0), 0u)
       << status.not_kept;
   stream.sendFor(30s, share(0.5));
   EXPECT_EQ(stream.sendFor(10s, share(0.5)), 100u);
   EXPECT_EQ(stream.status().not_kept, "");
+}
+
+TEST(RateControl, CloudsAreLeftOutBeforeTheEdgeDoubles)
+{
+  EncoderSettings settings = limitedSettings();
+  settings.rate_temporal_filter = 0;
+  settings.intensity_bits = 4; // no other step
+  settings.rate_buffer = 1.0;
+  for (const auto& [load, sent_share, sent, doublings] :
+       {std::tuple(2.0, 0.33, 150.0, 0u),
+        std::tuple(2.0, 1.0, 300.0, 1u),
+        std::tuple(4.0, 0.33, 195.0, 1u), // of which doubling leaves 1.6
+        std::tuple(4.0, 0.2, 60.0, 0u)}) {   // two of 0.4 s in any second
+    settings.rate_sent_share = sent_share;
+    RatedStream stream(settings);
+    stream.sendFor(20s, share(load));
+    EXPECT_NEAR(
+        static_cast<double>(stream.sendFor(30s, share(load))), sent, 0.1 * sent);
+    EXPECT_EQ(stream.status().step.doublings, doublings);
+    EXPECT_EQ(stream.status().not_kept.empty(), sent == 300.0);
+  }
 }
 
 TEST(RateControl, TextsSayWhatAndWhy)
@@ -195,6 +215,7 @@ TEST(RateControl, TextsSayWhatAndWhy)
   settings.max_rate = 5e5;
   settings.rate_doublings = 1;
   settings.rate_temporal_filter = 0;
+  settings.rate_sent_share = 1.0;
   settings.i_frame_rate = 1;
   RateControl control(settings, false);
   // Frames of 10 kB at 10 Hz: 800 kbit/s.
@@ -206,10 +227,8 @@ TEST(RateControl, TextsSayWhatAndWhy)
   const RateControlStatus status = control.status();
   EXPECT_EQ(status.reason, "frames take 800 kbit/s of 500 kbit/s at most");
   EXPECT_EQ(status.choice, "voxels of 0.02 m, effort balanced");
-  EXPECT_EQ(
-      status.not_kept,
-      "max_rate is not kept without leaving clouds out: frames take 800 kbit/s of "
-      "500 kbit/s at most on the coarsest step");
+  EXPECT_EQ(status.not_kept,
+            "clouds are left out, as frames take 800 kbit/s of 500 kbit/s at most");
   EXPECT_EQ(status.encode_ms, 20.0);
   EXPECT_EQ(status.resolution, 0.02);
   EXPECT_EQ(control.settings().resolution, 0.02);

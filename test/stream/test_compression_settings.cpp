@@ -179,6 +179,9 @@ TEST(CompressionSettings, BudgetsMustBeInTheirRanges)
   expectAccepted(&Settings::rate_doublings, {0u, 8u});
   EXPECT_EQ(fault(&RateSettings::rate_doublings, 9u),
             "rate_doublings is 9; it must be 0 to 8");
+  expectAccepted(&Settings::rate_sent_share, {0.1, 1.0});
+  EXPECT_EQ(fault(&RateSettings::rate_sent_share, 0.0),
+            "rate_sent_share is 0; it must be 0.1 to 1");
 }
 
 TEST(CompressionSettings, EffortAndAggregationMustBeEnumerators)

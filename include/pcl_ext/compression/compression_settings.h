@@ -233,7 +233,7 @@ struct RateSettings {
    * others out, before it doubles the edge, 0.1 to 1. A third of the clouds shows more of a
    * scene than all with voxels of twice the edge, see doc/rate_control.md; 1 is for those
    * that need each cloud. */
-  double rate_sent_share = 1.0 / 3.0;
+  double rate_sent_share = 0.33;
 };
 
 /** \brief Range of RateSettings::max_rate, bits a second. */
