@@ -24,7 +24,8 @@ namespace measuring {
 
 namespace {
 
-/** \brief The processor's name, or "unknown". */
+/** \brief The processor's name; where the system does not tell, as on ARM, that of the
+ * board, or else "unknown". */
 std::string
 processorName()
 {
@@ -32,7 +33,10 @@ processorName()
   for (std::string line; std::getline(file, line);)
     if (line.rfind("model name", 0) == 0)
       return line.substr(line.find(':') + 2);
-  return "unknown";
+  std::ifstream board("/proc/device-tree/model");
+  std::string name;
+  std::getline(board, name, '\0'); // which ends it
+  return name.empty() ? "unknown" : name;
 }
 
 /** \brief Memory of the machine. */
@@ -143,16 +147,27 @@ peakResidentMegabytes()
   return 0.0;
 }
 
+Machine
+thisMachine()
+{
+  return {processorName(),
+          std::thread::hardware_concurrency(),
+          memoryGigabytes(),
+          systemName(),
+          compilerName(),
+          loadAverage()};
+}
+
 void
 printMachine(std::ostream& output)
 {
-  output << "Processor: " << processorName() << ", "
-         << std::thread::hardware_concurrency()
-         << " cores; memory: " << formatted(memoryGigabytes(), 1)
-         << " GB; system: " << systemName() << "; compiler: " << compilerName()
+  const Machine machine = thisMachine();
+  output << "Processor: " << machine.processor << ", " << machine.cores
+         << " cores; memory: " << formatted(machine.memory_gigabytes, 1)
+         << " GB; system: " << machine.system << "; compiler: " << machine.compiler
          << "; PCL " << PCL_VERSION_PRETTY << "; pcl_ext " << PCL_EXT_VERSION_TEXT
          << "; " << date()
-         << "; load average at the start: " << formatted(loadAverage(), 1) << ".\n\n";
+         << "; load average at the start: " << formatted(machine.load, 1) << ".\n\n";
 }
 
 } // namespace measuring

@@ -1,9 +1,24 @@
 #pragma once
 
 #include <iosfwd>
+#include <string>
 
 namespace pcl_ext {
 namespace measuring {
+
+/** \brief What figures of time depend on. */
+struct Machine {
+  std::string processor; ///< its name, that of the board, or "unknown"
+  unsigned int cores = 0;
+  double memory_gigabytes = 0.0;
+  std::string system;   ///< distribution, kernel
+  std::string compiler; ///< of this program
+  double load = 0.0;    ///< see loadAverage()
+};
+
+/** \brief This machine, now. */
+Machine
+thisMachine();
 
 /** \brief Prints a line with the machine, its system, the compiler, the versions, the
  * date and the load average. */

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -85,6 +86,24 @@ public:
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     return *middle;
+  }
+
+  /** \brief A percentile by the nearest rank: the smallest sample that so many of all do
+   * not exceed.
+   * \param[in] per_mille of the samples, 1 to 999: 500 for the median, 990, 999
+   * \return none where it would be the largest one, for lack of samples: below 1000 /
+   * (1000 - per_mille)
+   */
+  std::optional<double>
+  percentile(std::size_t per_mille) const
+  {
+    const std::size_t rank = (per_mille * samples_.size() + 999) / 1000; // from 1
+    if (rank == 0 || rank >= samples_.size())
+      return std::nullopt;
+    std::vector<double> sorted = samples_;
+    const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(rank - 1);
+    std::nth_element(sorted.begin(), place, sorted.end());
+    return *place;
   }
 
 private:

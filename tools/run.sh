@@ -8,6 +8,8 @@
 #   cut IN -o OUT         a part of a recording
 #   merge IN... -o OUT    the streams of several recordings
 #   view IN | --cell      a recording, or the robot cell live, in a browser
+#   advise IN...          which voxel edge and effort suit clouds
+#   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
 # Without arguments: demo. After the first run COMMAND --help lists the options.
 # The first run takes about 6 minutes on a fresh Debian 12 with two cores: it installs 730
@@ -32,7 +34,7 @@ esac
 
 # Before the packages and the build, which take minutes.
 case $1 in
-  encode | decode | info | verify | cut | merge | view | demo) ;;
+  encode | decode | info | verify | cut | merge | view | advise | benchmark | demo) ;;
   --version) ;;
   *)
     echo "There is no command '$1'; see bash tools/run.sh --help" >&2

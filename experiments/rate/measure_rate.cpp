@@ -87,7 +87,7 @@ nodeSettings(double resolution)
 void
 addSenders(const RateOptions& options,
            const RateTrace& trace,
-           const TrueSurfaces& truth,
+           QualityJudge& judge,
            std::list<MeasuredSender>& senders)
 {
   for (const int multiple : {1, 2, 4})
@@ -104,13 +104,15 @@ addSenders(const RateOptions& options,
                                  (bits > 0 ? ", 4 bits" : ""),
                              settings,
                              trace,
-                             truth);
+                             judge);
       }
   nodes::SensorNodeSettings settings = nodeSettings(options.resolution);
   settings.compression.max_rate = trace.at(0.0);
-  senders.emplace_back("**max_rate**", settings, trace, truth);
+  senders.emplace_back("**max_rate**", settings, trace, judge);
   settings.compression.rate_temporal_filter = 0;
-  senders.emplace_back("max_rate, no filter", settings, trace, truth);
+  senders.emplace_back("max_rate, no filter", settings, trace, judge);
+  settings.compression.rate_sent_share = 1.0;
+  senders.emplace_back("max_rate, no filter, each cloud", settings, trace, judge);
 }
 
 /** \brief Surfaces shown, less what is shown that is none. */
@@ -169,10 +171,10 @@ measure(const RateOptions& options)
 {
   const double interval = 1.0 / cell::RobotCell::frame_rate;
   const std::vector<RateTrace> links = traces(options);
-  TrueSurfaces truth(options.resolution);
+  QualityJudge judge(options.resolution);
   std::vector<std::list<MeasuredSender>> senders(links.size());
   for (std::size_t i = 0; i < links.size(); ++i)
-    addSenders(options, links[i], truth, senders[i]);
+    addSenders(options, links[i], judge, senders[i]);
   cell::RobotCell cell(options.seed);
   cell::CellFrame frame;
   pcl::PCLPointCloud2 cloud;
@@ -180,7 +182,7 @@ measure(const RateOptions& options)
     if (options.changes_scene && i == options.frames / 2)
       cell.moveSensor(options.sensor, cell::handCamera);
     cell.capture(options.sensor, i, frame);
-    truth.add(frame);
+    judge.add(frame);
     pcl::toPCLPointCloud2(frame.cloud, cloud);
     const double time = i * interval;
     for (std::list<MeasuredSender>& of_link : senders)

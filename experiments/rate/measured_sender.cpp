@@ -2,27 +2,35 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
 namespace rate {
 
+namespace {
+
+nodes::Time
+inNanoseconds(double seconds)
+{
+  return nodes::Time(std::llround(seconds * 1e9));
+}
+
+} // namespace
+
 MeasuredSender::MeasuredSender(std::string name,
                                const nodes::SensorNodeSettings& settings,
                                const RateTrace& trace,
-                               const TrueSurfaces& truth)
+                               QualityJudge& judge)
 : name_(std::move(name))
 , has_budget_(settings.compression.max_rate > 0.0)
 , trace_(trace)
 , link_(trace)
-, judge_(truth)
+, judge_(judge)
 {
   nodes::SensorNodeSettings timed = settings;
-  timed.clock = [this] {
-    return std::chrono::duration_cast<nodes::Time>(
-        std::chrono::duration<double>(time_));
-  };
+  timed.clock = [this] { return inNanoseconds(time_); };
   node_ = std::make_unique<nodes::SensorNode>(timed);
   if (!node_->settingsStatus().ok())
     throw std::invalid_argument(node_->settingsStatus().message());
@@ -48,9 +56,10 @@ MeasuredSender::encode(const pcl::PCLPointCloud2& cloud,
     node_->requestIFrame();
     return false;
   }
-  while (!loads_.empty() && loads_.front().first <= time - 1.0)
+  const nodes::Time now = inNanoseconds(time);
+  while (!loads_.empty() && loads_.front().first <= now - std::chrono::seconds(1))
     loads_.pop_front();
-  loads_.emplace_back(time, 8.0 * static_cast<double>(bytes.size()) / rate);
+  loads_.emplace_back(now, 8.0 * static_cast<double>(bytes.size()) / rate);
   double load = 0.0;
   for (const auto& [sent, share] : loads_)
     load += share;

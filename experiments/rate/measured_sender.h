@@ -27,12 +27,12 @@ public:
   static constexpr double buffer_seconds = 0.25;
 
   /** \param[in] settings with max_rate: it follows the link, as of one cloud before
-   * \param[in] trace, truth must outlive this
+   * \param[in] trace, judge must outlive this
    */
   MeasuredSender(std::string name,
                  const nodes::SensorNodeSettings& settings,
                  const RateTrace& trace,
-                 const TrueSurfaces& truth);
+                 QualityJudge& judge);
 
   /** \brief Sends a cloud.
    * \param[in] next_time of the next cloud, until which it can arrive to be shown in time
@@ -89,7 +89,7 @@ private:
   bool has_budget_;
   const RateTrace& trace_;
   SimulatedLink link_;
-  QualityJudge judge_;
+  QualityJudge& judge_;
   double time_ = 0.0; // of the node's clock
   double last_rate_time_ = 0.0;
   std::unique_ptr<nodes::SensorNode> node_;
@@ -98,7 +98,7 @@ private:
   io::VoxelFrame received_;
   io::VoxelFrame shown_;
   double shown_time_ = 0.0;
-  std::deque<std::pair<double, double>> loads_; // of frames of the last second
+  std::deque<std::pair<nodes::Time, double>> loads_; // of frames of the last second
 };
 
 } // namespace rate

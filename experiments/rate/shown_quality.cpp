@@ -50,10 +50,10 @@ CellVoxels::numberOf(const Index& index) const
 }
 
 void
-TrueSurfaces::add(const cell::CellFrame& captured)
+QualityJudge::add(const cell::CellFrame& captured)
 {
-  ++frame;
-  surfaces.clear();
+  ++frame_;
+  surfaces_.clear();
   for (std::size_t i = 0; i < captured.cloud.size(); ++i) {
     if (captured.truth[i] != cell::PointTruth::Surface)
       continue;
@@ -62,12 +62,12 @@ TrueSurfaces::add(const cell::CellFrame& captured)
     CellVoxels::Index index;
     for (int axis = 0; axis < 3; ++axis)
       index[static_cast<std::size_t>(axis)] =
-          static_cast<int>(std::floor(point[axis] / voxels.edge()));
-    const std::size_t number = voxels.numberOf(index);
-    if (number + 1 == voxels.count() || last_frames[number] == frame)
+          static_cast<int>(std::floor(point[axis] / voxels_.edge()));
+    const std::size_t number = voxels_.numberOf(index);
+    if (number + 1 == voxels_.count() || last_frames_[number] == frame_)
       continue;
-    last_frames[number] = frame;
-    surfaces.push_back(index);
+    last_frames_[number] = frame_;
+    surfaces_.push_back(index);
   }
 }
 
@@ -77,8 +77,7 @@ QualityJudge::isNoise(const CellVoxels::Index& first, int edge) const
   bool is_near = false;
   const CellVoxels::Index around{first[0] - 1, first[1] - 1, first[2] - 1};
   forEach(around, edge + 2, [&](const CellVoxels::Index& index) {
-    is_near |=
-        truth_.last_frames[truth_.voxels.numberOf(index)] > truth_.frame - noise_frames;
+    is_near |= last_frames_[voxels_.numberOf(index)] > frame_ - noise_frames;
   });
   return !is_near;
 }
@@ -88,7 +87,7 @@ QualityJudge::judge(const io::VoxelFrame& shown)
 {
   ShownQuality quality;
   const int edge =
-      static_cast<int>(std::lround(shown.grid.resolution / truth_.voxels.edge()));
+      static_cast<int>(std::lround(shown.grid.resolution / voxels_.edge()));
   std::size_t noise = 0;
   for (const std::uint64_t key : shown.keys) {
     const io::VoxelPosition position = io::voxelPosition(key);
@@ -104,7 +103,7 @@ QualityJudge::judge(const io::VoxelFrame& shown)
     forEach({first[0] + begin, first[1] + begin, first[2] + begin},
             edge == 1 ? 3 : 2,
             [&](const CellVoxels::Index& index) {
-              const std::size_t number = truth_.voxels.numberOf(index);
+              const std::size_t number = voxels_.numberOf(index);
               if (is_shown_[number] == 0)
                 marked_.push_back(number);
               is_shown_[number] = 1;
@@ -112,8 +111,8 @@ QualityJudge::judge(const io::VoxelFrame& shown)
   }
   is_shown_.back() = 0;
   std::size_t found = 0;
-  for (const CellVoxels::Index& index : truth_.surfaces)
-    found += is_shown_[truth_.voxels.numberOf(index)];
+  for (const CellVoxels::Index& index : surfaces_)
+    found += is_shown_[voxels_.numberOf(index)];
   for (const std::size_t number : marked_)
     is_shown_[number] = 0;
   marked_.clear();
@@ -121,7 +120,7 @@ QualityJudge::judge(const io::VoxelFrame& shown)
     return whole == 0 ? 0.0
                       : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
   };
-  quality.surface_percent = percent(found, truth_.surfaces.size());
+  quality.surface_percent = percent(found, surfaces_.size());
   quality.noise_percent = percent(noise, shown.keys.size());
   return quality;
 }

@@ -45,32 +45,14 @@ private:
   std::size_t count_ = 0;
 };
 
-/** \brief The true surfaces of a stream. */
-class TrueSurfaces {
-public:
-  static constexpr int never = -1'000'000;
-
-  explicit TrueSurfaces(double edge) : voxels(edge), last_frames(voxels.count(), never)
-  {}
-
-  /** \brief Adds a frame. */
-  void
-  add(const cell::CellFrame& frame);
-
-  CellVoxels voxels;
-  int frame = -1;
-  std::vector<CellVoxels::Index> surfaces; ///< of the last frame
-  std::vector<int> last_frames;            ///< in which a voxel was one, by number
-};
-
 /** \brief Percent of the true surfaces that are shown, and of what is shown that is none. */
 struct ShownQuality {
   double surface_percent = 0.0;
   double noise_percent = 0.0;
 };
 
-/** \brief Judges a decoded frame, whose voxels have the finest edge or a multiple of two of
- * it, against the last frame of the truth.
+/** \brief Judges decoded frames, whose voxels have the finest edge or a multiple of two of
+ * it, against the true surfaces of a stream.
  *
  * A surface's voxel is shown if a decoded voxel's centre is within one finest edge of its
  * own on each axis: also by the voxels of twice the edge around it, but by larger ones only
@@ -78,19 +60,29 @@ struct ShownQuality {
  * edge around it in the last ten frames. */
 class QualityJudge {
 public:
-  /** \param[in] truth must outlive this */
-  explicit QualityJudge(const TrueSurfaces& truth)
-  : truth_(truth), is_shown_(truth.voxels.count(), 0)
+  /** \param[in] edge the finest one, metres */
+  explicit QualityJudge(double edge)
+  : voxels_(edge), last_frames_(voxels_.count(), never), is_shown_(voxels_.count(), 0)
   {}
 
+  /** \brief Adds the next frame of the truth. */
+  void
+  add(const cell::CellFrame& captured);
+
+  /** \brief Judges what is shown against the last frame. */
   ShownQuality
   judge(const io::VoxelFrame& shown);
 
 private:
+  static constexpr int never = -1'000'000;
+
   bool
   isNoise(const CellVoxels::Index& first, int edge) const;
 
-  const TrueSurfaces& truth_;
+  CellVoxels voxels_;
+  int frame_ = -1;
+  std::vector<CellVoxels::Index> surfaces_; // of the last frame
+  std::vector<int> last_frames_;            // in which a voxel was one, by number
   std::vector<std::uint8_t> is_shown_;
   std::vector<std::size_t> marked_;
 };

@@ -168,6 +168,9 @@ class Encoder:
         move.
     rate_doublings : int
         How often the voxel edge may be doubled, 0 to 8.
+    rate_sent_share : float
+        Share of the clouds that `max_rate` sends, leaving others out, before it doubles the
+        edge, 0.1 to 1.
     origin : (float, float, float), optional
         Position from which voxels are counted, metres, 2**20 each way. None: the world's
         origin; amid the points of clouds further out; half a voxel lower where all coordinates
@@ -217,6 +220,7 @@ class Encoder:
         max_encode_ms: float = 0.0,
         rate_temporal_filter: int = 8,
         rate_doublings: int = 4,
+        rate_sent_share: float = 1 / 3,
         origin: Optional[Sequence[float]] = None,
         format: Literal["version1", "published"] = "version1",
         frame_id: Optional[str] = None,

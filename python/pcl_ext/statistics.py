@@ -54,4 +54,4 @@ class RateControlStatus(NamedTuple):
     clouds_left_out: int = 0  #: as there was no room for them
     choice: str = ""  #: the step in words
     reason: str = ""  #: why it was chosen
-    not_kept: str = ""  #: which limit cannot be kept even on the last step; empty: none
+    not_kept: str = ""  #: what is not kept by the step alone; empty: nothing

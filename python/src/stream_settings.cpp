@@ -147,6 +147,7 @@ readCodecSettings(const Keywords& values)
   settings.max_encode_ms = values.number("max_encode_ms");
   settings.rate_temporal_filter = values.smallCount("rate_temporal_filter");
   settings.rate_doublings = values.smallCount("rate_doublings");
+  settings.rate_sent_share = values.number("rate_sent_share");
   if (values.isSet("origin"))
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
@@ -277,6 +278,7 @@ defaultSettings()
                   "max_encode_ms"_a = codec.max_encode_ms,
                   "rate_temporal_filter"_a = codec.rate_temporal_filter,
                   "rate_doublings"_a = codec.rate_doublings,
+                  "rate_sent_share"_a = codec.rate_sent_share,
                   "frames"_a = TemporalFilterSettings().frames,
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,

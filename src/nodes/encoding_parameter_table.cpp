@@ -238,6 +238,14 @@ describeBudget(Descriptions& parameters)
                                       8,
                                       "How often max_rate and max_encode_ms may double "
                                       "the edge of a voxel."));
+  parameters.push_back(numberParameter(
+      "rate_sent_share",
+      "",
+      defaults.rate_sent_share,
+      0.1,
+      1.0,
+      "Share of the clouds that max_rate sends, leaving others out, before it "
+      "doubles the edge of a voxel; 1: for those that need each cloud."));
 }
 
 Descriptions

@@ -36,6 +36,7 @@ readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
   settings.max_encode_ms = access.get<double>("max_encode_ms");
   settings.rate_temporal_filter = access.count("rate_temporal_filter");
   settings.rate_doublings = access.count("rate_doublings");
+  settings.rate_sent_share = access.get<double>("rate_sent_share");
   return io::parseFields(access.get<std::string>("fields"), settings.fields).message();
 }
 

@@ -50,6 +50,13 @@ public:
     return frames_.empty() && backlog_ == Nanoseconds::zero();
   }
 
+  /** \brief How long what waits takes. */
+  Nanoseconds
+  backlog() const
+  {
+    return backlog_;
+  }
+
   /** \brief Adds a frame of at most room() bytes. */
   void
   add(std::size_t bytes);

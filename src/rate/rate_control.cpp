@@ -29,13 +29,17 @@ constexpr Nanoseconds patience_without_room = milliseconds(300);
 // After a change filters and history begin anew.
 constexpr Nanoseconds settling = milliseconds(500);
 constexpr double far_too_much = 1.5;
-// Over which max_rate is averaged to choose a step: for shorter, clouds are left out.
-constexpr double rate_seconds = 1.0;
+// Seconds over which max_rate is averaged to choose a step. For shorter, clouds are left
+// out; a link that has dropped once does it again.
+constexpr double seconds_falling = 1.0;
+constexpr double seconds_rising = 5.0;
 constexpr Nanoseconds shortest_hold = seconds(2);
 constexpr Nanoseconds longest_hold = seconds(60);
 constexpr Nanoseconds soon = seconds(10);
 constexpr Nanoseconds trial_after = seconds(30);
 constexpr unsigned int enough_frames = 5; // to judge a step by
+// To learn from a change: the temporal filter has begun anew.
+constexpr unsigned int settled_frames = 32;
 
 /** \brief How much longer the next higher effort takes, at most. */
 double
@@ -86,9 +90,7 @@ public:
     const Nanoseconds elapsed = interval.value_or(Nanoseconds::zero());
     time_ += elapsed;
     budget_.advance(elapsed);
-    const double passed = std::chrono::duration<double>(elapsed).count();
-    mean_rate_ +=
-        (status_.max_rate - mean_rate_) * (1.0 - std::exp(-passed / rate_seconds));
+    followMaxRate(elapsed);
     if (!status_.is_on)
       return true;
     if (!keepEncodeTime())
@@ -137,7 +139,7 @@ public:
       estimate_.expectMultiple({ratio, ratio});
     }
     estimate_.addFrame(bytes, is_i_frame, encode_time);
-    if (change_ && estimate_.frames() >= enough_frames)
+    if (change_ && estimate_.frames() >= settled_frames)
       learnFromChange();
     if (status_.max_rate == 0.0)
       return true;
@@ -177,6 +179,15 @@ public:
   }
 
 private:
+  void
+  followMaxRate(Nanoseconds elapsed)
+  {
+    const double passed = std::chrono::duration<double>(elapsed).count();
+    const double over =
+        status_.max_rate < mean_rate_ ? seconds_falling : seconds_rising;
+    mean_rate_ += (status_.max_rate - mean_rate_) * (1.0 - std::exp(-passed / over));
+  }
+
   struct Change {
     std::size_t from = 0;
     double i_frame = 0.0; // bytes before
@@ -192,6 +203,9 @@ private:
       return false;
     if (budget_.isEmpty())
       return time_ < next_try_;
+    // Where clouds are left out in any case, those that are sent need not wait, too.
+    if (loadOf(step_) > 1.0 && budget_.backlog() > estimate_.interval())
+      return true;
     return estimate_.bytesOf(is_i_frame) > static_cast<double>(budget_.room());
   }
 
@@ -203,11 +217,15 @@ private:
   }
 
   /** \brief Whether frames on a step take at most a share of the rate, and an I-frame of
-   * the buffer. */
+   * the buffer. Where the next step has larger voxels, they may take more, as far as
+   * clouds may be left out. */
   bool
   fits(std::size_t step, double share) const
   {
-    return loadOf(step) <= share &&
+    const bool is_last_of_edge = step + 1 == ladder_.size() ||
+                                 ladder_[step + 1].doublings > ladder_[step].doublings;
+    const double most = is_last_of_edge ? share / base_.rate_sent_share : share;
+    return loadOf(step) <= most &&
            estimate_.bytesOf(true) * ladder_.ratios(step_, step).i_frame <=
                share * mean_rate_ / 8.0 * base_.rate_buffer;
   }
@@ -294,10 +312,8 @@ private:
     if (status_.changes > 0 && time_ - changed_at_ < settling)
       return;
     const bool is_over = !fits(step_, most_load);
-    if (!is_over) {
+    if (!is_over)
       over_since_.reset();
-      rate_not_kept_.clear();
-    }
     else if (!over_since_)
       over_since_ = time_;
     if (is_over) {
@@ -308,6 +324,18 @@ private:
     }
     else if (hasHeld())
       goUp();
+    rate_not_kept_.clear();
+    if (loadOf(step_) > 1.0 || !fits(step_, 1.0))
+      rate_not_kept_ = "clouds are left out, as " + overload();
+  }
+
+  std::string
+  overload() const
+  {
+    return overloadText(estimate_.bytesPerSecond(),
+                        estimate_.bytesOf(true),
+                        mean_rate_,
+                        base_.rate_buffer);
   }
 
   void
@@ -316,15 +344,8 @@ private:
     std::size_t step = step_;
     while (step + 1 < ladder_.size() && !fits(step, load_after))
       ++step;
-    const std::string reason = overloadText(estimate_.bytesPerSecond(),
-                                            estimate_.bytesOf(true),
-                                            mean_rate_,
-                                            base_.rate_buffer);
     if (step != step_)
-      change(step, reason);
-    else
-      rate_not_kept_ = "max_rate is not kept without leaving clouds out: " + reason +
-                       " on the coarsest step";
+      change(step, overload());
   }
 
   void

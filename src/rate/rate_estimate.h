@@ -85,6 +85,14 @@ public:
     return bytes / (frames_of_i_frame_ * interval_.value);
   }
 
+  /** \brief From one cloud to the next. */
+  Nanoseconds
+  interval() const
+  {
+    return std::chrono::duration_cast<Nanoseconds>(
+        std::chrono::duration<double>(interval_.value));
+  }
+
   double
   encodeMs() const
   {

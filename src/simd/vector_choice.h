@@ -45,4 +45,19 @@ usesAvx2()
   return hasAvx2() && may_use_avx2.load(std::memory_order_relaxed);
 }
 
+/** \brief The vectors of these loops, by the name of their instructions. */
+inline const char*
+vectorsInUse()
+{
+  if (usesAvx2())
+    return "AVX2";
+#if defined(__SSE2__)
+  return "SSE2";
+#elif defined(__aarch64__) && !defined(__AARCH64EB__)
+  return "NEON";
+#else
+  return "none";
+#endif
+}
+
 } // namespace pcl_ext

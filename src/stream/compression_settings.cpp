@@ -149,6 +149,8 @@ checkRate(const RateSettings& settings)
                    "2 to 64 frames, or 0 for none");
   if (settings.rate_doublings > 8)
     return invalid("rate_doublings", settings.rate_doublings, "0 to 8");
+  if (!isIn(settings.rate_sent_share, 0.1, 1.0))
+    return invalid("rate_sent_share", settings.rate_sent_share, "0.1 to 1");
   return {};
 }
 

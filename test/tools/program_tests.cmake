@@ -4,7 +4,10 @@ pcl_ext_add_test(
   test_program
   SOURCES
     tools/program.cpp
+    tools/test_advice.cpp
+    tools/test_program_advise.cpp
     tools/test_program_bags.cpp
+    tools/test_program_benchmark.cpp
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
     tools/test_program_far_clouds.cpp
@@ -21,9 +24,12 @@ pcl_ext_add_test(
     tools/test_program_recordings.cpp
     tools/test_program_words.cpp
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/surface_closure.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")
+target_include_directories(test_program PRIVATE ${PROJECT_SOURCE_DIR}/tools/pcl_ext)
 add_dependencies(test_program pcl_ext_program)
 if(TARGET pcl_ext_view)
   target_sources(test_program PRIVATE tools/test_program_view.cpp tools/view_process.cpp

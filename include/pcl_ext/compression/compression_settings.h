@@ -228,6 +228,12 @@ struct RateSettings {
 
   /** \brief How often the voxel edge may be doubled, 0 to 8. */
   unsigned int rate_doublings = 4;
+
+  /** \brief Share of the clouds that max_rate keeps with voxels of an edge, by leaving
+   * others out, before it doubles the edge, 0.1 to 1. A third of the clouds shows more of a
+   * scene than all with voxels of twice the edge, see doc/rate_control.md; 1 is for those
+   * that need each cloud. */
+  double rate_sent_share = 1.0 / 3.0;
 };
 
 /** \brief Range of RateSettings::max_rate, bits a second. */

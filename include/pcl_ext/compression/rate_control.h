@@ -54,9 +54,8 @@ struct RateControlStatus {
   std::size_t clouds_left_out = 0;
   std::string choice; ///< the step in words
   std::string reason; ///< why it was chosen
-  /** \brief What budget cannot be kept even on the last step, and by what; empty: all can.
-   * Frames beyond max_rate are left out, those that take longer than max_encode_ms are
-   * not. */
+  /** \brief What budget is not kept by the step alone: clouds are left out for max_rate, or
+   * max_encode_ms is exceeded on the coarsest step. Empty: both are kept. */
   std::string not_kept;
 };
 
@@ -70,8 +69,9 @@ struct RateControlStatus {
  * - the temporal filter, up to rate_temporal_filter;
  * - 4 companded bits for intensities;
  * - the removal of outliers, where the caller has one;
+ * - leaving clouds out, as long as rate_sent_share of them is sent;
  * - voxels of twice the edge, up to rate_doublings times, made of voxels of the finest
- *   grid.
+ *   grid, each time with clouds left out before the next time.
  *
  * It goes down where the frames of the last step would take more than 95 % of the budget
  * for half a second, or at once where one finds no room; and up where they would take

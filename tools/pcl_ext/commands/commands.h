@@ -28,6 +28,10 @@ addMerge(CLI::App& app);
 Run
 addView(CLI::App& app);
 Run
+addAdvise(CLI::App& app);
+Run
+addBenchmark(CLI::App& app);
+Run
 addDemo(CLI::App& app);
 
 } // namespace tools

@@ -224,7 +224,9 @@ private:
     std::string failure = cloud.failure;
     if (failure.empty())
       try {
-        stream.encoder.encode(cloud.cloud, cloud.source, frame_.bytes);
+        if (!stream.encoder.encode(
+                cloud.cloud, cloud.source, frame_.bytes, cloud.message.log_time))
+          return;
       }
       catch (const UsageError&) {
         throw;
@@ -318,7 +320,8 @@ private:
                       (left_out.rfind("fields", 0) == 0 && !are_all
                            ? "; --fields keeps fields"
                            : ""));
-    for (const std::string& remark : {stream.encoder.frameIdRemark(),
+    for (const std::string& remark : {stream.encoder.budgetRemark(),
+                                      stream.encoder.frameIdRemark(),
                                       stream.encoder.unitRemark(),
                                       stream.encoder.outlierRemark()})
       if (!remark.empty())
@@ -343,6 +346,8 @@ private:
       const EncodedSums& part = stream->encoder.sums();
       failures += stream->failures;
       sums.frames += part.frames;
+      sums.clouds_left_out += part.clouds_left_out;
+      sums.largest_edge = std::max(sums.largest_edge, part.largest_edge);
       sums.all_points += part.all_points;
       sums.points += part.points;
       sums.encoded_points += part.encoded_points;
@@ -373,8 +378,10 @@ private:
     }
     if (sums.frames == 0) {
       output_.reset(); // which removes a file that holds nothing
-      throw std::runtime_error("no cloud could be encoded; '" + options_.output.path +
-                               "' was not written" +
+      throw std::runtime_error((sums.clouds_left_out > 0
+                                    ? "--max-rate has no room for any cloud; '"
+                                    : "no cloud could be encoded; '") +
+                               options_.output.path + "' was not written" +
                                describeUnfinished(options_.output.path));
     }
     if (input_->mcap() != nullptr && output_->isBag())
@@ -468,6 +475,7 @@ addEncode(CLI::App& app)
            "only these clouds of a bag; others stay as they are");
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
+  options->encoding.addBudget(app);
   addQuiet(app, options->is_quiet);
   return [options, &app] {
     options->input.has_rate = isGiven(app, "--rate");

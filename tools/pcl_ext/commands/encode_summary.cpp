@@ -20,10 +20,18 @@ describeEncoded(const EncodedSums& sums,
   const auto encoded_points = static_cast<double>(sums.encoded_points);
   std::string text = counted(sums.encoded_points, "point") + " in " +
                      counted(sums.voxels, "voxel") + " of " + edge.str() + " m";
+  if (constexpr double tolerance = 1.0 + 1e-6;
+      sums.largest_edge > tolerance * options.codec().resolution) {
+    std::ostringstream largest;
+    largest << sums.largest_edge;
+    text += " to " + largest.str() + " m";
+  }
   const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
   if (occupied > 0)
     text += " (" + formatted(encoded_points / static_cast<double>(occupied), 1) +
             " points a voxel)";
+  if (sums.clouds_left_out > 0)
+    text += ", " + counted(sums.clouds_left_out, "cloud") + " left out for --max-rate";
   if (sums.all_points > sums.points)
     text += ", " + counted(sums.all_points - sums.points, "point") +
             " left out as not finite";

@@ -95,6 +95,14 @@ public:
     return none;
   }
 
+  /** \brief True if nothing tells the times of a stream's clouds, which follow from the
+   * usual rate of InputOptions then. */
+  virtual bool
+  assumesTimes(std::size_t /* stream */) const
+  {
+    return false;
+  }
+
   /** \brief VIEWPOINTs of the files of a stream. */
   virtual Viewpoints
   viewpointsOf(std::size_t /* stream */) const

@@ -61,6 +61,12 @@ public:
     return remarks_;
   }
 
+  bool
+  assumesTimes(std::size_t stream) const override
+  {
+    return !options_.has_rate && !sequences_[stream]->stampAt(0);
+  }
+
   Viewpoints
   viewpointsOf(std::size_t stream) const override
   {

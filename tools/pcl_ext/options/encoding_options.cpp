@@ -315,6 +315,8 @@ void
 EncodingOptions::check() const
 {
   checkEffects();
+  if (has_budget_)
+    checkBudgetOptions(*app_, codec_);
   // The law of a stream follows from its clouds; these checks hold for any.
   const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
   if (!node.settingsStatus().ok())

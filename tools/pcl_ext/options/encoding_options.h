@@ -3,6 +3,7 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "inputs/stream_metadata.h"
+#include "options/budget_options.h"
 #include "options/options.h"
 #include "options/text_values.h"
 
@@ -45,6 +46,29 @@ public:
     law_ = law;
   }
 
+  /** \brief Sets what is tried in turn, after options are parsed.
+   * \param[in] resolution metres
+   */
+  void
+  setResolution(double resolution)
+  {
+    codec_.resolution = resolution;
+  }
+
+  /** \brief Removes outliers by the intensities of a law. */
+  void
+  removeOutliersBy(IntensityLaw law)
+  {
+    removes_outliers_ = true;
+    law_ = law;
+  }
+
+  void
+  setEffort(io::Effort effort)
+  {
+    codec_.effort = effort;
+  }
+
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
   void
   addCodecOptions(CLI::App& app);
@@ -52,6 +76,14 @@ public:
   /** \brief Adds what concerns the clouds: pose, crop box, outliers. */
   void
   addCloudOptions(CLI::App& app);
+
+  /** \brief Adds --max-rate and what belongs to it. */
+  void
+  addBudget(CLI::App& app)
+  {
+    addBudgetOptions(app, codec_);
+    has_budget_ = true;
+  }
 
   /** \brief Adds --crop, which addCloudOptions() has, too. */
   void
@@ -176,6 +208,7 @@ private:
 
   const CLI::App* app_ = nullptr; // to which the options were added
   io::EncoderSettings codec_ = defaultCodec();
+  bool has_budget_ = false; // the options have one
   bool carries_header_ = true;
   std::optional<IntensityLaw> law_; ///< none: automatic
   std::optional<RuntimeSensor> sensor_;

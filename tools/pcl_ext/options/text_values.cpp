@@ -6,9 +6,12 @@
 #include "measuring/markdown_table.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -168,6 +171,37 @@ parsePose(const std::string& text)
                      " numbers; it needs x,y,z,roll,pitch,yaw (metres, degrees), "
                      "x,y,z,qx,qy,qz,qw, or the 12 or 16 of a matrix, row by row");
   }
+}
+
+double
+parseRate(const std::string& text)
+{
+  const std::string fault = "--max-rate: '" + text + "' ";
+  const char* const remedy = "; 500kbit/s or 2Mbit/s is one";
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !std::isfinite(number))
+    throw UsageError(fault + "is no rate" + remedy);
+  std::string unit(end);
+  unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
+  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char letter) {
+    return static_cast<char>(std::tolower(letter));
+  });
+  constexpr std::array<std::pair<const char*, double>, 4> units = {
+      {{"bit/s", 1.0}, {"kbit/s", 1e3}, {"mbit/s", 1e6}, {"gbit/s", 1e9}}};
+  const auto found =
+      std::find_if(units.begin(), units.end(), [&unit](const auto& known) {
+        return unit == known.first;
+      });
+  if (found == units.end())
+    throw UsageError(fault +
+                     (unit.empty() ? "has no unit"
+                                   : "has another unit than bit/s, "
+                                     "kbit/s, Mbit/s and Gbit/s") +
+                     remedy);
+  if (!(number > 0.0))
+    throw UsageError(fault + "is not above 0" + remedy);
+  return number * found->second;
 }
 
 std::string

@@ -50,6 +50,14 @@ parseSensor(const std::string& text);
 WorldPose
 parsePose(const std::string& text);
 
+/** \brief Reads a rate: a number above 0 and a unit, bit/s, kbit/s, Mbit/s or Gbit/s in any
+ * case, with a blank between them or none: 2Mbit/s.
+ * \return bits a second
+ * \throws UsageError
+ */
+double
+parseRate(const std::string& text);
+
 /** \brief Numbers of frames: begin to end - 1. */
 struct FrameRange {
   std::size_t begin = 0;

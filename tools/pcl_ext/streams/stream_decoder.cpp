@@ -48,7 +48,21 @@ positionOf(const StreamMetadata& metadata)
   }
 }
 
+/** \brief True if a frame has the image of a lidar that turns. */
+bool
+isOfLidar(const io::VoxelFrame& frame)
+{
+  return frame.image.hasPixels() && frame.image.rays.shape == io::RayShape::Spinning;
+}
+
 } // namespace
+
+DensityUnit
+automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& law)
+{
+  // The image of a lidar tells more than its law.
+  return isOfLidar(first) || !law ? DensityUnit::Automatic : densityUnitOf(*law);
+}
 
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              std::size_t stream,
@@ -74,12 +88,9 @@ void
 StreamDecoder::makeRemoval()
 {
   VoxelOutlierRemovalSettings settings = *removal_settings_;
-  // The image of a lidar tells more than its law.
-  const bool is_lidar =
-      voxels_.image.hasPixels() && voxels_.image.rays.shape == io::RayShape::Spinning;
-  if (is_automatic_ && !is_lidar && law_)
-    settings.unit = densityUnitOf(*law_);
-  else if (is_automatic_ && !is_lidar)
+  if (is_automatic_)
+    settings.unit = automaticUnitOf(voxels_, law_);
+  if (is_automatic_ && !law_ && !isOfLidar(voxels_))
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "
                       "of a lidar --unit rays";

@@ -15,6 +15,13 @@ namespace tools {
 std::string
 reasonOf(const io::CompressionStatus& status);
 
+/** \brief What outliers of a stream are judged by, unless a unit is named.
+ * \param[in] first frame of the stream
+ * \param[in] law of its intensities; none: it is unknown
+ */
+DensityUnit
+automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& law);
+
 /** \brief Decodes the frames of a stream in their order, and filters them. */
 class StreamDecoder {
 public:

@@ -9,6 +9,7 @@
 #include <pcl/common/common.h>
 #include <pcl/conversions.h>
 
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>
@@ -53,8 +54,9 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
     return;
   const std::string frame_id =
       options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
-  const nodes::SensorNodeSettings settings =
+  nodes::SensorNodeSettings settings =
       options_.nodeSettings(options_.lawOf(cloud), frame_id);
+  settings.clock = [time = time_] { return *time; };
   law_ = settings.law;
   frame_id_ = settings.global_frame;
   cloud_frame_id_ = cloud.header.frame_id;
@@ -64,10 +66,11 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
     throw UsageError(node_->settingsStatus().message());
 }
 
-void
+bool
 StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                       const std::string& source,
-                      std::vector<std::uint8_t>& bytes)
+                      std::vector<std::uint8_t>& bytes,
+                      nodes::Time time)
 {
   const bool has_fields = !cloud.fields.empty() || !cloud.data.empty();
   const pcl::PCLPointCloud2 empty =
@@ -75,12 +78,19 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                  : emptyCloud(cloud.header, options_.intensityField());
   const pcl::PCLPointCloud2& encoded = has_fields ? cloud : empty;
   chooseLaw(encoded);
+  *time_ = time;
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
+  if (status.code() == nodes::SensorNodeCode::LeftOut) {
+    ++sums_.clouds_left_out;
+    return false;
+  }
   if (!status.hasFrame())
     throw std::runtime_error(status.message());
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   refuseWhatReadersRefuse(statistics, bytes.size());
-  if (status.hasWarning() && sums_.warnings++ == 0)
+  // What the rate control changes is told at the end.
+  if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0 &&
+      sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
   if (left_out_.empty())
     left_out_ = nodes::describeLeftOut(cloud, *settings_);
@@ -111,8 +121,12 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   sums_.held_voxels += statistics.frame.voxels_held;
   sums_.bytes += bytes.size();
   sums_.point_bytes += statistics.frame.voxelization.points_used * encoded.point_step;
+  if (statistics.rate_control.is_on)
+    sums_.largest_edge =
+        std::max(sums_.largest_edge, statistics.frame.voxelization.resolution);
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
+  return true;
 }
 
 /** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin
@@ -228,6 +242,19 @@ StreamEncoder::outlierRemark() const
          "judged by nothing but whether voxels are occupied: a depth camera's "
          "noise is found with --law count or quadratic" +
          (is_named ? " and without --unit; " : "; ") + remedy;
+}
+
+std::string
+StreamEncoder::budgetRemark() const
+{
+  const io::RateControlStatus status =
+      node_ ? node_->statistics().rate_control : io::RateControlStatus();
+  if (status.changes == 0 && status.not_kept.empty())
+    return {};
+  return name_ + ": rate control, " + counted(status.changes, "change") +
+         ", at the end: " + status.choice +
+         (status.changes > 0 ? ", as " + status.reason : "") +
+         (status.not_kept.empty() ? "" : "; " + status.not_kept);
 }
 
 std::string

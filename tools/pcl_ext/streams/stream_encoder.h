@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,9 +19,11 @@ namespace tools {
 /** \brief Sums over the frames of a stream. */
 struct EncodedSums {
   std::size_t frames = 0;
-  std::size_t all_points = 0;     ///< of the clouds
-  std::size_t points = 0;         ///< finite ones of these
-  std::size_t encoded_points = 0; ///< in voxels
+  std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
+  double largest_edge = 0.0;       ///< of voxels, metres
+  std::size_t all_points = 0;      ///< of the clouds
+  std::size_t points = 0;          ///< finite ones of these
+  std::size_t encoded_points = 0;  ///< in voxels
   std::size_t voxels = 0;
   std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
   std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
@@ -62,13 +65,16 @@ public:
    * \param[in] cloud the first one decides on the law, if it is automatic
    * \param[in] source of the cloud, for warnings
    * \param[out] bytes the frame
+   * \param[in] time of the cloud, for --max-rate
+   * \return false: it was left out, as --max-rate has no room for it
    * \throws std::runtime_error if it cannot be encoded
    * \throws UsageError if the settings are invalid
    */
-  void
+  bool
   encode(const pcl::PCLPointCloud2& cloud,
          const std::string& source,
-         std::vector<std::uint8_t>& bytes);
+         std::vector<std::uint8_t>& bytes,
+         nodes::Time time = nodes::Time(0));
 
   /** \brief Makes the next frame an I-frame. */
   void
@@ -130,6 +136,11 @@ public:
   std::string
   outlierRemark() const;
 
+  /** \brief A sentence on what --max-rate or --max-encode-ms has changed; empty if
+   * nothing. */
+  std::string
+  budgetRemark() const;
+
   /** \brief A sentence if the first cloud with points seems to be in millimetres. */
   const std::string&
   unitRemark() const
@@ -171,6 +182,7 @@ private:
   std::string left_out_;        ///< see leftOut()
   std::string unit_remark_;     ///< see unitRemark()
   IntensityLaw law_ = IntensityLaw::Count;
+  std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
   EncodedSums sums_;
   std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
   std::string extent_;                    ///< of the first cloud, in the world

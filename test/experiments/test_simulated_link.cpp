@@ -1,0 +1,120 @@
+/** \file
+ * \brief What measure_rate is built of: links, and the judge of what is shown.
+ */
+#include "rate/shown_quality.h"
+#include "rate/simulated_link.h"
+#include "simulator/robot_cell.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace {
+
+using namespace pcl_ext;
+using rate::QualityJudge;
+using rate::RateTrace;
+using rate::SimulatedLink;
+
+TEST(SimulatedLink, SendsOneFrameAfterTheOther)
+{
+  const RateTrace trace = RateTrace::steady("slow", 8000.0); // 1000 bytes a second
+  SimulatedLink link(trace);
+  EXPECT_DOUBLE_EQ(link.send(1.0, 500), 1.5);
+  EXPECT_DOUBLE_EQ(link.waitAt(1.25), 0.25);
+  EXPECT_DOUBLE_EQ(link.send(1.25, 250), 1.75);
+  EXPECT_DOUBLE_EQ(link.waitAt(2.0), 0.0);
+}
+
+/** \brief The integral of the rate from begin to end is what was sent. */
+TEST(SimulatedLink, FollowsItsTrace)
+{
+  constexpr std::size_t bytes = 100'000;
+  const RateTrace trace = RateTrace::wireless("wireless", 1e6, 20.0, 7);
+  EXPECT_FALSE(trace.isSteady());
+  bool drops = false;
+  for (const double begin : {0.0, 3.21, 7.775, 19.0}) {
+    const double end = trace.endOf(begin, bytes);
+    constexpr int steps = 1'000'000;
+    double bits = 0.0;
+    for (int i = 0; i < steps; ++i) {
+      const double rate = trace.at(begin + (i + 0.5) * (end - begin) / steps);
+      bits += rate * (end - begin) / steps;
+      drops |= rate < 20'000.0;
+    }
+    EXPECT_NEAR(bits, 8.0 * bytes, 20.0);
+  }
+  EXPECT_TRUE(drops);
+}
+
+/** \brief A cloud with two points of a surface and a flying pixel. */
+cell::CellFrame
+cloudOfThree()
+{
+  cell::CellFrame frame;
+  frame.cloud.push_back({1.01f, 1.01f, 1.01f});
+  frame.cloud.push_back({2.01f, 1.01f, 1.01f});
+  frame.cloud.push_back({3.01f, 1.01f, 1.01f});
+  frame.truth = {cell::PointTruth::Surface,
+                 cell::PointTruth::Surface,
+                 cell::PointTruth::FlyingPixel};
+  return frame;
+}
+
+/** \brief A frame with the voxels around some points. */
+io::VoxelFrame
+voxelsAround(double edge, std::initializer_list<double> xs)
+{
+  io::VoxelFrame frame;
+  frame.grid.resolution = edge;
+  frame.grid.depth = 12;
+  for (const double x : xs) {
+    const auto index = [edge](double at) {
+      return static_cast<std::uint32_t>(std::floor(at / edge));
+    };
+    frame.keys.push_back(io::mortonKey({index(x), index(1.01), index(1.01)}));
+  }
+  return frame;
+}
+
+TEST(ShownQuality, CountsSurfacesNearVoxelsAndVoxelsWithoutSurfaces)
+{
+  QualityJudge judge(0.02);
+  judge.add(cloudOfThree());
+  // The first surface's own voxel and one that is noise; then a neighbour of it.
+  rate::ShownQuality quality = judge.judge(voxelsAround(0.02, {1.01, 3.01}));
+  EXPECT_EQ(quality.surface_percent, 50.0);
+  EXPECT_EQ(quality.noise_percent, 50.0);
+  quality = judge.judge(voxelsAround(0.02, {1.03, 2.01}));
+  EXPECT_EQ(quality.surface_percent, 100.0);
+  EXPECT_EQ(quality.noise_percent, 0.0);
+  EXPECT_EQ(judge.judge(voxelsAround(0.02, {1.05})).surface_percent, 0.0);
+}
+
+TEST(ShownQuality, LargeVoxelsShowWhatIsNearTheirCentres)
+{
+  QualityJudge judge(0.02);
+  judge.add(cloudOfThree());
+  EXPECT_EQ(judge.judge(voxelsAround(0.04, {1.01, 2.01})).surface_percent, 100.0);
+  // The centre is at 1.04, 1.04, 1.04.
+  EXPECT_EQ(judge.judge(voxelsAround(0.08, {1.01})).surface_percent, 0.0);
+  EXPECT_EQ(judge.judge(voxelsAround(0.08, {1.01})).noise_percent, 0.0);
+}
+
+TEST(ShownQuality, SurfacesOfTheLastTenFramesAreNoNoise)
+{
+  QualityJudge judge(0.02);
+  judge.add(cloudOfThree());
+  cell::CellFrame empty;
+  const io::VoxelFrame shown = voxelsAround(0.02, {1.01});
+  for (int i = 0; i < 9; ++i)
+    judge.add(empty);
+  EXPECT_EQ(judge.judge(shown).noise_percent, 0.0);
+  judge.add(empty);
+  EXPECT_EQ(judge.judge(shown).noise_percent, 100.0);
+}
+
+} // namespace

@@ -1,0 +1,203 @@
+/** \file
+ * \brief The command advise.
+ */
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <sstream>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+/** \brief The lines of a text that begin with some words. */
+std::vector<std::string>
+linesWith(const std::string& text, const std::string& beginning)
+{
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    if (line.rfind(beginning, 0) == 0)
+      lines.push_back(line);
+  return lines;
+}
+
+TEST(ProgramAdvise, PrintsACommandThatDoesWhatItAdvises)
+{
+  const TestFolder folder;
+  writeClouds(folder, "a room", roomClouds(3));
+  const ProgramRun result =
+      expectRun(folder, "advise 'a room' --law count --rate 20 -q");
+  EXPECT_EQ(linesWith(result.output, "/a room: 3 clouds of ").size(), 1u)
+      << result.output;
+  EXPECT_NE(result.output.find(" points, 20.0 a second; law count\n"),
+            std::string::npos);
+  const std::vector<std::string> commands =
+      linesWith(result.output, "  pcl_ext encode ");
+  ASSERT_EQ(commands.size(), 1u) << result.output;
+  const std::string edge = commands[0].substr(commands[0].find(" -r ") + 4);
+  EXPECT_EQ(linesWith(result.output,
+                      "  parameters=[{'resolution': " + edge.substr(0, edge.find(' ')) +
+                          ", 'intensity': 'count', 'effort': '")
+                .size(),
+            1u);
+  EXPECT_EQ(
+      linesWith(result.output, "| " + edge.substr(0, edge.find(' ')) + " *").size(),
+      1u);
+  const ProgramRun run = runShell(folder, "\"$P\"" + commands[0].substr(9) + " -q");
+  EXPECT_EQ(run.status, 0) << run.errors << commands[0];
+  EXPECT_EQ(decode(folder / "small.mcap")[0].voxels.size(), 3u);
+}
+
+TEST(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  const ProgramRun result = expectRun(
+      folder,
+      "advise room -r 0.2 -e small --law quadratic --sensor 87,58,848,480 --crop "
+      "-9,-9,-9,9,9,9 --keep-point-counts --fields intensity:0.5 --i-frame-rate 9 -q");
+  EXPECT_EQ(
+      linesWith(result.output, "  p"),
+      std::vector<std::string>(
+          {"  pcl_ext encode room -o small.mcap -r 0.2 -e small --law quadratic "
+           "--sensor "
+           "87,58,848,480 --i-frame-rate 9 --crop -9,-9,-9,9,9,9 --keep-point-counts "
+           "--fields intensity:0.5",
+           "  parameters=[{'resolution': 0.2, 'intensity': 'quadratic', 'effort': "
+           "'small', 'sensor_fov_x_deg': 87, 'sensor_fov_y_deg': 58, 'sensor_columns': "
+           "848, 'sensor_rows': 480, 'i_frame_rate': 9, 'crop_box': "
+           "'[-9,-9,-9,9,9,9]', 'keep_point_counts': True, 'fields': "
+           "'intensity:0.5'}]"}))
+      << result.output;
+  // Of an edge that is given, holes are not asked.
+  EXPECT_EQ(linesWith(result.output, "| 0.2 *").size(), 1u);
+  EXPECT_EQ(linesWith(result.output, "| 0.").size(), 1u);
+}
+
+TEST(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(3));
+  const auto edgeAt = [&folder](const std::string& rate) {
+    const ProgramRun result = run(folder, "advise room -q --rate 1 --max-rate " + rate);
+    const std::string line = linesWith(result.output, "  pcl_ext encode ").at(0);
+    return std::stod(line.substr(line.find(" -r ") + 4));
+  };
+  EXPECT_LT(edgeAt("1gBIT/s"), edgeAt("'6 kbit/s'"));
+  expectFailure(
+      folder,
+      "advise room -q --rate 1 --max-rate 12bit/s",
+      1,
+      "/room: nothing here keeps within --max-rate 12bit/s; the mark is at the "
+      "fewest bytes: --crop, --temporal-filter or fewer clouds take fewer");
+}
+
+TEST(ProgramAdvise, PointsInMillimetresAndPointsThatAreKept)
+{
+  const TestFolder folder;
+  auto clouds = roomClouds(2);
+  writeClouds(folder, "room", clouds);
+  for (auto& cloud : clouds)
+    for (pcl::PointXYZI& point : cloud)
+      point.getVector3fMap() *= 1000.0f;
+  writeClouds(folder, "mm", clouds);
+  EXPECT_EQ(linesWith(expectRun(folder, "advise mm -q").output,
+                      "Its points are metres apart: if they are in millimetres, so are "
+                      "the edges.")
+                .size(),
+            1u);
+  const ProgramRun kept =
+      expectRun(folder, "advise room --keep-point-counts --rate 1 -q");
+  EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
+}
+
+TEST(ProgramAdvise, ABagHasATableForEachTopic)
+{
+  const TestFolder folder;
+  writeClouds(folder, "a", roomClouds(2));
+  writeClouds(folder, "b", roomClouds(2, 7));
+  expectRun(folder, "encode a b -o two.mcap -r 0.02 --law count -q --rate 5");
+  expectRun(folder, "decode two.mcap -o clouds.mcap -q");
+  const ProgramRun result = expectRun(folder, "advise clouds.mcap -q");
+  EXPECT_EQ(linesWith(result.output, "/a: 2 clouds of ").size(), 1u) << result.output;
+  EXPECT_EQ(linesWith(result.output, "| edge, m ").size(), 2u);
+  const std::vector<std::string> commands =
+      linesWith(result.output, "  pcl_ext encode ");
+  ASSERT_EQ(commands.size(), 2u);
+  EXPECT_NE(commands[1].find("clouds.mcap -o small.mcap --topics /b -r "),
+            std::string::npos)
+      << commands[1];
+  EXPECT_NE(result.output.find(" 5.0 a second; law native\n"), std::string::npos);
+}
+
+TEST(ProgramAdvise, SaysWhatCannotBeTold)
+{
+  const TestFolder folder;
+  writeClouds(folder, "one", roomClouds(1));
+  const ProgramRun one = expectRun(folder, "advise one -q");
+  EXPECT_EQ(
+      linesWith(one.output,
+                "One cloud does not tell what P-frames take, which is less: rates "
+                "are those of I-frames.")
+          .size(),
+      1u)
+      << one.output;
+  EXPECT_NE(one.output.find("10.0 a second, assumed, as nothing tells (--rate)"),
+            std::string::npos);
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  pcl::PointCloud<pcl::PointXYZI> unknown;
+  unknown.emplace_back(nan, nan, nan, 1.0f);
+  writeClouds(folder, "unknown", {unknown, unknown});
+  expectFailure(
+      folder,
+      "advise unknown -q",
+      1,
+      "/unknown: nothing can be told: /unknown: no cloud has a point with finite "
+      "coordinates");
+  expectFailure(folder,
+                "advise one -q --crop 90,90,90,91,91,91",
+                1,
+                "/one: nothing can be told: /one: no point is inside the box");
+  pcl::PointCloud<pcl::PointXYZI> few;
+  few.emplace_back(0.0f, 0.0f, 1.0f, 1.0f);
+  few.emplace_back(4.0f, 0.0f, 1.0f, 1.0f);
+  writeClouds(folder, "few", {few, few});
+  expectFailure(
+      folder,
+      "advise few -q",
+      1,
+      "/few: no edge here has at most 25 % holes, or there is no surface; the mark "
+      "is at the largest");
+}
+
+TEST(ProgramAdvise, RefusesWhatIsNoQuestion)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectFailure(folder, "advise", 2, "name clouds or a bag, or --cell");
+  expectFailure(folder, "advise none", 1, "there is no 'none'");
+  expectFailure(folder, "advise room --cell", 2, "--cell is an input itself");
+  expectFailure(folder, "advise room --format published", 2, "--format has nothing");
+  expectFailure(folder, "advise room --law linear", 2, "--sensor is not set");
+  const std::string remedy = "; 500kbit/s or 2Mbit/s is one";
+  for (const auto& [text, fault] : std::vector<std::pair<std::string, std::string>>{
+           {"2", "has no unit"},
+           {"2MB/s", "has another unit than bit/s, kbit/s, Mbit/s and Gbit/s"},
+           {"0kbit/s", "is not above 0"},
+           {"-1Mbit/s", "is not above 0"},
+           {"nankbit/s", "is no rate"},
+           {"1e999bit/s", "is no rate"},
+           {"fast", "is no rate"}})
+    expectFailure(folder,
+                  "advise room --max-rate=" + text,
+                  2,
+                  "--max-rate: '" + text + "' " + fault + remedy);
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,135 @@
+/** \file
+ * \brief The command benchmark: what it counts, which percentiles it claims.
+ */
+#include "measuring/samples.h"
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+
+TEST(Samples, APercentileIsTheNearestRankAndNeverTheWorst)
+{
+  measuring::Samples samples;
+  EXPECT_FALSE(samples.percentile(500));
+  // 1 to 1000, out of order: 7 and 1000 have no common divisor.
+  for (int i = 1; i <= 1000; ++i)
+    samples.add(7 * i % 1000 + 1);
+  EXPECT_EQ(samples.percentile(500), 500.0);
+  EXPECT_EQ(samples.percentile(990), 990.0);
+  EXPECT_EQ(samples.percentile(999), 999.0);
+  measuring::Samples few;
+  for (int i = 1; i < 100; ++i)
+    few.add(i);
+  EXPECT_FALSE(few.percentile(990));
+  few.add(100);
+  EXPECT_EQ(few.percentile(990), 99.0);
+  EXPECT_FALSE(few.percentile(999));
+}
+
+TEST(ProgramBenchmark, EncodesAsTheCommandEncodeAndTellsRates)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(4));
+  expectRun(folder,
+            "encode room -o room.pcxi -r 0.05 --law count -e fast -q --rate 20");
+  expectRun(
+      folder,
+      "benchmark room -r 0.05 --law count -n 4 -e fast --rate 20 --json x.json -q");
+  const auto json = nlohmann::json::parse(std::ifstream(folder / "x.json"));
+  EXPECT_EQ(
+      json["options"],
+      " --rate 20 --frames 4 --json x.json --resolution 0.05 --law count --effort "
+      "fast --quiet");
+  ASSERT_EQ(json["results"].size(), 1u);
+  const nlohmann::json& fast = json["results"][0];
+  const auto bytes = static_cast<double>(fs::file_size(folder / "room.pcxi"));
+  EXPECT_EQ(fast["bytes"], bytes);
+  EXPECT_NEAR(fast["kbit_s"], 8e-3 * bytes / 4 * 20, 1e-9);
+  EXPECT_FALSE(fast["period_is_assumed"]);
+  std::size_t voxels = 0;
+  for (const io::VoxelFrame& frame : decode(folder / "room.pcxi")[0].voxels)
+    voxels += frame.size();
+  EXPECT_EQ(fast["voxels"], voxels);
+  EXPECT_GT(fast["encode"]["worst_ms"], 0.0);
+  EXPECT_NE(fast["encode"]["p50_ms"], nullptr);
+  EXPECT_EQ(fast["decode"]["p99_ms"], nullptr);
+  expectRun(folder,
+            "decode room.pcxi -o room_clouds --remove-outliers --unit points -q");
+  std::size_t kept = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "room_clouds"))
+    kept += readCloud(entry.path()).size();
+  EXPECT_EQ(fast["removed_voxels"], voxels - kept);
+}
+
+TEST(ProgramBenchmark, RepeatsCloudsWithEachEffortAndSaysWhatItCannotTell)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  const ProgramRun run = expectRun(folder, "benchmark room -r 0.5 -n 5 -q --json -");
+  const auto json = nlohmann::json::parse(run.output);
+  ASSERT_EQ(json["results"].size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const nlohmann::json& row = json["results"][i];
+    EXPECT_EQ(row["effort"], std::vector({"fast", "balanced", "small"})[i]);
+    EXPECT_EQ(row["clouds"], 2);
+    EXPECT_EQ(row["frames"], 5);
+    EXPECT_TRUE(row["period_is_assumed"]);
+    // Of voxels of this edge no filter is made for.
+    EXPECT_NE(row["filter_failure"], "");
+    EXPECT_EQ(row["filter"]["worst_ms"], nullptr);
+  }
+  const ProgramRun table = expectRun(folder, "benchmark room -r 0.5 -n 5 -q");
+  EXPECT_NE(table.output.find("/room: nothing tells the times of its clouds: 10.0 a "
+                              "second are assumed; --rate sets it\n"),
+            std::string::npos)
+      << table.output;
+}
+
+TEST(ProgramBenchmark, MeasuresTheCellWhereNothingElseIsNamed)
+{
+  const TestFolder folder;
+  const ProgramRun result = expectRun(folder, "benchmark -n 2 -e fast -q");
+  EXPECT_NE(result.output.find("resolution 0.04 m, law count, an I-frame every 30"),
+            std::string::npos)
+      << result.output;
+  EXPECT_NE(result.output.find("| /cell_sensor_1 | fast   | filter |"),
+            std::string::npos)
+      << result.output;
+}
+
+TEST(ProgramBenchmark, RefusesWhatItCannotMeasure)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  writeBytes(folder / "x.json", {});
+  expectFailure(folder, "benchmark none", 1, "there is no 'none'");
+  expectFailure(folder, "benchmark room --cell", 2, "--cell is an input itself");
+  expectFailure(folder, "benchmark --rate 5", 2, "--rate is for inputs");
+  expectFailure(folder, "benchmark room -n 0", 2, "--frames");
+  expectFailure(folder, "benchmark room --json x.json", 2, "'x.json' exists");
+  expectFailure(
+      folder, "benchmark room --json no/x.json", 2, "there is no folder for it");
+  expectFailure(folder, "benchmark room --json .", 2, "it is a folder");
+  // A cloud that is damaged is named, and the others are measured.
+  writeBytes(folder / "room/999.pcd", {1, 2, 3});
+  const ProgramRun damaged = run(folder, "benchmark room -n 2 -e fast -q");
+  EXPECT_EQ(damaged.status, 1);
+  EXPECT_NE(damaged.errors.find("999.pcd"), std::string::npos) << damaged.errors;
+  EXPECT_NE(damaged.output.find("| /room  | fast   | 1      | 2      |"),
+            std::string::npos)
+      << damaged.output;
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "inputs/cloud_input.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The first clouds of a stream, held in memory to be encoded more than once. */
+struct HeldClouds {
+  std::string name;      ///< of the stream
+  bool is_topic = false; ///< of a bag
+  std::vector<pcl::PCLPointCloud2> clouds;
+  double period = 0.0; ///< seconds from one to the next, by their stamps; 0: unknown
+  bool has_assumed_period = false;   ///< nothing tells the times of the clouds
+  std::vector<std::string> failures; ///< why clouds could not be read
+};
+
+/** \brief How much of an input is held. */
+struct HoldLimits {
+  std::size_t clouds = 0;                   ///< of each stream
+  std::size_t bytes = std::size_t{1} << 28; ///< of all clouds together
+  double seconds = 30.0;                    ///< of reading
+};
+
+/** \brief Reads the first clouds of each stream of an input, to its end or a limit, or until
+ * the program is interrupted. A limit of bytes is passed by the cloud that reaches it.
+ * \return the streams in the order of the input, those without clouds as well
+ */
+std::vector<HeldClouds>
+holdClouds(CloudInput& input, const HoldLimits& limits);
+
+} // namespace tools
+} // namespace pcl_ext
