@@ -162,6 +162,19 @@ TEST(RateControl, ContentThatHardlyFitsABetterStepHasFewChanges)
   }
 }
 
+TEST(RateControl, APauseSaysNothingOfTheLoad)
+{
+  RatedStream stream(limitedSettings());
+  stream.sendFor(300s, share(2.0));
+  const RateControlStatus before = stream.status();
+  for (int i = 0; i < 5; ++i) {
+    stream.send(10min, share(2.0));
+    stream.sendFor(1s, share(2.0));
+  }
+  EXPECT_EQ(stream.status().changes, before.changes);
+  EXPECT_EQ(stream.status().clouds_left_out, before.clouds_left_out);
+}
+
 TEST(RateControl, ContentThatAlternatesHasFewChanges)
 {
   RatedStream stream(limitedSettings());
@@ -178,6 +191,7 @@ TEST(RateControl, ARateThatCannotBeKeptIsSaidAndKeptByLeavingOut)
   // Far more than the buffer on any step.
   stream.sendFor(10s, share(1000.0));
   EXPECT_EQ(stream.link().frames(), 0u);
+  EXPECT_LE(stream.encoded(), 20u); // others would be encoded in vain
   const RateControlStatus status = stream.status();
   EXPECT_EQ(status.step_number, status.last_step);
   EXPECT_EQ(status.clouds_left_out, 100u);

@@ -54,6 +54,7 @@ public:
     const bool is_due = is_i_frame_requested_ || since_i_frame_ >= i_frame_rate_;
     if (!control_.beginCloud(stamp, is_due))
       return false;
+    ++encoded_;
     const bool is_i_frame = is_due || control_.hasChanged();
     const auto bytes = static_cast<std::size_t>(cost.bytes * sizeOfStep(is_i_frame));
     const Nanoseconds time(
@@ -77,6 +78,13 @@ public:
     for (std::int64_t i = 0; i < 10 * duration.count(); ++i)
       sent += send(std::chrono::milliseconds(100), cost) ? 1 : 0;
     return sent;
+  }
+
+  /** \brief Number of clouds that were encoded, whether sent or not. */
+  std::size_t
+  encoded() const
+  {
+    return encoded_;
   }
 
   RateControl&
@@ -132,6 +140,7 @@ private:
   Nanoseconds stamp_{0};
   unsigned int i_frame_rate_;
   unsigned int since_i_frame_ = 0;
+  std::size_t encoded_ = 0;
   bool is_i_frame_requested_ = true;
 };
 
