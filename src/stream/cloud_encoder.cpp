@@ -181,8 +181,8 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     }
     // What the temporal filter holds stays in the grid and the scale, which then only
     // grow.
-    voxelization_ =
-        voxelizer_.voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
+    voxelization_ = voxelizer_.voxelize(
+        points, sensor_pose, encoder_.isIFrameDue(), !temporal_filter_, frame);
     if (voxelizer_.isIFrameDue())
       encoder_.requestIFrame();
     sensor_position_ = elementsOf(sensor_pose.translation());

@@ -42,10 +42,12 @@ CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings, IntensityUnit un
 
 VoxelizationStatistics
 CloudVoxelizer::voxelize(PointBatches& points,
+                         const WorldPose& sensor_pose,
                          bool is_i_frame_due,
                          bool may_refit,
                          VoxelFrame& frame)
 {
+  sensor_pose_ = sensor_pose;
   is_i_frame_due_ = is_i_frame_due;
   may_refit_ = may_refit;
   if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
@@ -58,9 +60,16 @@ CloudVoxelizer::voxelize(PointBatches& points,
 }
 
 void
+CloudVoxelizer::voxelizeCloud(PointBatches& points, bool may_refit, VoxelFrame& frame)
+{
+  voxelizer_.setSensorPose(sensor_pose_);
+  statistics_ = voxelizer_.voxelize(points, may_refit, frame);
+}
+
+void
 CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
 {
-  statistics_ = voxelizer_.voxelize(points, is_i_frame_due_ && may_refit_, frame);
+  voxelizeCloud(points, is_i_frame_due_ && may_refit_, frame);
 }
 
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high
@@ -76,7 +85,7 @@ CloudVoxelizer::refitIntensities(PointBatches& points, VoxelFrame& frame)
   if (highest > frame.intensity_scale.maxSymbol() / 2)
     return;
   is_i_frame_due_ = true;
-  statistics_ = voxelizer_.voxelize(points, true, frame);
+  voxelizeCloud(points, true, frame);
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
@@ -153,7 +162,7 @@ CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
   voxelizer_ = Voxelizer(settings, unit_);
   doublings_ = doublings;
   is_i_frame_due_ = true;
-  statistics_ = voxelizer_.voxelize(points, true, frame);
+  voxelizeCloud(points, true, frame);
 }
 
 } // namespace io

@@ -2,6 +2,7 @@
 
 #include "voxelizing/coordinate_range.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/region_voxels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,9 @@ initialGrid(const EncoderSettings& settings)
     grid.origin = *settings.origin;
   else if (settings.bounding_box)
     grid.origin = originFor(settings.resolution, *settings.bounding_box);
-  return settings.bounding_box ? gridOfBox(grid, *settings.bounding_box) : grid;
+  return settings.bounding_box
+             ? gridOfBox(grid, *settings.bounding_box, mostDoublings(settings.regions))
+             : grid;
 }
 
 Lattice

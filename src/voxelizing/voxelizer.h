@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/rigid_pose.h>
 
 #include <memory>
 
@@ -38,6 +39,11 @@ public:
   Voxelizer(Voxelizer&&) noexcept;
   Voxelizer&
   operator=(Voxelizer&&) noexcept;
+
+  /** \brief Sets the pose of the sensor in the world for the next clouds, for regions
+   * that depend on it. */
+  void
+  setSensorPose(const WorldPose& sensor_pose);
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud

@@ -132,10 +132,12 @@ fillTable(const VoxelGrid& grid,
 
 VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
+  if (frame.regions)
+    levels_ = voxelLevels(frame);
   if (!frame.hasIntensities())
     return;
   setIntensityTable();
-  if (table_ != nullptr)
+  if (table_ != nullptr && !frame.regions)
     setCentreTables();
 }
 
@@ -180,6 +182,28 @@ VoxelCentreReader::setCentreTables()
   has_tables_ = true;
 }
 
+/** \brief Moves the centres of coarse voxels to the lowest corners of the voxels that
+ * stand for them. */
+void
+VoxelCentreReader::moveCoarseVoxels(std::size_t begin,
+                                    std::size_t count,
+                                    VoxelCentres& centres) const
+{
+  const VoxelGrid& grid = frame_.grid;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (levels_[begin + i] == 0)
+      continue;
+    const VoxelPosition position = voxelPosition(frame_.keys[begin + i]);
+    const auto corner = [&grid](std::size_t axis, std::uint32_t at) {
+      const double index = static_cast<double>(grid.first_index[axis]) + at;
+      return static_cast<float>(index * grid.resolution + grid.origin[axis]);
+    };
+    centres.x[i] = corner(0, position.x);
+    centres.y[i] = corner(1, position.y);
+    centres.z[i] = corner(2, position.z);
+  }
+}
+
 std::size_t
 VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
 {
@@ -189,6 +213,8 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
     computeCentres<std::uint32_t>(frame_.grid, keys, count, centres);
   else
     computeCentres<std::uint64_t>(frame_.grid, keys, count, centres);
+  if (frame_.regions)
+    moveCoarseVoxels(begin, count, centres);
   const IntensityScale& scale = frame_.intensity_scale;
   if (!frame_.hasIntensities()) {
     centres.intensity.fill(0.0f);
