@@ -29,6 +29,14 @@ usableSettings(const EncoderSettings& settings)
   return checkSettings(settings).ok() ? settings : EncoderSettings();
 }
 
+/** \brief Shares whose law is not known are taken as those of the quadratic one. */
+unsigned int
+shareExponent(const std::optional<DepthLaw>& depth_law)
+{
+  constexpr unsigned int quadratic = 2;
+  return depth_law ? depth_law->exponent : quadratic;
+}
+
 /** \brief Checks that a view of several points says where they are. */
 CompressionStatus
 checkView(const PointView& points)
@@ -79,7 +87,7 @@ public:
   , depth_law_(depth_law)
   , settings_status_(checkSettings(settings, depth_law))
   , unit_(unit)
-  , voxelizer_(usableSettings(settings), unit)
+  , voxelizer_(usableSettings(settings), unit, shareExponent(depth_law))
   , fields_(usableSettings(settings))
   , encoder_(settings.format, settings.i_frame_rate, settings.effort)
   {
@@ -156,7 +164,7 @@ CloudEncoder::Implementation::setResolution(double resolution,
   settings.resolution = resolution;
   CompressionStatus status = checkSettings(settings, depth_law);
   // May throw, so it comes before the changes.
-  CloudVoxelizer voxelizer(usableSettings(settings), unit_);
+  CloudVoxelizer voxelizer(usableSettings(settings), unit_, shareExponent(depth_law));
   settings_ = settings;
   depth_law_ = depth_law;
   settings_status_ = std::move(status);

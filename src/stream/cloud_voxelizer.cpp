@@ -36,8 +36,13 @@ doublingsForAll(PointBatches& points, double resolution)
 
 } // namespace
 
-CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit)
-: settings_(settings), unit_(unit), voxelizer_(settings, unit)
+CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings,
+                               IntensityUnit unit,
+                               unsigned int share_exponent)
+: settings_(settings)
+, unit_(unit)
+, share_exponent_(share_exponent)
+, voxelizer_(settings, unit, share_exponent)
 {}
 
 VoxelizationStatistics
@@ -109,7 +114,7 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
       settings.resolution = step;
       settings.origin.emplace().fill(-step / 2.0);
     }
-    voxelizer_ = Voxelizer(settings, unit_);
+    voxelizer_ = Voxelizer(settings, unit_, share_exponent_);
     coordinate_step_ = step;
     doublings_ = 0;
     is_i_frame_due_ = true;
@@ -159,7 +164,7 @@ CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
   settings.resolution =
       std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
                largest_resolution);
-  voxelizer_ = Voxelizer(settings, unit_);
+  voxelizer_ = Voxelizer(settings, unit_, share_exponent_);
   doublings_ = doublings;
   is_i_frame_due_ = true;
   voxelizeCloud(points, true, frame);

@@ -18,8 +18,11 @@ class CloudVoxelizer {
 public:
   /** \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the point intensities
+   * \param[in] share_exponent see Voxelizer
    */
-  CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit);
+  CloudVoxelizer(const EncoderSettings& settings,
+                 IntensityUnit unit,
+                 unsigned int share_exponent);
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
@@ -72,6 +75,7 @@ private:
 
   EncoderSettings settings_;
   IntensityUnit unit_;
+  unsigned int share_exponent_;
   Voxelizer voxelizer_;
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0

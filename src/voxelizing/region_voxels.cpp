@@ -83,6 +83,7 @@ regionsOn(const VoxelGrid& grid,
 std::size_t
 mergeVoxels(const VoxelGrid& grid,
             const VoxelRegions& regions,
+            unsigned int share_exponent,
             std::vector<std::uint64_t>& keys,
             VoxelSums& sums)
 {
@@ -95,6 +96,9 @@ mergeVoxels(const VoxelGrid& grid,
       left_out_points += sums.counts[i];
       continue;
     }
+    if (levels > 0 && share_exponent > 0 && !sums.intensities.empty())
+      sums.intensities[i] =
+          std::ldexp(sums.intensities[i], -static_cast<int>(share_exponent) * levels);
     const std::uint64_t key =
         keyOfCoarseVoxel(keys[i], static_cast<unsigned int>(levels));
     if (merged > 0 && keys[merged - 1] == key) {

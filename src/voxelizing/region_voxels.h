@@ -31,12 +31,15 @@ regionsOn(const VoxelGrid& grid,
 /** \brief Replaces voxels by the coarse ones that they are in.
  * \param[in] grid aligned to the regions
  * \param[in,out] keys ascending
+ * \param[in] share_exponent of the law of intensities that are shares of a face, which
+ * become those of the coarse voxel's; 0 for others
  * \param[in,out] sums of the points in each voxel
  * \return number of points that are left out
  */
 std::size_t
 mergeVoxels(const VoxelGrid& grid,
             const VoxelRegions& regions,
+            unsigned int share_exponent,
             std::vector<std::uint64_t>& keys,
             VoxelSums& sums);
 

@@ -19,7 +19,9 @@ namespace io {
 
 class Voxelizer::Implementation {
 public:
-  Implementation(const EncoderSettings& settings, IntensityUnit unit)
+  Implementation(const EncoderSettings& settings,
+                 IntensityUnit unit,
+                 unsigned int share_exponent)
   : quantiser_(settings, unit)
   , has_intensities_(unit != IntensityUnit::None ||
                      settings.format == StreamFormat::Published)
@@ -27,6 +29,7 @@ public:
   , leaves_out_colours_(colour_bits_ != settings.colour_bits)
   , keeps_points_(settings.keep_point_counts)
   , regions_(settings.regions)
+  , share_exponent_(unit == IntensityUnit::Share ? share_exponent : 0)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
@@ -187,7 +190,7 @@ private:
       return;
     frame.regions = regionsOn(frame.grid, regions_, sensor_pose_);
     statistics.points_outside_regions =
-        mergeVoxels(frame.grid, *frame.regions, frame.keys, sums_);
+        mergeVoxels(frame.grid, *frame.regions, share_exponent_, frame.keys, sums_);
     statistics.points_used -= statistics.points_outside_regions;
   }
 
@@ -272,6 +275,7 @@ private:
   bool leaves_out_colours_; // the format has no field for them
   bool keeps_points_;
   RegionSettings regions_;
+  unsigned int share_exponent_; // 0: no shares
   WorldPose sensor_pose_ = WorldPose::Identity();
   bool is_native_;
   bool is_mean_;
@@ -315,8 +319,10 @@ PointBatches::split(std::size_t /*parts*/)
   return {};
 }
 
-Voxelizer::Voxelizer(const EncoderSettings& settings, IntensityUnit unit)
-: implementation_(std::make_unique<Implementation>(settings, unit))
+Voxelizer::Voxelizer(const EncoderSettings& settings,
+                     IntensityUnit unit,
+                     unsigned int share_exponent)
+: implementation_(std::make_unique<Implementation>(settings, unit, share_exponent))
 {}
 
 Voxelizer::~Voxelizer() = default;

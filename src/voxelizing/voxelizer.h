@@ -33,8 +33,12 @@ public:
   /** \brief A voxelizer for the clouds of one stream.
    * \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the point intensities
+   * \param[in] share_exponent of the law of shares, by which those of coarse voxels in
+   * regions fall with the edge
    */
-  Voxelizer(const EncoderSettings& settings, IntensityUnit unit);
+  Voxelizer(const EncoderSettings& settings,
+            IntensityUnit unit,
+            unsigned int share_exponent = 2);
   ~Voxelizer();
   Voxelizer(Voxelizer&&) noexcept;
   Voxelizer&

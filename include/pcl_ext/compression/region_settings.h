@@ -44,8 +44,8 @@ struct Region {
  * A coarse voxel is a cube of 2^doublings voxels along each axis, at a multiple of it
  * on the lattice. It is in the region that its centre is in; what is in none of the
  * larger ones is in smaller ones. Its intensity and colour are those of all of its
- * points. Shares of a voxel face remain those of the resolution's face. Version1 only,
- * and not with keep_point_counts or fields.
+ * points; shares of a voxel face are those of its own face. Version1 only, and not with
+ * keep_point_counts or fields.
  */
 struct RegionSettings {
   /** \brief At most 64. The first one that contains the centre of a voxel counts. */
