@@ -147,6 +147,7 @@ EncodingOptions::addCodecOptions(CLI::App& app)
                     TemporalVoxelFilter::most_frames,
                     "FRAMES",
                     "surfaces are told from noise over so many; lossy");
+  regions_.add(app);
   addScaleOptions(app);
 }
 
@@ -384,6 +385,7 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
 {
   nodes::SensorNodeSettings settings;
   settings.compression = codec_;
+  settings.compression.regions = regions_.settingsAt(codec_.resolution);
   // The published layout has no field for it.
   settings.carry_header =
       carries_header_ && codec_.format == io::StreamFormat::Version1;

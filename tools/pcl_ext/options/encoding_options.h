@@ -4,6 +4,7 @@
 
 #include "inputs/stream_metadata.h"
 #include "options/options.h"
+#include "options/region_options.h"
 #include "options/text_values.h"
 
 #include <CLI/App.hpp>
@@ -135,6 +136,12 @@ public:
   }
 
   bool
+  hasRegions() const
+  {
+    return regions_.areAny();
+  }
+
+  bool
   hasSensor() const
   {
     return sensor_.has_value();
@@ -174,8 +181,9 @@ private:
   void
   checkEffects() const;
 
-  const CLI::App* app_ = nullptr; // to which the options were added
-  io::EncoderSettings codec_ = defaultCodec();
+  const CLI::App* app_ = nullptr;              // to which the options were added
+  io::EncoderSettings codec_ = defaultCodec(); // without the regions
+  RegionOptions regions_;
   bool carries_header_ = true;
   std::optional<IntensityLaw> law_; ///< none: automatic
   std::optional<RuntimeSensor> sensor_;
