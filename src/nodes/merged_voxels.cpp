@@ -116,12 +116,10 @@ MergedVoxels::appendVoxels(const io::VoxelFrame& frame)
   const std::vector<std::uint8_t> levels = io::voxelLevels(frame);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
-    // The centre of a coarse voxel is the lowest corner of the one that stands for it.
-    const double back = levels[i] == 0 ? 0.0 : 0.5 * frame.grid.resolution;
     Voxel voxel{};
-    voxel.centre = {frame.grid.centre(0, position.x) - back,
-                    frame.grid.centre(1, position.y) - back,
-                    frame.grid.centre(2, position.z) - back};
+    voxel.centre = {frame.grid.centre(0, position.x, levels[i]),
+                    frame.grid.centre(1, position.y, levels[i]),
+                    frame.grid.centre(2, position.z, levels[i])};
     voxel.intensity = frame.hasIntensities()
                           ? frame.intensity_scale.value(frame.intensities[i])
                           : 1.0f;

@@ -112,7 +112,7 @@ RegionCells::levelsOf(std::uint64_t key)
 bool
 RegionCells::isTaken(std::uint64_t key, unsigned int levels) const
 {
-  const VoxelPosition lowest = voxelPosition(key >> 3 * levels << 3 * levels);
+  const VoxelPosition lowest = voxelPosition(keyOfCoarseVoxel(key, levels));
   const std::int64_t to_centre = std::int64_t{1} << levels;
   return levelsAt({first_[0] + 2 * std::int64_t{lowest.x} + to_centre,
                    first_[1] + 2 * std::int64_t{lowest.y} + to_centre,

@@ -15,17 +15,14 @@ constexpr int left_out = -1;
 bool
 isAligned(const VoxelGrid& grid, unsigned int levels);
 
-/** \brief Key of the voxel that stands for a coarse one: the voxel whose lowest corner
- * is the centre of the coarse one.
+/** \brief Key of the voxel that stands for a coarse one: its lowest.
  * \param[in] key of any voxel of the coarse one
- * \param[in] levels of the coarse voxel; 0: the key itself
+ * \param[in] levels of the coarse voxel
  */
 constexpr std::uint64_t
 keyOfCoarseVoxel(std::uint64_t key, unsigned int levels)
 {
-  return levels == 0
-             ? key
-             : key >> 3 * levels << 3 * levels | std::uint64_t{7} << 3 * (levels - 1);
+  return key >> 3 * levels << 3 * levels;
 }
 
 /** \brief Finds the coarse voxels that the voxels of a grid are in.

@@ -182,8 +182,7 @@ VoxelCentreReader::setCentreTables()
   has_tables_ = true;
 }
 
-/** \brief Moves the centres of coarse voxels to the lowest corners of the voxels that
- * stand for them. */
+/** \brief Moves the centres of coarse voxels from those of their lowest voxels. */
 void
 VoxelCentreReader::moveCoarseVoxels(std::size_t begin,
                                     std::size_t count,
@@ -191,16 +190,13 @@ VoxelCentreReader::moveCoarseVoxels(std::size_t begin,
 {
   const VoxelGrid& grid = frame_.grid;
   for (std::size_t i = 0; i < count; ++i) {
-    if (levels_[begin + i] == 0)
+    const unsigned int levels = levels_[begin + i];
+    if (levels == 0)
       continue;
     const VoxelPosition position = voxelPosition(frame_.keys[begin + i]);
-    const auto corner = [&grid](std::size_t axis, std::uint32_t at) {
-      const double index = static_cast<double>(grid.first_index[axis]) + at;
-      return static_cast<float>(index * grid.resolution + grid.origin[axis]);
-    };
-    centres.x[i] = corner(0, position.x);
-    centres.y[i] = corner(1, position.y);
-    centres.z[i] = corner(2, position.z);
+    centres.x[i] = static_cast<float>(grid.centre(0, position.x, levels));
+    centres.y[i] = static_cast<float>(grid.centre(1, position.y, levels));
+    centres.z[i] = static_cast<float>(grid.centre(2, position.z, levels));
   }
 }
 

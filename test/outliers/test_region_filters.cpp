@@ -128,7 +128,7 @@ TEST(RegionFilters, FinerNeighboursCountForCoarseVoxels)
     if (levels[i] == 2) {
       LatticeIndex index = latticeIndex(mixed.frame, i);
       for (std::int64_t& coordinate : index)
-        coordinate = (coordinate - 2) / 4;
+        coordinate = coordinate / 4;
       // Also of those beside the fine ones.
       EXPECT_EQ(log_odds[i], of_plain.at(index));
       ++compared;

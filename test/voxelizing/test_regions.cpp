@@ -272,7 +272,7 @@ TEST(Regions, FramesOfOtherVoxelsAreInconsistent)
     change(frame);
     return frame;
   };
-  // One voxel beside the place of the coarse voxel.
+  // Another voxel of the coarse one.
   EXPECT_FALSE(isConsistent(changed([&](VoxelFrame& f) { ++f.keys[coarse]; })));
   EXPECT_FALSE(isConsistent(changed([](VoxelFrame& f) { ++f.grid.first_index[0]; })));
   EXPECT_FALSE(isConsistent(changed([](VoxelFrame& f) {

@@ -149,8 +149,8 @@ struct VoxelFrame {
    * numbers of points only. */
   PointImage image;
 
-  /** \brief Where voxels are coarse. Each of these has the key of one of its voxels, the
-   * one whose lowest corner is its centre. Not with numbers of points or fields. */
+  /** \brief Where voxels are coarse; each of these has the key of its lowest voxel. Not
+   * with numbers of points or fields. */
   std::optional<VoxelRegions> regions;
 
   /** \brief Whether voxels have intensities. */

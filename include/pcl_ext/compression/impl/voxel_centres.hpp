@@ -143,11 +143,9 @@ forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit)
   const std::vector<std::uint8_t> levels = voxelLevels(frame);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const VoxelPosition position = voxelPosition(frame.keys[i]);
-    // The centre of a coarse voxel is a corner.
-    const double back = levels[i] == 0 ? 0.0 : 0.5 * frame.grid.resolution;
-    visit(frame.grid.centre(0, position.x) - back,
-          frame.grid.centre(1, position.y) - back,
-          frame.grid.centre(2, position.z) - back,
+    visit(frame.grid.centre(0, position.x, levels[i]),
+          frame.grid.centre(1, position.y, levels[i]),
+          frame.grid.centre(2, position.z, levels[i]),
           frame.hasIntensities() ? frame.intensity_scale.value(frame.intensities[i])
                                  : 0.0f);
   }
