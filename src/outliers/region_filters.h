@@ -21,7 +21,9 @@ class RegionOutlierRemoval {
 public:
   explicit RegionOutlierRemoval(const VoxelOutlierRemovalSettings& settings)
   : settings_(settings)
-  {}
+  {
+    settings_.max_blocks /= io::most_region_levels + 1; // in all of them together
+  }
 
   /** \brief As VoxelOutlierRemoval::score(), for frames with regions. */
   OutlierRemovalStatus

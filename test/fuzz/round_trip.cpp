@@ -28,6 +28,22 @@ using namespace pcl_ext;
 using namespace pcl_ext::io;
 using pcl_ext::fuzz::require;
 
+RegionSettings
+regionsOf(double resolution, unsigned int choice)
+{
+  const double near = 9.0 * resolution;
+  const double far = 40.0 * resolution;
+  RegionSettings regions;
+  regions.boxes = {
+      {{{-near, -near, -near}, {near, far, near}}, choice % 4, RegionFrame::World},
+      {{{-far, 0.0, -far}, {near, far, far}}, 3, RegionFrame::Sensor}};
+  if (choice % 3 == 0)
+    regions.coarser_beyond = far;
+  else if (choice % 3 == 1)
+    regions.outside = OutsideRegions::LeftOut;
+  return regions;
+}
+
 IntensityCompressionSettings
 settingsOf(std::uint8_t choice, bool is_companded)
 {
@@ -43,6 +59,8 @@ settingsOf(std::uint8_t choice, bool is_companded)
   }
   if ((choice & 4) != 0)
     settings.bounding_box = BoundingBox{{-3.0, -2.0, 0.1}, {3.0, 2.5, 4.0}};
+  if ((choice & 8) != 0 && settings.format == StreamFormat::Version1)
+    settings.regions = regionsOf(settings.resolution, choice >> 4);
   return settings;
 }
 
