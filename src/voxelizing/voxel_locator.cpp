@@ -26,9 +26,11 @@ initialGrid(const EncoderSettings& settings)
     grid.origin = *settings.origin;
   else if (settings.bounding_box)
     grid.origin = originFor(settings.resolution, *settings.bounding_box);
-  return settings.bounding_box
-             ? gridOfBox(grid, *settings.bounding_box, mostDoublings(settings.regions))
-             : grid;
+  const unsigned int levels = mostDoublings(settings.regions);
+  if (settings.bounding_box)
+    return gridOfBox(grid, *settings.bounding_box, levels);
+  grid.depth = std::max(grid.depth, levels); // also for a first cloud without points
+  return grid;
 }
 
 Lattice

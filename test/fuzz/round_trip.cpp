@@ -59,8 +59,6 @@ settingsOf(std::uint8_t choice, bool is_companded)
   }
   if ((choice & 4) != 0)
     settings.bounding_box = BoundingBox{{-3.0, -2.0, 0.1}, {3.0, 2.5, 4.0}};
-  if ((choice & 8) != 0 && settings.format == StreamFormat::Version1)
-    settings.regions = regionsOf(settings.resolution, choice >> 4);
   return settings;
 }
 
@@ -212,8 +210,10 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   if (size < 3)
     return 0;
-  const IntensityCompressionSettings settings =
+  IntensityCompressionSettings settings =
       settingsOf(data[0], data[2] % 4 == 2); // which has no depth model
+  if (data[1] % 5 == 0 && settings.format == StreamFormat::Version1)
+    settings.regions = regionsOf(settings.resolution, data[2]);
   require(checkSettings(settings).ok());
   const Choices choices(data[1]);
   std::vector<float> numbers((size - 3) / sizeof(float));
@@ -240,7 +240,8 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     const VoxelizationStatistics statistics =
         voxelizer.voxelize(view, encoder.isIFrameDue(), frame);
     require(statistics.points_used + statistics.points_not_finite +
-                statistics.points_outside_box + statistics.points_outside_grid ==
+                statistics.points_outside_box + statistics.points_outside_grid +
+                statistics.points_outside_regions ==
             view.count);
     if (settings.format == StreamFormat::Version1)
       frame.depth_model = depthModel(frame, data[2], begin / step);

@@ -110,6 +110,15 @@ TEST(RegionStreams, ComeBackWithEveryEffortAndColours)
   }
 }
 
+TEST(RegionStreams, MayBeginWithoutPoints)
+{
+  RegionStream stream(boxSettings());
+  stream.add({}, poseAt(0.0));
+  EXPECT_EQ(stream.frame().size(), 0u);
+  stream.add(plane(0.0), poseAt(0.0));
+  EXPECT_GT(stream.frame().size(), 1000u);
+}
+
 TEST(RegionStreams, OfAStillSceneHaveFramesOfChanges)
 {
   RegionStream stream(boxSettings());
