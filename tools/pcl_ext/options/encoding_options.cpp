@@ -147,7 +147,6 @@ EncodingOptions::addCodecOptions(CLI::App& app)
                     TemporalVoxelFilter::most_frames,
                     "FRAMES",
                     "surfaces are told from noise over so many; lossy");
-  regions_.add(app);
   addScaleOptions(app);
 }
 
@@ -219,6 +218,7 @@ EncodingOptions::addGridOptions(CLI::App& app)
   app.add_flag("--coarsen",
                codec_.coarsen_wide_clouds,
                "larger voxels for clouds wider than 2^21 of them");
+  regions_.add(app);
 }
 
 void
