@@ -3,6 +3,7 @@
 #include "bytes/reserve_ahead.h"
 #include "outliers/block_neighbours.h"
 #include "outliers/held_value.h"
+#include "outliers/region_filters.h"
 #include "outliers/seen_depths.h"
 #include "outliers/surface_support.h"
 #include "voxels/intensity_symbols.h"
@@ -110,6 +111,11 @@ public:
     TemporalFilterStatus status = check(frame);
     if (!status.ok())
       return status;
+    if (frame.regions) {
+      if (!of_regions_)
+        of_regions_ = std::make_unique<RegionTemporalFilter>(frames_);
+      return of_regions_->filter(frame, sensor_position);
+    }
     if (is_interrupted_)
       reset();
     is_interrupted_ = true;
@@ -144,7 +150,7 @@ public:
   std::size_t
   rememberedVoxels() const
   {
-    return tracked_.size();
+    return tracked_.size() + (of_regions_ ? of_regions_->rememberedVoxels() : 0);
   }
 
 private:
@@ -216,7 +222,8 @@ private:
   }
 
   unsigned int frames_;
-  std::uint32_t rate_; // of the running means, 2^16 is 1
+  std::unique_ptr<RegionTemporalFilter> of_regions_; // made when it is needed
+  std::uint32_t rate_;                               // of the running means, 2^16 is 1
   /** \brief Empty voxels of a lower one are forgotten. */
   std::uint32_t least_occupancy_;
   std::optional<io::VoxelGrid> grid_; // of the last frame

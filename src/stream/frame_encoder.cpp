@@ -110,10 +110,11 @@ private:
       if (frame.intensity_scale != IntensityScale())
         return {CompressionCode::InvalidInput,
                 "in the published layout intensities must be 0 to 255 in steps of 1"};
-      if (frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty())
+      if (frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty() ||
+          frame.regions)
         return {CompressionCode::InvalidInput,
-                "the published layout has no room for colours, numbers of points and "
-                "further fields"};
+                "the published layout has no room for colours, numbers of points, "
+                "further fields and regions"};
     }
     else if (!isOrigin(frame.grid.origin) || leavesLattice(frame.grid))
       return {CompressionCode::InvalidInput,

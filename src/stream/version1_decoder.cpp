@@ -270,6 +270,8 @@ Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
     return corruptFrame("a P-frame of another effort than its I-frame");
   if (CompressionStatus status = prepareContent(frame); !status.ok())
     return status;
+  if (CompressionStatus status = prepareRegions(frame); !status.ok())
+    return status;
   return header_.has_depth_model ? prepareDepthModel(payload, frame)
                                  : CompressionStatus();
 }
@@ -307,6 +309,23 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
     coarse_voxels_.intensity_scale.bits = 0;
   }
+  return {};
+}
+
+/** \brief Sets the regions of a frame. */
+CompressionStatus
+Version1Decoder::prepareRegions(VoxelFrame& frame)
+{
+  if (!header_.is_i_frame)
+    header_.regions = regions_;
+  if (header_.region_pose) {
+    if (!header_.regions)
+      return corruptFrame("a P-frame of another content than its I-frame");
+    header_.regions->pose = *header_.region_pose;
+    if (!isConsistent(*header_.regions))
+      return corruptFrame("invalid pose of regions");
+  }
+  frame.regions = header_.regions;
   return {};
 }
 
@@ -404,6 +423,7 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   depth_model_ = frame.depth_model;
+  regions_.swap(header_.regions);
   order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
 }
 

@@ -136,6 +136,9 @@ private:
   prepareContent(VoxelFrame& frame);
 
   CompressionStatus
+  prepareRegions(VoxelFrame& frame);
+
+  CompressionStatus
   prepareDepthModel(const std::uint8_t*& payload, VoxelFrame& frame) const;
 
   void
@@ -165,6 +168,7 @@ private:
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
   PointImage image_; // without points
+  std::optional<VoxelRegions> regions_;
   PayloadCoders coders_;
   std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

@@ -3,6 +3,7 @@
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/region_voxels.h"
 #include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxel_sums.h"
 #include "voxels/grid_fit.h"
@@ -18,13 +19,17 @@ namespace io {
 
 class Voxelizer::Implementation {
 public:
-  Implementation(const EncoderSettings& settings, IntensityUnit unit)
+  Implementation(const EncoderSettings& settings,
+                 IntensityUnit unit,
+                 unsigned int share_exponent)
   : quantiser_(settings, unit)
   , has_intensities_(unit != IntensityUnit::None ||
                      settings.format == StreamFormat::Published)
   , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
   , leaves_out_colours_(colour_bits_ != settings.colour_bits)
   , keeps_points_(settings.keep_point_counts)
+  , regions_(settings.regions)
+  , share_exponent_(unit == IntensityUnit::Share ? share_exponent : 0)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
@@ -54,6 +59,12 @@ public:
     const VoxelizationStatistics statistics = voxelizeCloud(points, may_refit, frame);
     is_interrupted_ = false;
     return statistics;
+  }
+
+  void
+  setSensorPose(const WorldPose& sensor_pose)
+  {
+    sensor_pose_ = sensor_pose;
   }
 
 private:
@@ -160,6 +171,7 @@ private:
              VoxelizationStatistics& statistics)
   {
     frame.grid = locator_.grid();
+    mergeInRegions(frame, statistics);
     statistics.intensities_out_of_range =
         quantise(points, may_refit, frame, statistics.intensities_vanished);
     quantiseColours(points, frame);
@@ -167,6 +179,19 @@ private:
     frame.point_counts.clear();
     if (keeps_points_)
       frame.point_counts.assign(sums_.counts.begin(), sums_.counts.end());
+  }
+
+  /** \brief Merges voxels to coarse ones where there are regions. */
+  void
+  mergeInRegions(VoxelFrame& frame, VoxelizationStatistics& statistics)
+  {
+    frame.regions.reset();
+    if (!regions_.areAny())
+      return;
+    frame.regions = regionsOn(frame.grid, regions_, sensor_pose_);
+    statistics.points_outside_regions =
+        mergeVoxels(frame.grid, *frame.regions, share_exponent_, frame.keys, sums_);
+    statistics.points_used -= statistics.points_outside_regions;
   }
 
   std::size_t
@@ -199,14 +224,16 @@ private:
     LatticeRange range;
     if (!locator_.measureRange(points, range))
       return;
+    const unsigned int levels = mostDoublings(regions_);
+    range = widenedRange(range, levels);
     VoxelGrid grid = locator_.grid();
     // One level more than required is kept as a reserve. Two are due to an outlier in a
     // previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
     if (!has_grid_ || is_far_too_large)
-      grid = fitGrid(grid, range);
+      grid = fitGrid(grid, range, levels);
     else if (!containsRange(grid, range))
-      grid = fitGrid(grid, unite(rangeOf(grid), range));
+      grid = fitGrid(grid, unite(rangeOf(grid), range), levels);
     has_grid_ = true;
     if (grid == locator_.grid())
       return;
@@ -247,6 +274,9 @@ private:
   unsigned int colour_bits_;
   bool leaves_out_colours_; // the format has no field for them
   bool keeps_points_;
+  RegionSettings regions_;
+  unsigned int share_exponent_; // 0: no shares
+  WorldPose sensor_pose_ = WorldPose::Identity();
   bool is_native_;
   bool is_mean_;
   bool has_fixed_grid_;
@@ -289,14 +319,22 @@ PointBatches::split(std::size_t /*parts*/)
   return {};
 }
 
-Voxelizer::Voxelizer(const EncoderSettings& settings, IntensityUnit unit)
-: implementation_(std::make_unique<Implementation>(settings, unit))
+Voxelizer::Voxelizer(const EncoderSettings& settings,
+                     IntensityUnit unit,
+                     unsigned int share_exponent)
+: implementation_(std::make_unique<Implementation>(settings, unit, share_exponent))
 {}
 
 Voxelizer::~Voxelizer() = default;
 Voxelizer::Voxelizer(Voxelizer&&) noexcept = default;
 Voxelizer&
 Voxelizer::operator=(Voxelizer&&) noexcept = default;
+
+void
+Voxelizer::setSensorPose(const WorldPose& sensor_pose)
+{
+  implementation_->setSensorPose(sensor_pose);
+}
 
 VoxelizationStatistics
 Voxelizer::voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)

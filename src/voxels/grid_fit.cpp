@@ -71,15 +71,29 @@ unite(const LatticeRange& first, const LatticeRange& second)
   return range;
 }
 
-VoxelGrid
-fitGrid(const VoxelGrid& lattice, const LatticeRange& range)
+LatticeRange
+widenedRange(const LatticeRange& range, unsigned int levels)
 {
+  const std::int32_t within = (1 << levels) - 1;
+  LatticeRange widened = range;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    widened.lowest[axis] &= ~within;
+    widened.highest[axis] |= within;
+  }
+  return widened;
+}
+
+VoxelGrid
+fitGrid(const VoxelGrid& lattice, const LatticeRange& occupied, unsigned int levels)
+{
+  const LatticeRange range = widenedRange(occupied, levels);
   VoxelGrid grid = lattice;
   grid.depth = requiredDepth(range);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t extent =
         std::int64_t{range.highest[axis]} - range.lowest[axis] + 1;
-    const std::int64_t centred = range.lowest[axis] - (grid.size() - extent) / 2;
+    const std::int64_t centred =
+        (range.lowest[axis] - (grid.size() - extent) / 2) >> levels << levels;
     grid.first_index[axis] = static_cast<std::int32_t>(
         std::clamp(centred, -lattice_end, lattice_end - grid.size()));
   }
@@ -87,7 +101,7 @@ fitGrid(const VoxelGrid& lattice, const LatticeRange& range)
 }
 
 VoxelGrid
-gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
+gridOfBox(const VoxelGrid& lattice, const BoundingBox& box, unsigned int levels)
 {
   LatticeRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -101,7 +115,7 @@ gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
     range.lowest[axis] = index(box.min[axis]);
     range.highest[axis] = index(box.max[axis]);
   }
-  return fitGrid(lattice, range);
+  return fitGrid(lattice, range, levels);
 }
 
 std::array<double, 3>

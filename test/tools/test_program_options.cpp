@@ -54,6 +54,18 @@ TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
                 "--colour-bits has no effect");
   expectRefusal(encode + "--no-header --frame-id hall", "--frame-id has no effect");
   expectRefusal(encode + "--sensor kinect_v2 -l linear --coarsen", "--coarsen has no");
+  expectRefusal(encode + "--region 0,0,0,1,1,1", "must be x0,y0,z0,x1,y1,z1=EDGE");
+  expectRefusal(encode + "--region 0,0,0,1,1,1=0.1,0.2", "one edge after =");
+  expectRefusal(
+      encode + "-r 0.05 --region 0,0,0,1,1,1=0.15",
+      "the edge is 0.15 m; it must be --resolution (0.05 m) times 1, 2, 4, 8, "
+      "16 or 32");
+  expectRefusal(encode + "--outside left-out", "--outside requires --region");
+  expectRefusal(encode + "--region-frame sensor", "--region-frame requires --region");
+  expectRefusal(encode + "--most-doublings 2",
+                "--most-doublings requires --coarser-beyond");
+  expectRefusal(encode + "--coarser-beyond 5 --keep-point-counts",
+                "--keep-point-counts is on; it must be off with regions");
   expectRefusal(encode + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0",
                 "--pose is given twice");
   expectRefusal(encode + "--temporal-filter --keep-point-counts",

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <pcl_ext/compression/bounding_box.h>
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/region_settings.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/named_value.h>
 #include <pcl_ext/rigid_pose.h>
@@ -58,12 +60,6 @@ enum class IntensityCurve {
 
 inline constexpr std::array<NamedValue<IntensityCurve>, 2> intensity_curves = {
     {{IntensityCurve::Linear, "linear"}, {IntensityCurve::Companded, "companded"}}};
-
-/** \brief An axis-aligned box in world coordinates, metres; both ends are included. */
-struct BoundingBox {
-  std::array<double, 3> min{};
-  std::array<double, 3> max{};
-};
 
 /** \brief Limits of time and memory of decoding, for untrusted bytes. */
 struct DecoderLimits {
@@ -254,6 +250,9 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSe
 
   /** \brief Limits of the stream's decoders: a frame beyond them has a warning. */
   DecoderLimits decoder_limits;
+
+  /** \brief Where voxels have a larger edge than the resolution. */
+  RegionSettings regions;
 
   /** \brief Number of frames over which surfaces are told from noise before they are
    * encoded, 2 to 64, or 0: off. 8 suits sensors of 10 to 30 frames a second that stand

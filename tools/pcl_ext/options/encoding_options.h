@@ -5,6 +5,7 @@
 #include "inputs/stream_metadata.h"
 #include "options/budget_options.h"
 #include "options/options.h"
+#include "options/region_options.h"
 #include "options/text_values.h"
 
 #include <CLI/App.hpp>
@@ -167,6 +168,12 @@ public:
   }
 
   bool
+  hasRegions() const
+  {
+    return regions_.areAny();
+  }
+
+  bool
   hasSensor() const
   {
     return sensor_.has_value();
@@ -206,8 +213,9 @@ private:
   void
   checkEffects() const;
 
-  const CLI::App* app_ = nullptr; // to which the options were added
-  io::EncoderSettings codec_ = defaultCodec();
+  const CLI::App* app_ = nullptr;              // to which the options were added
+  io::EncoderSettings codec_ = defaultCodec(); // without the regions
+  RegionOptions regions_;
   bool has_budget_ = false; // the options have one
   bool carries_header_ = true;
   std::optional<IntensityLaw> law_; ///< none: automatic
