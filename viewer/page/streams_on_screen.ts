@@ -3,6 +3,7 @@ import type { Notices } from "./controls/notices";
 import { formatCount, formatCounted, formatMetres, formatNumber, formatValue } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
+import { edgesOf, isOutlier } from "./decoding/packed_voxels";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
@@ -332,6 +333,7 @@ export class StreamsOnScreen {
       ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
       ["Stream", views.shortName(this.streams[selected.stream].description.name)],
     ];
+    if (edgesOf(arrays, i) > 1) rows.push(["Edge", formatMetres(edgesOf(arrays, i) * layer.edge)]);
     if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
     if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))
       rows.push([`Field ${voxels?.field}`, formatValue(arrays.field[i])]);
@@ -339,7 +341,7 @@ export class StreamsOnScreen {
     if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
     else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);
     if (arrays.ages[i] > 0) rows.push(["Seen", `${arrays.ages[i].toFixed(2)} s ago`]);
-    if (arrays.paint[4 * i + 3] === 255) rows.push(["Noise", "by the outlier filter"]);
+    if (isOutlier(arrays, i)) rows.push(["Noise", "by the outlier filter"]);
     else if (isNoise(layer, i, this.store.get().threshold)) rows.push(["Noise", "below the threshold"]);
     this.details.show(rows);
     this.scene.select({ layer: selected.stream, voxel: i });

@@ -76,7 +76,10 @@ function linesOf(codec, bytes) {
     if (voxels.isIFrame) colourBits = description.colourBits;
     const stamp = voxels.stamp === null ? "-" : `${voxels.stamp} '${voxels.frameId}'`;
     const kind = voxels.isIFrame ? "I" : "P";
-    lines.push(`${kind} ${voxels.count} ${checksumOf(voxels, colourBits)} ${stamp}`);
+    const levels = new Checksum();
+    for (const level of voxels.levels ?? []) levels.add(level);
+    const ofLevels = voxels.levels === null ? "" : ` levels ${levels}`;
+    lines.push(`${kind} ${voxels.count} ${checksumOf(voxels, colourBits)} ${stamp}${ofLevels}`);
   }
   decoder.free();
   return { lines, disorder };

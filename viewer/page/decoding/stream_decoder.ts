@@ -3,7 +3,7 @@ import type { Codec, Decoder, DecoderLimits, DensityUnit, OutlierFilter, Status,
 import { fieldChoices } from "./field_choices";
 import type { FieldChoice } from "./field_choices";
 import type { DecodingSettings, PackedVoxels, ShownFrame } from "./messages";
-import { arraysOf, bytesOf } from "./packed_voxels";
+import { arraysOf, bytesOf, outlierFlag } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
 
@@ -97,7 +97,7 @@ export class StreamDecoder {
       shown.frameId ??= voxels.frameId;
       const isNoise = settings.removesOutliers ? this.judge(shown) : null;
       if (settings.trailSeconds > 0)
-        this.trail.add(voxels.positions, voxels.intensities, voxels.resolution, frame.time, settings.trailSeconds);
+        this.trail.add(voxels, frame.time, settings.trailSeconds);
       shown.decodeMs = performance.now() - begin;
       const field = pool ? this.fieldValues(choices.get(settings.field ?? "")) : null;
       if (pool) shown.voxels = this.pack(voxels, { isNoise, field }, settings, frame.time, pool);
@@ -145,7 +145,7 @@ export class StreamDecoder {
     if (field) arrays.field?.fill(NaN, voxels.count).set(field);
     for (let i = 0; i < voxels.count; ++i) {
       for (let c = 0; c < 3; ++c) arrays.paint[4 * i + c] = voxels.colours ? voxels.colours[3 * i + c] : 160;
-      arrays.paint[4 * i + 3] = isNoise && isNoise[i] ? 255 : 0;
+      arrays.paint[4 * i + 3] = (voxels.levels?.[i] ?? 0) + (isNoise && isNoise[i] ? outlierFlag : 0);
     }
     past.forEach((voxel, j) => {
       const i = voxels.count + j;
@@ -153,7 +153,7 @@ export class StreamDecoder {
       arrays.intensities[i] = voxel.intensity;
       arrays.pointCounts[i] = 0;
       arrays.ages[i] = time - voxel.time;
-      arrays.paint.set([160, 160, 160, 0], 4 * i);
+      arrays.paint.set([160, 160, 160, voxel.level], 4 * i);
     });
     return {
       count: voxels.count,

@@ -1,5 +1,6 @@
 import { Vector3 } from "three";
 
+import { edgesOf, isOutlier } from "../decoding/packed_voxels";
 import type { VoxelLayer } from "./voxel_layer";
 
 /** The rule by which voxels are drawn; the shader has the same one. */
@@ -13,7 +14,7 @@ export function isNoise(layer: VoxelLayer, voxel: number, threshold: number): bo
   const arrays = layer.arrays;
   if (arrays === null) return false;
   const isBelow = layer.voxels?.hasIntensities === true && arrays.intensities[voxel] < threshold;
-  return arrays.paint[4 * voxel + 3] === 255 || isBelow;
+  return isOutlier(arrays, voxel) || isBelow;
 }
 
 /** Voxels of the frame itself that are no noise. */
@@ -65,14 +66,16 @@ export function pick(
   let best: PickedVoxel | null = null;
   layers.forEach((layer, layerIndex) => {
     if (!layer.mesh.visible || !layer.arrays) return;
-    const positions = layer.arrays.positions;
+    const { arrays } = layer;
+    const positions = arrays.positions;
     const count = positions.length / 3;
     // In the coordinates of the frame voxels are along the axes.
     const inverse = layer.pose.clone().invert();
     const from = new Vector3(...origin).applyMatrix4(inverse).toArray();
     const towards = new Vector3(...direction).transformDirection(inverse).toArray();
-    const half = 0.5 * layer.edge * Math.max(scale, 0.5);
+    const halfOfFinest = 0.5 * layer.edge * Math.max(scale, 0.5);
     for (let i = 0; i < count; ++i) {
+      const half = halfOfFinest * edgesOf(arrays, i);
       let near = 0;
       let far = best ? best.distance : Infinity;
       for (let axis = 0; axis < 3; ++axis) {
