@@ -263,8 +263,10 @@ private:
     if (least_step_ == 0 || 4.0 * mean >= load_to_rise * most)
       return false;
     least_step_ = stepOfDoublings(ladder_[least_step_].doublings - 1);
-    if (status_.max_rate > 0.0)
-      return false; // it goes up by itself
+    if (status_.max_rate > 0.0) {
+      changed_at_ = time_;
+      return false; // keepRate() goes up
+    }
     change(least_step_, reason);
     return true;
   }
