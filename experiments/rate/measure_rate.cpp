@@ -32,6 +32,7 @@ struct RateOptions {
   std::vector<double> rates = {20.0, 5.0, 1.0};
   double wireless = 8.0;
   bool changes_scene = false;
+  bool has_budget_only = false;
 };
 
 void
@@ -51,6 +52,9 @@ addOptions(CLI::App& program, RateOptions& options)
       .add_option(
           "--wireless", options.wireless, "highest rate of a Wi-Fi, Mbit/s; 0: none")
       ->check(CLI::Range(0.0, 1e6));
+  program.add_flag("--budget-only",
+                   options.has_budget_only,
+                   "without the fixed settings among which the best is looked for");
   program.add_flag("--change",
                    options.changes_scene,
                    "from the middle on the sensor is the camera on a hand");
@@ -83,12 +87,12 @@ nodeSettings(double resolution)
   return settings;
 }
 
-/** \brief The fixed settings among which the best is looked for, and the budget. */
+/** \brief The fixed settings among which the best is looked for. */
 void
-addSenders(const RateOptions& options,
-           const RateTrace& trace,
-           QualityJudge& judge,
-           std::list<MeasuredSender>& senders)
+addFixedSenders(const RateOptions& options,
+                const RateTrace& trace,
+                QualityJudge& judge,
+                std::list<MeasuredSender>& senders)
 {
   for (const int multiple : {1, 2, 4})
     for (const unsigned int filter : {0u, 8u})
@@ -106,6 +110,17 @@ addSenders(const RateOptions& options,
                              trace,
                              judge);
       }
+}
+
+/** \brief All senders of a link. */
+void
+addSenders(const RateOptions& options,
+           const RateTrace& trace,
+           QualityJudge& judge,
+           std::list<MeasuredSender>& senders)
+{
+  if (!options.has_budget_only)
+    addFixedSenders(options, trace, judge, senders);
   nodes::SensorNodeSettings settings = nodeSettings(options.resolution);
   settings.compression.max_rate = trace.at(0.0);
   senders.emplace_back("**max_rate**", settings, trace, judge);
