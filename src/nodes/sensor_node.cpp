@@ -1,173 +1,18 @@
-#include <pcl_ext/compression/cloud_encoder.h>
-#include <pcl_ext/filters/preprocessed_batches.h>
-#include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/nodes/sensor_node.h>
-#include <pcl_ext/point_intensity.h>
 
 #include "bytes/exceptions.h"
-#include "filters/cloud_outliers.h"
 #include "nodes/latency.h"
 #include "nodes/left_out.h"
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
+#include "nodes/sensor_pipeline.h"
 
 #include <memory>
 #include <new>
-#include <type_traits>
 #include <utility>
 
 namespace pcl_ext {
 namespace nodes {
-
-namespace {
-
-/** \brief The points of clouds, moved, cropped and with the intensities of a law. */
-class SensorPoints {
-public:
-  virtual ~SensorPoints() = default;
-
-  /** \brief See PreprocessedBatches::open. */
-  virtual PreprocessingStatus
-  open(const Eigen::Isometry3d& sensor_pose, const pcl::PCLPointCloud2& cloud) = 0;
-
-  virtual io::PointBatches&
-  batches() = 0;
-
-  virtual PreprocessingStatistics
-  statistics() const = 0;
-};
-
-template <typename IntensityModelT>
-class SensorPointsOf : public SensorPoints {
-public:
-  using Batches = PreprocessedBatches<IntensityModelT, PointXYZRGBI>;
-
-  explicit SensorPointsOf(const typename Batches::Preprocessor& preprocessor)
-  : batches_(preprocessor)
-  {}
-
-  void
-  setReadsFields(bool reads_fields)
-  {
-    batches_.setReadsFields(reads_fields);
-  }
-
-  PreprocessingStatus
-  open(const Eigen::Isometry3d& sensor_pose, const pcl::PCLPointCloud2& cloud) override
-  {
-    batches_.setSensorPose(sensor_pose);
-    return batches_.open(cloud);
-  }
-
-  io::PointBatches&
-  batches() override
-  {
-    return batches_;
-  }
-
-  PreprocessingStatistics
-  statistics() const override
-  {
-    return batches_.statistics();
-  }
-
-private:
-  Batches batches_;
-};
-
-std::unique_ptr<SensorPoints>
-makePoints(const SensorNodeSettings& settings)
-{
-  return visitIntensityModel(
-      settings.law,
-      settings.compression.resolution,
-      settings.sensor,
-      [&](const auto& model) -> std::unique_ptr<SensorPoints> {
-        using Points = SensorPointsOf<std::decay_t<decltype(model)>>;
-        typename Points::Batches::Preprocessor preprocessor(model);
-        preprocessor.setIntensityField(settings.intensity_field);
-        preprocessor.setReadsColours(codesColours(settings));
-        if (settings.crop_box)
-          preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
-                                  Eigen::Vector3d(settings.crop_box->max.data()));
-        auto points = std::make_unique<Points>(preprocessor);
-        // With the points the field ring, too, whose order they may have.
-        points->setReadsFields(!settings.compression.fields.empty() ||
-                               settings.compression.keep_point_counts);
-        return points;
-      });
-}
-
-std::optional<io::DepthLaw>
-depthLaw(const SensorNodeSettings& settings)
-{
-  return visitIntensityModel(settings.law,
-                             settings.compression.resolution,
-                             settings.sensor,
-                             [](const auto& model) { return io::depthLawOf(model); });
-}
-
-io::CloudEncoder
-makeEncoder(const SensorNodeSettings& settings)
-{
-  const IntensityUnit unit = visitIntensityModel(
-      settings.law,
-      settings.compression.resolution,
-      settings.sensor,
-      [](const auto& model) { return std::decay_t<decltype(model)>::unit; });
-  return io::CloudEncoder(codecSettings(settings), unit, depthLaw(settings));
-}
-
-io::RateControl
-makeRateControl(const SensorNodeSettings& settings)
-{
-  return io::RateControl(
-      codecSettings(settings),
-      settings.law != IntensityLaw::None,
-      true,
-      settings.outlier_removal
-          ? std::optional<float>(settings.outlier_removal->min_log_odds)
-          : std::nullopt);
-}
-
-/** \brief The stages before and after voxelizing. Created again after memory ran out in
- * them. */
-struct Filters {
-  explicit Filters(const SensorNodeSettings& settings) : points(makePoints(settings))
-  {
-    if (!settings.outlier_removal)
-      return;
-    outlier_removal.emplace(removalSettings(settings));
-    if (settings.outlier_removal->unit == DensityUnit::Automatic)
-      point_outlier_removal.emplace(
-          PointOutlierRemovalSettings{settings.outlier_removal->min_log_odds,
-                                      settings.outlier_removal->use_history});
-  }
-
-  std::unique_ptr<SensorPoints> points;
-  std::optional<VoxelOutlierRemoval> outlier_removal;
-  std::optional<PointOutlierRemoval> point_outlier_removal;
-  CloudOutliers outliers;
-  pcl::PCLPointCloud2 cloud; // without the outliers
-};
-
-/** \brief Members that exist only if the settings are valid. */
-struct Pipeline {
-  explicit Pipeline(const SensorNodeSettings& settings)
-  : encoder(makeEncoder(settings))
-  , rate_control(makeRateControl(settings))
-  , filters(std::in_place, settings)
-  {}
-
-  io::CloudEncoder encoder;
-  io::RateControl rate_control;
-  std::optional<Filters> filters;
-  // Members so that their memory is reused.
-  io::VoxelFrame frame;
-  std::optional<io::FrameStamp> stamp;
-};
-
-} // namespace
 
 class SensorNode::Implementation {
 public:
@@ -376,7 +221,7 @@ private:
   OutlierRemovalStatus
   judgePoints(const pcl::PCLPointCloud2& cloud)
   {
-    Filters& filters = *pipeline_->filters;
+    SensorFilters& filters = *pipeline_->filters;
     if (!filters.point_outlier_removal)
       return {OutlierRemovalCode::NoImage, ""};
     OutlierRemovalStatus status =
@@ -457,7 +302,7 @@ private:
   // As given: of the first step.
   std::optional<VoxelOutlierRemovalSettings> removal_;
   SensorNodeStatus settings_status_;
-  std::optional<Pipeline> pipeline_; // only if the settings are valid
+  std::optional<SensorPipeline> pipeline_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
   bool judges_points_ = false; // of the current cloud
   bool is_change_new_ = false; // not told yet with a frame
