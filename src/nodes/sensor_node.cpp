@@ -130,18 +130,7 @@ private:
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
-    statistics_.preprocessing = pipeline_->filters->points->statistics();
-    statistics_.outliers_removed = outliers;
-    statistics_.judged_points = judges_points_;
-    statistics_.points_removed = points.removed;
-    statistics_.preprocessing.points_not_finite -= points.removed;
-    const bool has_image = pipeline_->encoder.statistics().coding.has_image;
-    statistics_.decoded_width =
-        has_image ? pipeline_->frame.cloudWidth() : pipeline_->frame.pointCount();
-    statistics_.decoded_height = has_image ? pipeline_->frame.cloudHeight() : 1;
-    statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
-    statistics_.decoded_fields.assign(pipeline_->frame.fields.begin(),
-                                      pipeline_->frame.fields.end());
+    noteFrame(points, outliers);
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }
@@ -157,6 +146,27 @@ private:
                                   pipeline_->rate_control.leftOutMessage());
         },
         [] { return SensorNodeStatus(SensorNodeCode::LeftOut, ""); });
+  }
+
+  /** \brief Sets the statistics of the last frame.
+   * \param[in] points what was done to the points
+   * \param[in] outliers number of voxels that were removed
+   */
+  void
+  noteFrame(const OutlierRemovalStatus& points, std::size_t outliers)
+  {
+    statistics_.preprocessing = pipeline_->filters->points->statistics();
+    statistics_.outliers_removed = outliers;
+    statistics_.judged_points = judges_points_;
+    statistics_.points_removed = points.removed;
+    statistics_.preprocessing.points_not_finite -= points.removed;
+    const bool has_image = pipeline_->encoder.statistics().coding.has_image;
+    statistics_.decoded_width =
+        has_image ? pipeline_->frame.cloudWidth() : pipeline_->frame.pointCount();
+    statistics_.decoded_height = has_image ? pipeline_->frame.cloudHeight() : 1;
+    statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
+    statistics_.decoded_fields.assign(pipeline_->frame.fields.begin(),
+                                      pipeline_->frame.fields.end());
   }
 
   /** \brief Takes over the step that the rate control has chosen. */
