@@ -31,6 +31,7 @@ struct RateOptions {
   double resolution = 0.02;
   std::vector<double> rates = {20.0, 5.0, 1.0};
   double wireless = 8.0;
+  double rate_buffer = io::RateSettings().rate_buffer;
   bool changes_scene = false;
   bool has_budget_only = false;
 };
@@ -52,6 +53,8 @@ addOptions(CLI::App& program, RateOptions& options)
       .add_option(
           "--wireless", options.wireless, "highest rate of a Wi-Fi, Mbit/s; 0: none")
       ->check(CLI::Range(0.0, 1e6));
+  program.add_option("--rate-buffer", options.rate_buffer, "with max_rate, seconds")
+      ->check(CLI::Range(0.01, 1.0));
   program.add_flag("--budget-only",
                    options.has_budget_only,
                    "without the fixed settings among which the best is looked for");
@@ -123,6 +126,7 @@ addSenders(const RateOptions& options,
     addFixedSenders(options, trace, judge, senders);
   nodes::SensorNodeSettings settings = nodeSettings(options.resolution);
   settings.compression.max_rate = trace.at(0.0);
+  settings.compression.rate_buffer = options.rate_buffer;
   senders.emplace_back("**max_rate**", settings, trace, judge);
   settings.compression.rate_temporal_filter = 0;
   senders.emplace_back("max_rate, no filter", settings, trace, judge);

@@ -114,14 +114,15 @@ public:
 
 private:
   /** \brief Whether there is no room for what the next frame is expected to be. Where the
-   * buffer is empty it is tried once a second, as frames may have become smaller. */
+   * buffer is empty it is tried: on a new step at once, else once a second, as frames may
+   * have become smaller. */
   bool
   isShort(bool is_i_frame) const
   {
     if (max_rate_ == 0.0)
       return false;
     if (budget_.isEmpty())
-      return time_ < next_try_;
+      return time_ < next_try_ && !choice_.hasChanged();
     const RateEstimate& estimate = choice_.estimate();
     // Where clouds are left out in any case, those that are sent need not wait, too.
     if (choice_.load() > 1.0 && budget_.backlog() > estimate.interval())
