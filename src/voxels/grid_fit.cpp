@@ -92,8 +92,9 @@ fitGrid(const VoxelGrid& lattice, const LatticeRange& occupied, unsigned int lev
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t extent =
         std::int64_t{range.highest[axis]} - range.lowest[axis] + 1;
-    const std::int64_t centred =
-        (range.lowest[axis] - (grid.size() - extent) / 2) >> levels << levels;
+    // Of the coarsest cells; also below 0, whose bits must not be shifted to the left.
+    const std::int64_t centred = (range.lowest[axis] - (grid.size() - extent) / 2) &
+                                 -(std::int64_t{1} << levels);
     grid.first_index[axis] = static_cast<std::int32_t>(
         std::clamp(centred, -lattice_end, lattice_end - grid.size()));
   }
