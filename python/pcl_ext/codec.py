@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from numbers import Real
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -354,8 +355,12 @@ class Encoder:
         Raises
         ------
         ValueError
-            If it is outside its range.
+            If it is outside its range, or the encoder has no `max_rate`.
         """
+        if self._native.rate_control()["max_rate"] == 0:
+            raise ValueError("the Encoder has no max_rate, which set_max_rate changes; pass one")
+        if not isinstance(bits_per_second, Real):
+            raise TypeError(f"bits_per_second is {bits_per_second!r}; it must be a number")
         if not 1e3 <= bits_per_second <= 1e12:
             raise ValueError(
                 f"bits_per_second is {bits_per_second!r}; it must be a number from 1e3 to 1e12"

@@ -83,6 +83,14 @@ def test_bad_budgets_are_refused(settings, message):
         pcl_ext.Encoder(**settings)
 
 
+def test_a_rate_needs_one_to_change():
+    encoder = pcl_ext.Encoder(max_encode_ms=5)
+    with pytest.raises(ValueError, match="the Encoder has no max_rate"):
+        encoder.set_max_rate(1e6)
+    with pytest.raises(TypeError, match="bits_per_second is 'x'; it must be a number"):
+        pcl_ext.Encoder(max_rate=RATE).set_max_rate("x")
+
+
 @pytest.mark.parametrize("rate", [0, 999, -1e6, 1e13, float("nan")])
 def test_bad_rates_are_refused(rate):
     encoder = pcl_ext.Encoder(max_rate=RATE)

@@ -66,7 +66,8 @@ RateLadder::RateLadder(const EncoderSettings& settings,
       step.intensity_bits = few_bits;
       add(step, guess_of_companding);
     }
-    if (can_remove_outliers && (!min_log_odds || *min_log_odds < 0.0f) &&
+    // Not where it is off: of sparse clouds it may remove all but a part.
+    if (can_remove_outliers && min_log_odds && *min_log_odds < 0.0f &&
         VoxelOutlierRemoval::isMadeFor(settings.resolution)) {
       step.min_log_odds = 0.0f;
       add(step, guess_of_removal);

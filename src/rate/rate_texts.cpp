@@ -53,7 +53,8 @@ overloadText(double bytes_per_second,
   const double buffer_bytes = max_rate / 8.0 * buffer_seconds;
   if (i_frame_bytes > buffer_bytes)
     text += ", I-frames " + numberText(i_frame_bytes / 1e3) + " kB of " +
-            numberText(buffer_bytes / 1e3) + " that rate_buffer holds";
+            numberText(buffer_bytes / 1e3) +
+            " that rate_buffer holds: a larger one, or more rate_doublings, makes room";
   return text;
 }
 

@@ -48,13 +48,16 @@ TEST(RateLadder, StepsAreOrderedByQuality)
   settings.rate_temporal_filter = 16;
   settings.rate_doublings = 2;
   EXPECT_EQ(
-      stepsOf(settings, true, true),
-      (Texts{"voxels of 0.01 m, effort fast",
-             "voxels of 0.01 m, effort balanced",
-             "voxels of 0.01 m, effort small",
-             "voxels of 0.01 m, effort small, temporal filter of 8",
-             "voxels of 0.01 m, effort small, temporal filter of 16",
-             "voxels of 0.01 m, effort small, temporal filter of 16, 4 companded bits",
+      stepsOf(settings, true, true, -2.0f),
+      (Texts{"voxels of 0.01 m, effort fast, outliers removed at -2",
+             "voxels of 0.01 m, effort balanced, outliers removed at -2",
+             "voxels of 0.01 m, effort small, outliers removed at -2",
+             "voxels of 0.01 m, effort small, temporal filter of 8, outliers removed "
+             "at -2",
+             "voxels of 0.01 m, effort small, temporal filter of 16, outliers removed "
+             "at -2",
+             "voxels of 0.01 m, effort small, temporal filter of 16, 4 companded bits, "
+             "outliers removed at -2",
              "voxels of 0.01 m, effort small, temporal filter of 16, 4 companded bits, "
              "outliers removed at 0",
              "voxels of 0.02 m, effort small, temporal filter of 16, 4 companded bits, "
@@ -133,10 +136,13 @@ TEST(RateLadder, VoxelsEndWithTheirRangeAndOutlierRemovalWithIts)
                    "voxels of 600000 m, effort balanced"}));
   settings.resolution = 0.15;
   settings.rate_doublings = 1;
-  EXPECT_EQ(stepsOf(settings, false, true),
-            (Texts{"voxels of 0.15 m, effort balanced",
-                   "voxels of 0.15 m, effort balanced, outliers removed at 0",
+  EXPECT_EQ(stepsOf(settings, false, true, 0.0f),
+            (Texts{"voxels of 0.15 m, effort balanced, outliers removed at 0",
                    "voxels of 0.3 m, effort balanced"}));
+  // What is off stays off.
+  EXPECT_EQ(
+      stepsOf(settings, false, true),
+      (Texts{"voxels of 0.15 m, effort balanced", "voxels of 0.3 m, effort balanced"}));
 }
 
 TEST(RateLadder, SavingsAreLearnedFromWhatTheStreamTook)

@@ -68,13 +68,13 @@ struct RateControlStatus {
  * - higher efforts, if max_encode_ms is set, as far as it allows;
  * - the temporal filter, up to rate_temporal_filter;
  * - 4 companded bits for intensities;
- * - the removal of outliers, where the caller has one;
+ * - the removal of outliers at log-odds 0, where the caller removes milder ones;
  * - leaving clouds out, as long as rate_sent_share of them is sent;
  * - voxels of twice the edge, up to rate_doublings times, made of voxels of the finest
  *   grid, each time with clouds left out before the next time.
  *
  * It goes down where the frames of the last step would take more than 95 % of the budget
- * for half a second, or at once where one finds no room; and up where they would take
+ * for a second, or sooner where one finds no room; and up where they would take
  * less than 75 % on a better step, 2 seconds after the last change. A step that had to be
  * left within 10 seconds is tried again after twice the time, up to a minute. How much a
  * step saves is learned from the stream; a better step of which only a guess says that it

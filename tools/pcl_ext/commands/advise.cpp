@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iomanip>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -80,15 +81,25 @@ printTable(const StreamTrials& trials)
   table.print(std::cout);
 }
 
-/** \brief Given options that the command encode has, too. */
+/** \brief Whether an option is a rate that rate control cannot keep. */
+bool
+isTooLowARate(const GivenOption& option)
+{
+  return option.name == "--max-rate" && parseRate(option.value) < io::least_max_rate;
+}
+
+/** \brief Given options that the command has, too.
+ * \param[in] is_demo it is demo, else encode
+ */
 std::string
-optionsOfEncode(const std::vector<GivenOption>& given)
+optionsOfCommand(const std::vector<GivenOption>& given, bool is_demo)
 {
   std::string text;
   for (const GivenOption& option : given)
     if (const std::string& name = option.name;
-        name != "--max-rate" && name != "--quiet" && name != "--cell" &&
-        name != "--topics" && name != "--resolution" && name != "--effort")
+        !isTooLowARate(option) && !(is_demo && name == "--max-rate") &&
+        name != "--quiet" && name != "--cell" && name != "--topics" &&
+        name != "--resolution" && name != "--effort")
       text += ' ' + option.text();
   return text;
 }
@@ -115,7 +126,8 @@ commandOf(const AdviseOptions& options,
   if (streams[number].is_topic &&
       (streams.size() > 1 || !options.input.input.topics.empty()))
     line += " --topics " + quoted(streams[number].name);
-  return line + " -r " + edge + " -e " + effort + optionsOfEncode(options.given);
+  return line + " -r " + edge + " -e " + effort +
+         optionsOfCommand(options.given, options.input.takes_cell);
 }
 
 /** \brief An option as a parameter of sensor_node and the plugin, most of which have the
@@ -132,6 +144,14 @@ parameterOf(const GivenOption& option)
       text +=
           (i == 0 ? "'" : ", '") + std::string(names[i]) + "': " + textOf(figures[i]);
     return text;
+  }
+  if (isTooLowARate(option))
+    return {};
+  if (option.name == "--max-rate") {
+    // A number with a point: others have the type of whole numbers in launch files.
+    std::ostringstream rate;
+    rate << std::fixed << std::setprecision(1) << parseRate(option.value);
+    return "'max_rate': " + rate.str();
   }
   std::string name = option.name.substr(2);
   std::replace(name.begin(), name.end(), '-', '_');

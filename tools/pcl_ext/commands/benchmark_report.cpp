@@ -132,7 +132,8 @@ printSizes(const BenchmarkReport& report, std::ostream& output)
          "clouds.\nFewer clouds than frames are repeated, with the same noise again, "
          "which takes fewer bytes than new ones.\n";
   for (const BenchmarkRow& row : report.rows)
-    if (row.effort == report.rows.front().effort && row.has_assumed_period)
+    if (row.effort == report.rows.front().effort && row.has_assumed_period &&
+        row.period > 0.0)
       output << row.stream << ": nothing tells the times of its clouds: "
              << formatted(1.0 / row.period, 1)
              << " a second are assumed; --rate sets it\n";

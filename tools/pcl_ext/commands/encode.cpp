@@ -326,6 +326,14 @@ private:
                                       stream.encoder.outlierRemark()})
       if (!remark.empty())
         console_.remark(remark);
+    if (sums.frames == 0 && sums.clouds_left_out > 0) {
+      console_.error(stream.encoder.name() +
+                     ": --max-rate has no room for any of its " +
+                     counted(sums.clouds_left_out, "cloud") +
+                     ": raise it, --rate-buffer or --rate-doublings, or take a larger "
+                     "--resolution");
+      return false;
+    }
     const std::string why = stream.encoder.whyNothingWasEncoded();
     if (!why.empty())
       console_.error(why);
