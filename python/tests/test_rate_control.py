@@ -50,7 +50,6 @@ def test_no_second_takes_more_than_the_rate(random):
 
 def test_without_a_budget_nothing_is_left_out(room):
     encoder = pcl_ext.Encoder()
-    encoder.set_max_rate(1e3)
     assert encoder.encode(room)
     status = encoder.rate_control
     assert (status.max_rate, status.changes, status.clouds_left_out) == (0, 0, 0)
