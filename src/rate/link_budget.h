@@ -36,13 +36,6 @@ public:
   std::size_t
   room() const;
 
-  /** \brief Most bytes of a frame at any time. */
-  std::size_t
-  mostRoom() const
-  {
-    return bytesIn(buffer_);
-  }
-
   /** \brief Whether a frame would find as much room as there ever is. */
   bool
   isEmpty() const

@@ -74,11 +74,12 @@ RateLadder::RateLadder(const EncoderSettings& settings,
     }
   }
   for (unsigned int i = 1; i <= settings.rate_doublings; ++i) {
-    const double resolution = std::ldexp(settings.resolution, static_cast<int>(i));
-    if (resolution > largest_resolution)
-      break;
     step.doublings = i;
-    if (!VoxelOutlierRemoval::isMadeFor(resolution))
+    const EncoderSettings coarser = settingsOf(step, settings, std::nullopt);
+    // Regions may be too small for them.
+    if (!checkSettings(coarser).ok())
+      break;
+    if (!VoxelOutlierRemoval::isMadeFor(coarser.resolution))
       step.min_log_odds.reset();
     add(step, guess_of_doubling);
   }
