@@ -34,6 +34,12 @@
 #define PCL_EXT_VIEW_EXPORT PCL_EXT_DLL_IMPORT
 #endif
 
+#if defined(pcl_ext_link_EXPORTS)
+#define PCL_EXT_LINK_EXPORT PCL_EXT_DLL_EXPORT
+#else
+#define PCL_EXT_LINK_EXPORT PCL_EXT_DLL_IMPORT
+#endif
+
 #if defined(pcl_ext_EXPORTS)
 #define PCL_EXT_EXPORT PCL_EXT_DLL_EXPORT
 #else

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/link/link_settings.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace pcl_ext {
+namespace link {
+
+/** \brief Figures of a FramePublisher, since it was made. */
+struct PublisherStatistics {
+  std::uint64_t frames = 0; ///< handed to the connection
+  std::uint64_t bytes = 0;  ///< of these
+  std::uint64_t frames_not_sent =
+      0; ///< the connection was lost, or they were too large
+  std::uint64_t i_frame_requests = 0; ///< received
+  std::uint64_t reconnections = 0;
+};
+
+/** \brief Publishes the frames of streams, each on the subject SITE.STREAM.frames.
+ *
+ * Frames that cannot be sent are not kept: a later one of the same stream arrives with a
+ * gap before it, for which receivers request an I-frame. Lost connections are restored
+ * for ever, after which an I-frame of each stream is requested. All members are
+ * thread-safe; nothing throws.
+ * \code
+ * pcl_ext::link::LinkSettings settings;
+ * settings.servers = "nats://centre:4222";
+ * settings.site = "cell";
+ * pcl_ext::link::FramePublisher publisher(
+ *     settings, [&](std::size_t) { wants_i_frame = true; });
+ * std::size_t stream = 0;
+ * auto status = publisher.connect();
+ * if (status.ok())
+ *   status = publisher.addStream("/sensor_1", {}, stream);
+ * // each frame:
+ * status = publisher.publish(stream, time, bytes.data(), bytes.size());
+ * \endcode
+ */
+class PCL_EXT_LINK_EXPORT FramePublisher {
+public:
+  /** \brief Called when a receiver needs an I-frame of a stream, which its encoder is to
+   * make the next frame. Called by other threads; must not throw. */
+  using RequestIFrame = std::function<void(std::size_t stream)>;
+
+  /** \param[in] settings checked by connect()
+   * \param[in] request_i_frame may be empty: receivers wait for the next one
+   */
+  explicit FramePublisher(const LinkSettings& settings,
+                          RequestIFrame request_i_frame = RequestIFrame());
+
+  /** \brief Sends what waits, within the connect_timeout, and ends the connection. */
+  ~FramePublisher();
+  FramePublisher(const FramePublisher&) = delete;
+  FramePublisher&
+  operator=(const FramePublisher&) = delete;
+
+  /** \brief Connects to the first server that answers. */
+  LinkStatus
+  connect() noexcept;
+
+  /** \brief Adds a stream.
+   * \param[in] name any bytes, 1 to 1000, such as a topic; unlike those of others
+   * \param[in] metadata sent with each I-frame
+   * \param[out] stream number for publish(), from 0
+   */
+  LinkStatus
+  addStream(const std::string& name,
+            const StreamMetadata& metadata,
+            std::size_t& stream) noexcept;
+
+  /** \brief Sends the next frame of a stream.
+   * \param[in] stream number of addStream()
+   * \param[in] time of the cloud
+   * \param[in] frame exactly one, of either format
+   * \param[in] size number of bytes
+   * \return NotConnected or FrameTooLarge, which count as lost
+   */
+  LinkStatus
+  publish(std::size_t stream,
+          Time time,
+          const std::uint8_t* frame,
+          std::size_t size) noexcept;
+
+  /** \brief Waits until the server has all frames that were published.
+   * \param[in] timeout above 0
+   * \return false if it has not after that time
+   */
+  bool
+  flush(std::chrono::milliseconds timeout) noexcept;
+
+  PublisherStatistics
+  statistics() const noexcept;
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace link
+} // namespace pcl_ext

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/nodes/stream_health.h>
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief How often the streams of a centre are merged, and how long that waits. */
+struct MergeScheduleSettings {
+  /** \brief From one merged frame to the next, in the time of the clouds; they are at
+   * whole multiples of it. 1 ms to 1 hour. */
+  Time period = std::chrono::milliseconds(100);
+
+  /** \brief How long a merged frame waits for streams whose frame for it has not arrived
+   * yet, 0 to 1 hour. Without losses it waits only as long as the slowest stream
+   * takes. */
+  Time max_wait = std::chrono::milliseconds(200);
+};
+
+/** \brief What is wrong with settings, in one line; empty if nothing. */
+PCL_EXT_EXPORT std::string
+faultOf(const MergeScheduleSettings& settings);
+
+/** \brief A frame that arrived for a CentralNode. */
+struct ScheduledFrame {
+  std::string stream;
+  Time stamp{0}; ///< of the cloud
+  std::vector<std::uint8_t> bytes;
+};
+
+/** \brief Decides which frames of several streams are merged with each other: by the
+ * time of their clouds, not of their arrival, so that centres that share the streams merge
+ * the same frames as one that has all of them.
+ *
+ * The merged frame of time T has the latest frame of each stream that is not later than
+ * T. Frames that are later are held back until T is merged; T is merged when each stream
+ * that is alive has a frame of T or later, or after max_wait. A frame that arrives after
+ * its time was merged is decoded at once and is part of the next one.
+ *
+ * Streams need not have a common clock with this machine, but one with each other: those
+ * whose clouds are more than 2 s from the others' median are not held back, nor waited
+ * for. A stream is alive for 1 s after its last frame.
+ *
+ * For one thread at a time.
+ */
+class PCL_EXT_EXPORT MergeSchedule {
+public:
+  /** \param[in] settings as faultOf() accepts */
+  explicit MergeSchedule(const MergeScheduleSettings& settings);
+
+  /** \brief A frame has arrived.
+   * \param[in] frame the next one of its stream
+   * \param[in] now time of any clock that is not set
+   */
+  void
+  add(ScheduledFrame frame, Time now);
+
+  /** \brief What is to be done. */
+  struct Step {
+    std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
+    std::optional<Time> merge;          ///< then, merge as of this time
+  };
+
+  /** \brief What is to be done now; to be called until a step merges nothing.
+   * \param[in] now as above
+   */
+  Step
+  next(Time now);
+
+private:
+  struct HeldFrame {
+    ScheduledFrame frame;
+    Time offset; ///< time of arrival minus stamp
+  };
+
+  struct Stream {
+    std::deque<HeldFrame> held;
+    Time last_arrival{0};
+    Time last_stamp{0};
+    Time last_offset{0};
+  };
+
+  bool
+  isAlive(const Stream& stream, Time now) const;
+
+  /** \brief The median of time of arrival minus stamp, of the streams that are alive;
+   * nothing if none is. */
+  std::optional<Time>
+  commonOffset(Time now) const;
+
+  /** \brief The multiple of the period at or after a time. */
+  Time
+  slotOf(Time stamp) const;
+
+  /** \brief The earliest stamp that is held of frames of the common clock. */
+  std::optional<Time>
+  earliestHeld(Time offset) const;
+
+  void
+  releaseFrames(Time offset, Step& step);
+
+  bool
+  isComplete(Time offset, Time now);
+
+  const MergeScheduleSettings settings_;
+  std::map<std::string, Stream> streams_;
+  std::optional<Time> slot_;          // to be merged next
+  bool has_frames_ = false;           // of the slot
+  std::optional<Time> waiting_since_; // a stream had a frame for the slot
+};
+
+} // namespace nodes
+} // namespace pcl_ext

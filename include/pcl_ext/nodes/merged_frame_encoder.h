@@ -1,0 +1,61 @@
+#pragma once
+
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/nodes/stream_health.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Encodes what CentralNode::merge() returns as a stream as any other, which
+ * another CentralNode may merge with those of other centres.
+ *
+ * Voxels and intensities come back as they were merged, whatever they are sums of, while
+ * intensities are multiples of a step and at most 65535 of it. A centre of centres
+ * thus has the voxels and intensities of one centre with all streams. For one thread
+ * at a time.
+ */
+class PCL_EXT_EXPORT MergedFrameEncoder {
+public:
+  /** \param[in] resolution of the common grid, metres
+   * \param[in] stream effort and i_frame_rate are used; colours are kept in 8 bits
+   */
+  MergedFrameEncoder(double resolution, const io::StreamSettings& stream);
+
+  /** \brief Makes the next frame an I-frame. */
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  /** \brief Encodes a merged frame.
+   * \param[in] merged from CentralNode::merge()
+   * \param[in] stamp in the frame: the time as of which it was merged; not negative
+   * \param[in] frame_id coordinate frame of the voxels, up to 1024 bytes
+   * \param[out] bytes the frame; empty unless the status is Ok
+   * \return as CloudEncoder::encode
+   */
+  io::CompressionStatus
+  encode(const io::VoxelFrame& merged,
+         Time stamp,
+         const std::string& frame_id,
+         std::vector<std::uint8_t>& bytes);
+
+private:
+  io::CloudEncoder encoder_;
+  // Keep their memory.
+  std::vector<double> coordinates_;
+  std::vector<float> intensities_;
+  std::vector<std::uint32_t> colours_;
+  io::VoxelFrame voxels_;
+};
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <pcl_ext/link/link_settings.h>
+
+#include <nats/nats.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace pcl_ext {
+namespace link {
+
+/** \brief Owns an object of the NATS library. */
+template <typename ObjectT, void (*destroy)(ObjectT*)>
+struct NatsDeleter {
+  void
+  operator()(ObjectT* object) const
+  {
+    destroy(object);
+  }
+};
+using MessageHandle = std::unique_ptr<natsMsg, NatsDeleter<natsMsg, natsMsg_Destroy>>;
+using JetStreamHandle = std::unique_ptr<jsCtx, NatsDeleter<jsCtx, jsCtx_Destroy>>;
+
+/** \brief A connection to a server, which is restored for ever once it was there. */
+class Connection {
+public:
+  /** \param[in] settings checked by open()
+   * \param[in] on_reconnect called by another thread; may be empty
+   */
+  Connection(const LinkSettings& settings, std::function<void()> on_reconnect);
+
+  /** \brief Closes it. Subscriptions must have ended, as their handlers may use what the
+   * caller destroys. */
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection&
+  operator=(const Connection&) = delete;
+
+  /** \brief Connects to the first server that answers. */
+  LinkStatus
+  open();
+
+  /** \brief Null before open(). */
+  natsConnection*
+  get() const
+  {
+    return connection_;
+  }
+
+  const LinkSettings&
+  settings() const
+  {
+    return settings_;
+  }
+
+  /** \brief True if messages can be sent at the moment. */
+  bool
+  isConnected() const
+  {
+    return connection_ != nullptr &&
+           natsConnection_Status(connection_) == NATS_CONN_STATUS_CONNECTED;
+  }
+
+  /** \brief True if it is lost for good. */
+  bool
+  isClosed() const
+  {
+    return connection_ != nullptr && natsConnection_IsClosed(connection_);
+  }
+
+  std::uint64_t
+  reconnections() const
+  {
+    return reconnections_;
+  }
+
+  /** \brief The status of a call that failed on an open connection. */
+  LinkStatus
+  statusOf(natsStatus failure) const;
+
+private:
+  LinkStatus
+  setOptions(natsOptions* options);
+
+  natsStatus
+  setSecurity(natsOptions* options, std::string& file);
+
+  LinkStatus
+  connectionFailure(natsStatus failure) const;
+
+  void
+  tell(const std::string& event) const;
+
+  static void
+  onDisconnected(natsConnection* connection, void* self);
+  static void
+  onReconnected(natsConnection* connection, void* self);
+  static void
+  onClosed(natsConnection* connection, void* self);
+  static void
+  onError(natsConnection* connection,
+          natsSubscription* subscription,
+          natsStatus error,
+          void* self);
+
+  const LinkSettings settings_;
+  const std::function<void()> on_reconnect_;
+  natsConnection* connection_ = nullptr;
+  std::atomic<std::uint64_t> reconnections_{0};
+  std::atomic<bool> is_closing_{false};
+  std::mutex mutex_;
+  std::condition_variable closed_;
+  bool is_closed_ = false;
+};
+
+/** \brief A subscription whose handler is not called any more once this is destroyed. */
+class Subscription {
+public:
+  using Handler = std::function<void(natsMsg*)>;
+
+  Subscription() = default;
+  ~Subscription();
+  Subscription(const Subscription&) = delete;
+  Subscription&
+  operator=(const Subscription&) = delete;
+
+  /** \brief Subscribes.
+   * \param[in] handler called by other threads, for one message at a time
+   */
+  natsStatus
+  open(const Connection& connection, const std::string& subject, Handler handler);
+
+private:
+  static void
+  onMessage(natsConnection* connection,
+            natsSubscription* subscription,
+            natsMsg* message,
+            void* self);
+  static void
+  onComplete(void* self);
+
+  Handler handler_;
+  natsSubscription* subscription_ = nullptr;
+  std::mutex mutex_;
+  std::condition_variable completed_;
+  bool is_complete_ = false;
+};
+
+} // namespace link
+} // namespace pcl_ext

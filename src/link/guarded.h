@@ -1,0 +1,28 @@
+#pragma once
+
+#include <pcl_ext/link/link_settings.h>
+
+#include <exception>
+#include <new>
+
+namespace pcl_ext {
+namespace link {
+
+/** \brief Calls a function; exceptions become a status. */
+template <typename FunctionT>
+LinkStatus
+guarded(const FunctionT& function) noexcept
+{
+  try {
+    return function();
+  }
+  catch (const std::bad_alloc&) {
+    return outOfMemoryStatus<LinkStatus>();
+  }
+  catch (const std::exception&) {
+    return {LinkCode::Closed, "thread failed"};
+  }
+}
+
+} // namespace link
+} // namespace pcl_ext

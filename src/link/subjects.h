@@ -1,0 +1,48 @@
+/** \file
+ * \brief Subjects of NATS: SITE.STREAM.frames, after which the server may put the number of
+ * a partition, and SITE.STREAM.requests for I-frames.
+ */
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace pcl_ext {
+namespace link {
+
+/** \brief Longest name of a stream. All its bytes may take three in a subject, and a server
+ * takes 4096 for subject and sizes. */
+constexpr std::size_t longest_stream_name = 1000;
+
+/** \brief Text without characters that have a meaning in subjects, headers or wildcards: all
+ * bytes but letters, digits and - _ / become % and two hexadecimal digits. */
+std::string
+escaped(std::string_view text);
+
+/** \brief The text that escaped() made this of; nothing if it made none. */
+std::optional<std::string>
+unescaped(std::string_view escaped_text);
+
+/** \brief The subject of a stream's frames. */
+std::string
+framesSubject(const std::string& site, const std::string& stream);
+
+/** \brief The subject of requests for a stream's I-frames. */
+std::string
+requestsSubject(const std::string& site, const std::string& stream);
+
+/** \brief A subject of frames. */
+struct FramesSubject {
+  std::string stream;
+  std::optional<unsigned int> partition;
+};
+
+/** \brief Takes a subject of frames apart; nothing if it is none of this site. */
+std::optional<FramesSubject>
+parseFramesSubject(const std::string& site, std::string_view subject);
+
+} // namespace link
+} // namespace pcl_ext

@@ -1,0 +1,163 @@
+#include <pcl_ext/nodes/merge_schedule.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+constexpr Time longest = std::chrono::hours(1);
+constexpr Time shortest_period = std::chrono::milliseconds(1);
+constexpr Time alive_for = std::chrono::seconds(1);
+constexpr Time most_apart = std::chrono::seconds(2);
+
+std::string
+milliseconds(Time time)
+{
+  return std::to_string(
+             std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) +
+         " ms";
+}
+
+bool
+areClose(Time a, Time b)
+{
+  return a - b <= most_apart && b - a <= most_apart;
+}
+
+} // namespace
+
+std::string
+faultOf(const MergeScheduleSettings& settings)
+{
+  if (settings.period < shortest_period || settings.period > longest)
+    return "period is " + milliseconds(settings.period) + "; it must be 1 ms to 1 hour";
+  if (settings.max_wait < Time(0) || settings.max_wait > longest)
+    return "max_wait is " + milliseconds(settings.max_wait) +
+           "; it must be 0 to 1 hour";
+  return {};
+}
+
+MergeSchedule::MergeSchedule(const MergeScheduleSettings& settings)
+: settings_(settings)
+{}
+
+bool
+MergeSchedule::isAlive(const Stream& stream, Time now) const
+{
+  return now - stream.last_arrival <= alive_for;
+}
+
+std::optional<Time>
+MergeSchedule::commonOffset(Time now) const
+{
+  std::vector<Time> offsets;
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now))
+      offsets.push_back(stream.last_offset);
+  if (offsets.empty())
+    return std::nullopt;
+  const auto middle =
+      offsets.begin() + static_cast<std::ptrdiff_t>((offsets.size() - 1) / 2);
+  std::nth_element(offsets.begin(), middle, offsets.end());
+  return *middle;
+}
+
+Time
+MergeSchedule::slotOf(Time stamp) const
+{
+  const Time past = stamp % settings_.period;
+  if (past == Time(0))
+    return stamp;
+  return past > Time(0) ? stamp - past + settings_.period : stamp - past;
+}
+
+std::optional<Time>
+MergeSchedule::earliestHeld(Time offset) const
+{
+  std::optional<Time> earliest;
+  for (const auto& [name, stream] : streams_)
+    for (const HeldFrame& held : stream.held)
+      if (areClose(held.offset, offset) && (!earliest || held.frame.stamp < *earliest))
+        earliest = held.frame.stamp;
+  return earliest;
+}
+
+void
+MergeSchedule::add(ScheduledFrame frame, Time now)
+{
+  Stream& stream = streams_[frame.stream];
+  stream.last_arrival = now;
+  stream.last_stamp = frame.stamp;
+  stream.last_offset = now - frame.stamp;
+  stream.held.push_back({std::move(frame), stream.last_offset});
+}
+
+void
+MergeSchedule::releaseFrames(Time offset, Step& step)
+{
+  for (auto& [name, stream] : streams_)
+    while (!stream.held.empty()) {
+      HeldFrame& first = stream.held.front();
+      const bool is_synchronous = areClose(first.offset, offset);
+      if (slot_ && is_synchronous && first.frame.stamp > *slot_)
+        break;
+      has_frames_ |= slot_.has_value();
+      step.frames.push_back(std::move(first.frame));
+      stream.held.pop_front();
+    }
+}
+
+bool
+MergeSchedule::isComplete(Time offset, Time now)
+{
+  bool are_all_there = true;
+  for (const auto& [name, stream] : streams_) {
+    if (!isAlive(stream, now) || !areClose(stream.last_offset, offset))
+      continue;
+    if (stream.last_stamp < *slot_)
+      are_all_there = false;
+    else if (!waiting_since_)
+      waiting_since_ = now;
+  }
+  return are_all_there ||
+         (waiting_since_ && now - *waiting_since_ >= settings_.max_wait);
+}
+
+MergeSchedule::Step
+MergeSchedule::next(Time now)
+{
+  Step step;
+  const auto common = commonOffset(now);
+  // Without a stream that is alive what was held is merged as it is.
+  const Time offset = common.value_or(slot_ ? now - *slot_ : Time(0));
+  // The clock of the clouds was set.
+  if (slot_ && !areClose(now - offset, *slot_) &&
+      (now - offset < *slot_ ||
+       now - offset - *slot_ > settings_.max_wait + most_apart)) {
+    slot_.reset();
+    has_frames_ = false;
+    waiting_since_.reset();
+  }
+  if (!slot_)
+    if (const auto earliest = earliestHeld(offset))
+      slot_ = slotOf(*earliest);
+  releaseFrames(offset, step);
+  if (!slot_ || !isComplete(offset, now))
+    return step;
+  const auto earliest = earliestHeld(offset);
+  if (!has_frames_ && !earliest)
+    return step; // nothing has arrived since the last merged frame
+  if (has_frames_)
+    step.merge = slot_;
+  has_frames_ = false;
+  waiting_since_.reset();
+  const Time following = *slot_ + settings_.period;
+  slot_ = earliest ? std::max(following, slotOf(*earliest)) : following;
+  return step;
+}
+
+} // namespace nodes
+} // namespace pcl_ext
