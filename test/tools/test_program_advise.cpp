@@ -186,12 +186,12 @@ TEST(ProgramAdvise, RefusesWhatIsNoQuestion)
   const std::string remedy = "; 500kbit/s or 2Mbit/s is one";
   for (const auto& [text, fault] : std::vector<std::pair<std::string, std::string>>{
            {"2", "has no unit"},
-           {"2MB/s", "has another unit than bit/s, kbit/s, Mbit/s and Gbit/s"},
+           {"2MB/s", "has none of the units bit/s, kbit/s, Mbit/s, Gbit/s"},
            {"0kbit/s", "is not above 0"},
            {"-1Mbit/s", "is not above 0"},
-           {"nankbit/s", "is no rate"},
-           {"1e999bit/s", "is no rate"},
-           {"fast", "is no rate"}})
+           {"nankbit/s", "is no number with a unit"},
+           {"1e999bit/s", "is no number with a unit"},
+           {"fast", "is no number with a unit"}})
     expectFailure(folder,
                   "advise room --max-rate=" + text,
                   2,

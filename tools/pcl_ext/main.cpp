@@ -47,6 +47,9 @@ addCommands(CLI::App& program)
   add("cut", "Copy a part of a recording, by time, frames and streams", addCut);
   add("merge", "Put the streams of several recordings into one", addMerge);
   add("view", "Look at a recording or a live stream in a browser", addView);
+  add("send", "Send streams to a site, over a NATS server", addSend);
+  add("receive", "Record, show, merge or map the streams of a site", addReceive);
+  add("keep", "Make the NATS server keep the frames of a site, for a replay", addKeep);
   add("advise", "Tell which voxel edge and effort suit clouds", addAdvise);
   add("benchmark", "Measure how long frames take on this machine", addBenchmark);
   add("demo", "Take clouds of a simulated robot cell through all of it", addDemo);

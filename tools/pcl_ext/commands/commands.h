@@ -28,6 +28,12 @@ addMerge(CLI::App& app);
 Run
 addView(CLI::App& app);
 Run
+addSend(CLI::App& app);
+Run
+addReceive(CLI::App& app);
+Run
+addKeep(CLI::App& app);
+Run
 addAdvise(CLI::App& app);
 Run
 addBenchmark(CLI::App& app);

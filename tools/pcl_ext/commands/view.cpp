@@ -6,21 +6,19 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
-#include "inputs/piped_frames.h"
 #include "inputs/standard_input.h"
+#include "live/live_cell.h"
+#include "live/piped_frames.h"
+#include "live/view_output.h"
 #include "measuring/markdown_table.h"
 #include "options/encoding_options.h"
 #include "options/options.h"
 #include "outputs/output_path.h"
 #include "recording/mcap_reader.h"
 #include "simulator/robot_cell.h"
-#include "viewing/browser.h"
-#include "viewing/live_cell.h"
+#include "viewing/started_server.h"
 #include "viewing/viewer_page.h"
 
-#include <unistd.h>
-
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -151,7 +149,8 @@ private:
     settings_.limits.max_kept_bytes = std::size_t{1} << 26;
     view::ViewServer server(settings_);
     start(server);
-    PipedFrames(server, console_).run();
+    ViewOutput output(server);
+    PipedFrames(output, "/stream", console_).run();
     if (!isInterrupted())
       console_.remark("the input has ended; Ctrl-C ends the viewer");
     waitForInterruption();
@@ -166,37 +165,17 @@ private:
       cell.requestIFrame(stream);
     };
     view::ViewServer server(settings_);
-    cell.addStreams(server);
+    ViewOutput output(server);
+    // Before the server starts, so that the first viewer finds them.
+    cell.addStreams(output);
     start(server);
-    cell.run(server);
+    cell.run(output);
   }
 
   void
   start(view::ViewServer& server)
   {
-    throwUnlessOk(server.start());
-    if (!server.isLoopback())
-      console_.error(
-          "anyone who can reach this machine can look at the clouds: there is "
-          "no password. Other machines use " +
-          urlForOthers(server.port()));
-    console_.summary(settings_.name + ": " + server.url() + " (Ctrl-C ends)");
-    if (options_.opens_browser)
-      openBrowser(server.url());
-  }
-
-  std::string
-  urlForOthers(std::uint16_t port) const
-  {
-    std::array<char, 256> name{};
-    const bool is_any = options_.address == "0.0.0.0" || options_.address == "::";
-    if (is_any)
-      ::gethostname(name.data(), name.size() - 1);
-    const bool is_v6 = !is_any && options_.address.find(':') != std::string::npos;
-    const std::string host = is_any  ? name.data()
-                             : is_v6 ? "[" + options_.address + "]"
-                                     : options_.address;
-    return "http://" + host + ":" + std::to_string(port) + "/";
+    startServer(server, settings_, options_.opens_browser, console_);
   }
 
   static void

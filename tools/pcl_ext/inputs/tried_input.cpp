@@ -40,10 +40,9 @@ holdCell(EncodingOptions& options, std::size_t clouds, Console& console)
 } // namespace
 
 void
-addTriedInput(CLI::App& app, TriedInput& tried)
+addTriedInput(CLI::App& app, TriedInput& tried, const std::string& description)
 {
-  app.add_option("IN", tried.input.inputs, "clouds or a bag, as encode takes them")
-      ->type_name("");
+  app.add_option("IN", tried.input.inputs, description)->type_name("");
   app.add_flag("--cell",
                tried.takes_cell,
                "the simulated robot cell, at 0.04 m and with law count");

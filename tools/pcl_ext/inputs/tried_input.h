@@ -19,9 +19,13 @@ struct TriedInput {
   bool takes_cell = false; ///< or there is no input
 };
 
-/** \brief Adds the input, --cell, --rate and --topics. */
+/** \brief Adds the input, --cell, --rate and --topics.
+ * \param[in] description of the input
+ */
 void
-addTriedInput(CLI::App& app, TriedInput& tried);
+addTriedInput(CLI::App& app,
+              TriedInput& tried,
+              const std::string& description = "clouds or a bag, as encode takes them");
 
 /** \brief Completes and checks what addTriedInput() added.
  * \param[in,out] options the cell has a resolution and a law of its own, unless they are

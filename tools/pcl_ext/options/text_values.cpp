@@ -71,6 +71,50 @@ poseOfMatrix(const std::vector<double>& numbers)
   return pose;
 }
 
+std::string
+lowerCase(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char letter) {
+    return static_cast<char>(std::tolower(letter));
+  });
+  return text;
+}
+
+/** \brief Reads a number above 0 and one of some units, in any case.
+ * \param[in] option for messages
+ * \param[in] example a valid text
+ */
+double
+parseQuantity(const std::string& option,
+              const std::string& text,
+              const std::vector<std::pair<std::string, double>>& units,
+              const std::string& example)
+{
+  const std::string fault = option + ": '" + text + "' ";
+  const std::string remedy = "; " + example + " is one";
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !std::isfinite(number))
+    throw UsageError(fault + "is no number with a unit" + remedy);
+  std::string unit(end);
+  unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
+  const auto found =
+      std::find_if(units.begin(), units.end(), [&unit](const auto& known) {
+        return lowerCase(unit) == lowerCase(known.first);
+      });
+  if (found == units.end()) {
+    std::string known;
+    for (const auto& one : units)
+      known += (known.empty() ? "" : ", ") + one.first;
+    throw UsageError(fault +
+                     (unit.empty() ? "has no unit" : "has none of the units " + known) +
+                     remedy);
+  }
+  if (!(number > 0.0))
+    throw UsageError(fault + "is not above 0" + remedy);
+  return number * found->second;
+}
+
 std::size_t
 parseFrameNumber(const std::string& text)
 {
@@ -176,32 +220,28 @@ parsePose(const std::string& text)
 double
 parseRate(const std::string& text)
 {
-  const std::string fault = "--max-rate: '" + text + "' ";
-  const char* const remedy = "; 500kbit/s or 2Mbit/s is one";
-  char* end = nullptr;
-  const double number = std::strtod(text.c_str(), &end);
-  if (end == text.c_str() || !std::isfinite(number))
-    throw UsageError(fault + "is no rate" + remedy);
-  std::string unit(end);
-  unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
-  std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char letter) {
-    return static_cast<char>(std::tolower(letter));
-  });
-  constexpr std::array<std::pair<const char*, double>, 4> units = {
-      {{"bit/s", 1.0}, {"kbit/s", 1e3}, {"mbit/s", 1e6}, {"gbit/s", 1e9}}};
-  const auto found =
-      std::find_if(units.begin(), units.end(), [&unit](const auto& known) {
-        return unit == known.first;
-      });
-  if (found == units.end())
-    throw UsageError(fault +
-                     (unit.empty() ? "has no unit"
-                                   : "has another unit than bit/s, "
-                                     "kbit/s, Mbit/s and Gbit/s") +
-                     remedy);
-  if (!(number > 0.0))
-    throw UsageError(fault + "is not above 0" + remedy);
-  return number * found->second;
+  return parseQuantity(
+      "--max-rate",
+      text,
+      {{"bit/s", 1.0}, {"kbit/s", 1e3}, {"Mbit/s", 1e6}, {"Gbit/s", 1e9}},
+      "500kbit/s");
+}
+
+double
+parseDuration(const std::string& option, const std::string& text)
+{
+  return parseQuantity(
+      option,
+      text,
+      {{"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86400.0}},
+      "10min");
+}
+
+double
+parseBytes(const std::string& option, const std::string& text)
+{
+  return parseQuantity(
+      option, text, {{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}}, "2GB");
 }
 
 std::string

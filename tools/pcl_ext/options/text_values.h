@@ -58,6 +58,21 @@ parsePose(const std::string& text);
 double
 parseRate(const std::string& text);
 
+/** \brief Reads a time: a number above 0 and a unit, ms, s, min, h or d: 10min.
+ * \param[in] option for messages
+ * \return seconds
+ * \throws UsageError
+ */
+double
+parseDuration(const std::string& option, const std::string& text);
+
+/** \brief Reads a size: a number above 0 and a unit, kB, MB, GB or TB, powers of 1000.
+ * \return bytes
+ * \throws UsageError
+ */
+double
+parseBytes(const std::string& option, const std::string& text);
+
 /** \brief Numbers of frames: begin to end - 1. */
 struct FrameRange {
   std::size_t begin = 0;

@@ -29,9 +29,6 @@ reasonOf(const io::CompressionStatus& status)
   return reason;
 }
 
-namespace {
-
-/** \brief Position of a stream's sensor, if the recording tells. */
 std::optional<std::array<double, 3>>
 positionOf(const StreamMetadata& metadata)
 {
@@ -47,6 +44,8 @@ positionOf(const StreamMetadata& metadata)
     return std::nullopt;
   }
 }
+
+namespace {
 
 /** \brief True if a frame has the image of a lidar that turns. */
 bool
@@ -64,6 +63,17 @@ automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& 
   return isOfLidar(first) || !law ? DensityUnit::Automatic : densityUnitOf(*law);
 }
 
+VoxelOutlierRemovalSettings
+outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = options.unit;
+  settings.intensities_are_counts = lawOf(metadata) == IntensityLaw::Count;
+  settings.sensor_position =
+      options.sensor_position ? options.sensor_position : positionOf(metadata);
+  return settings;
+}
+
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              std::size_t stream,
                              const std::string& name,
@@ -74,14 +84,8 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 , law_(lawOf(reader.streams()[stream].metadata))
 , is_automatic_(options.unit == DensityUnit::Automatic)
 {
-  if (!options.removes_outliers)
-    return;
-  VoxelOutlierRemovalSettings& settings = removal_settings_.emplace();
-  settings.unit = options.unit;
-  settings.intensities_are_counts = law_ == IntensityLaw::Count;
-  settings.sensor_position = options.sensor_position
-                                 ? options.sensor_position
-                                 : positionOf(reader.streams()[stream].metadata);
+  if (options.removes_outliers)
+    removal_settings_ = outlierRemovalOf(options, reader.streams()[stream].metadata);
 }
 
 void

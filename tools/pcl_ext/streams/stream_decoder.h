@@ -2,8 +2,10 @@
 
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "inputs/stream_metadata.h"
 #include "options/decoding_options.h"
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -21,6 +23,14 @@ reasonOf(const io::CompressionStatus& status);
  */
 DensityUnit
 automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& law);
+
+/** \brief Position of a stream's sensor, world coordinates, metres, if it is known. */
+std::optional<std::array<double, 3>>
+positionOf(const StreamMetadata& metadata);
+
+/** \brief How outliers of a stream are removed, by the options and what is known of it. */
+VoxelOutlierRemovalSettings
+outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata);
 
 /** \brief Decodes the frames of a stream in their order, and filters them. */
 class StreamDecoder {

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <pcl_ext/view/view_server.h>
-
 #include "clouds/cloud_sequence.h"
+#include "live/live_output.h"
 #include "options/encoding_options.h"
 #include "streams/stream_encoder.h"
 
@@ -13,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -40,17 +40,17 @@ public:
     sensors_[stream]->wants_i_frame = true;
   }
 
-  /** \brief Adds the streams, so that the first viewer finds them: before the server
-   * starts. */
+  /** \brief Adds the streams. */
   void
-  addStreams(view::ViewServer& server);
+  addStreams(LiveOutput& output);
 
   /** \brief Publishes frames until the program is interrupted. If the machine is too
    * slow frames are left out; those that are made are of their time.
+   * \param[in] meanwhile called about 20 times a second; may be empty
    * \throws std::exception if a frame cannot be encoded
    */
   void
-  run(view::ViewServer& server);
+  run(LiveOutput& output, const std::function<void()>& meanwhile = {});
 
 private:
   using Clock = std::chrono::steady_clock;
@@ -59,26 +59,27 @@ private:
     Sensor(EncodingOptions& options, unsigned int number, std::uint32_t seed);
 
     void
-    publish(std::uint32_t frame, view::ViewServer& server);
+    publish(std::uint32_t frame, std::uint64_t start, LiveOutput& output);
 
     std::unique_ptr<clouds::CloudSequence> sequence;
     std::string name; ///< of the stream
     StreamEncoder encoder;
     std::atomic<bool> wants_i_frame{false};
-    std::size_t stream = 0; ///< in the server
+    std::size_t stream = 0; ///< in the output
     pcl::PCLPointCloud2 cloud;
   };
 
   void
-  startThreads(view::ViewServer& server);
+  startThreads(LiveOutput& output);
 
   void
-  runSensors(std::size_t first, std::size_t step, view::ViewServer& server);
+  runSensors(std::size_t first, std::size_t step, LiveOutput& output);
 
   const EncodingOptions& options_;
   std::vector<std::unique_ptr<Sensor>> sensors_;
   std::vector<std::thread> threads_;
   Clock::time_point start_;
+  std::uint64_t start_stamp_ = 0; ///< microseconds since 1970
   std::atomic<bool> has_ended_{false};
   std::mutex failure_mutex_;
   std::exception_ptr failure_;

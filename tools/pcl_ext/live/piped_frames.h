@@ -1,9 +1,9 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_description.h>
-#include <pcl_ext/view/view_server.h>
 
 #include "console/console.h"
+#include "live/live_output.h"
 
 #include <chrono>
 #include <cstddef>
@@ -15,12 +15,13 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Shows the frames of the standard input as they arrive: those of one stream,
- * one after the other. */
+/** \brief Passes on the frames of the standard input as they arrive: those of one
+ * stream, one after the other. */
 class PipedFrames {
 public:
-  PipedFrames(view::ViewServer& server, Console& console)
-  : server_(server), console_(console)
+  /** \param[in] name of the stream */
+  PipedFrames(LiveOutput& output, const std::string& name, Console& console)
+  : output_(output), name_(name), console_(console)
   {}
 
   /** \brief Publishes frames until the input ends or the program is interrupted, and
@@ -41,7 +42,8 @@ private:
   std::chrono::nanoseconds
   timeOf(const io::FrameDescription& frame);
 
-  view::ViewServer& server_;
+  LiveOutput& output_;
+  const std::string name_;
   Console& console_;
   std::size_t stream_ = 0;
   std::vector<std::uint8_t> bytes_; // that arrived and are not published yet

@@ -1,4 +1,4 @@
-#include "inputs/piped_frames.h"
+#include "live/piped_frames.h"
 
 #include <pcl_ext/compression/frame_decoder.h>
 
@@ -78,9 +78,7 @@ PipedFrames::publishFrames()
     }
     if (size.status.ok()) {
       const auto time = timeOf(io::describeFrame(bytes, count, limitsOfFrames()));
-      const auto status = server_.publish(stream_, time, {bytes, bytes + size.known});
-      if (!status.ok())
-        throw std::runtime_error(status.message());
+      output_.publish(stream_, time, {bytes, bytes + size.known});
       ++frames_;
     }
     else {
@@ -96,8 +94,7 @@ PipedFrames::publishFrames()
 void
 PipedFrames::run()
 {
-  if (const auto status = server_.addStream("/stream", {}, stream_); !status.ok())
-    throw std::runtime_error(status.message());
+  stream_ = output_.addStream(name_, {});
   needed_ = sizeof(mcap_magic) - 1;
   bool is_first = true;
   while (receive()) {
@@ -125,7 +122,7 @@ PipedFrames::run()
                     " bytes of the standard input are no frame: " + first_problem_);
   if (!bytes_.empty() && !isInterrupted())
     console_.remark("the standard input ends within a frame, which is lost");
-  server_.end();
+  output_.end();
 }
 
 } // namespace tools

@@ -1,7 +1,6 @@
-#include "viewing/live_cell.h"
+#include "live/live_cell.h"
 
 #include "console/interruption.h"
-#include "console/throw_unless_ok.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
@@ -40,15 +39,17 @@ LiveCell::Sensor::Sensor(EncodingOptions& options,
 {}
 
 void
-LiveCell::Sensor::publish(std::uint32_t frame, view::ViewServer& server)
+LiveCell::Sensor::publish(std::uint32_t frame, std::uint64_t start, LiveOutput& output)
 {
   sequence->read(frame, cloud);
+  cloud.header.stamp += start;
   if (wants_i_frame.exchange(false))
     encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
-  encoder.encode(cloud, name, bytes);
-  throwUnlessOk(server.publish(
-      stream, std::chrono::microseconds(cloud.header.stamp), std::move(bytes)));
+  const std::chrono::microseconds time(cloud.header.stamp);
+  if (!encoder.encode(cloud, name, bytes, time))
+    return; // no room for it
+  output.publish(stream, time, std::move(bytes));
 }
 
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
@@ -64,19 +65,19 @@ LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t
 }
 
 void
-LiveCell::addStreams(view::ViewServer& server)
+LiveCell::addStreams(LiveOutput& output)
 {
   const IntensityLaw law = options_.law().value_or(automaticLaw(false));
   for (const auto& sensor : sensors_)
-    throwUnlessOk(server.addStream(
-        sensor->name, options_.metadataOf(sensor->name, law), sensor->stream));
+    sensor->stream =
+        output.addStream(sensor->name, options_.metadataOf(sensor->name, law));
 }
 
 void
-LiveCell::runSensors(std::size_t first, std::size_t step, view::ViewServer& server)
+LiveCell::runSensors(std::size_t first, std::size_t step, LiveOutput& output)
 {
   while (!has_ended_) {
-    if (server.statistics().viewers == 0) {
+    if (!output.isWanted()) {
       std::this_thread::sleep_for(poll_interval);
       continue;
     }
@@ -84,20 +85,20 @@ LiveCell::runSensors(std::size_t first, std::size_t step, view::ViewServer& serv
     const auto frame =
         static_cast<std::uint32_t>((Clock::now() - start_) / frame_period);
     for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step)
-      sensors_[i]->publish(frame, server);
+      sensors_[i]->publish(frame, start_stamp_, output);
     std::this_thread::sleep_until(start_ + (frame + std::int64_t{1}) * frame_period);
   }
 }
 
 void
-LiveCell::startThreads(view::ViewServer& server)
+LiveCell::startThreads(LiveOutput& output)
 {
   const std::size_t count = std::min<std::size_t>(
       sensors_.size(), std::max(1u, std::thread::hardware_concurrency()));
   for (std::size_t i = 0; i < count; ++i)
-    threads_.emplace_back([this, i, count, &server] {
+    threads_.emplace_back([this, i, count, &output] {
       try {
-        runSensors(i, count, server);
+        runSensors(i, count, output);
       }
       catch (...) {
         const std::lock_guard<std::mutex> lock(failure_mutex_);
@@ -108,13 +109,20 @@ LiveCell::startThreads(view::ViewServer& server)
 }
 
 void
-LiveCell::run(view::ViewServer& server)
+LiveCell::run(LiveOutput& output, const std::function<void()>& meanwhile)
 {
   start_ = Clock::now();
+  start_stamp_ = static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::microseconds>(
+          std::chrono::system_clock::now().time_since_epoch())
+          .count());
   try {
-    startThreads(server);
-    while (!has_ended_ && !isInterrupted())
+    startThreads(output);
+    while (!has_ended_ && !isInterrupted()) {
       std::this_thread::sleep_for(poll_interval);
+      if (meanwhile)
+        meanwhile();
+    }
   }
   catch (...) {
     failure_ = std::current_exception();

@@ -1,0 +1,57 @@
+#include <pcl_ext/link/frame_subscriber.h>
+
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/exit_status.h"
+#include "console/throw_unless_ok.h"
+#include "measuring/markdown_table.h"
+#include "options/link_options.h"
+#include "options/options.h"
+#include "options/text_values.h"
+
+#include <cmath>
+#include <memory>
+
+namespace pcl_ext {
+namespace tools {
+
+Run
+addKeep(CLI::App& app)
+{
+  struct Options {
+    link::LinkSettings link;
+    link::KeepSettings keep;
+  };
+  const auto options = std::make_shared<Options>();
+  addLinkOptions(app, options->link);
+  addParsed(app,
+            "--max-age",
+            "TIME",
+            "delete what is older (24h)",
+            [options](const std::string& text) {
+              options->keep.max_age = std::chrono::seconds(static_cast<std::int64_t>(
+                  std::ceil(parseDuration("--max-age", text))));
+            });
+  addParsed(app,
+            "--max-size",
+            "SIZE",
+            "delete the oldest above (no limit)",
+            [options](const std::string& text) {
+              options->keep.max_bytes =
+                  static_cast<std::uint64_t>(parseBytes("--max-size", text));
+            });
+  return [options] {
+    completeLinkSettings(options->link);
+    link::KeptFrames kept;
+    throwUnlessOk(link::keepFrames(options->link, options->keep, kept));
+    constexpr double megabyte = 1e6;
+    Console("keep").summary(
+        "the server keeps the frames of site " + options->link.site + "; now " +
+        counted(kept.messages, "frame") + ", " +
+        measuring::formatted(static_cast<double>(kept.bytes) / megabyte, 2) + " MB");
+    return int(all_done);
+  };
+}
+
+} // namespace tools
+} // namespace pcl_ext

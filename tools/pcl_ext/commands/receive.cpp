@@ -1,0 +1,316 @@
+#include <pcl_ext/link/frame_subscriber.h>
+
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/events.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "console/throw_unless_ok.h"
+#include "live/link_output.h"
+#include "measuring/markdown_table.h"
+#include "options/decoding_options.h"
+#include "options/link_options.h"
+#include "options/options.h"
+#include "options/text_values.h"
+#include "site/centre.h"
+#include "site/rotated_recording.h"
+#include "site/site_view.h"
+
+#include <deque>
+#include <memory>
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+struct ReceiveOptions {
+  link::SubscriberSettings link;
+  std::optional<double> seconds; ///< to receive for; none: until interrupted
+  Output output;                 ///< path empty: no recording
+  Rotation rotation;
+  SiteViewOptions view;
+  CentreOptions centre;
+  std::string
+      merged_site; ///< of the merged stream; empty: that of the link with an end
+  bool is_quiet = false;
+};
+
+class Receive {
+public:
+  explicit Receive(const ReceiveOptions& options)
+  : options_(options), console_("receive")
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn())
+      throw UsageError("say what to do with the frames: -o, --view, --merge or --map");
+    if (options_.merged_site.empty())
+      options_.merged_site = options_.link.link.site + "-merged";
+    if (options_.merged_site == options_.link.link.site)
+      throw UsageError("--merged-site is '" + options_.merged_site +
+                       "', as --site: a centre would receive what it has merged");
+  }
+
+  int
+  run()
+  {
+    completeLinkSettings(options_.link.link);
+    options_.link.link = LinkOutput::withEvents(std::move(options_.link.link), events_);
+    subscriber_ = std::make_unique<link::FrameSubscriber>(options_.link);
+    openTakers();
+    throwUnlessOk(subscriber_->connect());
+    console_.remark("receiving from site " + options_.link.link.site + "; Ctrl-C ends");
+    receiveAll();
+    for (FrameTaker* const taker : takers_)
+      taker->finish();
+    events_.print(console_);
+    report();
+    return has_failed_ ? something_failed : all_done;
+  }
+
+private:
+  void
+  request(const std::string& stream)
+  {
+    subscriber_->requestIFrame(stream);
+  }
+
+  void
+  openTakers()
+  {
+    const auto request = [this](const std::string& stream) { this->request(stream); };
+    if (!options_.output.path.empty())
+      takers_.push_back(
+          &recording_.emplace(options_.output, options_.rotation, request, console_));
+    if (options_.centre.isOn())
+      takers_.push_back(&centre_.emplace(options_.centre, request, console_));
+    if (!options_.centre.name.empty()) {
+      link::LinkSettings merged = options_.link.link;
+      merged.site = options_.merged_site;
+      merged_ = std::make_unique<LinkOutput>(
+          merged, [this](std::size_t) { centre_->requestIFrame(); }, events_);
+      centre_->addOutput(*merged_);
+    }
+    if (options_.view.is_on) {
+      view_ = makeSiteView(
+          options_.view, "site " + options_.link.link.site, request, console_);
+      takers_.push_back(view_.get());
+    }
+  }
+
+  void
+  receiveAll()
+  {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds patience{10};
+    const Clock::time_point start = Clock::now();
+    const auto is_over = [&] {
+      return isInterrupted() ||
+             (options_.seconds &&
+              std::chrono::duration<double>(Clock::now() - start).count() >=
+                  *options_.seconds);
+    };
+    link::LinkFrame frame;
+    while (!is_over()) {
+      const auto status = subscriber_->next(frame, patience);
+      if (status.code() == link::LinkCode::EndOfReplay)
+        return;
+      if (status.ok())
+        for (FrameTaker* const taker : takers_)
+          taker->take(frame);
+      else if (status.code() != link::LinkCode::NoFrame)
+        throwUnlessOk(status);
+      for (FrameTaker* const taker : takers_)
+        taker->work();
+      events_.print(console_);
+    }
+  }
+
+  /** \brief Prints what arrived, and what did not. */
+  void
+  report()
+  {
+    const link::SubscriberStatistics all = subscriber_->statistics();
+    std::uint64_t frames = 0;
+    std::uint64_t bytes = 0;
+    for (const link::LinkStreamStatistics& stream : all.streams) {
+      frames += stream.frames;
+      bytes += stream.bytes;
+      const std::string faults = faultsOf(stream);
+      has_failed_ |= !faults.empty();
+      if (!faults.empty())
+        console_.error(stream.name + ": " + counted(stream.frames, "frame") + faults);
+    }
+    if (all.messages_of_no_stream > 0)
+      console_.error(counted(all.messages_of_no_stream, "message") +
+                     " left out, whose subject names no stream");
+    if (all.messages_of_too_many > 0)
+      console_.error(counted(all.messages_of_too_many, "message") +
+                     " left out, of streams beyond the first " +
+                     counted(all.streams.size(), "stream"));
+    constexpr double megabyte = 1e6;
+    std::string line =
+        "site " + options_.link.link.site + ": " + counted(frames, "frame") + " of " +
+        counted(all.streams.size(), "stream") + ", " +
+        measuring::formatted(static_cast<double>(bytes) / megabyte, 2) + " MB";
+    if (centre_ && merged_)
+      line += "; " + counted(centre_->mergedFrames(), "merged frame");
+    console_.summary(line);
+  }
+
+  static std::string
+  faultsOf(const link::LinkStreamStatistics& stream)
+  {
+    std::string faults;
+    const auto add = [&faults](std::uint64_t count, const std::string& text) {
+      if (count > 0)
+        faults += ", " + std::to_string(count) + " " + text;
+    };
+    add(stream.frames_lost, "lost on the way");
+    add(stream.frames_dropped, "dropped, as this machine is too slow");
+    add(stream.frames_late, "late or repeated");
+    add(stream.messages_invalid, "messages that are no frames");
+    // The first ones are skipped always.
+    if (stream.frames == 0 || stream.frames_lost + stream.frames_dropped > 0)
+      add(stream.frames_skipped, "skipped until an I-frame came");
+    if (stream.publishers > 1)
+      faults += ", from " + std::to_string(stream.publishers) +
+                " publishers one after the other";
+    return faults;
+  }
+
+  ReceiveOptions options_;
+  Console console_;
+  Events events_;
+  // Before those that request I-frames of it.
+  std::unique_ptr<link::FrameSubscriber> subscriber_;
+  std::optional<RotatedRecording> recording_;
+  std::unique_ptr<LinkOutput> merged_;
+  std::optional<Centre> centre_;
+  std::unique_ptr<FrameTaker> view_;
+  std::vector<FrameTaker*> takers_;
+  bool has_failed_ = false;
+};
+
+void
+addRecordingOptions(CLI::App& app, ReceiveOptions& options)
+{
+  CLI::Option* const output =
+      app.add_option("-o,--output", options.output.path, "record in x.mcap, or x.pcxi")
+          ->type_name("OUT");
+  addOverwrite(app, options.output.may_replace)->needs(output);
+  addParsed(app,
+            "--rotate-every",
+            "TIME",
+            "go on in another file after, such as 10min",
+            [&options](const std::string& text) {
+              options.rotation.seconds = parseDuration("--rotate-every", text);
+            })
+      ->needs(output);
+  addParsed(app,
+            "--rotate-size",
+            "SIZE",
+            "go on in another file above, such as 2GB",
+            [&options](const std::string& text) {
+              options.rotation.bytes = parseBytes("--rotate-size", text);
+            })
+      ->needs(output);
+}
+
+void
+addCentreOptions(CLI::App& app, ReceiveOptions& options)
+{
+  CentreOptions& centre = options.centre;
+  CLI::Option* const merge =
+      app.add_option("--merge",
+                     centre.name,
+                     "publish the merged streams as a stream of this name")
+          ->type_name("NAME");
+  app.add_option("--merged-site",
+                 options.merged_site,
+                 "site of the merged stream (that of --site with -merged)")
+      ->type_name("NAME")
+      ->needs(merge);
+  addNumber(app,
+            "--resolution",
+            centre.resolution,
+            io::smallest_resolution,
+            io::largest_resolution,
+            "METRES",
+            "voxel edge of --merge and --map, not finer than the streams'");
+  const auto add_time = [&app](const char* name, nodes::Time& time, const char* text) {
+    addParsed(app, name, "TIME", text, [name, &time](const std::string& value) {
+      time = std::chrono::duration_cast<nodes::Time>(
+          std::chrono::duration<double>(parseDuration(name, value)));
+    });
+  };
+  add_time("--merge-period",
+           centre.schedule.period,
+           "from one merged frame to the next, in the clouds' time (100ms)");
+  add_time("--merge-wait",
+           centre.schedule.max_wait,
+           "for streams that are behind others (200ms)");
+  addChoice(app, "--effort", io::efforts, centre.stream.effort, "of the merged stream");
+  app.add_option("--map", centre.map.path, "feed an OctoMap, written each minute")
+      ->type_name("FILE.ot");
+  addNumber(app,
+            "--map-full-intensity",
+            centre.map.full_intensity,
+            1e-6,
+            1e30,
+            "I",
+            "that counts as one hit in the map");
+  addDecodingOptions(app, centre.decoding);
+}
+
+} // namespace
+
+Run
+addReceive(CLI::App& app)
+{
+  const auto options = std::make_shared<ReceiveOptions>();
+  addLinkOptions(app, options->link.link);
+  addNames(app, "--streams", options->link.streams, "only these (all)");
+  app.add_option("--partition",
+                 options->link.partition,
+                 "only this part of the streams, as the server divides them")
+      ->envname("PCL_EXT_PARTITION")
+      ->type_name("N");
+  addParsed(app,
+            "--replay",
+            "TIME",
+            "what the server keeps, in place of what comes; all, or since a time ago",
+            [options](const std::string& text) {
+              options->link.replay_from =
+                  text == "all"
+                      ? link::Time(0)
+                      : nodes::systemTime() - std::chrono::duration_cast<link::Time>(
+                                                  std::chrono::duration<double>(
+                                                      parseDuration("--replay", text)));
+            });
+  addParsed(
+      app, "--for", "TIME", "end after (Ctrl-C)", [options](const std::string& text) {
+        options->seconds = parseDuration("--for", text);
+      });
+  addRecordingOptions(app, *options);
+  addSiteViewOptions(app, options->view);
+  addCentreOptions(app, *options);
+  addQuiet(app, options->is_quiet);
+  return [options, &app] {
+    if (options->centre.name.empty())
+      refuseOptions(app,
+                    {"--merge-period", "--merge-wait", "--effort"},
+                    "is for merged streams: add --merge");
+    if (!options->centre.isOn())
+      refuseOptions(
+          app,
+          {"--resolution", "--min-intensity", "--remove-outliers", "--max-voxels"},
+          "is for decoded streams: add --merge or --map");
+    return Receive(*options).run();
+  };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,227 @@
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/events.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "inputs/cloud_input.h"
+#include "inputs/standard_input.h"
+#include "inputs/tried_input.h"
+#include "live/link_output.h"
+#include "live/live_cell.h"
+#include "live/piped_frames.h"
+#include "live/played_clouds.h"
+#include "live/played_recording.h"
+#include "measuring/markdown_table.h"
+#include "options/encoding_options.h"
+#include "options/link_options.h"
+#include "options/options.h"
+#include "simulator/robot_cell.h"
+#include "streams/frame_failures.h"
+
+#include <memory>
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+struct SendOptions {
+  TriedInput tried;
+  EncodingOptions encoding;
+  link::LinkSettings link;
+  std::string prefix; ///< of names of streams
+  bool is_quiet = false;
+};
+
+/** \brief Names streams anew. */
+class PrefixedOutput : public LiveOutput {
+public:
+  PrefixedOutput(LiveOutput& output, std::string prefix)
+  : output_(output), prefix_(std::move(prefix))
+  {}
+
+  std::size_t
+  addStream(const std::string& name, const StreamMetadata& metadata) override
+  {
+    return output_.addStream(prefix_ + name, metadata);
+  }
+
+  void
+  publish(std::size_t stream,
+          std::chrono::nanoseconds time,
+          std::vector<std::uint8_t> frame) override
+  {
+    output_.publish(stream, time, std::move(frame));
+  }
+
+  void
+  end() override
+  {
+    output_.end();
+  }
+
+private:
+  LiveOutput& output_;
+  const std::string prefix_;
+};
+
+class Send {
+public:
+  explicit Send(const SendOptions& options) : options_(options), console_("send")
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+  }
+
+  int
+  run()
+  {
+    completeLinkSettings(options_.link);
+    options_.encoding.check();
+    if (options_.tried.takes_cell)
+      sendCell();
+    else if (options_.tried.input.inputs == std::vector<std::string>{"-"})
+      sendStandardInput();
+    else
+      sendFiles();
+    events_.print(console_);
+    return isInterrupted() ? interrupted : has_failed_ ? something_failed : all_done;
+  }
+
+private:
+  void
+  sendCell()
+  {
+    constexpr std::uint32_t seed = 1;
+    LiveCell cell(options_.encoding, cell::RobotCell::sensor_count, seed);
+    LinkOutput output(
+        options_.link,
+        [&cell](std::size_t stream) { cell.requestIFrame(stream); },
+        events_);
+    PrefixedOutput named(output, options_.prefix);
+    cell.addStreams(named);
+    announce("robot cell");
+    cell.run(named, [this] { events_.print(console_); });
+    summarise(output);
+  }
+
+  void
+  sendStandardInput()
+  {
+    LinkOutput output(options_.link, nullptr, events_);
+    PrefixedOutput named(output, options_.prefix);
+    announce("standard input");
+    PipedFrames(named, "/stream", console_).run();
+    summarise(output);
+  }
+
+  void
+  sendFiles()
+  {
+    if (options_.tried.input.inputs.size() == 1) {
+      recording::RecordingReader reader;
+      const auto status = reader.open(options_.tried.input.inputs[0]);
+      if (status.ok()) {
+        sendRecording(reader);
+        return;
+      }
+    }
+    const std::unique_ptr<CloudInput> input = openInput(options_.tried.input);
+    for (const std::string& remark : input->remarks())
+      console_.remark(remark);
+    FrameFailures failures([this](const std::string& line) { console_.error(line); });
+    PlayedClouds clouds(options_.encoding, *input, failures);
+    LinkOutput output(
+        options_.link,
+        [&clouds](std::size_t stream) { clouds.requestIFrame(stream); },
+        events_);
+    PrefixedOutput named(output, options_.prefix);
+    announce(options_.tried.input.inputs[0]);
+    clouds.run(named, [this] { events_.print(console_); });
+    for (const std::string& place : input->damage())
+      console_.error(place);
+    if (clouds.lateClouds() > 0)
+      console_.error(counted(clouds.lateClouds(), "cloud") +
+                     " left out, as this machine is too slow for them: take a faster "
+                     "--effort or a larger --resolution");
+    if (clouds.frames() == 0 && !isInterrupted())
+      throw std::runtime_error("no cloud could be encoded");
+    has_failed_ = clouds.failedClouds() > 0 || clouds.lateClouds() > 0 ||
+                  !input->damage().empty();
+    summarise(output);
+  }
+
+  void
+  sendRecording(recording::RecordingReader& reader)
+  {
+    LinkOutput output(options_.link, nullptr, events_);
+    PrefixedOutput named(output, options_.prefix);
+    announce(options_.tried.input.inputs[0]);
+    has_failed_ =
+        !playRecording(reader, options_.tried.input.rate, named, console_, [this] {
+          events_.print(console_);
+        });
+    summarise(output);
+  }
+
+  void
+  announce(const std::string& input)
+  {
+    console_.remark("sending " + shown(input) + " to site " + options_.link.site +
+                    "; Ctrl-C ends");
+  }
+
+  void
+  summarise(const LinkOutput& output)
+  {
+    const link::PublisherStatistics statistics = output.statistics();
+    constexpr double megabyte = 1e6;
+    std::string line =
+        counted(statistics.frames, "frame") + " sent to site " + options_.link.site +
+        ", " +
+        measuring::formatted(static_cast<double>(statistics.bytes) / megabyte, 2) +
+        " MB";
+    if (statistics.frames_not_sent > 0) {
+      line += ", " + counted(statistics.frames_not_sent, "frame") + " lost";
+      has_failed_ = true;
+    }
+    console_.summary(line);
+  }
+
+  SendOptions options_;
+  Console console_;
+  Events events_;
+  bool has_failed_ = false;
+};
+
+} // namespace
+
+Run
+addSend(CLI::App& app)
+{
+  const auto options = std::make_shared<SendOptions>();
+  addTriedInput(
+      app,
+      options->tried,
+      "recording, or clouds or a bag as for encode, at the pace of their times; "
+      "- passes frames on as they arrive");
+  addLinkOptions(app, options->link);
+  app.add_option("--prefix", options->prefix, "put before the names of the streams")
+      ->type_name("TEXT");
+  options->encoding.addCodecOptions(app);
+  options->encoding.addCloudOptions(app);
+  options->encoding.addBudget(app);
+  addQuiet(app, options->is_quiet);
+  return [options, &app] {
+    if (!options->tried.takes_cell && options->tried.input.inputs.empty())
+      throw UsageError("name an input, - or --cell");
+    completeTriedInput(app, options->tried, options->encoding);
+    return Send(*options).run();
+  };
+}
+
+} // namespace tools
+} // namespace pcl_ext

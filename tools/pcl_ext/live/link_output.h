@@ -1,0 +1,81 @@
+#pragma once
+
+#include <pcl_ext/link/frame_publisher.h>
+
+#include "console/events.h"
+#include "console/throw_unless_ok.h"
+#include "live/live_output.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Publishes frames for other machines. Frames that cannot be sent are lost, which
+ * the events tell. */
+class LinkOutput : public LiveOutput {
+public:
+  /** \param[in] settings as completeLinkSettings() leaves them
+   * \param[in] request_i_frame called by other threads
+   * \param[in] events must outlive this
+   * \throws std::runtime_error if no server takes the connection
+   */
+  LinkOutput(link::LinkSettings settings,
+             const link::FramePublisher::RequestIFrame& request_i_frame,
+             Events& events)
+  : events_(events), publisher_(withEvents(settings, events), request_i_frame)
+  {
+    throwUnlessOk(publisher_.connect());
+  }
+
+  std::size_t
+  addStream(const std::string& name, const StreamMetadata& metadata) override
+  {
+    std::size_t stream = 0;
+    throwUnlessOk(publisher_.addStream(name, metadata, stream));
+    return stream;
+  }
+
+  void
+  publish(std::size_t stream,
+          std::chrono::nanoseconds time,
+          std::vector<std::uint8_t> frame) override
+  {
+    const auto status = publisher_.publish(stream, time, frame.data(), frame.size());
+    // A lost connection is an event already.
+    if (status.code() == link::LinkCode::FrameTooLarge)
+      events_.add(status.message());
+    else if (!status.ok() && status.code() != link::LinkCode::NotConnected)
+      throwUnlessOk(status);
+  }
+
+  void
+  end() override
+  {
+    constexpr std::chrono::seconds patience{5};
+    publisher_.flush(patience);
+  }
+
+  link::PublisherStatistics
+  statistics() const
+  {
+    return publisher_.statistics();
+  }
+
+  /** \brief Settings whose events go to the command. */
+  static link::LinkSettings
+  withEvents(link::LinkSettings settings, Events& events)
+  {
+    settings.on_event = [&events](const std::string& event) { events.add(event); };
+    return settings;
+  }
+
+private:
+  Events& events_;
+  link::FramePublisher publisher_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

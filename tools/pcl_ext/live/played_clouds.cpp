@@ -1,0 +1,78 @@
+#include "live/played_clouds.h"
+
+#include "console/exit_status.h"
+#include "console/interruption.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+void
+PlayedClouds::requestIFrame(std::size_t stream)
+{
+  if (stream < requests_.size())
+    requests_[stream] = true;
+}
+
+void
+PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
+{
+  RealTime pace;
+  InputCloud cloud;
+  recording::McapMessage other;
+  while (!isInterrupted()) {
+    const CloudInput::Found found = input_.next(cloud, other);
+    if (found == CloudInput::Found::End)
+      break;
+    if (found != CloudInput::Found::Cloud)
+      continue;
+    const std::vector<std::string>& names = input_.streams();
+    while (streams_.size() < names.size())
+      streams_.emplace_back(options_, names[streams_.size()]);
+    if (!pace.waitFor(cloud.message.log_time, meanwhile))
+      ++late_clouds_;
+    else if (!isInterrupted())
+      encode(cloud, output);
+  }
+  failures_.finish();
+  output.end();
+}
+
+void
+PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
+{
+  Stream& stream = streams_[cloud.stream];
+  std::string failure = cloud.failure;
+  std::vector<std::uint8_t> bytes;
+  if (failure.empty())
+    try {
+      if (stream.number && *stream.number < requests_.size() &&
+          requests_[*stream.number].exchange(false))
+        stream.encoder.requestIFrame();
+      if (!stream.encoder.encode(
+              cloud.cloud, cloud.source, bytes, cloud.message.log_time))
+        return;
+    }
+    catch (const UsageError&) {
+      throw;
+    }
+    catch (const std::runtime_error& error) {
+      failure = error.what();
+    }
+  if (!failure.empty()) {
+    failures_.add(input_.streams()[cloud.stream], cloud.number, "", failure);
+    ++failed_clouds_;
+    return;
+  }
+  const std::string& name = input_.streams()[cloud.stream];
+  if (!stream.number)
+    stream.number =
+        output.addStream(name, options_.metadataOf(name, stream.encoder.law()));
+  output.publish(*stream.number, cloud.message.log_time, std::move(bytes));
+  ++frames_;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,92 @@
+#pragma once
+
+#include "inputs/cloud_input.h"
+#include "live/live_output.h"
+#include "live/real_time.h"
+#include "options/encoding_options.h"
+#include "streams/frame_failures.h"
+#include "streams/stream_encoder.h"
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Encodes the clouds of files or of a bag at the pace of their times, and passes
+ * the frames on. Clouds for which the machine is too slow are left out. */
+class PlayedClouds {
+public:
+  /** \param[in] options must outlive this
+   * \param[in] input must outlive this
+   * \param[in] failures of clouds are printed by it
+   */
+  PlayedClouds(const EncodingOptions& options,
+               CloudInput& input,
+               FrameFailures& failures)
+  : options_(options), input_(input), failures_(failures)
+  {}
+
+  /** \brief Makes the next frame of a stream of the output an I-frame. Called by any
+   * thread. */
+  void
+  requestIFrame(std::size_t stream);
+
+  /** \brief Passes frames on until the input ends or the program is interrupted.
+   * \param[in] meanwhile called about 20 times a second
+   * \throws std::exception
+   */
+  void
+  run(LiveOutput& output, const std::function<void()>& meanwhile);
+
+  std::size_t
+  frames() const
+  {
+    return frames_;
+  }
+
+  /** \brief Clouds that could not be encoded. */
+  std::size_t
+  failedClouds() const
+  {
+    return failed_clouds_;
+  }
+
+  /** \brief Clouds that were left out, as the machine is too slow. */
+  std::size_t
+  lateClouds() const
+  {
+    return late_clouds_;
+  }
+
+private:
+  struct Stream {
+    Stream(const EncodingOptions& options, const std::string& name)
+    : encoder(options, name)
+    {}
+
+    StreamEncoder encoder;
+    std::optional<std::size_t> number; ///< in the output, once there is a frame
+  };
+
+  void
+  encode(const InputCloud& cloud, LiveOutput& output);
+
+  const EncodingOptions& options_;
+  CloudInput& input_;
+  FrameFailures& failures_;
+  std::deque<Stream> streams_; // those of the input
+  static constexpr std::size_t most_requests = 4096;
+  std::array<std::atomic<bool>, most_requests> requests_{}; // by number in the output
+  std::size_t frames_ = 0;
+  std::size_t failed_clouds_ = 0;
+  std::size_t late_clouds_ = 0;
+};
+
+} // namespace tools
+} // namespace pcl_ext

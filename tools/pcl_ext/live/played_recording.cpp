@@ -1,0 +1,49 @@
+#include "live/played_recording.h"
+
+#include "console/interruption.h"
+#include "inputs/recording_input.h"
+#include "live/real_time.h"
+
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+bool
+playRecording(recording::RecordingReader& reader,
+              double rate,
+              LiveOutput& output,
+              Console& console,
+              const std::function<void()>& meanwhile)
+{
+  std::vector<std::size_t> numbers; // of the streams in the output
+  for (const recording::RecordedStream& stream : reader.streams())
+    numbers.push_back(output.addStream(stream.name, stream.metadata));
+  RealTime pace;
+  recording::RecordedFrame frame;
+  while (!isInterrupted()) {
+    const auto status = reader.next(frame);
+    if (status.code() == recording::RecordingCode::EndOfRecording)
+      break;
+    if (!status.ok())
+      continue; // it is among the damage
+    const bool has_time = reader.streams()[frame.stream].has_times;
+    const auto time =
+        has_time
+            ? frame.time
+            : std::chrono::duration_cast<recording::Time>(std::chrono::duration<double>(
+                  static_cast<double>(frame.number) / rate));
+    // Frames that are late are sent, as those after them need them.
+    pace.waitFor(time, meanwhile);
+    if (!isInterrupted())
+      output.publish(numbers[frame.stream], time, std::move(frame.bytes));
+  }
+  output.end();
+  for (const recording::RecordingDamage& damage : reader.damage())
+    console.error(describe(damage));
+  return reader.damage().empty();
+}
+
+} // namespace tools
+} // namespace pcl_ext

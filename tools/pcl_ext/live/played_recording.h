@@ -1,0 +1,27 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "console/console.h"
+#include "live/live_output.h"
+
+#include <functional>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Passes on the frames of a recording at the pace of their times.
+ * \param[in] rate frames a second, where the recording has no times
+ * \param[in] meanwhile called about 20 times a second
+ * \return false if some could not be read
+ * \throws std::runtime_error
+ */
+bool
+playRecording(recording::RecordingReader& reader,
+              double rate,
+              LiveOutput& output,
+              Console& console,
+              const std::function<void()>& meanwhile);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "console/interruption.h"
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <thread>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Waits so that what has a time comes at the pace of its times, of which the first
+ * one is now. */
+class RealTime {
+public:
+  using Clock = std::chrono::steady_clock;
+
+  /** \brief Waits until it is time.
+   * \param[in] time of what comes next
+   * \param[in] meanwhile called about 20 times a second
+   * \return false if that was more than half a second ago
+   */
+  bool
+  waitFor(std::chrono::nanoseconds time, const std::function<void()>& meanwhile)
+  {
+    constexpr std::chrono::milliseconds longest_wait{50};
+    constexpr std::chrono::milliseconds most_late{500};
+    if (!start_)
+      start_ = Clock::now() - time;
+    const Clock::time_point due = *start_ + time;
+    meanwhile();
+    while (!isInterrupted() && Clock::now() < due) {
+      std::this_thread::sleep_until(std::min(due, Clock::now() + longest_wait));
+      meanwhile();
+    }
+    return Clock::now() - due <= most_late;
+  }
+
+private:
+  std::optional<Clock::time_point> start_; // time 0
+};
+
+} // namespace tools
+} // namespace pcl_ext

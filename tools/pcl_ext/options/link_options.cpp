@@ -1,0 +1,75 @@
+#include "options/link_options.h"
+
+#include "console/exit_status.h"
+
+#include <cstdlib>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+std::string
+environment(const char* name)
+{
+  const char* const value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+} // namespace
+
+void
+addLinkOptions(CLI::App& app, link::LinkSettings& settings)
+{
+  const auto add = [&app](const char* name,
+                          std::string& value,
+                          const char* type,
+                          const std::string& description,
+                          const char* variable) {
+    app.add_option(name, value, description)->type_name(type)->envname(variable);
+  };
+  add("--server",
+      settings.servers,
+      "URLS",
+      "of NATS, tls://HOST:PORT if encrypted (" + settings.servers + ")",
+      "PCL_EXT_SERVER");
+  add("--site",
+      settings.site,
+      "NAME",
+      "whose streams these are (" + settings.site + ")",
+      "PCL_EXT_SITE");
+  add("--user",
+      settings.user,
+      "NAME",
+      "the password is in the environment, PCL_EXT_PASSWORD or PCL_EXT_TOKEN",
+      "PCL_EXT_USER");
+  add("--credentials",
+      settings.credentials_file,
+      "FILE",
+      "JWT and seed, as nsc writes them, in place of a user",
+      "PCL_EXT_CREDENTIALS");
+  add("--ca",
+      settings.ca_file,
+      "FILE",
+      "certificates to trust, PEM (the system's)",
+      "PCL_EXT_CA");
+  add("--certificate",
+      settings.certificate_file,
+      "FILE",
+      "of this client",
+      "PCL_EXT_CERTIFICATE");
+  add("--key", settings.key_file, "FILE", "of --certificate", "PCL_EXT_KEY");
+}
+
+void
+completeLinkSettings(link::LinkSettings& settings)
+{
+  settings.password = environment("PCL_EXT_PASSWORD");
+  settings.token = environment("PCL_EXT_TOKEN");
+  if (const auto status = link::checkSettings(settings); !status.ok())
+    throw UsageError(status.message());
+}
+
+} // namespace tools
+} // namespace pcl_ext

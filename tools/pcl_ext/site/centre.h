@@ -1,0 +1,113 @@
+#pragma once
+
+#include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/merge_schedule.h>
+#include <pcl_ext/nodes/merged_frame_encoder.h>
+
+#include "live/live_output.h"
+#include "options/decoding_options.h"
+#include "site/centre_map.h"
+#include "site/frame_taker.h"
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Settings of a Centre. */
+struct CentreOptions {
+  std::string name; ///< of the merged stream; empty: it is not published
+  double resolution = nodes::CentralNodeSettings().resolution; ///< metres
+  io::StreamSettings stream; ///< effort and I-frames of the merged stream
+  nodes::MergeScheduleSettings schedule;
+  DecodingOptions decoding;
+  CentreMapOptions map;
+
+  /** \brief True if streams have to be decoded. */
+  bool
+  isOn() const
+  {
+    return !name.empty() || !map.path.empty();
+  }
+};
+
+/** \brief Decodes the streams of a site, merges them on a common grid, and passes the
+ * merged stream on; feeds an OctoMap. */
+class Centre : public FrameTaker {
+public:
+  using RequestIFrame = std::function<void(const std::string& stream)>;
+
+  /** \param[in] options must outlive this
+   * \param[in] request_i_frame called by any thread
+   * \param[in] console must outlive this
+   * \throws UsageError if a setting is outside its range
+   */
+  Centre(const CentreOptions& options, RequestIFrame request_i_frame, Console& console);
+
+  /** \brief Adds where the merged stream goes; it must outlive this. */
+  void
+  addOutput(LiveOutput& output);
+
+  /** \brief Makes the next merged frame an I-frame. Called by any thread. */
+  void
+  requestIFrame()
+  {
+    wants_i_frame_ = true;
+  }
+
+  void
+  take(const link::LinkFrame& frame) override;
+
+  void
+  work() override;
+
+  void
+  finish() override;
+
+  /** \brief Merged frames that were passed on. */
+  std::size_t
+  mergedFrames() const
+  {
+    return merged_frames_;
+  }
+
+  std::vector<nodes::StreamHealth>
+  health() const
+  {
+    return node_.health();
+  }
+
+private:
+  struct Output {
+    LiveOutput* output;
+    std::size_t stream;
+  };
+
+  void
+  addStream(const link::LinkFrame& frame);
+
+  void
+  merge(nodes::Time time);
+
+  const CentreOptions& options_;
+  const RequestIFrame request_i_frame_;
+  Console& console_;
+  nodes::CentralNode node_;
+  nodes::MergeSchedule schedule_;
+  nodes::MergedFrameEncoder encoder_;
+  CentreMap map_;
+  std::atomic<bool> wants_i_frame_{false};
+  std::vector<std::string> streams_;
+  std::vector<Output> outputs_;
+  io::VoxelFrame merged_; // keeps its memory
+  std::size_t merged_frames_ = 0;
+};
+
+} // namespace tools
+} // namespace pcl_ext

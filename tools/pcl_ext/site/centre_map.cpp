@@ -1,0 +1,122 @@
+#include "site/centre_map.h"
+
+#include <pcl_ext/nodes/impl/merged_map.h>
+
+#include "console/exit_status.h"
+#include "streams/stream_decoder.h"
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+class CentreMap::Implementation {
+public:
+  Implementation(const CentreMapOptions& options, double resolution, Console& console)
+  : options_(options), console_(console), map_(resolution, options.full_intensity)
+  {
+    const std::string fault = nodes::detail::MergedMap::faultOf(options.path);
+    if (!fault.empty())
+      throw UsageError(fault);
+  }
+
+  void
+  addStream(const std::string& name, const StreamMetadata& metadata)
+  {
+    sensors_[name] = positionOf(metadata);
+  }
+
+  void
+  update(const nodes::CentralNode& node)
+  {
+    for (const auto& [name, position] : sensors_) {
+      nodes::detail::MergedMap::FindSensor sensor;
+      if (position)
+        sensor = [position = *position](nodes::Time) {
+          return octomap::point3d(static_cast<float>(position[0]),
+                                  static_cast<float>(position[1]),
+                                  static_cast<float>(position[2]));
+        };
+      map_.insertLatest(name, sensor, node);
+    }
+    map_.completeRound();
+  }
+
+  void
+  work()
+  {
+    constexpr std::chrono::minutes interval{1};
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_write_ < interval)
+      return;
+    last_write_ = now;
+    write();
+  }
+
+  /** \brief Writes the map; returns the line that tells. */
+  std::string
+  write()
+  {
+    const auto written = map_.write(options_.path);
+    if (!written.ok)
+      throw std::runtime_error(written.message);
+    return written.message;
+  }
+
+  void
+  finish()
+  {
+    console_.summary(write());
+  }
+
+private:
+  const CentreMapOptions options_;
+  Console& console_;
+  nodes::detail::MergedMap map_;
+  std::map<std::string, std::optional<std::array<double, 3>>> sensors_;
+  std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
+};
+
+CentreMap::CentreMap(const CentreMapOptions& options,
+                     double resolution,
+                     Console& console)
+{
+  if (!options.path.empty())
+    implementation_ = std::make_unique<Implementation>(options, resolution, console);
+}
+
+CentreMap::~CentreMap() = default;
+
+void
+CentreMap::addStream(const std::string& name, const StreamMetadata& metadata)
+{
+  if (implementation_)
+    implementation_->addStream(name, metadata);
+}
+
+void
+CentreMap::update(const nodes::CentralNode& node)
+{
+  if (implementation_)
+    implementation_->update(node);
+}
+
+void
+CentreMap::work()
+{
+  if (implementation_)
+    implementation_->work();
+}
+
+void
+CentreMap::finish()
+{
+  if (implementation_)
+    implementation_->finish();
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <pcl_ext/nodes/central_node.h>
+
+#include "console/console.h"
+#include "inputs/stream_metadata.h"
+
+#include <memory>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief An OctoMap that is fed with the streams of a site. */
+struct CentreMapOptions {
+  std::string path;            ///< of the .ot file; empty: no map
+  double full_intensity = 4.0; ///< that counts as one hit, in the unit of the streams
+};
+
+/** \brief Feeds the map, where the program was built with OctoMap. */
+class CentreMap {
+public:
+  /** \param[in] resolution metres
+   * \param[in] console must outlive this
+   * \throws UsageError if the map cannot be written, or there is no OctoMap
+   */
+  CentreMap(const CentreMapOptions& options, double resolution, Console& console);
+  ~CentreMap();
+  CentreMap(const CentreMap&) = delete;
+  CentreMap&
+  operator=(const CentreMap&) = delete;
+
+  /** \brief Adds a stream; rays are taken from the pose that the metadata tell. */
+  void
+  addStream(const std::string& name, const StreamMetadata& metadata);
+
+  /** \brief Inserts the latest frames. */
+  void
+  update(const nodes::CentralNode& node);
+
+  /** \brief Writes the map once a minute. */
+  void
+  work();
+
+  /** \brief Writes the map.
+   * \throws std::runtime_error
+   */
+  void
+  finish();
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_; // null: no map
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <pcl_ext/link/frame_subscriber.h>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What is done with the frames of a site. Failures throw std::runtime_error. */
+class FrameTaker {
+public:
+  virtual ~FrameTaker() = default;
+
+  /** \brief Takes the next frame of a stream. */
+  virtual void
+  take(const link::LinkFrame& frame) = 0;
+
+  /** \brief Does what is due; called at least 20 times a second. */
+  virtual void
+  work()
+  {}
+
+  /** \brief No frames will follow. */
+  virtual void
+  finish()
+  {}
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,179 @@
+#include "site/rotated_recording.h"
+
+#include "console/exit_status.h"
+#include "console/throw_unless_ok.h"
+#include "measuring/markdown_table.h"
+#include "options/text_values.h"
+
+#include <array>
+#include <ctime>
+#include <filesystem>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+constexpr std::chrono::seconds flush_interval{1};
+constexpr std::chrono::seconds longest_handover{10};
+
+std::string
+timeForNames()
+{
+  constexpr std::size_t longest = 32;
+  std::array<char, longest> text{};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  const std::size_t size =
+      std::strftime(text.data(), text.size(), "_%Y%m%dT%H%M%SZ", &utc);
+  return {text.data(), size};
+}
+
+} // namespace
+
+RotatedRecording::RotatedRecording(const Output& output,
+                                   const Rotation& rotation,
+                                   RequestIFrame request_i_frame,
+                                   Console& console)
+: output_(output)
+, rotation_(rotation)
+, request_i_frame_(std::move(request_i_frame))
+, console_(console)
+{
+  if (kindOfOutput(output.path) == OutputKind::Folder || output.path == "-")
+    throw UsageError("-o is '" + output.path +
+                     "'; frames of a site are recorded in x.mcap or, of one stream, "
+                     "x.pcxi");
+  checkOutput(output.path);
+  if (!rotation.isOn())
+    refuseTakenFile({}, output.path, output.may_replace);
+  rotate(); // so that a path that cannot be written to is told at once
+}
+
+std::string
+RotatedRecording::nextPath() const
+{
+  if (!rotation_.isOn())
+    return output_.path;
+  const std::filesystem::path given(output_.path);
+  const std::string stem =
+      (given.parent_path() / given.stem()).string() + timeForNames();
+  const std::string extension = given.extension().string();
+  std::string path = stem + extension;
+  for (unsigned int number = 2; std::filesystem::exists(path) ||
+                                std::filesystem::exists(path + unfinished_suffix) ||
+                                (before_ && before_->path == path);
+       ++number)
+    path = stem + "_" + std::to_string(number) + extension;
+  return path;
+}
+
+bool
+RotatedRecording::isRotationDue() const
+{
+  if (current_->frames == 0 || before_)
+    return false;
+  const std::chrono::duration<double> age = Clock::now() - current_->opened;
+  return (rotation_.seconds && age.count() >= *rotation_.seconds) ||
+         (rotation_.bytes && static_cast<double>(current_->bytes) >= *rotation_.bytes);
+}
+
+void
+RotatedRecording::rotate()
+{
+  before_ = std::move(current_);
+  current_.reset();
+  const std::string path = nextPath();
+  current_.emplace();
+  current_->path = path;
+  current_->opened = Clock::now();
+  throwUnlessOk(current_->writer.open(path));
+  if (before_)
+    for (const auto& [stream, number] : before_->streams)
+      request_i_frame_(stream);
+}
+
+void
+RotatedRecording::append(File& file, const link::LinkFrame& frame)
+{
+  const auto found = file.streams.find(frame.stream);
+  std::size_t number = 0;
+  if (found == file.streams.end()) {
+    throwUnlessOk(file.writer.addStream({frame.stream, "", frame.metadata}, number));
+    file.streams[frame.stream] = number;
+  }
+  else
+    number = found->second;
+  const auto status =
+      file.writer.append(number, frame.time, frame.bytes.data(), frame.bytes.size());
+  // Times before 1970 are the sender's mistake, which must not end the recording.
+  if (status.code() == recording::RecordingCode::InvalidArgument)
+    console_.error(frame.stream + ": a frame cannot be recorded: " + status.message());
+  else
+    throwUnlessOk(status);
+  ++file.frames;
+  file.bytes += frame.bytes.size();
+}
+
+void
+RotatedRecording::take(const link::LinkFrame& frame)
+{
+  if (isRotationDue())
+    rotate();
+  if (before_ && !frame.is_i_frame && before_->streams.count(frame.stream) > 0) {
+    append(*before_, frame);
+    return;
+  }
+  // What could not be decoded in this file alone comes only if its I-frame did not come in
+  // time.
+  if (!frame.is_i_frame && current_->streams.count(frame.stream) == 0)
+    return;
+  append(*current_, frame);
+  if (before_) {
+    before_->streams.erase(frame.stream);
+    if (before_->streams.empty())
+      complete(before_);
+  }
+}
+
+void
+RotatedRecording::work()
+{
+  const Clock::time_point now = Clock::now();
+  if (before_ && now - current_->opened > longest_handover)
+    complete(before_);
+  if (now - last_flush_ < flush_interval)
+    return;
+  last_flush_ = now;
+  for (std::optional<File>* const file : {&before_, &current_})
+    if (*file)
+      throwUnlessOk((*file)->writer.flush());
+}
+
+void
+RotatedRecording::complete(std::optional<File>& file)
+{
+  if (!file)
+    return;
+  if (file->frames > 0) {
+    throwUnlessOk(file->writer.finish(rotation_.isOn() ? recording::ExistingFile::Keep
+                                                       : output_.existing()));
+    constexpr double megabyte = 1e6;
+    console_.summary(
+        file->path + ": " + counted(file->frames, "frame") + ", " +
+        measuring::formatted(static_cast<double>(file->bytes) / megabyte, 2) + " MB");
+  }
+  file.reset();
+}
+
+void
+RotatedRecording::finish()
+{
+  complete(before_);
+  complete(current_);
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_writer.h>
+
+#include "console/console.h"
+#include "outputs/output_path.h"
+#include "site/frame_taker.h"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief When a recording goes on in another file. */
+struct Rotation {
+  std::optional<double> seconds; ///< none: whatever its age
+  std::optional<double> bytes;   ///< none: whatever its size
+
+  bool
+  isOn() const
+  {
+    return seconds || bytes;
+  }
+};
+
+/** \brief Records the frames of a site, in one file or in one after the other. Each file
+ * can be decoded without the others: a stream stays in the file before until it has an
+ * I-frame, which is requested. */
+class RotatedRecording : public FrameTaker {
+public:
+  using RequestIFrame = std::function<void(const std::string& stream)>;
+
+  /** \param[in] output path of the file; with a rotation each has the time of its beginning
+   * in its name
+   * \param[in] request_i_frame of a stream that goes to another file
+   * \param[in] console prints which files are complete; must outlive this
+   */
+  RotatedRecording(const Output& output,
+                   const Rotation& rotation,
+                   RequestIFrame request_i_frame,
+                   Console& console);
+
+  void
+  take(const link::LinkFrame& frame) override;
+
+  void
+  work() override;
+
+  void
+  finish() override;
+
+private:
+  using Clock = std::chrono::steady_clock;
+
+  struct File {
+    std::string path;
+    recording::RecordingWriter writer;
+    std::map<std::string, std::size_t>
+        streams; ///< numbers by name; of those that go on
+    Clock::time_point opened;
+    std::uint64_t frames = 0;
+    std::uint64_t bytes = 0;
+  };
+
+  std::string
+  nextPath() const;
+
+  bool
+  isRotationDue() const;
+
+  /** \brief Begins another file. */
+  void
+  rotate();
+
+  void
+  append(File& file, const link::LinkFrame& frame);
+
+  void
+  complete(std::optional<File>& file);
+
+  const Output output_;
+  const Rotation rotation_;
+  const RequestIFrame request_i_frame_;
+  Console& console_;
+  std::optional<File> current_;
+  std::optional<File> before_; // until its streams have an I-frame
+  Clock::time_point last_flush_{};
+};
+
+} // namespace tools
+} // namespace pcl_ext

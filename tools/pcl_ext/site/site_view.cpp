@@ -1,0 +1,121 @@
+#include "site/site_view.h"
+
+#include <pcl_ext/view/view_server.h>
+
+#include "live/view_output.h"
+#include "viewing/started_server.h"
+#include "viewing/viewer_page.h"
+
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+/** \brief Shows the frames of a site in browsers. */
+class SiteView : public FrameTaker {
+public:
+  using RequestIFrame = std::function<void(const std::string& stream)>;
+
+  SiteView(view::ViewServerSettings settings,
+           RequestIFrame request_i_frame,
+           bool opens_browser,
+           Console& console)
+  : request_i_frame_(std::move(request_i_frame))
+  , server_(withRequests(settings))
+  , output_(server_)
+  {
+    startServer(server_, settings, opens_browser, console);
+  }
+
+  void
+  take(const link::LinkFrame& frame) override
+  {
+    auto found = numbers_.find(frame.stream);
+    if (found == numbers_.end()) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      found =
+          numbers_
+              .emplace(frame.stream, output_.addStream(frame.stream, frame.metadata))
+              .first;
+      names_.push_back(frame.stream);
+    }
+    output_.publish(found->second, frame.time, frame.bytes);
+  }
+
+  void
+  finish() override
+  {
+    output_.end();
+  }
+
+private:
+  view::ViewServerSettings
+  withRequests(view::ViewServerSettings settings)
+  {
+    settings.request_i_frame = [this](std::size_t stream) { request(stream); };
+    return settings;
+  }
+
+  void
+  request(std::size_t stream)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (stream < names_.size())
+      request_i_frame_(names_[stream]);
+  }
+
+  const RequestIFrame request_i_frame_;
+  std::mutex mutex_;               // guards names_
+  std::vector<std::string> names_; // of the streams, by their number in the output
+  std::map<std::string, std::size_t> numbers_;
+  // Last, as its thread uses the others.
+  view::ViewServer server_;
+  ViewOutput output_;
+};
+
+} // namespace
+
+void
+addSiteViewOptions(CLI::App& app, SiteViewOptions& options)
+{
+  CLI::Option* const view =
+      app.add_flag("--view", options.is_on, "show the streams in a browser");
+  app.add_option("--port", options.port, "of the page (a free one)")
+      ->type_name("N")
+      ->needs(view);
+  app.add_option(
+         "--address", options.address, "for others, such as 0.0.0.0 (this machine)")
+      ->type_name("ADDRESS")
+      ->needs(view);
+  app.add_flag_callback(
+         "--no-browser",
+         [&options] { options.opens_browser = false; },
+         "print the page's address alone")
+      ->needs(view);
+  app.add_option("--page", options.page, "the viewer's HTML (that of the program)")
+      ->type_name("FILE")
+      ->needs(view);
+}
+
+std::unique_ptr<FrameTaker>
+makeSiteView(const SiteViewOptions& options,
+             const std::string& name,
+             std::function<void(const std::string& stream)> request_i_frame,
+             Console& console)
+{
+  view::ViewServerSettings settings;
+  settings.page = readPage(options.page);
+  settings.address = options.address;
+  settings.port = options.port;
+  settings.name = name;
+  return std::make_unique<SiteView>(
+      std::move(settings), std::move(request_i_frame), options.opens_browser, console);
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "console/console.h"
+#include "site/frame_taker.h"
+
+#include <CLI/App.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief How the streams of a site are shown. */
+struct SiteViewOptions {
+  bool is_on = false;
+  std::uint16_t port = 0;
+  std::string address;
+  bool opens_browser = true;
+  std::string page;
+};
+
+/** \brief Adds --view and what belongs to it. */
+void
+addSiteViewOptions(CLI::App& app, SiteViewOptions& options);
+
+/** \brief Serves the streams of a site to browsers.
+ * \param[in] name shown on the page
+ * \param[in] request_i_frame called by another thread
+ * \throws std::exception if it cannot be served, or the program was built without a server
+ */
+std::unique_ptr<FrameTaker>
+makeSiteView(const SiteViewOptions& options,
+             const std::string& name,
+             std::function<void(const std::string& stream)> request_i_frame,
+             Console& console);
+
+} // namespace tools
+} // namespace pcl_ext

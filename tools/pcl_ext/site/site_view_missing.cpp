@@ -1,0 +1,20 @@
+#include "site/site_view.h"
+
+namespace pcl_ext {
+namespace tools {
+
+void
+addSiteViewOptions(CLI::App& /* app */, SiteViewOptions& /* options */)
+{}
+
+std::unique_ptr<FrameTaker>
+makeSiteView(const SiteViewOptions& /* options */,
+             const std::string& /* name */,
+             std::function<void(const std::string& stream)> /* request_i_frame */,
+             Console& /* console */)
+{
+  return nullptr;
+}
+
+} // namespace tools
+} // namespace pcl_ext
