@@ -223,8 +223,9 @@ Connection::connectionFailure(natsStatus failure) const
   case NATS_SSL_ERROR: {
     const char* const details = nats_GetLastError(nullptr);
     return {LinkCode::CannotConnect,
-            at + " and this program do not agree on TLS: " +
-                (details != nullptr ? details : "")};
+            at + " takes encrypted connections, and TLS fails: " +
+                (details != nullptr ? details : "") +
+                "; ca_file has the certificates to trust"};
   }
   case NATS_NO_SERVER:
   case NATS_TIMEOUT:

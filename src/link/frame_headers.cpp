@@ -20,9 +20,10 @@ takeNumber(std::string_view& text, int base, NumberT& number)
   if (parsed.ec != std::errc() || (parsed.ptr != end && *parsed.ptr != ' '))
     return false;
   text.remove_prefix(static_cast<std::size_t>(parsed.ptr - text.data()));
-  if (!text.empty())
-    text.remove_prefix(1);
-  return true;
+  if (text.empty())
+    return true;
+  text.remove_prefix(1);
+  return !text.empty();
 }
 
 } // namespace

@@ -1,0 +1,337 @@
+/** \file
+ * \brief Frames over a real NATS server: all that arrives can be decoded, what does not is
+ * counted.
+ */
+#include "link/linked_streams.h"
+
+#include <nats/nats.h>
+
+namespace {
+
+using namespace pcl_ext::link;
+using namespace pcl_ext::link::test;
+using std::chrono::milliseconds;
+
+/** \brief Publishes messages as another program does. */
+class Stranger {
+public:
+  explicit Stranger(const NatsServer& server)
+  {
+    EXPECT_EQ(natsConnection_ConnectTo(&connection_, server.url().c_str()), NATS_OK);
+  }
+
+  ~Stranger() { natsConnection_Destroy(connection_); }
+  Stranger(const Stranger&) = delete;
+  Stranger&
+  operator=(const Stranger&) = delete;
+
+  void
+  publish(const std::string& subject, const std::string& header, const Bytes& bytes)
+  {
+    natsMsg* message = nullptr;
+    EXPECT_EQ(natsMsg_Create(&message,
+                             subject.c_str(),
+                             nullptr,
+                             reinterpret_cast<const char*>(bytes.data()),
+                             static_cast<int>(bytes.size())),
+              NATS_OK);
+    if (!header.empty()) {
+      EXPECT_EQ(natsMsgHeader_Set(message, "Pcl-Ext-Frame", header.c_str()), NATS_OK);
+    }
+    EXPECT_EQ(natsConnection_PublishMsg(connection_, message), NATS_OK);
+    natsMsg_Destroy(message);
+    EXPECT_EQ(natsConnection_Flush(connection_), NATS_OK);
+  }
+
+private:
+  natsConnection* connection_ = nullptr;
+};
+
+TEST(Link, CarriesFramesWithTheirTimesAndMetadata)
+{
+  const NatsServer server;
+  std::string name(300, '.');
+  name.replace(10, 20, "a b\nc > * $ \xff \x01 zzzz");
+  ASSERT_EQ(name.size(), 300u);
+  Receiver receiver(settingsOf(server));
+  Sensor sensor(settingsOf(server), name);
+  for (int i = 0; i < 20; ++i)
+    expectCode(sensor.publish(), LinkCode::Ok);
+  for (std::size_t i = 0; i < 20; ++i) {
+    ASSERT_TRUE(receiver.take());
+    const LinkFrame& frame = receiver.frames[i];
+    EXPECT_EQ(frame.stream, name);
+    EXPECT_EQ(frame.time, Sensor::timeOf(i));
+    EXPECT_EQ(frame.bytes, sensor.frames()[i]);
+    EXPECT_EQ(frame.is_i_frame, i == 0);
+    EXPECT_EQ(frame.metadata.size(), i == 0 ? 1u : 0u);
+  }
+  EXPECT_EQ(receiver.frames[0].metadata.at("sensor_pose"), "1,2,3,0,0,0,1");
+  LinkFrame none;
+  expectCode(receiver.subscriber.next(none, milliseconds(0)), LinkCode::NoFrame);
+  const LinkStreamStatistics statistics = receiver.statisticsOf(name);
+  EXPECT_EQ(statistics.frames, 20u);
+  EXPECT_EQ(statistics.frames_lost + statistics.frames_skipped + statistics.frames_late,
+            0u);
+  EXPECT_EQ(statistics.publishers, 1u);
+  EXPECT_EQ(sensor.publisher().statistics().frames, 20u);
+}
+
+TEST(Link, BringsAStreamThatRunsFromItsNextIFrame)
+{
+  const NatsServer server;
+  Sensor sensor(settingsOf(server));
+  sensor.publish();
+  Receiver receiver(settingsOf(server));
+  sensor.publish(); // a P-frame, which makes the receiver ask
+  ASSERT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
+  sensor.publish();
+  sensor.publish();
+  ASSERT_TRUE(receiver.take());
+  ASSERT_TRUE(receiver.take());
+  EXPECT_TRUE(receiver.frames[0].is_i_frame);
+  EXPECT_EQ(receiver.frames[0].bytes, sensor.frames()[2]);
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_skipped, 1u);
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_lost, 0u);
+  EXPECT_EQ(sensor.publisher().statistics().i_frame_requests, 1u);
+}
+
+TEST(Link, CountsFramesThatAServerLost)
+{
+  NatsServer server;
+  Receiver receiver(settingsOf(server));
+  Sensor sensor(settingsOf(server));
+  sensor.publish();
+  sensor.publish();
+  ASSERT_TRUE(receiver.take());
+  ASSERT_TRUE(receiver.take());
+  server.stop();
+  ASSERT_TRUE(waitFor([&] { return !sensor.publish().ok(); }));
+  const std::size_t before = sensor.frames().size() - 1;
+  for (int i = 0; i < 4; ++i)
+    expectCode(sensor.publish(), LinkCode::NotConnected);
+  EXPECT_GE(sensor.publisher().statistics().frames_not_sent, 5u);
+  server.start();
+  ASSERT_TRUE(waitFor([&] {
+    return sensor.publisher().statistics().reconnections == 1 &&
+           receiver.subscriber.statistics().reconnections == 1;
+  }));
+  // The publisher's own encoder is asked, whether receivers do or not.
+  EXPECT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
+  expectCode(sensor.publish(), LinkCode::Ok);
+  ASSERT_TRUE(receiver.take());
+  EXPECT_EQ(receiver.frames.back().bytes, sensor.frames().back());
+  EXPECT_TRUE(receiver.frames.back().is_i_frame);
+  const LinkStreamStatistics statistics = receiver.statisticsOf("/sensor_1");
+  // Frames that were handed to a connection which was gone already are lost, too.
+  EXPECT_EQ(statistics.frames_lost, sensor.frames().size() - 3);
+  EXPECT_GE(before, 2u);
+}
+
+TEST(Link, RefusesFramesAboveTheServersLimit)
+{
+  const NatsServer server("max_payload: 100");
+  Receiver receiver(settingsOf(server));
+  Sensor sensor(settingsOf(server));
+  const LinkStatus status = sensor.publish();
+  expectCode(status, LinkCode::FrameTooLarge);
+  EXPECT_NE(status.message().find("max_payload, 100 bytes"), std::string::npos)
+      << status.message();
+  EXPECT_EQ(sensor.publisher().statistics().frames_not_sent, 1u);
+}
+
+TEST(Link, LosesFramesOfASlowReceiverButNeverTheirOrder)
+{
+  const NatsServer server;
+  Sensor sensor(settingsOf(server));
+  SubscriberSettings settings;
+  settings.link = settingsOf(server);
+  Sensor probe(settingsOf(server), "/probe");
+  probe.publish();
+  settings.max_waiting_bytes = 4 * probe.frames()[0].size();
+  settings.i_frame_request_interval = milliseconds(1);
+  Receiver receiver(settings);
+  constexpr std::size_t all = 60;
+  for (std::size_t i = 0; i < all; ++i)
+    sensor.publish();
+  ASSERT_TRUE(waitFor([&] {
+    const auto seen = receiver.statisticsOf("/sensor_1");
+    return seen.frames + seen.frames_dropped + seen.frames_skipped == all;
+  }));
+  const auto before = receiver.statisticsOf("/sensor_1");
+  EXPECT_GE(before.frames_dropped, 1u);
+  EXPECT_LT(before.frames, all);
+  while (receiver.take(milliseconds(0)))
+    ;
+  // It recovers: the next frame makes it ask, and the I-frame arrives.
+  ASSERT_TRUE(waitFor([&] {
+    sensor.publish();
+    return receiver.take(milliseconds(20)) &&
+           receiver.frames.back().bytes == sensor.frames().back();
+  }));
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_lost, 0u);
+  for (std::size_t i = 1; i < receiver.frames.size(); ++i)
+    EXPECT_LT(receiver.frames[i - 1].time, receiver.frames[i].time);
+}
+
+TEST(Link, NeverMixesTwoPublishersOfOneStream)
+{
+  const NatsServer server;
+  Receiver receiver(settingsOf(server));
+  Sensor one(settingsOf(server), "/same", 7, 1);
+  Sensor other(settingsOf(server), "/same", 5, 2);
+  for (int i = 0; i < 40; ++i) {
+    one.publish();
+    other.publish();
+  }
+  // Which frames can be decoded is checked by the receiver; each is of one of them.
+  while (receiver.take(milliseconds(200)))
+    ;
+  const LinkStreamStatistics statistics = receiver.statisticsOf("/same");
+  EXPECT_GT(statistics.publishers, 2u);
+  EXPECT_EQ(statistics.frames, receiver.frames.size());
+  EXPECT_GT(statistics.frames_skipped, 0u);
+  bool is_of_one = true;
+  for (const LinkFrame& frame : receiver.frames) {
+    const bool was_of_one = is_of_one;
+    const auto& frames = one.frames();
+    is_of_one = std::find(frames.begin(), frames.end(), frame.bytes) != frames.end();
+    EXPECT_TRUE(is_of_one == was_of_one || frame.is_i_frame);
+  }
+}
+
+TEST(Link, LeavesMessagesOutThatAreNoFrames)
+{
+  const NatsServer server;
+  SubscriberSettings settings;
+  settings.link = settingsOf(server);
+  settings.max_streams = 2;
+  Receiver receiver(settings);
+  Sensor sensor(settingsOf(server));
+  sensor.publish();
+  const Bytes frame = sensor.frames()[0];
+  Stranger stranger(server);
+  const std::string subject = "cell./sensor_1.frames";
+  stranger.publish(subject, "", frame);
+  stranger.publish(subject, "1 a 1", frame);
+  stranger.publish(subject, "1 a 1 5", {});
+  stranger.publish(subject, "1 a 1 5", Bytes(1000, 0xa5));
+  Bytes longer = frame;
+  longer.push_back(0);
+  stranger.publish(subject, "1 a 1 5", longer);
+  stranger.publish(subject, "1 a 1 5", Bytes(frame.begin(), frame.end() - 1));
+  stranger.publish("cell.%zz.frames", "1 a 1 5", frame);
+  stranger.publish("cell.a.frames.x", "1 a 1 5", frame);
+  stranger.publish("elsewhere./sensor_1.frames", "1 a 1 5", frame);
+  stranger.publish("cell.second.frames", "", frame);
+  stranger.publish("cell.third.frames", "1 a 1 5", frame);
+  sensor.publish();
+  ASSERT_TRUE(receiver.take());
+  ASSERT_TRUE(receiver.take());
+  EXPECT_EQ(receiver.frames[1].bytes, sensor.frames()[1]);
+  ASSERT_TRUE(waitFor([&] {
+    return receiver.subscriber.statistics().messages_of_too_many == 1 &&
+           receiver.subscriber.statistics().messages_of_no_stream == 2;
+  }));
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").messages_invalid, 6u);
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").publishers, 1u);
+  EXPECT_EQ(receiver.statisticsOf("second").messages_invalid, 1u);
+  EXPECT_EQ(receiver.subscriber.statistics().streams.size(), 2u);
+}
+
+TEST(Link, DividesStreamsAsTheServerDoes)
+{
+  const NatsServer server("mappings = { \"cell.*.frames\": "
+                          "\"cell.{{wildcard(1)}}.frames.{{partition(3,1)}}\" }");
+  std::vector<std::unique_ptr<Receiver>> parts;
+  for (unsigned int part = 0; part < 3; ++part) {
+    SubscriberSettings settings;
+    settings.link = settingsOf(server);
+    settings.partition = part;
+    parts.push_back(std::make_unique<Receiver>(settings));
+  }
+  SubscriberSettings one;
+  one.link = settingsOf(server);
+  one.streams = {"/sensor_3"};
+  Receiver only(one);
+  Receiver all(settingsOf(server));
+  constexpr std::size_t streams = 12;
+  std::vector<std::unique_ptr<Sensor>> sensors;
+  for (std::size_t i = 0; i < streams; ++i) {
+    sensors.push_back(
+        std::make_unique<Sensor>(settingsOf(server), "/sensor_" + std::to_string(i)));
+    sensors.back()->publish();
+    sensors.back()->publish();
+  }
+  ASSERT_TRUE(only.take());
+  EXPECT_EQ(only.frames[0].stream, "/sensor_3");
+  for (std::size_t i = 0; i < 2 * streams; ++i)
+    ASSERT_TRUE(all.take());
+  std::map<std::string, std::size_t> frames;
+  std::size_t received = 0;
+  for (const auto& part : parts) {
+    while (part->take(milliseconds(200)))
+      ++received;
+    EXPECT_GT(part->subscriber.statistics().streams.size(), 1u);
+    for (const auto& stream : part->subscriber.statistics().streams)
+      ++frames[stream.name];
+  }
+  EXPECT_EQ(received, 2 * streams);
+  EXPECT_EQ(frames.size(), streams); // each of one part
+  for (const auto& [name, parts_of_it] : frames)
+    EXPECT_EQ(parts_of_it, 1u) << name;
+}
+
+TEST(Link, ReplaysWhatTheServerKeeps)
+{
+  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  KeptFrames kept;
+  SubscriberSettings settings;
+  settings.link = settingsOf(server);
+  settings.replay_from = Time(0);
+  {
+    FrameSubscriber early(settings);
+    const LinkStatus status = early.connect();
+    expectCode(status, LinkCode::CannotConnect);
+    EXPECT_NE(status.message().find("keeps no frames of the site 'cell'"),
+              std::string::npos)
+        << status.message();
+  }
+  expectCode(keepFrames(settingsOf(server), {}, kept), LinkCode::Ok);
+  EXPECT_EQ(kept.messages, 0u);
+  {
+    Receiver nothing(settings);
+    LinkFrame frame;
+    expectCode(nothing.subscriber.next(frame, milliseconds(20000)),
+               LinkCode::EndOfReplay);
+  }
+  Sensor one(settingsOf(server), "/one");
+  Sensor two(settingsOf(server), "/two");
+  for (int i = 0; i < 30; ++i) {
+    one.publish();
+    two.publish();
+  }
+  KeepSettings less;
+  less.max_age = std::chrono::hours(1);
+  ASSERT_TRUE(waitFor([&] {
+    expectCode(keepFrames(settingsOf(server), less, kept), LinkCode::Ok);
+    return kept.messages == 60;
+  }));
+  Receiver replay(settings);
+  while (replay.take())
+    ;
+  ASSERT_EQ(replay.frames.size(), 60u);
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_EQ(replay.frames[i].stream, i % 2 == 0 ? "/one" : "/two");
+    EXPECT_EQ(replay.frames[i].bytes, (i % 2 == 0 ? one : two).frames()[i / 2]);
+  }
+  LinkFrame frame;
+  expectCode(replay.subscriber.next(frame, milliseconds(0)), LinkCode::EndOfReplay);
+  EXPECT_FALSE(one.wantsIFrame()); // a replay asks for nothing
+  const NatsServer without;
+  const LinkStatus off = keepFrames(settingsOf(without), {}, kept);
+  expectCode(off, LinkCode::CannotConnect);
+  EXPECT_NE(off.message().find("JetStream is off"), std::string::npos) << off.message();
+}
+
+} // namespace

@@ -1,0 +1,127 @@
+/** \file
+ * \brief Who may connect: clear errors for those who may not.
+ */
+#include "link/linked_streams.h"
+
+#include <cstdlib>
+
+namespace {
+
+using namespace pcl_ext::link;
+using namespace pcl_ext::link::test;
+
+/** \brief Expects that a connection fails with a code and a text. */
+void
+expectRefusal(const LinkSettings& settings, LinkCode code, const std::string& text)
+{
+  FramePublisher publisher(settings);
+  const LinkStatus status = publisher.connect();
+  expectCode(status, code);
+  EXPECT_NE(status.message().find(text), std::string::npos) << status.message();
+  std::size_t stream = 0;
+  expectCode(publisher.addStream("/a", {}, stream), LinkCode::NotConnected);
+}
+
+TEST(LinkSecurity, ChecksSettingsBeforeItConnects)
+{
+  LinkSettings settings;
+  settings.site = "a.b";
+  expectRefusal(
+      settings, LinkCode::InvalidSettings, "site is 'a.b'; it must be up to 64");
+  settings.site = "";
+  expectRefusal(settings, LinkCode::InvalidSettings, "site is ''");
+  settings.site = "cell";
+  settings.servers = "localhost:4222";
+  expectRefusal(
+      settings, LinkCode::InvalidSettings, "servers is 'localhost:4222'; it must");
+  settings.servers = "";
+  expectRefusal(settings, LinkCode::InvalidSettings, "servers is ''");
+  settings.servers = "nats://127.0.0.1:" + std::to_string(freePort());
+  settings.key_file = "key.pem";
+  expectRefusal(settings, LinkCode::InvalidSettings, "certificate_file and key_file");
+  settings.key_file = "";
+  settings.ca_file = "/no/such/file";
+  expectRefusal(settings, LinkCode::InvalidSettings, "'/no/such/file' cannot be read");
+  settings.ca_file = "";
+  expectRefusal(settings, LinkCode::CannotConnect, "does not answer within 2000 ms");
+  settings.connect_timeout = std::chrono::milliseconds(0);
+  expectRefusal(settings, LinkCode::InvalidSettings, "connect_timeout is '0 ms'");
+}
+
+TEST(LinkSecurity, TellsOfAWrongPassword)
+{
+  const NatsServer server("authorization { user: sensor, password: right }");
+  LinkSettings settings = settingsOf(server);
+  expectRefusal(settings, LinkCode::Refused, "refuses a client without the right user");
+  settings.user = "sensor";
+  settings.password = "wrong";
+  expectRefusal(
+      settings, LinkCode::Refused, "refuses user 'sensor': wrong user or password");
+  settings.password = "right";
+  Receiver receiver(settings);
+  Sensor sensor(settings);
+  sensor.publish();
+  EXPECT_TRUE(receiver.take());
+  // Nothing of a password is in a message.
+  settings.servers = "nats://someone:secret@" + server.url().substr(7);
+  settings.user = "";
+  expectRefusal(settings, LinkCode::Refused, server.url());
+  FramePublisher other(settings);
+  EXPECT_EQ(other.connect().message().find("secret"), std::string::npos);
+}
+
+TEST(LinkSecurity, TellsWhatAServerDoesNotPermit)
+{
+  const NatsServer server(
+      "authorization { users = [ { user: viewer, password: v, permissions: "
+      "{ publish: \"cell.*.requests\", subscribe: \"cell.*.frames\" } } ] }");
+  LinkSettings settings = settingsOf(server);
+  settings.user = "viewer";
+  settings.password = "v";
+  std::mutex mutex;
+  std::string events;
+  settings.on_event = [&](const std::string& event) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    events += event + "\n";
+  };
+  Sensor sensor(settings);
+  sensor.publish();
+  EXPECT_TRUE(waitFor([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return events.find(
+               "Permissions Violation for Publish to \"cell./sensor_1.frames\"") !=
+           std::string::npos;
+  })) << events;
+}
+
+TEST(LinkSecurity, Encrypts)
+{
+  const TestFolder folder;
+  const std::string make =
+      "cd '" + folder / "" +
+      "' && openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes "
+      "-keyout key.pem -out certificate.pem -days 2 -subj /CN=localhost -addext "
+      "'subjectAltName=DNS:localhost,IP:127.0.0.1' 2> openssl.log";
+  ASSERT_EQ(std::system(make.c_str()), 0);
+  const NatsServer server("tls { cert_file: \"" + folder / "certificate.pem" +
+                          "\", key_file: \"" + folder / "key.pem" + "\" }");
+  LinkSettings settings = settingsOf(server);
+  for (const char* const scheme : {"nats", "tls"}) {
+    settings.servers = server.url(scheme);
+    expectRefusal(settings,
+                  LinkCode::CannotConnect,
+                  "takes encrypted connections, and TLS fails");
+    expectRefusal(settings, LinkCode::CannotConnect, "self-signed certificate");
+  }
+  settings.ca_file = folder / "certificate.pem";
+  Receiver receiver(settings);
+  Sensor sensor(settings);
+  sensor.publish();
+  EXPECT_TRUE(receiver.take());
+
+  const NatsServer plain;
+  settings.servers = plain.url("tls");
+  expectRefusal(settings, LinkCode::CannotConnect, "has no TLS");
+}
+
+} // namespace

@@ -1,0 +1,174 @@
+/** \file
+ * \brief A real NATS server on this machine, for the time of a test.
+ */
+#pragma once
+
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <thread>
+
+namespace pcl_ext {
+namespace link {
+namespace test {
+
+using recording::test::TestFolder;
+
+inline sockaddr_in
+loopback(std::uint16_t port)
+{
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(port);
+  return address;
+}
+
+/** \brief A port that nobody listens on. */
+inline std::uint16_t
+freePort()
+{
+  const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address = loopback(0);
+  socklen_t size = sizeof(address);
+  EXPECT_EQ(::bind(descriptor, reinterpret_cast<sockaddr*>(&address), size), 0);
+  EXPECT_EQ(::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  ::close(descriptor);
+  return ntohs(address.sin_port);
+}
+
+/** \brief Runs the program nats-server. */
+class NatsServer {
+public:
+  /** \param[in] configuration besides the address, as nats-server reads it; FOLDER stands
+   * for a folder of its own
+   */
+  explicit NatsServer(const std::string& configuration = "")
+  : port_(freePort()), configuration_(configuration)
+  {
+    for (std::size_t at = 0; (at = configuration_.find("FOLDER")) != std::string::npos;)
+      configuration_.replace(at, 6, folder_ / "");
+    start();
+  }
+
+  ~NatsServer() { stop(); }
+  NatsServer(const NatsServer&) = delete;
+  NatsServer&
+  operator=(const NatsServer&) = delete;
+
+  void
+  start()
+  {
+    const std::string file = folder_ / "server.conf";
+    std::ofstream(file) << "listen: \"127.0.0.1:" << port_ << "\"\nlog_file: \""
+                        << folder_ / "server.log"
+                        << "\"\n"
+                        << configuration_ << '\n';
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      // Debian has it where only administrators look.
+      const char* const path = std::getenv("PATH");
+      ::setenv(
+          "PATH", (std::string(path != nullptr ? path : "") + ":/usr/sbin").c_str(), 1);
+      ::execlp("nats-server",
+               "nats-server",
+               "-c",
+               file.c_str(),
+               static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!answers()) {
+      const bool has_ended = ::waitpid(pid_, nullptr, WNOHANG) != 0;
+      if (has_ended || std::chrono::steady_clock::now() > end) {
+        ADD_FAILURE() << "the program nats-server does not start; its package is "
+                         "nats-server";
+        pid_ = has_ended ? -1 : pid_;
+        return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+  void
+  stop()
+  {
+    if (pid_ <= 0)
+      return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+    pid_ = -1;
+  }
+
+  std::string
+  url(const std::string& scheme = "nats") const
+  {
+    return scheme + "://127.0.0.1:" + std::to_string(port_);
+  }
+
+private:
+  bool
+  answers() const
+  {
+    const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address = loopback(port_);
+    const bool is_connected =
+        ::connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof(address)) ==
+        0;
+    ::close(descriptor);
+    return is_connected;
+  }
+
+  /** \brief A folder that no other server of the test has. */
+  class Folder {
+  public:
+    Folder()
+    {
+      path_ = ::testing::TempDir() + "pcl_ext_nats_XXXXXX";
+      EXPECT_NE(::mkdtemp(path_.data()), nullptr);
+    }
+
+    ~Folder()
+    {
+      std::error_code ignored;
+      std::filesystem::remove_all(path_, ignored);
+    }
+
+    Folder(const Folder&) = delete;
+    Folder&
+    operator=(const Folder&) = delete;
+
+    std::string
+    operator/(const std::string& name) const
+    {
+      return path_ + "/" + name;
+    }
+
+  private:
+    std::string path_;
+  };
+
+  Folder folder_;
+  const std::uint16_t port_;
+  std::string configuration_;
+  pid_t pid_ = -1;
+};
+
+} // namespace test
+} // namespace link
+} // namespace pcl_ext
