@@ -147,15 +147,20 @@ MergeSchedule::next(Time now)
   releaseFrames(offset, step);
   if (!slot_ || !isComplete(offset, now))
     return step;
-  const auto earliest = earliestHeld(offset);
-  if (!has_frames_ && !earliest)
-    return step; // nothing has arrived since the last merged frame
-  if (has_frames_)
-    step.merge = slot_;
+  if (!has_frames_) {
+    const auto earliest = earliestHeld(offset);
+    if (!earliest)
+      return step; // nothing has arrived since the last merged frame
+    slot_ = slotOf(*earliest); // nothing came for those between
+    waiting_since_.reset();
+    releaseFrames(offset, step);
+    if (!isComplete(offset, now))
+      return step;
+  }
+  step.merge = slot_;
+  slot_ = *slot_ + settings_.period;
   has_frames_ = false;
   waiting_since_.reset();
-  const Time following = *slot_ + settings_.period;
-  slot_ = earliest ? std::max(following, slotOf(*earliest)) : following;
   return step;
 }
 

@@ -1,0 +1,200 @@
+/** \file
+ * \brief Which frames are merged with each other, against a search in all of them.
+ */
+#include <pcl_ext/nodes/merge_schedule.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace pcl_ext::nodes;
+
+/** \brief Runs a schedule, and notes what it releases and merges. */
+class ScheduleRun {
+public:
+  explicit ScheduleRun(const MergeScheduleSettings& settings = {}) : schedule_(settings)
+  {}
+
+  /** \brief A frame arrives; its bytes are not used. */
+  void
+  add(const std::string& stream, Time stamp, Time now)
+  {
+    schedule_.add({stream, stamp, {}}, now);
+  }
+
+  /** \brief Does all that is to be done at a time.
+   * \return the times that were merged
+   */
+  std::vector<Time>
+  work(Time now)
+  {
+    std::vector<Time> times;
+    MergeSchedule::Step step;
+    do {
+      step = schedule_.next(now);
+      for (const ScheduledFrame& frame : step.frames) {
+        EXPECT_TRUE(latest_.count(frame.stream) == 0 ||
+                    latest_[frame.stream] != frame.stamp);
+        latest_[frame.stream] = frame.stamp;
+      }
+      if (step.merge) {
+        times.push_back(*step.merge);
+        merged_[*step.merge] = latest_;
+      }
+    }
+    while (step.merge);
+    return times;
+  }
+
+  /** \brief Of each merged time the stamp of the latest frame of each stream. */
+  const std::map<Time, std::map<std::string, Time>>&
+  merged() const
+  {
+    return merged_;
+  }
+
+  const std::map<std::string, Time>&
+  released() const
+  {
+    return latest_;
+  }
+
+private:
+  MergeSchedule schedule_;
+  std::map<std::string, Time> latest_;
+  std::map<Time, std::map<std::string, Time>> merged_;
+};
+
+constexpr Time begin = 1'700'000'000s; // of the sensors' clock, not of the arrivals'
+
+TEST(MergeSchedule, MergesByStampsWhateverTheOrderOfArrival)
+{
+  struct SentFrame {
+    std::string stream;
+    Time stamp;
+    Time arrival;
+  };
+  std::mt19937 random(5);
+  std::vector<SentFrame> frames;
+  const auto delay = [&] { return Time(1ms) * static_cast<int>(random() % 90); };
+  // Of other rates and phases, as sensors that are not triggered.
+  for (const auto& [stream, period, phase] : {std::tuple("a", 33ms, 3ms),
+                                              {"b", 50ms, 0ms},
+                                              {"c", 101ms, 40ms},
+                                              {"d", 200ms, 199ms}}) {
+    Time arrival(0);
+    for (Time stamp = begin + phase; stamp < begin + 4s; stamp += period) {
+      arrival = std::max(arrival, stamp - begin + delay()); // in the stream's order
+      frames.push_back({stream, stamp, arrival});
+    }
+  }
+  std::vector<SentFrame> arrivals = frames;
+  std::stable_sort(
+      arrivals.begin(), arrivals.end(), [](const SentFrame& a, const SentFrame& b) {
+        return a.arrival < b.arrival;
+      });
+  ScheduleRun run;
+  auto next = arrivals.begin();
+  for (Time now(0); now < 4s; now += 5ms) {
+    for (; next != arrivals.end() && next->arrival <= now; ++next)
+      run.add(next->stream, next->stamp, now);
+    run.work(now);
+  }
+  // From the time when all streams are known, until frames end.
+  std::size_t compared = 0;
+  for (const auto& [time, latest] : run.merged()) {
+    EXPECT_EQ(time % 100ms, 0ms);
+    if (time < begin + 500ms || time > begin + 3500ms)
+      continue;
+    std::map<std::string, Time> expected;
+    for (const SentFrame& frame : frames)
+      if (frame.stamp <= time)
+        expected[frame.stream] = std::max(expected[frame.stream], frame.stamp);
+    EXPECT_EQ(latest, expected) << (time - begin).count();
+    ++compared;
+  }
+  EXPECT_EQ(compared, 31u);
+}
+
+TEST(MergeSchedule, WaitsForAStreamThatIsBehindButNotForEver)
+{
+  ScheduleRun run;
+  run.add("a", begin, 0ms);
+  run.add("b", begin, 0ms);
+  EXPECT_EQ(run.work(0ms), std::vector<Time>{begin});
+  run.add("a", begin + 100ms, 100ms);
+  EXPECT_TRUE(run.work(100ms).empty());
+  run.add("a", begin + 150ms, 150ms);
+  EXPECT_TRUE(run.work(299ms).empty());
+  EXPECT_EQ(run.released().at("a"), begin + 100ms); // the later one is held back
+  EXPECT_EQ(run.work(300ms), std::vector<Time>{begin + 100ms});
+  // Too late for its time: it is decoded at once, and part of the next one.
+  run.add("b", begin + 100ms, 310ms);
+  run.work(310ms);
+  EXPECT_EQ(run.released().at("b"), begin + 100ms);
+  EXPECT_EQ(run.merged().at(begin + 100ms).at("b"), begin);
+  run.add("b", begin + 200ms, 320ms);
+  run.add("a", begin + 200ms, 320ms);
+  EXPECT_EQ(run.work(320ms), std::vector<Time>{begin + 200ms});
+  EXPECT_EQ(run.merged().at(begin + 200ms).at("b"), begin + 200ms);
+}
+
+TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
+{
+  ScheduleRun run;
+  run.add("dead", begin, 0ms);
+  run.add("a", begin, 0ms);
+  run.work(0ms);
+  run.add("a", begin + 1100ms, 1100ms);
+  EXPECT_EQ(run.work(1100ms), std::vector<Time>{begin + 1100ms});
+  // When all have ended, nothing is merged again and again.
+  EXPECT_TRUE(run.work(5s).empty());
+  EXPECT_TRUE(run.work(50s).empty());
+  // What was held back when they ended is not lost.
+  run.add("a", begin + 51s, 51s);
+  run.add("b", begin + 51s, 51s);
+  run.work(51s);
+  run.add("a", begin + 51100ms, 51100ms);
+  EXPECT_TRUE(run.work(51100ms).empty());
+  EXPECT_EQ(run.work(53s), std::vector<Time>{begin + 51100ms});
+}
+
+TEST(MergeSchedule, GoesOnWhenClocksDiffer)
+{
+  ScheduleRun run;
+  for (int i = 0; i < 40; ++i) {
+    const Time now = i * 100ms;
+    run.add("a", begin + now, now);
+    run.add("b", begin + now, now);
+    run.add("ahead", begin + now + 1h, now);
+    // Not held back, nor waited for.
+    const auto times = run.work(now);
+    ASSERT_EQ(times, std::vector<Time>{begin + now});
+    EXPECT_EQ(run.released().at("ahead"), begin + now + 1h);
+  }
+  // All clocks are set back, as where a simulation begins anew.
+  for (int i = 0; i < 20; ++i) {
+    const Time now = 4s + i * 100ms;
+    const Time stamp = begin - 1h + now;
+    for (const char* const stream : {"a", "b", "ahead"})
+      run.add(stream, stamp, now);
+    EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
+  }
+}
+
+TEST(MergeSchedule, TellsWhichSettingIsWrong)
+{
+  EXPECT_EQ(faultOf({}), "");
+  EXPECT_EQ(faultOf({500us, 0ms}), "period is 0 ms; it must be 1 ms to 1 hour");
+  EXPECT_EQ(faultOf({2h, 0ms}), "period is 7200000 ms; it must be 1 ms to 1 hour");
+  EXPECT_EQ(faultOf({1s, -1ms}), "max_wait is -1 ms; it must be 0 to 1 hour");
+}
+
+} // namespace

@@ -1,0 +1,158 @@
+/** \file
+ * \brief A centre of centres has what one centre with all streams has.
+ */
+#include <pcl_ext/nodes/merged_frame_encoder.h>
+
+#include "support/central_streams.h"
+#include "support/world_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::io::IntensityScale;
+using pcl_ext::io::test::below;
+using pcl_ext::test::worldVoxels;
+
+constexpr double resolution = 0.04;
+constexpr std::size_t streams = 6;
+constexpr std::size_t zones = 3;
+
+/** \brief Some voxels of a stream with intensities on a scale and colours. */
+VoxelFrame
+someVoxels(std::mt19937_64& random, const IntensityScale& scale)
+{
+  VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 900, 8);
+  frame.grid.resolution = resolution;
+  frame.intensity_scale = scale;
+  frame.colour_bits = 8;
+  for (std::uint16_t& intensity : frame.intensities)
+    intensity = static_cast<std::uint16_t>(below(random, scale.maxSymbol() + 1));
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const auto channel = [&] { return static_cast<std::uint8_t>(below(random, 256)); };
+    const std::uint8_t r = channel();
+    const std::uint8_t g = channel();
+    frame.colours.push_back({r, g, channel()});
+  }
+  return frame;
+}
+
+/** \brief A scale of 8 bits from an intensity on. */
+IntensityScale
+scaleOf(float offset, float step)
+{
+  IntensityScale scale;
+  scale.offset = offset;
+  scale.step = step;
+  return scale;
+}
+
+/** \brief A centre whose merged frames are a stream. */
+struct Zone {
+  Zone() : node(centralSettings()), encoder(resolution, {}) {}
+
+  Bytes
+  next(std::size_t number)
+  {
+    VoxelFrame merged;
+    EXPECT_TRUE(node.merge(merged).ok());
+    Bytes bytes;
+    EXPECT_TRUE(
+        encoder.encode(merged, std::chrono::milliseconds(100 * number), "world", bytes)
+            .ok());
+    return bytes;
+  }
+
+  CentralNode node;
+  MergedFrameEncoder encoder;
+};
+
+class MergedFrames : public ::testing::TestWithParam<IntensityScale> {};
+
+TEST_P(MergedFrames, OfThreeCentresAreThoseOfOne)
+{
+  std::mt19937_64 random(7);
+  CentralNode one(centralSettings());
+  CentralNode top(centralSettings());
+  std::vector<std::unique_ptr<Zone>> all;
+  for (std::size_t zone = 0; zone < zones; ++zone) {
+    all.push_back(std::make_unique<Zone>());
+    top.addStream(std::to_string(zone));
+  }
+  for (std::size_t stream = 0; stream < streams; ++stream) {
+    one.addStream(std::to_string(stream));
+    all[stream % zones]->node.addStream(std::to_string(stream));
+  }
+  std::size_t bytes = 0;
+  for (std::size_t number = 0; number < 12; ++number) {
+    for (std::size_t stream = 0; stream < streams; ++stream) {
+      const Bytes frame = coded(someVoxels(random, GetParam()));
+      sendAndWait(one, std::to_string(stream), frame);
+      sendAndWait(all[stream % zones]->node, std::to_string(stream), frame);
+    }
+    for (std::size_t zone = 0; zone < zones; ++zone) {
+      const Bytes frame = all[zone]->next(number);
+      bytes += frame.size();
+      sendAndWait(top, std::to_string(zone), frame);
+    }
+    VoxelFrame expected;
+    VoxelFrame merged;
+    ASSERT_TRUE(one.merge(expected).ok());
+    const MergeStatus status = top.merge(merged);
+    ASSERT_TRUE(status.ok());
+    ASSERT_EQ(status.streams.size(), zones);
+    EXPECT_EQ(status.streams[0].frame->stamp,
+              Time(std::chrono::milliseconds(100 * number)));
+    EXPECT_EQ(worldVoxels(merged), worldVoxels(expected));
+    EXPECT_EQ(merged.colour_bits, 8u);
+  }
+  EXPECT_GT(bytes, 0u);
+}
+
+// Counts, shares of a voxel's face, hundredths.
+INSTANTIATE_TEST_SUITE_P(Scales,
+                         MergedFrames,
+                         ::testing::Values(scaleOf(1.0f, 1.0f),
+                                           scaleOf(0.0f, 1.0f),
+                                           scaleOf(0.0f, 1.0f / 255.0f),
+                                           scaleOf(0.0f, 0.01f)));
+
+TEST(MergedFrames, KeepColours)
+{
+  std::mt19937_64 random(8);
+  Zone zone;
+  zone.node.addStream("a");
+  const VoxelFrame frame = someVoxels(random, scaleOf(1.0f, 1.0f));
+  sendAndWait(zone.node, "a", coded(frame));
+  pcl_ext::io::FrameDecoder decoder;
+  VoxelFrame decoded;
+  const Bytes bytes = zone.next(1);
+  ASSERT_EQ(pcl_ext::io::test::decoded(decoder, bytes, decoded), CompressionCode::Ok);
+  ASSERT_EQ(decoded.size(), frame.size());
+  EXPECT_EQ(decoded.colours, frame.colours);
+  EXPECT_EQ(worldVoxels(decoded), worldVoxels(frame));
+  ASSERT_TRUE(decoder.stamp());
+  EXPECT_EQ(decoder.stamp()->stamp, 100'000u);
+  EXPECT_EQ(decoder.stamp()->frame_id, "world");
+}
+
+TEST(MergedFrames, CanBeEmpty)
+{
+  Zone zone;
+  CentralNode top(centralSettings());
+  top.addStream("zone");
+  sendAndWait(top, "zone", zone.next(1));
+  VoxelFrame merged;
+  EXPECT_TRUE(top.merge(merged).ok());
+  EXPECT_EQ(merged.size(), 0u);
+  EXPECT_EQ(top.health()[0].frames_decoded, 1u);
+}
+
+} // namespace
