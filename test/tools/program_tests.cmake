@@ -35,6 +35,11 @@ if(TARGET pcl_ext_view)
   target_sources(test_program PRIVATE tools/test_program_view.cpp tools/view_process.cpp
                                       view/clients.cpp)
 endif()
+if(TARGET pcl_ext_link)
+  target_sources(test_program PRIVATE tools/test_program_centres.cpp
+                                      tools/test_program_site.cpp)
+  target_link_libraries(test_program PRIVATE pcl_ext_link_objects ${PCL_EXT_NATS_LIBRARY})
+endif()
 get_target_property(rosbag_headers pcl_ext_program PCL_EXT_ROSBAG_HEADERS)
 get_target_property(rosbag_libraries pcl_ext_program PCL_EXT_ROSBAG_LIBRARIES)
 if(rosbag_libraries)

@@ -105,6 +105,7 @@ private:
   {
     using Clock = std::chrono::steady_clock;
     constexpr std::chrono::milliseconds patience{10};
+    constexpr std::chrono::milliseconds last_patience{200};
     const Clock::time_point start = Clock::now();
     const auto is_over = [&] {
       return isInterrupted() ||
@@ -113,15 +114,18 @@ private:
                   *options_.seconds);
     };
     link::LinkFrame frame;
-    while (!is_over()) {
+    std::optional<Clock::time_point> end; // when also what is under way has to be there
+    while (!end || Clock::now() < *end) {
       const auto status = subscriber_->next(frame, patience);
-      if (status.code() == link::LinkCode::EndOfReplay)
-        return;
       if (status.ok())
         for (FrameTaker* const taker : takers_)
           taker->take(frame);
+      else if (status.code() == link::LinkCode::EndOfReplay)
+        return;
       else if (status.code() != link::LinkCode::NoFrame)
         throwUnlessOk(status);
+      if (!end && is_over())
+        end = Clock::now() + last_patience;
       for (FrameTaker* const taker : takers_)
         taker->work();
       events_.print(console_);
@@ -142,6 +146,10 @@ private:
       has_failed_ |= !faults.empty();
       if (!faults.empty())
         console_.error(stream.name + ": " + counted(stream.frames, "frame") + faults);
+      if (stream.publishers > 1)
+        console_.remark(stream.name + ": its publisher began anew " +
+                        counted(stream.publishers - 1, "time") +
+                        ", or there are several of them");
     }
     if (all.messages_of_no_stream > 0)
       console_.error(counted(all.messages_of_no_stream, "message") +
@@ -175,9 +183,6 @@ private:
     // The first ones are skipped always.
     if (stream.frames == 0 || stream.frames_lost + stream.frames_dropped > 0)
       add(stream.frames_skipped, "skipped until an I-frame came");
-    if (stream.publishers > 1)
-      faults += ", from " + std::to_string(stream.publishers) +
-                " publishers one after the other";
     return faults;
   }
 

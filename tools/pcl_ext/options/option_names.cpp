@@ -46,6 +46,10 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"outlier_removal.unit", "--unit"},
     {"outlier_removal", "--remove-outliers"},
     {"decoder_limits.max_voxels", "--max-voxels"},
+    {"site is '", "--site is '"},
+    {"servers is", "--server is"},
+    {"certificate_file and key_file", "--certificate and --key"},
+    {"ca_file", "--ca"},
     {"sensor is not set", "--sensor is not set"}};
 
 bool

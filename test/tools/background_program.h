@@ -1,0 +1,104 @@
+/** \file
+ * \brief The program pcl_ext in the background.
+ */
+#pragma once
+
+#include "tools/program.h"
+#include "view/live_source.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+/** \brief A run of the program that goes on until it ends or is told to. */
+class BackgroundProgram {
+public:
+  /** \param[in] folder working folder
+   * \param[in] name of the run, unlike that of others in the folder
+   * \param[in] arguments as a shell takes them
+   */
+  BackgroundProgram(const TestFolder& folder,
+                    const std::string& name,
+                    const std::string& arguments)
+  : output_(folder / ("." + name + "_output"))
+  , errors_(folder / ("." + name + "_errors"))
+  {
+    writeBytes(errors_, {});
+    const std::string command = "cd '" + folder / "" + "' && exec '" + PCL_EXT_PROGRAM +
+                                "' " + arguments + " > '" + output_ + "' 2> '" +
+                                errors_ + "'";
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+  }
+
+  ~BackgroundProgram()
+  {
+    if (pid_ > 0)
+      end(SIGKILL);
+  }
+
+  BackgroundProgram(const BackgroundProgram&) = delete;
+  BackgroundProgram&
+  operator=(const BackgroundProgram&) = delete;
+
+  /** \brief Waits until a text is among its errors and remarks. */
+  void
+  waitForError(const std::string& text) const
+  {
+    EXPECT_TRUE(view::test::waitFor([&] {
+      return errors().find(text) != std::string::npos;
+    })) << text
+        << " is not in: " << errors();
+  }
+
+  /** \brief Waits for its end.
+   * \param[in] signal that it is sent before; 0: none
+   * \return its exit status; -1 if a signal ended it
+   */
+  int
+  end(int signal)
+  {
+    if (signal != 0)
+      ::kill(pid_, signal);
+    int result = 0;
+    EXPECT_EQ(::waitpid(pid_, &result, 0), pid_);
+    pid_ = -1;
+    return WIFEXITED(result) ? WEXITSTATUS(result) : -1;
+  }
+
+  std::string
+  output() const
+  {
+    const Bytes bytes = bytesOf(output_);
+    return {bytes.begin(), bytes.end()};
+  }
+
+  std::string
+  errors() const
+  {
+    const Bytes bytes = bytesOf(errors_);
+    return {bytes.begin(), bytes.end()};
+  }
+
+private:
+  const std::string output_;
+  const std::string errors_;
+  pid_t pid_ = -1;
+};
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

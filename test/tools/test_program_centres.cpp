@@ -1,0 +1,224 @@
+/** \file
+ * \brief Three centres and one above them, with twenty streams and a real NATS server; one
+ * of the centres is killed.
+ */
+#include <pcl_ext/link/frame_publisher.h>
+
+#include "support/nats_server.h"
+#include "support/world_voxels.h"
+#include "tools/background_program.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+using link::test::NatsServer;
+using recording::Time;
+using std::chrono::milliseconds;
+using view::test::LiveSource;
+
+namespace {
+
+constexpr std::size_t stream_count = 20;
+constexpr milliseconds period{100};
+
+/** \brief Twenty sensors that publish ten frames a second each, with a clock of their own:
+ * time 0 is the first frame's. */
+class Sensors {
+public:
+  explicit Sensors(const NatsServer& server)
+  : publisher_(settingsOf(server),
+               [this](std::size_t stream) { wanted_[stream] = true; })
+  {
+    EXPECT_TRUE(publisher_.connect().ok());
+    for (std::size_t i = 0; i < stream_count; ++i) {
+      sources_.emplace_back(1000, 20, i);
+      std::size_t number = 0;
+      EXPECT_TRUE(
+          publisher_.addStream("/sensor_" + std::to_string(i), {}, number).ok());
+      EXPECT_EQ(number, i);
+    }
+    thread_ = std::thread([this] { run(); });
+  }
+
+  ~Sensors()
+  {
+    has_ended_ = true;
+    thread_.join();
+  }
+
+  Sensors(const Sensors&) = delete;
+  Sensors&
+  operator=(const Sensors&) = delete;
+
+  /** \brief Time of the latest frames. */
+  Time
+  now() const
+  {
+    return Time(period) * frames_.load();
+  }
+
+  /** \brief Waits until the sensors have gone on for a time. */
+  void
+  waitFor(Time time) const
+  {
+    const Time end = now() + time;
+    while (now() < end)
+      std::this_thread::sleep_for(milliseconds(5));
+  }
+
+private:
+  static link::LinkSettings
+  settingsOf(const NatsServer& server)
+  {
+    link::LinkSettings settings;
+    settings.servers = server.url();
+    settings.site = "cell";
+    return settings;
+  }
+
+  void
+  run()
+  {
+    auto next = std::chrono::steady_clock::now();
+    for (int frame = 0; !has_ended_; ++frame) {
+      frames_ = frame;
+      for (std::size_t i = 0; i < stream_count; ++i) {
+        if (wanted_[i].exchange(false))
+          sources_[i].requestIFrame();
+        const Bytes bytes = sources_[i].next();
+        EXPECT_TRUE(
+            publisher_.publish(i, Time(period) * frame, bytes.data(), bytes.size())
+                .ok());
+      }
+      std::this_thread::sleep_until(next += period);
+    }
+  }
+
+  std::array<std::atomic<bool>, stream_count> wanted_{};
+  link::FramePublisher publisher_;
+  std::deque<LiveSource> sources_;
+  std::atomic<int> frames_{0};
+  std::atomic<bool> has_ended_{false};
+  std::thread thread_;
+};
+
+using Merged = std::map<Time, pcl_ext::test::WorldVoxels>;
+
+/** \brief The voxels of a recorded stream by the times of its frames. */
+Merged
+mergedOf(const std::string& path, const std::string& stream)
+{
+  Merged merged;
+  for (const DecodedStream& one : decode(path))
+    if (one.name == stream)
+      for (std::size_t i = 0; i < one.frames.size(); ++i)
+        merged[one.frames[i].time] = pcl_ext::test::worldVoxels(one.voxels[i]);
+  return merged;
+}
+
+/** \brief True if each voxel of a part is in all, with at most its intensity. */
+bool
+isPartOf(const pcl_ext::test::WorldVoxels& part, const pcl_ext::test::WorldVoxels& all)
+{
+  for (const auto& [index, intensity] : part) {
+    const auto found = all.find(index);
+    if (found == all.end() || found->second < intensity)
+      return false;
+  }
+  return true;
+}
+
+} // namespace
+
+TEST(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
+{
+  const TestFolder folder;
+  const NatsServer server("mappings = { \"cell.*.frames\": "
+                          "\"cell.{{wildcard(1)}}.frames.{{partition(3,1)}}\" }");
+  const std::string common =
+      " --resolution 0.04 --merge-wait 1s --server " + server.url();
+  const auto centre = [&](const std::string& part, const std::string& run) {
+    auto started = std::make_unique<BackgroundProgram>(
+        folder,
+        run,
+        "receive --site cell --partition " + part + " --merge zone_" + part + common);
+    started->waitForError("receiving from site");
+    return started;
+  };
+  std::vector<std::unique_ptr<BackgroundProgram>> programs;
+  const auto start = [&](const std::string& name, const std::string& arguments) {
+    programs.push_back(std::make_unique<BackgroundProgram>(folder, name, arguments));
+    programs.back()->waitForError("receiving from site");
+  };
+  const std::string to = " --server " + server.url();
+  start("record_one", "receive --site one -o one.mcap" + to);
+  start("record_top", "receive --site top -o top.mcap" + to);
+  start("record_zones", "receive --site cell-merged -o zones.mcap" + to);
+  start("one", "receive --site cell --merge all --merged-site one" + common);
+  start("top", "receive --site cell-merged --merge all --merged-site top" + common);
+  std::vector<std::unique_ptr<BackgroundProgram>> zones;
+  for (const std::string part : {"0", "1", "2"})
+    zones.push_back(centre(part, "zone_" + part));
+
+  Time killed;
+  Time restarted;
+  Time ended;
+  {
+    Sensors sensors(server);
+    sensors.waitFor(std::chrono::seconds(2));
+    killed = sensors.now();
+    zones[1]->end(SIGKILL);
+    sensors.waitFor(milliseconds(1500));
+    restarted = sensors.now();
+    zones[1] = centre("1", "zone_1_again");
+    sensors.waitFor(std::chrono::seconds(4));
+    ended = sensors.now();
+  }
+  for (auto* const group : {&zones, &programs})
+    for (auto program = group->rbegin(); program != group->rend(); ++program)
+      EXPECT_EQ((*program)->end(SIGINT), 0) << (*program)->errors();
+
+  const Merged one = mergedOf(folder / "one.mcap", "all");
+  const Merged top = mergedOf(folder / "top.mcap", "all");
+  const Merged zone = mergedOf(folder / "zones.mcap", "zone_1");
+  std::size_t before = 0;
+  std::size_t without = 0;
+  std::size_t after = 0;
+  // The streams of the killed centre are back within two seconds of its restart.
+  const Time back = restarted + std::chrono::seconds(2);
+  for (const auto& [time, voxels] : one) {
+    const auto found = top.find(time);
+    if (time < milliseconds(500) || time > ended - milliseconds(500) ||
+        found == top.end())
+      continue;
+    // Never a cloud that is wrong, at most one without the streams of that centre.
+    EXPECT_TRUE(isPartOf(found->second, voxels)) << time.count();
+    const bool is_whole = found->second == voxels;
+    before += time < killed && is_whole ? 1 : 0;
+    without += time > killed && time < restarted && !is_whole ? 1 : 0;
+    after += time > back && is_whole ? 1 : 0;
+    EXPECT_TRUE(is_whole || (time >= killed && time <= back)) << time.count();
+  }
+  EXPECT_GT(before, 10u);
+  EXPECT_GT(without, 0u);
+  EXPECT_GT(after, 5u);
+  EXPECT_GT(zone.size(), 30u);
+  EXPECT_NE(programs[2]->errors().find("zone_1: its publisher began anew 1 time,"),
+            std::string::npos)
+      << programs[2]->errors();
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,199 @@
+/** \file
+ * \brief pcl_ext send, receive and keep with a real NATS server.
+ */
+#include "support/nats_server.h"
+#include "tools/background_program.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+using link::test::freePort;
+using link::test::NatsServer;
+
+namespace {
+
+/** \brief Options that name a server and a site. */
+std::string
+at(const NatsServer& server, const std::string& site = "cell")
+{
+  return " --server " + server.url() + " --site " + site + " ";
+}
+
+/** \brief Starts a receiver, and returns when frames that are sent arrive. */
+class Receiving : public BackgroundProgram {
+public:
+  Receiving(const TestFolder& folder,
+            const std::string& name,
+            const std::string& arguments)
+  : BackgroundProgram(folder, name, "receive" + arguments)
+  {
+    waitForError("receiving from site");
+  }
+};
+
+/** \brief Expects that a recording has all frames of two streams, byte for byte. */
+void
+expectTwoStreams(const std::string& path, const std::vector<KnownStream>& sent)
+{
+  const std::vector<DecodedStream> received = decode(path);
+  ASSERT_EQ(received.size(), sent.size());
+  for (const DecodedStream& stream : received) {
+    const KnownStream& known = stream.name == sent[0].name ? sent[0] : sent[1];
+    ASSERT_EQ(stream.name, known.name);
+    ASSERT_EQ(stream.frames.size(), known.frames.size());
+    for (std::size_t i = 0; i < known.frames.size(); ++i) {
+      EXPECT_EQ(stream.frames[i].bytes, known.frames[i].bytes);
+      EXPECT_EQ(stream.frames[i].time, known.frames[i].time);
+    }
+  }
+}
+
+} // namespace
+
+TEST(ProgramSite, RecordsWhatIsSentByteForByte)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const auto sent = recordTwoStreams(folder / "sent.mcap");
+  Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
+  const ProgramRun run = expectRun(folder, "send -q sent.mcap" + at(server));
+  EXPECT_EQ(run.output, "71 frames sent to site cell, 0.00 MB\n");
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  EXPECT_EQ(receiving.output(),
+            "received.mcap: 71 frames, 0.00 MB\nsite cell: 71 frames of 2 streams, "
+            "0.00 MB\n");
+  expectTwoStreams(folder / "received.mcap", sent);
+}
+
+TEST(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const auto sent = recordTwoStreams(folder / "sent.mcap");
+  Receiving receiving(folder, "receive", at(server) + "-o part.mcap --rotate-size 1kB");
+  expectRun(folder, "send -q sent.mcap" + at(server));
+  EXPECT_EQ(receiving.end(SIGTERM), 0) << receiving.errors();
+  std::size_t files = 0;
+  std::map<std::string, std::map<recording::Time, Bytes>> frames;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "")) {
+    if (entry.path().filename().string().rfind("part_", 0) != 0)
+      continue;
+    ++files;
+    expectRun(folder, "verify '" + entry.path().string() + "'");
+    for (const DecodedStream& stream : decode(entry.path().string()))
+      for (const recording::RecordedFrame& frame : stream.frames)
+        frames[stream.name][frame.time] = frame.bytes;
+  }
+  EXPECT_GT(files, 2u);
+  for (const KnownStream& stream : sent) {
+    ASSERT_EQ(frames[stream.name].size(), stream.frames.size()); // none is lost
+    for (const auto& frame : stream.frames)
+      EXPECT_EQ(frames[stream.name][frame.time], frame.bytes);
+  }
+}
+
+TEST(ProgramSite, EncodesCloudsAndFollowsRequests)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  writeClouds(folder, "room", roomClouds(40));
+  BackgroundProgram sending(folder,
+                            "send",
+                            "send room --rate 20 --resolution 0.05 --prefix /north" +
+                                at(server));
+  sending.waitForError("sending room to site cell");
+  // Without a request there is no other I-frame.
+  Receiving receiving(folder, "receive", at(server) + "-o late.mcap");
+  EXPECT_EQ(sending.end(0), 0) << sending.errors();
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  const std::vector<DecodedStream> received = decode(folder / "late.mcap");
+  ASSERT_EQ(received.size(), 1u);
+  EXPECT_EQ(received[0].name, "/north/room");
+  EXPECT_GE(received[0].frames.size(), 10u);
+  EXPECT_TRUE(received[0].frames[0].description.is_i_frame);
+}
+
+TEST(ProgramSite, PassesOnWhatAnotherProgramEncodes)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  writeClouds(folder, "room", roomClouds(5));
+  Receiving receiving(folder, "receive", at(server) + "-o received.pcxi --map map.ot");
+  const ProgramRun run = runShell(
+      folder,
+      "\"$P\" encode room -q -o - | tee sent.pcxi | \"$P\" send -q -" + at(server));
+  EXPECT_EQ(run.status, 0) << run.errors;
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "sent.pcxi"));
+  EXPECT_NE(receiving.output().find("nodes written to map.ot"), std::string::npos)
+      << receiving.output();
+}
+
+TEST(ProgramSite, ReplaysWhatTheServerKeeps)
+{
+  const TestFolder folder;
+  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  const auto sent = recordTwoStreams(folder / "sent.mcap");
+  expectFailure(folder,
+                "receive --replay all -o x.mcap" + at(server),
+                1,
+                "the server keeps no frames of the site 'cell'");
+  EXPECT_EQ(expectRun(folder, "keep --max-age 1h --max-size 1GB" + at(server)).output,
+            "the server keeps the frames of site cell; now 0 frames, 0.00 MB\n");
+  expectRun(folder, "send -q sent.mcap" + at(server));
+  for (const std::string from : {"all", "10min"}) {
+    expectRun(folder,
+              "receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
+    expectTwoStreams(folder / (from + ".mcap"), sent);
+  }
+}
+
+TEST(ProgramSite, TellsWhatIsWrong)
+{
+  const TestFolder folder;
+  const NatsServer server("authorization { user: a, password: b }");
+  expectFailure(folder, "send", 2, "name an input, - or --cell");
+  expectFailure(folder, "receive", 2, "say what to do with the frames");
+  expectFailure(folder, "receive -o x.mcap --site a.b", 2, "--site is 'a.b'");
+  expectFailure(folder, "receive -o folder/", 2, "x.mcap or, of one stream");
+  expectFailure(folder, "receive -o no/such/x.mcap" + at(server), 1, "no/such/x.mcap");
+  expectFailure(folder,
+                "receive -o x.mcap --merge-wait 1s",
+                2,
+                "--merge-wait is for merged streams: add --merge");
+  expectFailure(folder,
+                "receive --merge a --merged-site cell --site cell",
+                2,
+                "a centre would receive what it has merged");
+  expectFailure(
+      folder, "receive --rotate-every 1s -o x.mcap --for 5", 2, "has no unit");
+  expectFailure(folder, "receive -o x.mcap" + at(server), 1, "without the right user");
+  expectFailure(folder,
+                "receive -o x.mcap --user a" + at(server),
+                1,
+                "refuses user 'a': wrong user or password");
+  const std::string nobody =
+      " --server nats://127.0.0.1:" + std::to_string(freePort()) + " --site cell";
+  expectFailure(folder, "keep" + nobody, 1, "does not answer within 2000 ms");
+  EXPECT_FALSE(fs::exists(folder / "x.mcap"));
+  EXPECT_FALSE(fs::exists(folder / "x.mcap.unfinished"));
+  const ProgramRun right =
+      runShell(folder,
+               "PCL_EXT_PASSWORD=b \"$P\" receive -q --for 10ms -o x.mcap --user a" +
+                   at(server));
+  EXPECT_EQ(right.status, 0) << right.errors;
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
