@@ -165,6 +165,7 @@ private:
     settings_.request_i_frame = [&cell](std::size_t stream) {
       cell.requestIFrame(stream);
     };
+    settings_.metrics = [&cell] { return cell.metrics(); };
     view::ViewServer server(settings_);
     cell.addStreams(server);
     start(server);

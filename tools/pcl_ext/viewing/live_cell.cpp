@@ -1,5 +1,7 @@
 #include "viewing/live_cell.h"
 
+#include <pcl_ext/nodes/health_metrics.h>
+
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "simulator/crop_box.h"
@@ -46,9 +48,15 @@ LiveCell::Sensor::publish(std::uint32_t frame, view::ViewServer& server)
   if (wants_i_frame.exchange(false))
     encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
-  encoder.encode(cloud, name, bytes);
-  throwUnlessOk(server.publish(
-      stream, std::chrono::microseconds(cloud.header.stamp), std::move(bytes)));
+  const std::chrono::microseconds time(cloud.header.stamp);
+  encoder.encode(cloud, name, bytes, time);
+  {
+    const std::lock_guard<std::mutex> lock(health_mutex);
+    health.node = encoder.statistics();
+    ++health.clouds;
+    health.last_arrival = nodes::steadyTime();
+  }
+  throwUnlessOk(server.publish(stream, time, std::move(bytes)));
 }
 
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
@@ -70,6 +78,17 @@ LiveCell::addStreams(view::ViewServer& server)
   for (const auto& sensor : sensors_)
     throwUnlessOk(server.addStream(
         sensor->name, options_.metadataOf(sensor->name, law), sensor->stream));
+}
+
+std::string
+LiveCell::metrics() const
+{
+  std::vector<std::pair<std::string, nodes::SenderHealth>> senders;
+  for (const auto& sensor : sensors_) {
+    const std::lock_guard<std::mutex> lock(sensor->health_mutex);
+    senders.emplace_back(sensor->name, sensor->health);
+  }
+  return nodes::senderMetrics(senders, nodes::steadyTime());
 }
 
 void

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/nodes/health_report.h>
 #include <pcl_ext/view/view_server.h>
 
 #include "clouds/cloud_sequence.h"
@@ -38,7 +39,14 @@ public:
   requestIFrame(std::size_t stream)
   {
     sensors_[stream]->wants_i_frame = true;
+    const std::lock_guard<std::mutex> lock(sensors_[stream]->health_mutex);
+    ++sensors_[stream]->health.i_frame_requests;
   }
+
+  /** \brief Health of the sensors' streams as nodes::senderMetrics() has it. Called by any
+   * thread. */
+  std::string
+  metrics() const;
 
   /** \brief Adds the streams, so that the first viewer finds them: before the server
    * starts. */
@@ -67,6 +75,8 @@ private:
     std::atomic<bool> wants_i_frame{false};
     std::size_t stream = 0; ///< in the server
     pcl::PCLPointCloud2 cloud;
+    std::mutex health_mutex;
+    nodes::SenderHealth health; ///< guarded by health_mutex
   };
 
   void
