@@ -4,6 +4,7 @@
  */
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/health_metrics.h>
 #include <pcl_ext/nodes/health_report.h>
 
 #include "central_map.h"
@@ -144,9 +145,15 @@ private:
     std::vector<std::string> topics;
     for (const auto& stream : streams_)
       topics.push_back(stream->topic);
-    view_.emplace(parameters_.node, topics, [this](std::size_t number) {
-      streams_[number]->i_frame_requests.publish(std_msgs::Empty());
-    });
+    view_.emplace(
+        parameters_.node,
+        topics,
+        [this](std::size_t number) {
+          streams_[number]->i_frame_requests.publish(std_msgs::Empty());
+        },
+        [this] {
+          return pcl_ext::nodes::streamMetrics(central_node_->health(), rosTimeNow());
+        });
   }
 
   void
@@ -339,11 +346,11 @@ private:
   ros::WallTimer report_timer_;
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 
-  // Its thread requests I-frames of the streams.
-  std::optional<StreamView> view_;
-
-  // Last member, as its threads call publishFrame() until it is destroyed.
+  // Behind the other members, as its threads call publishFrame() until it is destroyed.
   std::optional<pcl_ext::nodes::CentralNode> central_node_;
+
+  // Last member, as its thread requests I-frames of the streams and reads their health.
+  std::optional<StreamView> view_;
 };
 
 } // namespace pcl_ext_ros

@@ -34,7 +34,8 @@ readPage(const std::string& parameter)
 
 pcl_ext::view::ViewServerSettings
 settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
-           const std::function<void(std::size_t)>& request_i_frame)
+           const std::function<void(std::size_t)>& request_i_frame,
+           const std::function<std::string()>& metrics)
 {
   pcl_ext::view::ViewServerSettings settings;
   settings.address = valueOf<std::string>(parameters, "view_address");
@@ -43,6 +44,7 @@ settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
   settings.page = readPage(valueOf<std::string>(parameters, "view_page"));
   settings.name = "ROS";
   settings.request_i_frame = request_i_frame;
+  settings.metrics = metrics;
   return settings;
 }
 
@@ -58,8 +60,9 @@ check(const pcl_ext::view::ViewServerStatus& status)
 
 StreamView::StreamView(const pcl_ext::nodes::ParameterValues& parameters,
                        const std::vector<std::string>& topics,
-                       const std::function<void(std::size_t)>& request_i_frame)
-: server_(settingsOf(parameters, request_i_frame))
+                       const std::function<void(std::size_t)>& request_i_frame,
+                       const std::function<std::string()>& metrics)
+: server_(settingsOf(parameters, request_i_frame, metrics))
 {
   std::size_t number = 0;
   for (const std::string& topic : topics)

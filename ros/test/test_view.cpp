@@ -80,6 +80,11 @@ TEST_F(View, ALateViewerGetsTheFramesThatArrive)
   const auto message = compress(cloud(4));
   ASSERT_TRUE(message);
   expectFrame(viewer.next().value(), *message);
+  const std::string metrics = request(viewer_port, "/metrics").body;
+  const std::string decoded =
+      "\npcl_ext_stream_frames_decoded_total{stream=\"" + compressed + "\"} ";
+  EXPECT_NE(metrics.find(decoded), std::string::npos) << metrics;
+  EXPECT_EQ(metrics.find(decoded + "0\n"), std::string::npos) << metrics;
 }
 
 TEST_F(View, AViewersRequestReachesTheSender)

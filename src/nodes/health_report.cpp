@@ -125,14 +125,11 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
 {
   HealthReport report;
   const SensorNodeStatistics& node = now.node;
-  const auto without_transform = [](const SenderHealth& health) {
-    return health.node.clouds_without_transform + health.clouds_of_other_frame;
-  };
   const auto old_transforms = [](const SenderHealth& health) {
     return health.node.frames_with_last_transform + health.latest_transforms;
   };
   checkArrival("clouds", now.last_arrival, time, report);
-  if (without_transform(now) > without_transform(before))
+  if (now.cloudsWithoutTransform() > before.cloudsWithoutTransform())
     report.raise(HealthLevel::Error, "Clouds without transform are dropped");
   if (now.clouds_missed > before.clouds_missed)
     report.raise(HealthLevel::Warning,
@@ -158,7 +155,7 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
   report.add("I-frames", node.i_frames);
   report.add("I-frame requests", now.i_frame_requests);
   report.add("frames with last transform", old_transforms(now));
-  report.add("clouds without transform", without_transform(now));
+  report.add("clouds without transform", now.cloudsWithoutTransform());
   report.add("clouds refused", node.clouds_refused);
   report.add("points", node.preprocessing.points);
   report.add("points cropped", node.preprocessing.points_cropped);

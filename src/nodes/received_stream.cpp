@@ -167,6 +167,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
     follow(coding.frame_number);
     ++health_.frames_decoded;
+    health_.decode_times.add(cycle.count());
     health_.voxels = coding.voxels;
     health_.kept_voxels = kept_.size();
     health_.resolution = kept_.grid.resolution;

@@ -302,6 +302,7 @@ private:
                  latencySeconds(timeOfStamp(cloud.header.stamp), now)});
     // Nothing below throws.
     ++statistics_.frames;
+    statistics_.encode_times.add(cycle_seconds);
     statistics_.i_frames += frame.coding.is_i_frame ? 1 : 0;
     statistics_.cloud_bytes += cloud.data.size();
     statistics_.frame_bytes += bytes;

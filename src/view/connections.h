@@ -37,6 +37,7 @@ struct ServedContent {
   LiveStreams streams;
   std::set<LiveSession*> viewers; ///< connections that have been accepted as such
   std::function<void()> check_i_frame_requests;
+  std::function<std::string()> metrics; ///< text for /metrics
   std::atomic<std::size_t> connections{0};
   std::mt19937_64 random{std::random_device()()};
 };

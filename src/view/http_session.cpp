@@ -82,7 +82,9 @@ private:
         return serveViewer(std::move(stream_), request, content_, std::move(token_));
     }
     Answer answer = refusal ? std::move(*refusal)
-                            : answerOf(request, content_.resources, content_.random());
+                    : asksForMetrics(request)
+                        ? metricsAnswer(request, content_.metrics())
+                        : answerOf(request, content_.resources, content_.random());
     if (request.method() == http::verb::head)
       answer.parts.clear();
     send(std::move(answer));

@@ -205,5 +205,26 @@ answerOf(const Request& request, const Resources& resources, std::uint64_t rando
   return answer;
 }
 
+bool
+asksForMetrics(const Request& request)
+{
+  return pathOf(request) == "/metrics";
+}
+
+Answer
+metricsAnswer(const Request& request, const std::string& text)
+{
+  Answer answer;
+  setCommonHeaders(answer);
+  answer.head.result(http::status::ok);
+  answer.head.set(http::field::content_type,
+                  "text/plain; version=0.0.4; charset=utf-8");
+  answer.head.set(http::field::cache_control, "no-store");
+  addText(answer, text);
+  setLength(answer);
+  answer.head.keep_alive(request.keep_alive());
+  return answer;
+}
+
 } // namespace view
 } // namespace pcl_ext

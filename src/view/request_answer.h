@@ -58,5 +58,15 @@ refuseViewer(const Request& request, bool is_live);
 Answer
 answerOf(const Request& request, const Resources& resources, std::uint64_t random);
 
+/** \brief True if a request asks for the server's metrics. */
+bool
+asksForMetrics(const Request& request);
+
+/** \brief The answer to such a request, which nobody keeps.
+ * \param[in] text in Prometheus' format
+ */
+Answer
+metricsAnswer(const Request& request, const std::string& text);
+
 } // namespace view
 } // namespace pcl_ext

@@ -3,6 +3,7 @@
 #include "view/connections.h"
 #include "view/listeners.h"
 #include "view/live_messages.h"
+#include "view/server_metrics.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -65,6 +66,10 @@ public:
     content_.resources["/"] = textResource("text/html; charset=utf-8", settings.page);
     addSource(liveSource(settings.name));
     content_.check_i_frame_requests = [this] { requestIFrames(); };
+    content_.metrics = [this] {
+      return (settings_.metrics ? settings_.metrics() : std::string()) +
+             metricsOf(statistics());
+    };
   }
 
   ~Implementation()

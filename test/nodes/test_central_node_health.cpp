@@ -62,6 +62,7 @@ TEST_P(FrameOrder, DecidesWhatIsDecodedRequestedAndLost)
   EXPECT_EQ(latestVoxels(node).keys, latest.keys);
   EXPECT_EQ(latestVoxels(node).intensities, latest.intensities);
   EXPECT_EQ(onlyHealth(node).in_sync, in_sync);
+  EXPECT_EQ(onlyHealth(node).decode_times.count(), onlyHealth(node).frames_decoded);
   const bool has_failed = arrivals.outcomes.find('i') != std::string::npos;
   EXPECT_EQ(onlyHealth(node).last_failure.code(),
             has_failed ? CompressionCode::MissingReference : CompressionCode::Ok);

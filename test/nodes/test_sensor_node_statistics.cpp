@@ -38,6 +38,8 @@ TEST(SensorNodeStatistics, CountBytesPointsAndVoxels)
     frame_bytes += bytes.size();
     const SensorNodeStatistics statistics = node.statistics();
     EXPECT_EQ(statistics.frames, frame + 1);
+    EXPECT_EQ(statistics.encode_times.count(), frame + 1);
+    EXPECT_GT(statistics.encode_times.sum_seconds, 0.0);
     EXPECT_EQ(statistics.cloud_bytes, cloud_bytes);
     EXPECT_EQ(statistics.frame_bytes, frame_bytes);
     EXPECT_DOUBLE_EQ(statistics.compressionRatio(),

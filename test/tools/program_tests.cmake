@@ -79,6 +79,15 @@ pcl_ext_add_program_test(
 set_tests_properties(info_of_colours decode_colours PROPERTIES DEPENDS encode_colours)
 pcl_ext_add_program_test(no_command 2 "Usage: pcl_ext" $<TARGET_FILE:pcl_ext_program>)
 
+# What Prometheus is told, and the documents about it.
+if(TARGET pcl_ext_view AND TARGET pcl_ext_link)
+  add_executable(write_health_metrics nodes/write_health_metrics.cpp)
+  target_link_libraries(write_health_metrics PRIVATE pcl_ext pcl_ext_link pcl_ext_warnings)
+  add_test(NAME metrics
+           COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/tools/test_metrics.py
+                   $<TARGET_FILE:pcl_ext_program> $<TARGET_FILE:write_health_metrics>)
+endif()
+
 add_test(NAME scripts COMMAND ${Python3_EXECUTABLE} -B -m unittest test_scripts
          WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/tools)
 

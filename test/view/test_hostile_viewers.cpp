@@ -35,6 +35,7 @@ garbage(std::mt19937& random)
                                                  "/",
                                                  "/api/files/0",
                                                  "/api/live",
+                                                 "/metrics",
                                                  " HTTP/1.1\r\n",
                                                  "Host: ",
                                                  "localhost",

@@ -73,6 +73,13 @@ struct SenderHealth {
   std::size_t clouds_of_other_frame = 0; ///< dropped: another frame, unknown to TF
   std::size_t i_frame_requests = 0;      ///< received
   std::optional<Time> last_arrival;      ///< of a cloud; none: none arrived
+
+  /** \brief Clouds that were left out for want of a transform. */
+  std::size_t
+  cloudsWithoutTransform() const
+  {
+    return node.clouds_without_transform + clouds_of_other_frame;
+  }
 };
 
 /** \brief Describes the health of a stream where it is encoded.

@@ -8,6 +8,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/nodes/duration_histogram.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
@@ -126,6 +127,7 @@ struct SensorNodeStatistics {
   std::vector<io::FieldDescription> decoded_fields; ///< its further fields
   io::FrameStatistics frame;                        ///< of the last frame
   StreamRates rates;
+  DurationHistogram encode_times; ///< computing times of the frames
 
   /** \brief Bytes of the clouds against bytes of the frames; 0 before the first. */
   double

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/duration_histogram.h>
 #include <pcl_ext/status.h>
 
 #include <chrono>
@@ -74,6 +75,7 @@ struct StreamHealth {
   Time last_decoded{0}; ///< when the last frame was ready; 0: never
   io::CompressionStatus last_failure; ///< status of the last frame that failed
   StreamRates rates;                  ///< of the frames that were decoded
+  DurationHistogram decode_times;     ///< computing times of these
 };
 
 } // namespace nodes

@@ -83,6 +83,11 @@ struct ViewServerSettings {
    * make the next frame. Empty: viewers wait for the next one. Called by the server's
    * thread; must not wait, throw, or destroy the server. */
   std::function<void(std::size_t stream)> request_i_frame;
+
+  /** \brief Figures of the program for /metrics, in Prometheus' text format 0.0.4, such as
+   * nodes::streamMetrics(). The server's own, pcl_ext_view_..., follow. Empty: these alone.
+   * Called by the server's thread; must not wait or throw. */
+  std::function<std::string()> metrics;
 };
 
 /** \brief Figures of a ViewServer. */

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/health_metrics.h>
 
 #include "central_map.h"
 #include "stream.h"
@@ -204,9 +205,14 @@ private:
     for (const auto& stream : streams_)
       topics.push_back(stream->topic());
     try {
-      view_.emplace(values_, topics, [this](std::size_t number) {
-        streams_[number]->requestIFrame();
-      });
+      view_.emplace(
+          values_,
+          topics,
+          [this](std::size_t number) { streams_[number]->requestIFrame(); },
+          [this] {
+            return pcl_ext::nodes::streamMetrics(central_node_->health(),
+                                                 Time(clock_->now().nanoseconds()));
+          });
       RCLCPP_INFO(logger_, "The streams are shown at %s", view_->url().c_str());
       if (!view_->isLoopback())
         RCLCPP_WARN(logger_,
@@ -354,7 +360,8 @@ private:
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 
   std::shared_ptr<pcl_ext::nodes::CentralNode> central_node_;
-  std::optional<StreamView> view_; // its thread requests I-frames of the streams
+  // Last member, as its thread requests I-frames of the streams and reads their health.
+  std::optional<StreamView> view_;
 };
 
 CentralNode::CentralNode(const rclcpp::NodeOptions& options)

@@ -28,7 +28,8 @@ pageOf(const std::string& parameter)
 
 pcl_ext::view::ViewServerSettings
 settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
-           const std::function<void(std::size_t)>& request_i_frame)
+           const std::function<void(std::size_t)>& request_i_frame,
+           const std::function<std::string()>& metrics)
 {
   pcl_ext::view::ViewServerSettings settings;
   settings.address = valueOf<std::string>(parameters, "view_address");
@@ -37,6 +38,7 @@ settingsOf(const pcl_ext::nodes::ParameterValues& parameters,
   settings.page = pageOf(valueOf<std::string>(parameters, "view_page"));
   settings.name = "ROS";
   settings.request_i_frame = request_i_frame;
+  settings.metrics = metrics;
   return settings;
 }
 
@@ -60,9 +62,10 @@ public:
 
 StreamView::StreamView(const pcl_ext::nodes::ParameterValues& parameters,
                        const std::vector<std::string>& topics,
-                       const std::function<void(std::size_t)>& request_i_frame)
-: implementation_(
-      std::make_unique<Implementation>(settingsOf(parameters, request_i_frame)))
+                       const std::function<void(std::size_t)>& request_i_frame,
+                       const std::function<std::string()>& metrics)
+: implementation_(std::make_unique<Implementation>(
+      settingsOf(parameters, request_i_frame, metrics)))
 {
   std::size_t number = 0;
   for (const std::string& topic : topics)

@@ -21,12 +21,14 @@ public:
    * \param[in] topics of the streams
    * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
    * by a thread of this
+   * \param[in] metrics text about the streams for Prometheus; called likewise
    * \throws std::runtime_error if there is no page, the port is taken or the address is
    * wrong
    */
   StreamView(const pcl_ext::nodes::ParameterValues& parameters,
              const std::vector<std::string>& topics,
-             const std::function<void(std::size_t)>& request_i_frame);
+             const std::function<void(std::size_t)>& request_i_frame,
+             const std::function<std::string()>& metrics);
   ~StreamView();
 
   /** \brief Shows the next frame of a stream; bytes that are no frame are left out. */

@@ -11,7 +11,8 @@ class StreamView::Implementation {};
 
 StreamView::StreamView(const pcl_ext::nodes::ParameterValues&,
                        const std::vector<std::string>&,
-                       const std::function<void(std::size_t)>&)
+                       const std::function<void(std::size_t)>&,
+                       const std::function<std::string()>&)
 {
   throw std::runtime_error(
       "view_port: this package was built without the component view of pcl_ext");

@@ -1,4 +1,6 @@
 #include <pcl_ext/link/frame_subscriber.h>
+#include <pcl_ext/link/link_metrics.h>
+#include <pcl_ext/nodes/health_metrics.h>
 
 #include "commands/commands.h"
 #include "console/console.h"
@@ -95,9 +97,23 @@ private:
     }
     if (options_.view.is_on) {
       view_ = makeSiteView(
-          options_.view, "site " + options_.link.link.site, request, console_);
+          options_.view,
+          "site " + options_.link.link.site,
+          request,
+          [this] { return metrics(); },
+          console_);
       takers_.push_back(view_.get());
     }
+  }
+
+  /** \brief Called by the server's thread. */
+  std::string
+  metrics() const
+  {
+    std::string text = link::linkMetrics(subscriber_->statistics());
+    if (centre_)
+      text += nodes::streamMetrics(centre_->health(), nodes::systemTime());
+    return text;
   }
 
   void
@@ -158,6 +174,8 @@ private:
       console_.error(counted(all.messages_of_too_many, "message") +
                      " left out, of streams beyond the first " +
                      counted(all.streams.size(), "stream"));
+    if (centre_)
+      reportUndecoded();
     constexpr double megabyte = 1e6;
     std::string line =
         "site " + options_.link.link.site + ": " + counted(frames, "frame") + " of " +
@@ -166,6 +184,22 @@ private:
     if (centre_ && merged_)
       line += "; " + counted(centre_->mergedFrames(), "merged frame");
     console_.summary(line);
+  }
+
+  /** \brief Prints which frames arrived, but could not be decoded. */
+  void
+  reportUndecoded()
+  {
+    for (const nodes::StreamHealth& stream : centre_->health()) {
+      if (stream.frames_failed > 0)
+        console_.error(
+            stream.name + ": " + counted(stream.frames_failed, "frame") +
+            " could not be decoded, the last one as: " + stream.last_failure.message());
+      if (stream.frames_refused > 0)
+        console_.error(stream.name + ": " + counted(stream.frames_refused, "frame") +
+                       " refused, as this machine is too slow to decode them");
+      has_failed_ |= stream.frames_failed + stream.frames_refused > 0;
+    }
   }
 
   static std::string

@@ -164,6 +164,7 @@ private:
     settings_.request_i_frame = [&cell](std::size_t stream) {
       cell.requestIFrame(stream);
     };
+    settings_.metrics = [&cell] { return cell.metrics(); };
     view::ViewServer server(settings_);
     ViewOutput output(server);
     // Before the server starts, so that the first viewer finds them.

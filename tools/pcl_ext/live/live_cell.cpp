@@ -1,5 +1,7 @@
 #include "live/live_cell.h"
 
+#include <pcl_ext/nodes/health_metrics.h>
+
 #include "console/interruption.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
@@ -47,9 +49,15 @@ LiveCell::Sensor::publish(std::uint32_t frame, std::uint64_t start, LiveOutput& 
     encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
   const std::chrono::microseconds time(cloud.header.stamp);
-  if (!encoder.encode(cloud, name, bytes, time))
-    return; // no room for it
-  output.publish(stream, time, std::move(bytes));
+  const bool has_frame = encoder.encode(cloud, name, bytes, time);
+  {
+    const std::lock_guard<std::mutex> lock(health_mutex);
+    health.node = encoder.statistics();
+    ++health.clouds;
+    health.last_arrival = nodes::steadyTime();
+  }
+  if (has_frame) // else --max-rate had no room for it
+    output.publish(stream, time, std::move(bytes));
 }
 
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
@@ -71,6 +79,17 @@ LiveCell::addStreams(LiveOutput& output)
   for (const auto& sensor : sensors_)
     sensor->stream =
         output.addStream(sensor->name, options_.metadataOf(sensor->name, law));
+}
+
+std::string
+LiveCell::metrics() const
+{
+  std::vector<std::pair<std::string, nodes::SenderHealth>> senders;
+  for (const auto& sensor : sensors_) {
+    const std::lock_guard<std::mutex> lock(sensor->health_mutex);
+    senders.emplace_back(sensor->name, sensor->health);
+  }
+  return nodes::senderMetrics(senders, nodes::steadyTime());
 }
 
 void

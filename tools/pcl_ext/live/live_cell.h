@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/nodes/health_report.h>
+
 #include "clouds/cloud_sequence.h"
 #include "live/live_output.h"
 #include "options/encoding_options.h"
@@ -38,7 +40,14 @@ public:
   requestIFrame(std::size_t stream)
   {
     sensors_[stream]->wants_i_frame = true;
+    const std::lock_guard<std::mutex> lock(sensors_[stream]->health_mutex);
+    ++sensors_[stream]->health.i_frame_requests;
   }
+
+  /** \brief Health of the sensors' streams as nodes::senderMetrics() has it. Called by any
+   * thread. */
+  std::string
+  metrics() const;
 
   /** \brief Adds the streams. */
   void
@@ -67,6 +76,8 @@ private:
     std::atomic<bool> wants_i_frame{false};
     std::size_t stream = 0; ///< in the output
     pcl::PCLPointCloud2 cloud;
+    std::mutex health_mutex;
+    nodes::SenderHealth health; ///< guarded by health_mutex
   };
 
   void

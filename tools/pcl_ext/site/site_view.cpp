@@ -106,6 +106,7 @@ std::unique_ptr<FrameTaker>
 makeSiteView(const SiteViewOptions& options,
              const std::string& name,
              std::function<void(const std::string& stream)> request_i_frame,
+             std::function<std::string()> metrics,
              Console& console)
 {
   view::ViewServerSettings settings;
@@ -113,6 +114,7 @@ makeSiteView(const SiteViewOptions& options,
   settings.address = options.address;
   settings.port = options.port;
   settings.name = name;
+  settings.metrics = std::move(metrics);
   return std::make_unique<SiteView>(
       std::move(settings), std::move(request_i_frame), options.opens_browser, console);
 }

@@ -26,8 +26,9 @@ struct SiteViewOptions {
 void
 addSiteViewOptions(CLI::App& app, SiteViewOptions& options);
 
-/** \brief Serves the streams of a site to browsers.
+/** \brief Serves the streams of a site to browsers, and their health to Prometheus.
  * \param[in] name shown on the page
+ * \param[in] metrics called by another thread
  * \param[in] request_i_frame called by another thread
  * \throws std::exception if it cannot be served, or the program was built without a server
  */
@@ -35,6 +36,7 @@ std::unique_ptr<FrameTaker>
 makeSiteView(const SiteViewOptions& options,
              const std::string& name,
              std::function<void(const std::string& stream)> request_i_frame,
+             std::function<std::string()> metrics,
              Console& console);
 
 } // namespace tools

@@ -11,6 +11,7 @@ std::unique_ptr<FrameTaker>
 makeSiteView(const SiteViewOptions& /* options */,
              const std::string& /* name */,
              std::function<void(const std::string& stream)> /* request_i_frame */,
+             std::function<std::string()> /* metrics */,
              Console& /* console */)
 {
   return nullptr;

@@ -247,8 +247,7 @@ StreamEncoder::outlierRemark() const
 std::string
 StreamEncoder::budgetRemark() const
 {
-  const io::RateControlStatus status =
-      node_ ? node_->statistics().rate_control : io::RateControlStatus();
+  const io::RateControlStatus status = statistics().rate_control;
   if (status.changes == 0 && status.not_kept.empty())
     return {};
   return name_ + ": rate control, " + counted(status.changes, "change") +

@@ -110,6 +110,13 @@ public:
     return sums_;
   }
 
+  /** \brief Statistics of the node; those of none before the first cloud. */
+  nodes::SensorNodeStatistics
+  statistics() const
+  {
+    return node_ ? node_->statistics() : nodes::SensorNodeStatistics();
+  }
+
   /** \brief Where the points of the first cloud are, if none was inside the crop box;
    * empty if points were encoded, or the clouds have none. */
   std::string

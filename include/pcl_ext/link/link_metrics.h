@@ -1,0 +1,24 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/link/frame_publisher.h>
+#include <pcl_ext/link/frame_subscriber.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace link {
+
+/** \brief What a subscriber received, for Prometheus: the metrics pcl_ext_link_... of
+ * doc/monitoring.md, in the text format 0.0.4.
+ * \param[in] labels of all samples: names of [a-zA-Z_][a-zA-Z0-9_]* other than stream, and
+ * values of any bytes
+ */
+PCL_EXT_LINK_EXPORT std::string
+linkMetrics(const SubscriberStatistics& statistics,
+            const std::vector<std::pair<std::string, std::string>>& labels = {});
+
+} // namespace link
+} // namespace pcl_ext

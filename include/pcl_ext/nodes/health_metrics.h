@@ -1,0 +1,40 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/stream_health.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Names and values of labels that all samples have, as the site and the centre.
+ * Names are of [a-zA-Z_][a-zA-Z0-9_]*, other than stream and le; values are any bytes. */
+using MetricLabels = std::vector<std::pair<std::string, std::string>>;
+
+/** \brief Health of decoded streams for Prometheus: the metrics pcl_ext_stream_... of
+ * doc/monitoring.md, in the text format 0.0.4. The texts of streams and of senders may
+ * be put one behind the other.
+ * \param[in] streams with different names, which become the label stream; as
+ * CentralNode::health() has them
+ * \param[in] now time of CentralNodeSettings::clock
+ */
+PCL_EXT_EXPORT std::string
+streamMetrics(const std::vector<StreamHealth>& streams,
+              Time now,
+              const MetricLabels& labels = {});
+
+/** \brief Health of streams where they are encoded: the metrics pcl_ext_sender_... .
+ * \param[in] senders by the names of their streams, all different
+ * \param[in] now time of the clock of SenderHealth::last_arrival
+ */
+PCL_EXT_EXPORT std::string
+senderMetrics(const std::vector<std::pair<std::string, SenderHealth>>& senders,
+              Time now,
+              const MetricLabels& labels = {});
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <pcl_ext/view/view_server.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace view {
+
+/** \brief A server's figures for Prometheus: the metrics pcl_ext_view_... of
+ * doc/monitoring.md. */
+std::string
+metricsOf(const ViewServerStatistics& statistics);
+
+} // namespace view
+} // namespace pcl_ext
