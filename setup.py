@@ -21,6 +21,7 @@ SETTINGS = {
     "PCL_EXT_INSTALL": "OFF",
     "PCL_EXT_UNITY_BUILD": "ON",
     "PCL_EXT_WITH_PCL": "OFF",
+    "PCL_EXT_WITH_LINK": "OFF",
     "PCL_EXT_WITH_VIEW": "OFF",
     "Python3_EXECUTABLE": sys.executable,
 }

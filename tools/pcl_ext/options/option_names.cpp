@@ -46,7 +46,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"outlier_removal.unit", "--unit"},
     {"outlier_removal", "--remove-outliers"},
     {"decoder_limits.max_voxels", "--max-voxels"},
-    {"site is '", "--site is '"},
+    {"site is", "--site is"},
     {"servers is", "--server is"},
     {"certificate_file and key_file", "--certificate and --key"},
     {"ca_file", "--ca"},

@@ -1,0 +1,359 @@
+"""Frames between machines, over a NATS server (https://nats.io); see doc/site.md.
+
+    publisher = pcl_ext.link.FramePublisher("nats://centre:4222", site="cell")
+    stream = publisher.add_stream("/sensor_1")
+    while True:
+        if publisher.wants_i_frame(stream):
+            encoder.request_i_frame()
+        publisher.publish(stream, encoder.encode(next_cloud()), time.time())
+
+    for frame in pcl_ext.link.FrameSubscriber("nats://centre:4222", site="cell"):
+        cloud = decoders[frame.stream].decode(frame.data)
+
+Needs the package as CMake or Debian's packages of pcl_ext build it, with libnats.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Dict, Iterator, NamedTuple, Optional, Sequence, Union
+
+from ._arguments import END_OF_TIME, microseconds, whole_number
+from .status import Error
+
+try:
+    from . import _link
+except ImportError as error:
+    raise ImportError(
+        "this pcl_ext was built without libnats, NATS's client: build it by CMake where "
+        "libnats-dev is installed"
+    ) from error
+
+if TYPE_CHECKING:
+    from ._arguments import Buffer
+
+__all__ = ["FramePublisher", "FrameSubscriber", "LinkFrame", "StreamStatistics"]
+
+
+class LinkFrame(NamedTuple):
+    """A frame that arrived.
+
+    Attributes
+    ----------
+    stream : str
+        Name of its stream.
+    time : float
+        Of the cloud, seconds.
+    data : bytes
+        For `Decoder.decode`, one of which serves one stream.
+    is_i_frame : bool
+        It can be decoded without those before it.
+    metadata : dict of str
+        Of the stream; I-frames only.
+    """
+
+    stream: str
+    time: float
+    data: bytes
+    is_i_frame: bool
+    metadata: Dict[str, str]
+
+
+class StreamStatistics(NamedTuple):
+    """Figures of a stream that is received, as in LinkStreamStatistics of C++."""
+
+    stream: str
+    frames: int
+    bytes: int
+    frames_lost: int
+    frames_dropped: int
+    frames_skipped: int
+    frames_late: int
+    messages_invalid: int
+    i_frame_requests: int
+    publishers: int
+
+
+def _check(code: str, message: str) -> None:
+    if code == "OutOfMemory":
+        raise MemoryError(message)
+    if code in ("InvalidSettings", "InvalidArgument"):
+        raise ValueError(message)
+    if code != "Ok":
+        raise Error(message, code)
+
+
+def _bytes(name: str, text: str) -> bytes:
+    if not isinstance(text, str):
+        raise TypeError(f"{name} is {text!r}; it must be a str")
+    return text.encode("utf-8", "surrogateescape")
+
+
+def _settings(**values: str) -> Dict[str, bytes]:
+    return {name: _bytes(name, value) for name, value in values.items()}
+
+
+class FramePublisher:
+    """Publishes the frames of streams for whoever receives them.
+
+    Frames that cannot be sent are lost: receivers request an I-frame then. A lost connection
+    is restored for ever. Several threads may use it.
+
+    Parameters
+    ----------
+    servers : str
+        Addresses with commas between them: nats://HOST:PORT, or tls://HOST:PORT encrypted.
+    site : str
+        Up to 64 letters, digits, - and _.
+    user, password, token : str
+        Who this is, as the server demands.
+    credentials : str
+        File with JWT and seed, as nsc writes it.
+    ca, certificate, key : str
+        PEM files: certificates to trust, and those of this client.
+    timeout : float
+        Seconds in which a server must answer.
+
+    Raises
+    ------
+    Error
+        If no server takes the connection.
+    """
+
+    def __init__(
+        self,
+        servers: str = "nats://127.0.0.1:4222",
+        *,
+        site: str = "site",
+        user: str = "",
+        password: str = "",
+        token: str = "",
+        credentials: str = "",
+        ca: str = "",
+        certificate: str = "",
+        key: str = "",
+        timeout: float = 2.0,
+    ):
+        self._native = _link.Publisher(
+            _settings(
+                servers=servers,
+                site=site,
+                client_name="pcl_ext for Python",
+                user=user,
+                password=password,
+                token=token,
+                credentials_file=credentials,
+                ca_file=ca,
+                certificate_file=certificate,
+                key_file=key,
+            ),
+            timeout,
+        )
+        _check(*self._native.connect())
+
+    def add_stream(self, name: str, metadata: Optional[Dict[str, str]] = None) -> int:
+        """Adds a stream.
+
+        Parameters
+        ----------
+        name : str
+            Such as a topic, up to 1000 bytes.
+        metadata : dict of str, optional
+            Sent with each I-frame, such as a sensor's pose.
+
+        Returns
+        -------
+        int
+            For `publish`.
+        """
+        pairs = {
+            _bytes("metadata", key): _bytes("metadata", value)
+            for key, value in (metadata or {}).items()
+        }
+        number, code, message = self._native.add_stream(_bytes("name", name), pairs)
+        _check(code, message)
+        return number
+
+    def publish(self, stream: int, data: Buffer, time: float) -> bool:
+        """Sends the next frame of a stream.
+
+        Parameters
+        ----------
+        stream : int
+            What `add_stream` returned.
+        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+            A frame, as `Encoder.encode` returns it.
+        time : float
+            Of the cloud, seconds.
+
+        Returns
+        -------
+        bool
+            False if the connection is lost for the moment, and so is the frame.
+
+        Raises
+        ------
+        Error
+            If the frame is above the server's max_payload.
+        """
+        nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
+        index = whole_number("stream", stream)
+        if index < 0:
+            raise ValueError(f"stream is {index}; it must be what add_stream returned")
+        code, message = self._native.publish(index, data, nanoseconds)
+        if code == "NotConnected":
+            return False
+        _check(code, message)
+        return True
+
+    def wants_i_frame(self, stream: int) -> bool:
+        """True once after a receiver has requested an I-frame of a stream.
+
+        Parameters
+        ----------
+        stream : int
+            What `add_stream` returned.
+        """
+        return self._native.wants_i_frame(whole_number("stream", stream))
+
+    def flush(self, timeout: float = 2.0) -> bool:
+        """Waits until the server has all frames.
+
+        Parameters
+        ----------
+        timeout : float
+            Seconds.
+
+        Returns
+        -------
+        bool
+            False if it has not in that time.
+        """
+        return self._native.flush(timeout)
+
+    @property
+    def statistics(self) -> Dict[str, int]:
+        """Frames and bytes sent, frames_not_sent, i_frame_requests, reconnections."""
+        return self._native.statistics()
+
+
+class FrameSubscriber:
+    """Receives the frames of a site's streams; iterates over them for ever.
+
+    Each stream begins with an I-frame and has no gap within what can be decoded: after a lost
+    frame the next one is an I-frame, which is requested.
+
+    Parameters
+    ----------
+    servers, site, user, password, token, credentials, ca, certificate, key, timeout
+        As of `FramePublisher`.
+    streams : sequence of str
+        Names of those to receive; empty: all of the site.
+    partition : int, optional
+        The part of the streams to receive, where the server divides them.
+    replay_from : float, optional
+        What the server keeps since this time, seconds since 1970, in place of what comes; the
+        iteration ends after it.
+    max_waiting_bytes : int
+        Frames that wait; further ones are dropped.
+
+    Raises
+    ------
+    Error
+        If no server takes the connection.
+    """
+
+    def __init__(
+        self,
+        servers: str = "nats://127.0.0.1:4222",
+        *,
+        site: str = "site",
+        user: str = "",
+        password: str = "",
+        token: str = "",
+        credentials: str = "",
+        ca: str = "",
+        certificate: str = "",
+        key: str = "",
+        timeout: float = 2.0,
+        streams: Sequence[str] = (),
+        partition: Optional[int] = None,
+        replay_from: Optional[float] = None,
+        max_waiting_bytes: int = 1 << 26,
+    ):
+        start = (
+            None
+            if replay_from is None
+            else round(microseconds("replay_from", replay_from, END_OF_TIME)) * 1000
+        )
+        self._native = _link.Subscriber(
+            _settings(
+                servers=servers,
+                site=site,
+                client_name="pcl_ext for Python",
+                user=user,
+                password=password,
+                token=token,
+                credentials_file=credentials,
+                ca_file=ca,
+                certificate_file=certificate,
+                key_file=key,
+            ),
+            timeout,
+            [_bytes("streams", name) for name in streams],
+            partition,
+            start,
+            max_waiting_bytes,
+        )
+        _check(*self._native.connect())
+
+    def next(self, timeout: float) -> Union[LinkFrame, None]:
+        """The next frame.
+
+        Parameters
+        ----------
+        timeout : float
+            Seconds to wait for it.
+
+        Returns
+        -------
+        LinkFrame or None
+            None if none came in time.
+
+        Raises
+        ------
+        Error
+            "EndOfReplay" after the last frame that the server keeps; "Closed" if the
+            connection is lost for good.
+        """
+        frame, code, message = self._native.next(timeout)
+        if code == "NoFrame":
+            return None
+        _check(code, message)
+        stream, nanoseconds, data, is_i_frame, metadata = frame
+        return LinkFrame(stream, nanoseconds / 1e9, data, is_i_frame, metadata)
+
+    def __iter__(self) -> Iterator[LinkFrame]:
+        while True:
+            try:
+                frame = self.next(0.1)  # so that Ctrl-C is seen
+            except Error as error:
+                if error.code == "EndOfReplay":
+                    return
+                raise
+            if frame is not None:
+                yield frame
+
+    def request_i_frame(self, stream: str) -> None:
+        """Requests an I-frame, as a decoder that fails needs it.
+
+        Parameters
+        ----------
+        stream : str
+            Name of the stream.
+        """
+        self._native.request_i_frame(_bytes("stream", stream))
+
+    @property
+    def statistics(self) -> Dict[str, StreamStatistics]:
+        """Figures of the streams, by name."""
+        return {row[0]: StreamStatistics(*row) for row in self._native.statistics()}

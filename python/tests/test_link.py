@@ -1,0 +1,112 @@
+"""Frames over a real NATS server."""
+
+import os
+import socket
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+import pcl_ext
+
+link = pytest.importorskip("pcl_ext.link", exc_type=ImportError)
+
+
+@pytest.fixture
+def server(tmp_path):
+    """Starts servers with a configuration; returns their address."""
+    servers = []
+
+    def start(configuration=""):
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        file = tmp_path / f"{port}.conf"
+        file.write_text(f'listen: "127.0.0.1:{port}"\n{configuration}\n')
+        path = os.environ["PATH"] + ":/usr/sbin"
+        with open(tmp_path / f"{port}.log", "wb") as log:
+            servers.append(
+                subprocess.Popen(
+                    ["nats-server", "-c", file],
+                    env={**os.environ, "PATH": path},
+                    stderr=log,
+                )
+            )
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            try:
+                socket.create_connection(("127.0.0.1", port)).close()
+                break
+            except ConnectionRefusedError:
+                time.sleep(0.01)
+        return f"nats://127.0.0.1:{port}"
+
+    yield start
+    for one in servers:
+        one.kill()
+        one.wait()
+
+
+def frames_of(seed, count, encoder):
+    random = np.random.default_rng(seed)
+    return [encoder.encode(random.random((500, 3))) for _ in range(count)]
+
+
+def test_frames_arrive(server):
+    address = server()
+    subscriber = link.FrameSubscriber(address, site="cell")
+    publisher = link.FramePublisher(address, site="cell")
+    name = "/näme with . and \n"
+    stream = publisher.add_stream(name, {"sensor_pose": "1,2,3,0,0,0,1"})
+    encoder, decoder = pcl_ext.Encoder(resolution=0.1), pcl_ext.Decoder()
+    sent = frames_of(1, 5, encoder)
+    for number, data in enumerate(sent):
+        assert publisher.publish(stream, data, 100.5 + number)
+    for number, data in enumerate(sent):
+        frame = subscriber.next(20)
+        assert frame == link.LinkFrame(
+            name,
+            100.5 + number,
+            data,
+            number == 0,
+            {"sensor_pose": "1,2,3,0,0,0,1"} if number == 0 else {},
+        )
+        assert decoder.decode(frame.data) is not None
+    assert subscriber.next(0) is None
+    assert subscriber.statistics[name].frames == 5
+    assert subscriber.statistics[name].frames_lost == 0
+    assert publisher.statistics["frames"] == 5
+    assert not publisher.wants_i_frame(stream)
+    subscriber.request_i_frame(name)
+    end = time.monotonic() + 20
+    while not publisher.wants_i_frame(stream):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert not publisher.wants_i_frame(stream)  # told once
+    assert publisher.flush()
+
+
+def test_replay(server, tmp_path):
+    address = server(f'jetstream {{ store_dir: "{tmp_path}" }}')
+    with pytest.raises(pcl_ext.Error, match="keeps no frames of the site 'cell'"):
+        link.FrameSubscriber(address, site="cell", replay_from=0)
+
+
+def test_what_is_wrong(server):
+    address = server("authorization { user: a, password: b }")
+    with pytest.raises(pcl_ext.Error, match="wrong user or password") as error:
+        link.FramePublisher(address, user="a", password="c")
+    assert error.value.code == "Refused"
+    with pytest.raises(ValueError, match="site is 'a b'"):
+        link.FrameSubscriber(address, site="a b")
+    with pytest.raises(TypeError, match="site is 5; it must be a str"):
+        link.FrameSubscriber(address, site=5)
+    publisher = link.FramePublisher(address, user="a", password="b")
+    stream = publisher.add_stream("/a")
+    with pytest.raises(ValueError, match="exists already"):
+        publisher.add_stream("/a")
+    with pytest.raises(ValueError, match="not exactly one frame"):
+        publisher.publish(stream, b"abc", 0)
+    with pytest.raises(ValueError, match="no stream of number 7"):
+        publisher.publish(7, frames_of(1, 1, pcl_ext.Encoder())[0], 0)
