@@ -10,7 +10,7 @@ import pytest
 
 import pcl_ext
 
-link = pytest.importorskip("pcl_ext.link", exc_type=ImportError)
+link = pytest.importorskip("pcl_ext.link")
 
 
 @pytest.fixture
