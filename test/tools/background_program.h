@@ -25,17 +25,20 @@ public:
   /** \param[in] folder working folder
    * \param[in] name of the run, unlike that of others in the folder
    * \param[in] arguments as a shell takes them
+   * \param[in] line of a shell that runs the program, $P; empty: with the arguments
    */
   BackgroundProgram(const TestFolder& folder,
                     const std::string& name,
-                    const std::string& arguments)
+                    const std::string& arguments,
+                    const std::string& line = "")
   : output_(folder / ("." + name + "_output"))
   , errors_(folder / ("." + name + "_errors"))
   {
     writeBytes(errors_, {});
-    const std::string command = "cd '" + folder / "" + "' && exec '" + PCL_EXT_PROGRAM +
-                                "' " + arguments + " > '" + output_ + "' 2> '" +
-                                errors_ + "'";
+    const std::string command = "cd '" + folder / "" + "' && P='" + PCL_EXT_PROGRAM +
+                                "' && { " +
+                                (line.empty() ? "exec \"$P\" " + arguments : line) +
+                                "; } > '" + output_ + "' 2> '" + errors_ + "'";
     pid_ = ::fork();
     if (pid_ == 0) {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);

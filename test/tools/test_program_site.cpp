@@ -158,6 +158,74 @@ TEST(ProgramSite, ReplaysWhatTheServerKeeps)
   }
 }
 
+/** \brief The text of an example. */
+std::string
+exampleOf(const std::string& file)
+{
+  const Bytes bytes = bytesOf(std::string(PCL_EXT_SITE_EXAMPLES) + "/" + file);
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
+{
+  const TestFolder folder;
+  std::string configuration = exampleOf("nats-server.conf");
+  const std::string store = "/var/lib/nats";
+  configuration.replace(configuration.find(store), store.size(), "FOLDER");
+  const NatsServer server(configuration);
+  // What the service runs, with its environment.
+  const std::string service = exampleOf("pcl-ext-centre@.service");
+  const std::string begin = "ExecStart=/usr/bin/pcl_ext ";
+  std::string command = service.substr(service.find(begin) + begin.size());
+  command.resize(command.find('\n'));
+  writeBytes(folder / "page.html", {'x'});
+  std::string environment =
+      exampleOf("centre.env") + "PCL_EXT_SERVER=" + server.url() + "\n";
+  environment.replace(environment.find("--port 8080"), 11, "--port 0 --page page.html");
+  for (std::size_t at = 0;
+       (at = environment.find("OPTIONS=", at)) != std::string::npos;) {
+    at += 8;
+    environment.insert(at, "'");
+    environment.insert(environment.find('\n', at), "'");
+  }
+  writeBytes(folder / "centre.env", Bytes(environment.begin(), environment.end()));
+  std::vector<std::unique_ptr<BackgroundProgram>> centres;
+  for (const std::string part : {"0", "1", "2"}) {
+    std::string line = command;
+    for (std::size_t at = 0; (at = line.find("%i")) != std::string::npos;)
+      line.replace(at, 2, part);
+    centres.push_back(std::make_unique<BackgroundProgram>(
+        folder, "centre_" + part, "", "set -a; . ./centre.env; exec \"$P\" " + line));
+    EXPECT_TRUE(view::test::waitFor([&] {
+      return centres.back()->output().find("http://") != std::string::npos;
+    })) << centres.back()->errors();
+  }
+  const std::string password = "PCL_EXT_PASSWORD='change me' \"$P\" ";
+  recordTwoStreams(folder / "sent.mcap");
+  const ProgramRun sent =
+      runShell(folder, password + "send -q sent.mcap --user sensor" + at(server));
+  EXPECT_EQ(sent.status, 0) << sent.errors;
+  // A sensor may not listen to others.
+  const ProgramRun listening = runShell(
+      folder, password + "receive --for 300ms -o x.mcap --user sensor" + at(server));
+  EXPECT_NE(listening.errors.find("Permissions Violation for Subscription"),
+            std::string::npos)
+      << listening.errors;
+  const ProgramRun kept = runShell(
+      folder,
+      "PCL_EXT_PASSWORD='change me as well' \"$P\" keep --user operator" + at(server));
+  EXPECT_EQ(kept.status, 0) << kept.errors;
+  std::size_t frames = 0;
+  for (auto& centre : centres) {
+    EXPECT_EQ(centre->end(SIGTERM), 0);
+    EXPECT_EQ(centre->errors(), "");
+    const std::string output = centre->output();
+    frames +=
+        std::stoul(output.substr(output.find("site cell: ", output.find('\n')) + 11));
+  }
+  EXPECT_EQ(frames, 71u);
+}
+
 TEST(ProgramSite, TellsWhatIsWrong)
 {
   const TestFolder folder;
