@@ -34,6 +34,12 @@ if(PCL_EXT_WITH_VIEW)
     "pcl_ext_codec = ${PROJECT_VERSION}" " -lz -pthread")
 endif()
 
+if(PCL_EXT_WITH_LINK)
+  pcl_ext_install_pkg_config(
+    pcl_ext_link "Streams of voxel clouds between machines, over a NATS server"
+    "pcl_ext_codec = ${PROJECT_VERSION}" " -lnats -lz -pthread")
+endif()
+
 # PCL's modules are pcl_common, or pcl_common-1.12, by how PCL was installed.
 if(PCL_EXT_WITH_PCL)
   set(version_of_pcl ${PCL_VERSION_MAJOR}.${PCL_VERSION_MINOR})

@@ -165,6 +165,7 @@ if [ "$with_dev" = yes ]; then
   compile_with_pkg_config pcl_ext_codec codec_consumer
   compile_with_pkg_config pcl_ext_recording recording_consumer
   compile_with_pkg_config pcl_ext_view view_consumer
+  compile_with_pkg_config pcl_ext_link link_consumer
   compile_with_pkg_config pcl_ext consumer
 fi
 
