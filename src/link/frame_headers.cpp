@@ -10,6 +10,9 @@ namespace link {
 
 namespace {
 
+/** \brief Nanoseconds, the year 2116: differences of times must not overflow. */
+constexpr std::int64_t farthest_time = std::int64_t{1} << 62;
+
 /** \brief Reads a number and the space after it, if it is not the last one. */
 template <typename NumberT>
 bool
@@ -51,7 +54,8 @@ parseFrameHeader(std::string_view text)
   if (!takeNumber(text, decimal, version) || version != 1 ||
       !takeNumber(text, hexadecimal, header.publisher) ||
       !takeNumber(text, decimal, header.number) || header.number == 0 ||
-      !takeNumber(text, decimal, time) || !text.empty())
+      !takeNumber(text, decimal, time) || !text.empty() || time < -farthest_time ||
+      time > farthest_time)
     return std::nullopt;
   header.time = Time(time);
   return header;

@@ -12,6 +12,7 @@ constexpr Time longest = std::chrono::hours(1);
 constexpr Time shortest_period = std::chrono::milliseconds(1);
 constexpr Time alive_for = std::chrono::seconds(1);
 constexpr Time most_apart = std::chrono::seconds(2);
+constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
 
 std::string
 milliseconds(Time time)
@@ -90,6 +91,7 @@ MergeSchedule::add(ScheduledFrame frame, Time now)
 {
   Stream& stream = streams_[frame.stream];
   stream.last_arrival = now;
+  frame.stamp = std::clamp(frame.stamp, -farthest_stamp, farthest_stamp);
   stream.last_stamp = frame.stamp;
   stream.last_offset = now - frame.stamp;
   stream.held.push_back({std::move(frame), stream.last_offset});
@@ -150,7 +152,7 @@ MergeSchedule::next(Time now)
   if (!has_frames_) {
     const auto earliest = earliestHeld(offset);
     if (!earliest)
-      return step; // nothing has arrived since the last merged frame
+      return step;             // nothing has arrived since the last merged frame
     slot_ = slotOf(*earliest); // nothing came for those between
     waiting_since_.reset();
     releaseFrames(offset, step);

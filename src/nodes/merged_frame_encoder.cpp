@@ -1,6 +1,7 @@
 #include <pcl_ext/nodes/merged_frame_encoder.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include <algorithm>
 #include <chrono>
 
 namespace pcl_ext {
@@ -67,7 +68,8 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
     return status;
   const auto microseconds =
       std::chrono::duration_cast<std::chrono::microseconds>(stamp).count();
-  const io::FrameStamp frame_stamp{static_cast<std::uint64_t>(microseconds), frame_id};
+  const io::FrameStamp frame_stamp{
+      static_cast<std::uint64_t>(std::max<std::int64_t>(0, microseconds)), frame_id};
   return encoder_.encode(voxels_, frame_stamp, bytes);
 }
 

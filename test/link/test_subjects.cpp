@@ -95,7 +95,9 @@ TEST(FrameHeaders, OfAnotherFormAreNone)
                                  "1 a -1 5",
                                  "1 a 1 x",
                                  "1 a 18446744073709551616 5",
-                                 "1 a 1 9223372036854775808"})
+                                 "1 a 1 9223372036854775808",
+                                 "1 a 1 4611686018427387905",
+                                 "1 a 1 -9223372036854775808"})
     EXPECT_FALSE(parseFrameHeader(text)) << text;
   for (const char* const text : {"", "a", "a b=c", "a=%", "a=b=c"})
     EXPECT_FALSE(parseMetadata(text)) << text;

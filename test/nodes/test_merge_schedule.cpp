@@ -189,6 +189,26 @@ TEST(MergeSchedule, GoesOnWhenClocksDiffer)
   }
 }
 
+TEST(MergeSchedule, TakesAnyStamp)
+{
+  ScheduleRun run;
+  for (int i = 0; i < 10; ++i) {
+    const Time now = i * 100ms;
+    run.add("first", i % 2 == 0 ? Time::min() : Time::max(), now);
+    run.add("a", begin + now, now);
+    run.add("b", begin + now, now);
+    run.work(now);
+    EXPECT_EQ(run.merged().count(begin + now), 1u);
+  }
+  ScheduleRun alone;
+  alone.add("a", Time::min(), 0ms);
+  alone.work(0ms);
+  alone.add("a", Time::max(), 100ms);
+  alone.work(100ms);
+  alone.work(5s);
+  EXPECT_EQ(alone.released().size(), 1u);
+}
+
 TEST(MergeSchedule, TellsWhichSettingIsWrong)
 {
   EXPECT_EQ(faultOf({}), "");

@@ -1,6 +1,8 @@
 /** \file
  * \brief pcl_ext send, receive and keep with a real NATS server.
  */
+#include <pcl_ext/link/frame_publisher.h>
+
 #include "support/nats_server.h"
 #include "tools/background_program.h"
 
@@ -224,6 +226,47 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
         std::stoul(output.substr(output.find("site cell: ", output.find('\n')) + 11));
   }
   EXPECT_EQ(frames, 71u);
+}
+
+TEST(ProgramSite, GoesOnWhateverAStreamIsCalled)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  writeBytes(folder / "page.html", {'x'});
+  Receiving receiving(folder,
+                      "receive",
+                      at(server) + "--view --no-browser --page page.html -o all.mcap "
+                                   "--merge all --remove-outliers --map map.ot");
+  link::LinkSettings settings;
+  settings.servers = server.url();
+  settings.site = "cell";
+  link::FramePublisher publisher(settings);
+  ASSERT_TRUE(publisher.connect().ok());
+  const KnownStream known = knownStream(1, 3, 10);
+  const std::vector<std::string> names = {
+      "\xff\xfe", std::string("\0", 1), "\n", std::string(300, '.'), "/last"};
+  for (const std::string& name : names) {
+    std::size_t stream = 0;
+    ASSERT_TRUE(
+        publisher
+            .addStream(name,
+                       {{"sensor_pose", "x"}, {"\xff", "\xff"}, {"intensity_law", "?"}},
+                       stream)
+            .ok());
+    for (const auto& frame : known.frames)
+      ASSERT_TRUE(publisher
+                      .publish(stream,
+                               frame.time - Time(std::chrono::hours(1)) *
+                                                static_cast<int>(stream),
+                               frame.bytes.data(),
+                               frame.bytes.size())
+                      .ok());
+  }
+  EXPECT_TRUE(publisher.flush(std::chrono::seconds(20)));
+  receiving.end(SIGINT);
+  EXPECT_NE(receiving.output().find("15 frames of 5 streams"), std::string::npos)
+      << receiving.output() << receiving.errors();
+  EXPECT_GE(decode(folder / "all.mcap").size(), 1u);
 }
 
 TEST(ProgramSite, TellsWhatIsWrong)

@@ -37,7 +37,8 @@ public:
 
   /** \brief Encodes a merged frame.
    * \param[in] merged from CentralNode::merge()
-   * \param[in] stamp in the frame: the time as of which it was merged; not negative
+   * \param[in] stamp in the frame: the time as of which it was merged; 0 if
+   * negative
    * \param[in] frame_id coordinate frame of the voxels, up to 1024 bytes
    * \param[out] bytes the frame; empty unless the status is Ok
    * \return as CloudEncoder::encode

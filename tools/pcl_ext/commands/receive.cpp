@@ -129,6 +129,7 @@ private:
               std::chrono::duration<double>(Clock::now() - start).count() >=
                   *options_.seconds);
     };
+    Clock::time_point next_work;
     link::LinkFrame frame;
     std::optional<Clock::time_point> end; // when also what is under way has to be there
     while (!end || Clock::now() < *end) {
@@ -142,10 +143,29 @@ private:
         throwUnlessOk(status);
       if (!end && is_over())
         end = Clock::now() + last_patience;
+      // Not for each of thousands of frames.
+      if (status.ok() && Clock::now() < next_work)
+        continue;
       for (FrameTaker* const taker : takers_)
         taker->work();
       events_.print(console_);
+      remarkOnSilence(Clock::now() - start);
+      next_work = Clock::now() + patience / 2;
     }
+  }
+
+  /** \brief Says once what may be wrong where nothing comes. */
+  void
+  remarkOnSilence(std::chrono::steady_clock::duration time)
+  {
+    constexpr std::chrono::seconds patience{5};
+    if (has_remarked_ || time < patience)
+      return;
+    has_remarked_ = true;
+    if (subscriber_->statistics().streams.empty())
+      console_.remark(
+          "nothing has come yet: is '" + options_.link.link.site +
+          "' the --site of the senders, and may this user subscribe to it?");
   }
 
   /** \brief Prints what arrived, and what did not. */
@@ -231,7 +251,15 @@ private:
   std::unique_ptr<FrameTaker> view_;
   std::vector<FrameTaker*> takers_;
   bool has_failed_ = false;
+  bool has_remarked_ = false; // see remarkOnSilence()
 };
+
+link::Time
+secondsOf(const std::string& option, const std::string& text)
+{
+  return std::chrono::duration_cast<link::Time>(
+      std::chrono::duration<double>(parseDuration(option, text)));
+}
 
 void
 addRecordingOptions(CLI::App& app, ReceiveOptions& options)
@@ -281,8 +309,7 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
             "voxel edge of --merge and --map, not finer than the streams'");
   const auto add_time = [&app](const char* name, nodes::Time& time, const char* text) {
     addParsed(app, name, "TIME", text, [name, &time](const std::string& value) {
-      time = std::chrono::duration_cast<nodes::Time>(
-          std::chrono::duration<double>(parseDuration(name, value)));
+      time = secondsOf(name, value);
     });
   };
   add_time("--merge-period",
@@ -322,12 +349,10 @@ addReceive(CLI::App& app)
             "TIME",
             "what the server keeps, in place of what comes; all, or since a time ago",
             [options](const std::string& text) {
-              options->link.replay_from =
-                  text == "all"
-                      ? link::Time(0)
-                      : nodes::systemTime() - std::chrono::duration_cast<link::Time>(
-                                                  std::chrono::duration<double>(
-                                                      parseDuration("--replay", text)));
+              options->link.replay_from = std::max(
+                  link::Time(0),
+                  text == "all" ? link::Time(0)
+                                : nodes::systemTime() - secondsOf("--replay", text));
             });
   addParsed(
       app, "--for", "TIME", "end after (Ctrl-C)", [options](const std::string& text) {

@@ -224,24 +224,32 @@ parseRate(const std::string& text)
       "--max-rate",
       text,
       {{"bit/s", 1.0}, {"kbit/s", 1e3}, {"Mbit/s", 1e6}, {"Gbit/s", 1e9}},
-      "500kbit/s");
+      "500kbit/s or 2Mbit/s");
 }
 
 double
 parseDuration(const std::string& option, const std::string& text)
 {
-  return parseQuantity(
+  constexpr double longest = 36'500.0 * 86'400.0; // nanoseconds have 63 bits
+  const double seconds = parseQuantity(
       option,
       text,
       {{"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86400.0}},
       "10min");
+  if (seconds > longest)
+    throw UsageError(option + ": '" + text + "' is above 36500d");
+  return seconds;
 }
 
 double
 parseBytes(const std::string& option, const std::string& text)
 {
-  return parseQuantity(
+  constexpr double most = 1e18;
+  const double bytes = parseQuantity(
       option, text, {{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}}, "2GB");
+  if (bytes > most)
+    throw UsageError(option + ": '" + text + "' is above 1000000TB");
+  return bytes;
 }
 
 std::string

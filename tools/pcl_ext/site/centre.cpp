@@ -5,7 +5,6 @@
 #include "inputs/stream_metadata.h"
 #include "streams/stream_decoder.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace pcl_ext {
@@ -57,29 +56,36 @@ Centre::addOutput(LiveOutput& output)
   outputs_.push_back({&output, output.addStream(options_.name, {})});
 }
 
-void
+bool
 Centre::addStream(const link::LinkFrame& frame)
 {
-  streams_.push_back(frame.stream);
-  throwUnlessOk(
-      node_.addStream(frame.stream, options_.decoding.min_intensity.value_or(0.0f)));
+  const auto added =
+      node_.addStream(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
+  if (!added.ok()) {
+    console_.error(frame.stream + ": it is left out: " + added.message());
+    return false;
+  }
   if (options_.decoding.removes_outliers) {
     VoxelOutlierRemovalSettings removal =
         outlierRemovalOf(options_.decoding, frame.metadata);
     const auto law = lawOf(frame.metadata);
     if (removal.unit == DensityUnit::Automatic && law)
       removal.unit = densityUnitOf(*law);
-    throwUnlessOk(node_.setOutlierRemoval(frame.stream, removal));
+    if (const auto set = node_.setOutlierRemoval(frame.stream, removal); !set.ok())
+      console_.error(frame.stream + ": its outliers stay: " + set.message());
   }
   map_.addStream(frame.stream, frame.metadata);
+  return true;
 }
 
 void
 Centre::take(const link::LinkFrame& frame)
 {
-  if (std::find(streams_.begin(), streams_.end(), frame.stream) == streams_.end())
-    addStream(frame);
-  schedule_.add({frame.stream, frame.time, frame.bytes}, nodes::steadyTime());
+  auto found = streams_.find(frame.stream);
+  if (found == streams_.end())
+    found = streams_.emplace(frame.stream, addStream(frame)).first;
+  if (found->second)
+    schedule_.add({frame.stream, frame.time, frame.bytes}, nodes::steadyTime());
 }
 
 void

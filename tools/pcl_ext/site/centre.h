@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -89,7 +90,8 @@ private:
     std::size_t stream;
   };
 
-  void
+  /** \return whether it can be decoded; if not, that is told */
+  bool
   addStream(const link::LinkFrame& frame);
 
   void
@@ -103,7 +105,7 @@ private:
   nodes::MergedFrameEncoder encoder_;
   CentreMap map_;
   std::atomic<bool> wants_i_frame_{false};
-  std::vector<std::string> streams_;
+  std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
   io::VoxelFrame merged_; // keeps its memory
   std::size_t merged_frames_ = 0;

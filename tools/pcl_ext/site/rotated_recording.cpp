@@ -96,23 +96,36 @@ RotatedRecording::rotate()
 }
 
 void
+RotatedRecording::refuse(const std::string& stream,
+                         const recording::RecordingStatus& status)
+{
+  // A full disk ends the recording; a stream that cannot be recorded does not.
+  if (status.code() != recording::RecordingCode::InvalidArgument)
+    throwUnlessOk(status);
+  if (refused_.insert(stream).second)
+    console_.error(stream + ": it is not recorded: " + status.message());
+}
+
+void
 RotatedRecording::append(File& file, const link::LinkFrame& frame)
 {
-  const auto found = file.streams.find(frame.stream);
-  std::size_t number = 0;
+  auto found = file.streams.find(frame.stream);
   if (found == file.streams.end()) {
-    throwUnlessOk(file.writer.addStream({frame.stream, "", frame.metadata}, number));
-    file.streams[frame.stream] = number;
+    std::size_t number = 0;
+    const auto added =
+        file.writer.addStream({frame.stream, "", frame.metadata}, number);
+    if (!added.ok()) {
+      refuse(frame.stream, added);
+      return;
+    }
+    found = file.streams.emplace(frame.stream, number).first;
   }
-  else
-    number = found->second;
-  const auto status =
-      file.writer.append(number, frame.time, frame.bytes.data(), frame.bytes.size());
-  // Times before 1970 are the sender's mistake, which must not end the recording.
-  if (status.code() == recording::RecordingCode::InvalidArgument)
-    console_.error(frame.stream + ": a frame cannot be recorded: " + status.message());
-  else
-    throwUnlessOk(status);
+  const auto status = file.writer.append(
+      found->second, frame.time, frame.bytes.data(), frame.bytes.size());
+  if (!status.ok()) {
+    refuse(frame.stream, status);
+    return;
+  }
   ++file.frames;
   file.bytes += frame.bytes.size();
 }

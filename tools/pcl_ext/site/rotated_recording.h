@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace pcl_ext {
@@ -81,6 +82,10 @@ private:
   void
   append(File& file, const link::LinkFrame& frame);
 
+  /** \brief Tells once of a stream that it cannot be recorded. */
+  void
+  refuse(const std::string& stream, const recording::RecordingStatus& status);
+
   void
   complete(std::optional<File>& file);
 
@@ -88,6 +93,7 @@ private:
   const Rotation rotation_;
   const RequestIFrame request_i_frame_;
   Console& console_;
+  std::set<std::string> refused_; // streams that were told of
   std::optional<File> current_;
   std::optional<File> before_; // until its streams have an I-frame
   Clock::time_point last_flush_{};

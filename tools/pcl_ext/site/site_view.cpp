@@ -8,6 +8,7 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,7 @@ public:
            bool opens_browser,
            Console& console)
   : request_i_frame_(std::move(request_i_frame))
+  , console_(console)
   , server_(withRequests(settings))
   , output_(server_)
   {
@@ -36,15 +38,10 @@ public:
   take(const link::LinkFrame& frame) override
   {
     auto found = numbers_.find(frame.stream);
-    if (found == numbers_.end()) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      found =
-          numbers_
-              .emplace(frame.stream, output_.addStream(frame.stream, frame.metadata))
-              .first;
-      names_.push_back(frame.stream);
-    }
-    output_.publish(found->second, frame.time, frame.bytes);
+    if (found == numbers_.end())
+      found = numbers_.emplace(frame.stream, addStream(frame)).first;
+    if (found->second)
+      output_.publish(*found->second, frame.time, frame.bytes);
   }
 
   void
@@ -54,6 +51,21 @@ public:
   }
 
 private:
+  /** \return its number in the output; none if it cannot be shown, which is told */
+  std::optional<std::size_t>
+  addStream(const link::LinkFrame& frame)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::size_t number = 0;
+    const auto added = server_.addStream(frame.stream, frame.metadata, number);
+    if (!added.ok()) {
+      console_.error(frame.stream + ": it is not shown: " + added.message());
+      return std::nullopt;
+    }
+    names_.push_back(frame.stream);
+    return number;
+  }
+
   view::ViewServerSettings
   withRequests(view::ViewServerSettings settings)
   {
@@ -70,9 +82,10 @@ private:
   }
 
   const RequestIFrame request_i_frame_;
+  Console& console_;
   std::mutex mutex_;               // guards names_
   std::vector<std::string> names_; // of the streams, by their number in the output
-  std::map<std::string, std::size_t> numbers_;
+  std::map<std::string, std::optional<std::size_t>> numbers_;
   // Last, as its thread uses the others.
   view::ViewServer server_;
   ViewOutput output_;
