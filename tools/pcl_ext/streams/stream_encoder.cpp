@@ -43,6 +43,31 @@ emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
 
 } // namespace
 
+EncodedSums&
+EncodedSums::operator+=(const EncodedSums& part)
+{
+  frames += part.frames;
+  clouds_left_out += part.clouds_left_out;
+  largest_edge = std::max(largest_edge, part.largest_edge);
+  all_points += part.all_points;
+  points += part.points;
+  encoded_points += part.encoded_points;
+  voxels += part.voxels;
+  saturated_voxels += part.saturated_voxels;
+  outliers += part.outliers;
+  judged_by |= part.judged_by;
+  judged_points += part.judged_points;
+  point_outliers += part.point_outliers;
+  hidden_voxels += part.hidden_voxels;
+  held_voxels += part.held_voxels;
+  bytes += part.bytes;
+  point_bytes += part.point_bytes;
+  if (warnings == 0)
+    first_warning = part.first_warning;
+  warnings += part.warnings;
+  return *this;
+}
+
 StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
 : options_(options), name_(std::move(name)), pose_(options.poseOf(name_))
 {}

@@ -37,6 +37,9 @@ struct EncodedSums {
   std::size_t point_bytes = 0; ///< of encoded points in the clouds
   std::size_t warnings = 0;    ///< frames with one
   std::string first_warning;   ///< with its frame
+
+  EncodedSums&
+  operator+=(const EncodedSums& part);
 };
 
 /** \brief Encodes the clouds of a stream. */
