@@ -24,8 +24,7 @@ struct BagEncoding::Stream {
 
   EncodedStream encoded;
   std::optional<std::size_t> output;
-  std::size_t frames = 0;
-  std::size_t bytes = 0; // of the frames
+  EncodedSums sums; // of what was written
   std::size_t failures = 0;
   bool is_refused = false;       // its clouds are left out
   recording::Time first_time{0}; // of the frames
@@ -288,8 +287,11 @@ BagEncoding::write(CloudInWork& cloud)
     failures_.add(input_->streams()[number], cloud.cloud.number, "", cloud.reason);
     ++stream.failures;
   }
-  else if (cloud.outcome == Outcome::Frame)
-    writeFrame(stream, cloud);
+  else {
+    if (cloud.outcome == Outcome::Frame)
+      writeFrame(stream, cloud);
+    stream.sums += cloud.sums;
+  }
 }
 
 void
@@ -301,8 +303,6 @@ BagEncoding::writeFrame(Stream& stream, CloudInWork& cloud)
     stream.first_time = time;
   }
   stream.last_time = time;
-  ++stream.frames;
-  stream.bytes += cloud.frame.bytes.size();
   output_->write(*stream.output, cloud.frame);
 }
 
@@ -399,10 +399,11 @@ BagEncoding::sumUp()
     const std::string& name = input_->streams()[number];
     const EncodedStreamReport& of_stream = stream.encoded.finish();
     summary_.failures += stream.failures;
-    summary_.sums += of_stream.sums;
+    summary_.sums += stream.sums;
     has_empty_stream_ |= !report(name, of_stream);
     if (!stream.is_refused)
-      summary_.streams.push_back({name, stream.frames, stream.bytes, stream.failures});
+      summary_.streams.push_back(
+          {name, stream.sums.frames, stream.sums.bytes, stream.failures});
   }
   summary_.bytes_a_second = bytesASecond();
 }
@@ -456,10 +457,11 @@ BagEncoding::bytesASecond() const
   for (const auto& stream : streams_) {
     const double seconds =
         std::chrono::duration<double>(stream->last_time - stream->first_time).count();
-    const auto frames = static_cast<double>(stream->frames);
+    const auto frames = static_cast<double>(stream->sums.frames);
     // The last frame is as long as the others.
-    if (stream->frames > 1 && seconds > 0.0)
-      rate += static_cast<double>(stream->bytes) / seconds * (frames - 1.0) / frames;
+    if (stream->sums.frames > 1 && seconds > 0.0)
+      rate +=
+          static_cast<double>(stream->sums.bytes) / seconds * (frames - 1.0) / frames;
   }
   return rate;
 }

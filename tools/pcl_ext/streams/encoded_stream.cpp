@@ -29,12 +29,15 @@ void
 encode(StreamEncoder& encoder, CloudInWork& work)
 {
   const InputCloud& cloud = work.cloud;
+  work.sums = EncodedSums();
   try {
     if (!encoder.encode(
             cloud.cloud, cloud.source, work.frame.bytes, cloud.message.log_time)) {
       work.outcome = Outcome::LeftOut;
+      work.sums = encoder.lastCloud();
       return;
     }
+    work.sums = encoder.lastCloud();
     work.frame.message.log_time = cloud.message.log_time;
     work.frame.message.publish_time = cloud.message.publish_time;
     work.frame.message.sequence = cloud.message.sequence;

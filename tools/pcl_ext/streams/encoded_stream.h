@@ -33,11 +33,12 @@ struct CloudInWork {
   std::string reason;       ///< if it failed or is refused
   std::exception_ptr fault; ///< what ends the program; else null
   OutputFrame frame;        ///< if there is one
+  EncodedSums sums;
 };
 
 /** \brief What is to be known of a stream that is encoded. */
 struct EncodedStreamReport {
-  EncodedSums sums;
+  EncodedSums sums;     ///< also of frames that were not written
   std::string left_out; ///< see StreamEncoder for this and the following
   std::string budget_remark;
   std::string frame_id_remark;

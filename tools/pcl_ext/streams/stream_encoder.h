@@ -113,6 +113,13 @@ public:
     return sums_;
   }
 
+  /** \brief What sums() has of the last cloud. */
+  const EncodedSums&
+  lastCloud() const
+  {
+    return last_cloud_;
+  }
+
   /** \brief Where the points of the first cloud are, if none was inside the crop box;
    * empty if points were encoded, or the clouds have none. */
   std::string
@@ -170,6 +177,9 @@ private:
   void
   noteExtent(const pcl::PCLPointCloud2& cloud);
 
+  EncodedSums
+  sumsOf(const nodes::SensorNodeStatistics& statistics, std::size_t bytes) const;
+
   void
   refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
                           std::size_t bytes);
@@ -187,6 +197,7 @@ private:
   IntensityLaw law_ = IntensityLaw::Count;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
   EncodedSums sums_;
+  EncodedSums last_cloud_;
   std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
   std::string extent_;                    ///< of the first cloud, in the world
 };
