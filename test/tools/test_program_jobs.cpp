@@ -63,7 +63,7 @@ TEST(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
 {
   const TestFolder folder;
   writeClouds(folder, "room", roomClouds(155));
-  expectRun(folder, "encode room -o whole.pcxi -r 0.1 --i-frame-rate 50 -j 3");
+  expectRun(folder, "encode room -o whole.pcxi -r 0.1 --i-frame-rate 50 -q -j 3");
   const DecodedStream whole = decode(folder / "whole.pcxi")[0];
   ASSERT_EQ(whole.frames.size(), 155u);
   for (std::size_t i = 0; i < whole.frames.size(); ++i) {
@@ -83,6 +83,10 @@ TEST(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
                                "--max-rate"),
             std::string::npos)
       << result.errors;
+  writeClouds(folder, "room", roomClouds(2));
+  EXPECT_EQ(run(folder, "encode room -o x.pcxi -j 2").errors,
+            "pcl_ext encode: --jobs 2 is more than there are streams: parts of one are "
+            "encoded side by side only if it is in an MCAP file that is complete\n");
   expectFailure(folder, "encode bag.mcap -o x.mcap -j 257", 2, "--jobs");
 }
 

@@ -1,5 +1,6 @@
 #include "commands/bag_encoding.h"
 
+#include "commands/encode_remarks.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
@@ -109,13 +110,17 @@ BagEncoding::shareTopics()
   if (jobs_ <= topics || input_->isLive())
     return;
   const std::size_t in_part = EncodedStream::cloudsInPart(options_.encoding);
+  const std::string remark =
+      "--jobs " + std::to_string(jobs_) + " is more than there are streams: ";
   if (in_part == 0)
-    console_.remark(
-        "--jobs " + std::to_string(jobs_) +
-        " is more than there are streams: with "
-        "--max-rate, --max-encode-ms, --temporal-filter, --remove-outliers or --format "
-        "published only one job encodes each");
-  else if (input_->leaveUnread()) {
+    console_.remark(remark +
+                    "with --max-rate, --max-encode-ms, --temporal-filter, "
+                    "--remove-outliers or --format published one job encodes each");
+  else if (!input_->leaveUnread())
+    console_.remark(remark +
+                    "parts of one are encoded side by side only if it is in an "
+                    "MCAP file that is complete");
+  else {
     other_reader_ = input_->placeReader();
     most_clouds_ = ((jobs_ + topics - 1) / topics + 1) * topics * in_part;
   }
@@ -316,28 +321,16 @@ BagEncoding::addStream(std::size_t number)
     added.name += compressed_suffix;
   added.frame_id = in_flight_.front().cloud->frame.cloud.frame_id;
   added.metadata = options_.encoding.metadataOf(name, streams_[number]->encoded.law());
-  addViewpoints(number, added.metadata);
+  addViewpoints(console_,
+                options_.encoding,
+                name,
+                input_->viewpointsOf(number),
+                output_->isBag(),
+                added.metadata);
   for (const recording::McapChannel& channel : input_->channels())
     if (channel.topic == name)
       addOtherMetadata(channel.metadata, added.metadata);
   return output_->addStream(added);
-}
-
-void
-BagEncoding::addViewpoints(std::size_t number, StreamMetadata& metadata)
-{
-  const std::string& name = input_->streams()[number];
-  const Viewpoints viewpoints = input_->viewpointsOf(number);
-  if (viewpoints.areDefault())
-    return;
-  if (options_.encoding.hasPose(name))
-    console_.remark(name + ": the VIEWPOINT of the files is left out, as it does not "
-                           "hold for points that --pose has moved");
-  else if (!output_->isBag())
-    console_.remark(name + ": the VIEWPOINT of the files is left out, as a .pcxi file "
-                           "has no field for it; x.mcap has");
-  else
-    viewpoints.addTo(metadata);
 }
 
 void
@@ -350,46 +343,6 @@ BagEncoding::passThrough(McapMessage& message)
   ++summary_.other_messages;
 }
 
-/** \brief Prints what is to be known of a stream.
- * \return false if nothing of it was encoded
- */
-bool
-BagEncoding::report(const std::string& name, const EncodedStreamReport& report)
-{
-  const EncodedSums& sums = report.sums;
-  if (sums.warnings > 0)
-    console_.remark(
-        sums.first_warning +
-        (sums.warnings > 1
-             ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
-             : ""));
-  const auto& kept = options_.encoding.codec().fields;
-  const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
-    return field.name == io::all_fields;
-  });
-  if (!report.left_out.empty())
-    console_.remark(name + ": " + report.left_out +
-                    (report.left_out.rfind("fields", 0) == 0 && !are_all
-                         ? "; --fields keeps fields"
-                         : ""));
-  for (const std::string& remark : {report.budget_remark,
-                                    report.frame_id_remark,
-                                    report.unit_remark,
-                                    report.outlier_remark})
-    if (!remark.empty())
-      console_.remark(remark);
-  if (sums.frames == 0 && sums.clouds_left_out > 0) {
-    console_.error(name + ": --max-rate has no room for any of its " +
-                   counted(sums.clouds_left_out, "cloud") +
-                   ": raise it, --rate-buffer or --rate-doublings, or take a larger "
-                   "--resolution");
-    return false;
-  }
-  if (!report.why_nothing.empty())
-    console_.error(report.why_nothing);
-  return report.why_nothing.empty();
-}
-
 /** \brief Sets the summary, and prints what is to be known of the streams. */
 void
 BagEncoding::sumUp()
@@ -400,7 +353,7 @@ BagEncoding::sumUp()
     const EncodedStreamReport& of_stream = stream.encoded.finish();
     summary_.failures += stream.failures;
     summary_.sums += stream.sums;
-    has_empty_stream_ |= !report(name, of_stream);
+    has_empty_stream_ |= !remarkOnStream(console_, options_.encoding, name, of_stream);
     if (!stream.is_refused)
       summary_.streams.push_back(
           {name, stream.sums.frames, stream.sums.bytes, stream.failures});

@@ -110,13 +110,7 @@ private:
   addStream(std::size_t number);
 
   void
-  addViewpoints(std::size_t number, StreamMetadata& metadata);
-
-  void
   passThrough(recording::McapMessage& message);
-
-  bool
-  report(const std::string& name, const EncodedStreamReport& report);
 
   void
   sumUp();

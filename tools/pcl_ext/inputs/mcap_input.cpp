@@ -8,7 +8,9 @@
 #include "recording/point_cloud_messages.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -18,6 +20,8 @@ namespace pcl_ext {
 namespace tools {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 using recording::McapChannel;
 using recording::McapEntry;
@@ -199,8 +203,13 @@ public:
   bool
   leaveUnread() override
   {
-    // A bag that is cut off is searched for messages whenever it is opened.
-    return leaves_unread_ = damage_at_first_ == 0;
+    // A bag that is cut off is searched for messages whenever it is opened, and each
+    // reader has all files of a folder open.
+    constexpr std::ptrdiff_t most_files = 16;
+    leaves_unread_ = damage_at_first_ == 0 &&
+                     (!fs::is_directory(path_) ||
+                      std::distance(fs::directory_iterator(path_), {}) <= most_files);
+    return leaves_unread_;
   }
 
   std::shared_ptr<PlaceReader>
