@@ -73,6 +73,30 @@ TEST(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
   }
 }
 
+TEST(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 360);
+  const ProgramRun result =
+      runShell(folder,
+               "\"$P\" encode bag.mcap --topics /front/points -j 3 -o x.mcap -e small "
+               "& p=$!; i=0; "
+               "until [ $(stat -c %s x.mcap.unfinished || echo 0) -gt 500000 ] || [ $i "
+               "= 2000 ]; "
+               "do i=$((i+1)); sleep 0.002; done 2> /dev/null; kill -INT $p; wait $p");
+  EXPECT_EQ(result.status, 130) << result.output;
+  expectRun(folder, "encode bag.mcap --topics /front/points -o whole.mcap -e small");
+  const DecodedStream whole = decode(folder / "whole.mcap")[0];
+  const DecodedStream part = decode(folder / "x.mcap")[0];
+  ASSERT_LT(part.frames.size(), whole.frames.size());
+  for (std::size_t i = 0; i < part.frames.size(); ++i)
+    EXPECT_TRUE(part.frames[i].bytes == whole.frames[i].bytes) << i;
+  EXPECT_EQ(
+      result.output.find("x.mcap: " + std::to_string(part.frames.size()) + " frame"),
+      0u)
+      << result.output;
+}
+
 TEST(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
 {
   const TestFolder folder;
