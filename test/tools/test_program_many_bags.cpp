@@ -165,6 +165,9 @@ TEST(ProgramManyBags, WhatHasChangedIsEncodedAgain)
       "another folder, or encode all again with --overwrite");
   expectRun(folder, "encode bags -r 0.06 -o made --overwrite");
   expectRun(folder, "encode bags -r 0.06 -q -j 2 -o made");
+  // Also one bag, into a folder that has recordings of several.
+  fs::remove(folder / "made/c.mcap");
+  expectRun(folder, "encode bags/c.mcap -r 0.06 -q -o made");
   expectRun(folder, "encode bags -r 0.06 -q -o other");
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "other"));
 }

@@ -4,13 +4,16 @@
 #include "console/exit_status.h"
 #include "inputs/bag_list.h"
 #include "options/options.h"
+#include "outputs/manifest.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -68,7 +71,11 @@ encode(EncodeOptions& options, const CLI::App& app)
                      "frames: name x.pcxi");
   if (options.jobs == 0)
     options.jobs = std::max(1u, std::thread::hardware_concurrency());
-  const std::vector<std::string> bags = severalBags(options.input.inputs);
+  // A folder of recordings gets one more.
+  std::error_code ignored;
+  const bool has_manifest = std::filesystem::exists(
+      std::filesystem::path(options.output.path) / Manifest::file_name, ignored);
+  const std::vector<std::string> bags = severalBags(options.input.inputs, has_manifest);
   return bags.empty() ? encodeOne(options)
                       : encodeBags(options, bags, optionsText(app));
 }

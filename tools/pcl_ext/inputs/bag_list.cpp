@@ -79,7 +79,7 @@ isBag(const std::string& path)
 }
 
 std::vector<std::string>
-severalBags(const std::vector<std::string>& inputs)
+severalBags(const std::vector<std::string>& inputs, bool takes_one)
 {
   std::vector<std::string> bags;
   std::size_t paths = 0;
@@ -99,7 +99,7 @@ severalBags(const std::vector<std::string>& inputs)
         other = path;
       bags.insert(bags.end(), found.begin(), found.end());
     }
-  if (bags.empty() || (paths == 1 && !has_folder))
+  if (bags.empty() || (paths == 1 && !has_folder && !takes_one))
     return {};
   if (!other.empty())
     throw UsageError("'" + bags[0] + "' is a bag and '" + other +

@@ -16,11 +16,12 @@ isBag(const std::string& path);
  * bags: each is encoded by itself then. Files count as bags by their names, too, so that
  * one that is damaged does not keep the others from being encoded.
  * \param[in] inputs as the user gave them
+ * \param[in] takes_one one bag that is named counts as several
  * \return none if the inputs are one bag, or clouds
  * \throws std::exception with a message for the user if they are a mixture
  */
 std::vector<std::string>
-severalBags(const std::vector<std::string>& inputs);
+severalBags(const std::vector<std::string>& inputs, bool takes_one);
 
 /** \brief The paths that a pattern stands for, in their order; the path itself if it is
  * none.
