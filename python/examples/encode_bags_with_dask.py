@@ -54,8 +54,12 @@ def local(url, folder):
     if isinstance(filesystem, fsspec.implementations.local.LocalFileSystem):
         yield path
         return
-    copy = os.path.join(folder, "copy_" + os.path.basename(path))
-    filesystem.get(path, copy, recursive=filesystem.isdir(path))
+    copy = os.path.join(folder, "copy", os.path.basename(path))
+    is_folder = filesystem.isdir(path)
+    os.makedirs(copy if is_folder else os.path.dirname(copy))
+    for file in filesystem.ls(path, detail=False) if is_folder else [path]:
+        name = os.path.basename(file)
+        filesystem.get_file(file, os.path.join(copy, name) if is_folder else copy)
     yield copy  # which is removed with its folder
 
 

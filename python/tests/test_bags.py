@@ -196,3 +196,29 @@ def test_the_example_takes_urls_and_tells_what_failed(bags, tmp_path):
     assert lines[1:3] == ["| bag | why |", "|---|---|"] and len(lines) == 4
     assert lines[3].startswith("| drive_1 | pcl_ext encode: ")
     assert "drive_1.mcap' is not a cloud" in lines[3]
+
+
+def test_bags_of_an_object_store_are_copied(bags, tmp_path):
+    pytest.importorskip("distributed")
+    memory = pytest.importorskip("fsspec").filesystem("memory")
+    content = (bags / "drive_0.mcap").read_bytes()
+    memory.pipe(
+        {
+            "/day/drive_0.mcap": content,
+            "/day/drive_1/metadata.yaml": b"",
+            "/day/drive_1/drive_1_0.mcap": content,
+            "/day/readme.md": b"",
+        }
+    )
+    example = load_example()
+    urls = example.bags_of("memory://day")
+    assert urls == {
+        "drive_0": "memory:///day/drive_0.mcap",
+        "drive_1": "memory:///day/drive_1",
+    }
+    for name, url in urls.items():
+        made = tmp_path / f"{name}.mcap"
+        summary = example.encode_one(url, str(made), {"resolution": 0.05})
+        assert summary.frames == 6
+    assert (tmp_path / "drive_0.mcap").exists()
+    assert not list(tmp_path.glob(".encoding_*"))
