@@ -11,6 +11,7 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 """
 
 from ._native import version as __version__
+from .bags import BagSummary, EncodingSummary, StreamSummary, encode_bag
 from .codec import CompressionWarning, Decoder, Encoder
 from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
 from .order import arrange_by_ring, sort_by_time
@@ -22,11 +23,13 @@ from .status import Error, Status
 from .temporal_filter import TemporalVoxelFilter
 
 __all__ = [
+    "BagSummary",
     "CloudStatistics",
     "CompressionWarning",
     "Damage",
     "Decoder",
     "Encoder",
+    "EncodingSummary",
     "Error",
     "FrameField",
     "FrameSize",
@@ -39,9 +42,11 @@ __all__ = [
     "Recording",
     "RecordingWriter",
     "Status",
+    "StreamSummary",
     "TemporalVoxelFilter",
     "__version__",
     "arrange_by_ring",
+    "encode_bag",
     "frame_size",
     "laws",
     "open",

@@ -5,10 +5,15 @@ import os
 import numpy as np
 import pytest
 
-# The program is built with PCL only; without, there is nothing to compare with.
-collect_ignore = (
-    [] if "PCL_EXT_ENCODE_WITH_PCL" in os.environ else ["test_bytes_of_cpp.py"]
-)
+# The programs are built with PCL only; without, there is nothing to compare with or to run.
+collect_ignore = [
+    test
+    for variable, test in (
+        ("PCL_EXT_ENCODE_WITH_PCL", "test_bytes_of_cpp.py"),
+        ("PCL_EXT_PROGRAM", "test_bags.py"),
+    )
+    if variable not in os.environ
+]
 
 
 @pytest.fixture

@@ -89,7 +89,10 @@ public:
   , unit_(unit)
   , voxelizer_(usableSettings(settings), unit, shareExponent(depth_law))
   , fields_(usableSettings(settings))
-  , encoder_(settings.format, settings.i_frame_rate, settings.effort)
+  , encoder_(settings.format,
+             settings.i_frame_rate,
+             settings.effort,
+             settings.first_frame_number)
   {
     if (settings.temporal_filter != 0)
       temporal_filter_.emplace(settings.temporal_filter);

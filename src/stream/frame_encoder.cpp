@@ -16,13 +16,18 @@ namespace io {
 
 class FrameEncoder::Implementation {
 public:
-  Implementation(StreamFormat format, unsigned int i_frame_rate, Effort effort)
+  Implementation(StreamFormat format,
+                 unsigned int i_frame_rate,
+                 Effort effort,
+                 std::uint32_t first_frame_number)
   : format_(format)
   , effort_(effort == Effort::Fast || effort == Effort::Small ? effort
                                                               : Effort::Balanced)
   , i_frame_rate_(std::max(i_frame_rate, 1u))
   , version1_(effort_, i_frame_rate_ > 1)
-  {}
+  {
+    version1_.startAt(first_frame_number);
+  }
 
   bool
   isIFrameDue() const
@@ -210,8 +215,10 @@ private:
 
 FrameEncoder::FrameEncoder(StreamFormat format,
                            unsigned int i_frame_rate,
-                           Effort effort)
-: implementation_(std::make_unique<Implementation>(format, i_frame_rate, effort))
+                           Effort effort,
+                           std::uint32_t first_frame_number)
+: implementation_(std::make_unique<Implementation>(
+      format, i_frame_rate, effort, first_frame_number))
 {}
 
 FrameEncoder::~FrameEncoder() = default;

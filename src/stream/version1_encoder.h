@@ -77,6 +77,13 @@ public:
          std::vector<std::uint8_t>& bytes,
          CodedFrameStatistics& statistics);
 
+  /** \brief Sets the number of the first frame. */
+  void
+  startAt(std::uint32_t number)
+  {
+    frame_number_ = number - 1;
+  }
+
   /** \brief Drops the number of the last frame, for another one in its place. */
   void
   takeBack()

@@ -96,6 +96,7 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   const Settings settings;
   EXPECT_EQ(settings.resolution, 0.01);
   EXPECT_EQ(settings.i_frame_rate, 30u);
+  EXPECT_EQ(settings.first_frame_number, 1u);
   EXPECT_EQ(settings.effort, Effort::Balanced);
   EXPECT_EQ(settings.format, StreamFormat::Version1);
   EXPECT_EQ(settings.aggregation, Aggregation::Automatic);

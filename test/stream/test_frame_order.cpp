@@ -21,10 +21,11 @@ EncodedFrames
 sent(StreamFormat format,
      std::size_t count,
      unsigned int i_frame_rate,
-     std::uint64_t seed = 1)
+     std::uint64_t seed = 1,
+     std::uint32_t first_number = 1)
 {
   std::mt19937_64 random(seed);
-  FrameEncoder encoder(format, i_frame_rate);
+  FrameEncoder encoder(format, i_frame_rate, Effort::Balanced, first_number);
   return encodedWalk(encoder, random, randomFrame(random, 4, 40), count, 3);
 }
 
@@ -150,6 +151,22 @@ TEST(FrameOrder, ASenderWhoseFirstFrameIsLostIsFollowedFromALaterIFrame)
       ASSERT_EQ(received(decoder, second, i),
                 i < followed_from ? CompressionCode::OldFrame : CompressionCode::Ok)
           << i;
+  }
+}
+
+TEST(FrameOrder, AnEncoderThatGoesOnWithTheNumbersIsFollowedAtOnce)
+{
+  // Also if its clouds are those of the frames before, and after numbers that are missing.
+  const EncodedFrames first = sent(StreamFormat::Version1, 30, 10);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 30; ++i)
+    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+  for (const std::uint32_t number : {31u, 65u}) {
+    const EncodedFrames next = sent(StreamFormat::Version1, 30, 10, 1, number);
+    for (std::size_t i = 0; i < 30; ++i) {
+      ASSERT_EQ(received(decoder, next, i), CompressionCode::Ok) << i;
+      EXPECT_EQ(decoder.statistics().frame_number, number + i);
+    }
   }
 }
 

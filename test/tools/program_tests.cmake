@@ -3,6 +3,7 @@ find_package(nlohmann_json 3 REQUIRED)
 pcl_ext_add_test(
   test_program
   SOURCES
+    tools/cloud_bags.cpp
     tools/program.cpp
     tools/test_advice.cpp
     tools/test_program_advise.cpp
@@ -17,7 +18,9 @@ pcl_ext_add_test(
     tools/test_program_inputs.cpp
     tools/test_program_interruption.cpp
     tools/test_program_kept.cpp
+    tools/test_program_jobs.cpp
     tools/test_program_limits.cpp
+    tools/test_program_many_bags.cpp
     tools/test_program_live.cpp
     tools/test_program_options.cpp
     tools/test_program_parts.cpp

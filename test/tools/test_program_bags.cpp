@@ -1,6 +1,6 @@
 #include "recording/mcap_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#include "tools/cloud_bags.h"
 #include "tools/program.h"
 
 #include <pcl/conversions.h>
@@ -24,101 +24,6 @@ using recording::McapChannel;
 using recording::McapEntry;
 using recording::McapMessage;
 using recording::Time;
-
-/** \brief Log time of cloud i; its stamp is earlier. */
-Time
-logTime(std::size_t i)
-{
-  return Time(5'000'000'000'000 + 100'000'000 * static_cast<std::int64_t>(i));
-}
-
-Time
-stampOf(std::size_t i)
-{
-  return logTime(i) - Time(30'000'001);
-}
-
-McapChannel
-imuChannel()
-{
-  return {"/imu", "cdr", {"sensor_msgs/msg/Imu", "ros2msg", "float64 x"}, {{"a", "b"}}};
-}
-
-/** \brief Message of a cloud, of either byte order. */
-McapMessage
-cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
-             std::size_t i,
-             bool is_bigendian,
-             const std::string& frame_id = "lidar")
-{
-  pcl::PCLPointCloud2 cloud;
-  pcl::toPCLPointCloud2(points, cloud);
-  recording::PointCloudMessage message;
-  message.stamp = stampOf(i);
-  message.frame_id = frame_id;
-  message.height = cloud.height;
-  message.width = cloud.width;
-  for (const auto& field : cloud.fields)
-    message.fields.push_back({field.name, field.offset, field.datatype, field.count});
-  message.point_step = cloud.point_step;
-  message.row_step = cloud.row_step;
-  message.bytes = cloud.data;
-  message.is_bigendian = is_bigendian;
-  if (is_bigendian)
-    for (std::size_t at = 0; at + 4 <= message.bytes.size(); at += 4)
-      std::reverse(message.bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                   message.bytes.begin() + static_cast<std::ptrdiff_t>(at + 4));
-  McapMessage written;
-  written.sequence = static_cast<std::uint32_t>(70 + i);
-  written.log_time = logTime(i);
-  written.publish_time = logTime(i) - Time(7);
-  recording::writePointCloud(message, false, written.bytes);
-  return written;
-}
-
-/** \brief Writes a bag with two topics of clouds, another topic, metadata and an
- * attachment. */
-void
-writeBag(const std::string& path, std::size_t frames, bool is_bigendian = false)
-{
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
-  std::size_t front = 0;
-  std::size_t rear = 0;
-  std::size_t imu = 0;
-  const auto shared = recording::McapChunking::Shared;
-  McapChannel front_channel = recording::pointCloudChannel("/front/points");
-  front_channel.metadata = {{"offered_qos_profiles", "- durability: 1"},
-                            {"topic_type_hash", "RIHS01_1"}};
-  ASSERT_TRUE(writer.addChannel(front_channel, shared, front).ok());
-  ASSERT_TRUE(writer.addChannel(imuChannel(), shared, imu).ok());
-  ASSERT_TRUE(
-      writer.addChannel(recording::pointCloudChannel("/rear/points"), shared, rear)
-          .ok());
-  const auto front_clouds = roomClouds(frames, 1);
-  const auto rear_clouds = roomClouds(frames, 2);
-  for (std::size_t i = 0; i < frames; ++i) {
-    McapMessage message = cloudMessage(front_clouds[i], i, is_bigendian);
-    message.channel = front;
-    ASSERT_TRUE(writer.write(message).ok());
-    message = cloudMessage(rear_clouds[i], i, is_bigendian);
-    message.channel = rear;
-    ASSERT_TRUE(writer.write(message).ok());
-    message.channel = imu;
-    message.log_time += Time(50'000'000);
-    message.bytes.assign(i + 1, static_cast<std::uint8_t>(i));
-    ASSERT_TRUE(writer.write(message).ok());
-  }
-  recording::McapMetadata metadata{"robot", {{"serial", "17"}}};
-  ASSERT_TRUE(writer.write(metadata).ok());
-  recording::McapAttachment attachment;
-  attachment.name = "notes.txt";
-  attachment.media_type = "text/plain";
-  attachment.log_time = attachment.create_time = Time(3);
-  attachment.bytes = {1, 2, 3};
-  ASSERT_TRUE(writer.write(attachment).ok());
-  ASSERT_TRUE(writer.finish().ok());
-}
 
 /** \brief All of a bag. */
 struct Bag {
@@ -356,7 +261,7 @@ TEST(ProgramBags, BagsThatCannotBeEncodedAreNamedWithARemedy)
                 "has no clouds (sensor_msgs/msg/PointCloud2); its topics are /imu");
   writeBag(folder / "bag.mcap", 1);
   expectFailure(folder, "encode bag.mcap -o bag.mcap", 2, "is an input");
-  expectFailure(folder, "encode bag.mcap imu.mcap -o x.mcap", 2, "encoded alone");
+  expectFailure(folder, "encode bag.mcap imu.mcap -o x.mcap", 2, "takes one bag");
   expectFailure(folder, "info bag.mcap", 1, "'pcl_ext encode' compresses");
   expectRun(folder, "encode bag.mcap -o small.mcap");
   expectFailure(folder, "encode small.mcap -o x.mcap", 1, "compressed already");

@@ -182,6 +182,11 @@ struct StreamSettings {
    * I-frame. */
   unsigned int i_frame_rate = 30;
 
+  /** \brief Number of the first frame; above 1 for an encoder that goes on with a stream
+   * from an I-frame on, as where parts of a recording are encoded side by side. Version1
+   * only. */
+  std::uint32_t first_frame_number = 1;
+
   /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the
    * mean colour of its points. Where clouds have no colour it has no effect. Published:
    * not coded, about which the status of each coloured cloud warns unless this is 0. */

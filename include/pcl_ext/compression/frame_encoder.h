@@ -21,10 +21,12 @@ public:
    * \param[in] format bitstream to write
    * \param[in] i_frame_rate frames from one I-frame to the next; 0 counts as 1
    * \param[in] effort time against size; Version1 only
+   * \param[in] first_frame_number see StreamSettings
    */
   FrameEncoder(StreamFormat format,
                unsigned int i_frame_rate,
-               Effort effort = Effort::Balanced);
+               Effort effort = Effort::Balanced,
+               std::uint32_t first_frame_number = 1);
   ~FrameEncoder();
   FrameEncoder(FrameEncoder&&) noexcept;
   FrameEncoder&

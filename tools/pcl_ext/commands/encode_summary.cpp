@@ -1,7 +1,11 @@
 #include "commands/encode_summary.h"
 
+#include "console/exit_status.h"
+#include "console/printable_text.h"
 #include "measuring/markdown_table.h"
 #include "options/text_values.h"
+
+#include <nlohmann/json.hpp>
 
 #include <sstream>
 
@@ -10,6 +14,11 @@ namespace tools {
 
 using measuring::formatted;
 
+namespace {
+
+/** \brief What was encoded.
+ * \param[in] bytes_a_second what all streams take together; 0: unknown
+ */
 std::string
 describeEncoded(const EncodedSums& sums,
                 const EncodingOptions& options,
@@ -71,6 +80,67 @@ describeEncoded(const EncodedSums& sums,
             formatted(static_cast<double>(sums.hidden_voxels), 0) +
             " hidden by the temporal filter";
   return text;
+}
+
+} // namespace
+
+std::string
+describeBag(const std::string& output,
+            const BagSummary& summary,
+            const EncodingOptions& options,
+            const std::string& interruption)
+{
+  std::string line = output + ": " + counted(summary.sums.frames, "frame");
+  if (summary.streams.size() > 1)
+    line += " of " + std::to_string(summary.streams.size()) + " streams";
+  line += ", " + describeEncoded(summary.sums, options, summary.bytes_a_second);
+  if (summary.other_messages > 0)
+    line += ", " + counted(summary.other_messages, "other message") + " passed through";
+  if (summary.failures > 0)
+    line += ", " + formatted(static_cast<double>(summary.failures), 0) + " failed";
+  return line + interruption;
+}
+
+std::string
+statusName(int exit_status)
+{
+  return exit_status == all_done      ? "done"
+         : exit_status == interrupted ? "interrupted"
+                                      : "incomplete";
+}
+
+std::string
+asText(const nlohmann::ordered_json& json)
+{
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+nlohmann::ordered_json
+toJson(const std::vector<std::string>& inputs,
+       const std::string& output,
+       const std::string& status,
+       const BagSummary& summary,
+       const std::vector<std::string>& errors)
+{
+  using Json = nlohmann::ordered_json;
+  Json json = {{"inputs", Json::array()},
+               {"output", printable(output)},
+               {"status", status},
+               {"frames", summary.sums.frames},
+               {"frame_bytes", summary.sums.bytes},
+               {"failures", summary.failures},
+               {"streams", Json::array()},
+               {"errors", Json::array()}};
+  for (const std::string& input : inputs)
+    json["inputs"].push_back(printable(input));
+  for (const StreamSummary& stream : summary.streams)
+    json["streams"].push_back({{"name", printable(stream.name)},
+                               {"frames", stream.frames},
+                               {"bytes", stream.bytes},
+                               {"failures", stream.failures}});
+  for (const std::string& error : errors)
+    json["errors"].push_back(printable(error));
+  return json;
 }
 
 } // namespace tools

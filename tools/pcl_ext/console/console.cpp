@@ -88,21 +88,34 @@ Console::keepOutputFree()
 void
 Console::error(const std::string& message)
 {
-  endProgress();
-  std::cout.flush();
-  printError(name_, message);
+  errors_.push_back(message);
+  printLine(message);
 }
 
 void
 Console::remark(const std::string& message)
 {
   if (!is_quiet_)
-    error(message);
+    printLine(message);
+}
+
+void
+Console::printLine(const std::string& message)
+{
+  if (holds_lines_) {
+    lines_.push_back(message);
+    return;
+  }
+  endProgress();
+  std::cout.flush();
+  printError(name_, message);
 }
 
 void
 Console::summary(const std::string& line)
 {
+  if (holds_lines_)
+    return;
   endProgress();
   (is_output_free_ ? std::cerr : std::cout) << printable(line) << std::endl;
 }
@@ -123,7 +136,7 @@ void
 Console::advance(std::size_t count)
 {
   done_ += count;
-  if (is_quiet_)
+  if (is_quiet_ || holds_lines_)
     return;
   const Clock::time_point now = Clock::now();
   if (now < next_)

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstddef>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace pcl_ext {
 namespace tools {
@@ -33,6 +35,28 @@ public:
   /** \brief Standard output takes frames: summaries go to standard error. */
   void
   keepOutputFree();
+
+  /** \brief Keeps errors and remarks for takeLines() instead of printing them, and leaves
+   * progress and summaries out. */
+  void
+  holdLines()
+  {
+    holds_lines_ = true;
+  }
+
+  /** \brief The lines that were kept, in their order. */
+  std::vector<std::string>
+  takeLines()
+  {
+    return std::move(lines_);
+  }
+
+  /** \brief All errors until now. */
+  const std::vector<std::string>&
+  errors() const
+  {
+    return errors_;
+  }
 
   /** \brief Prints one line with the name of the command on standard error. */
   void
@@ -67,9 +91,15 @@ private:
   void
   show(Clock::time_point now);
 
+  void
+  printLine(const std::string& message);
+
   std::string name_;
   bool is_quiet_ = false;
   bool is_output_free_ = false;
+  bool holds_lines_ = false;
+  std::vector<std::string> lines_;  // that are held
+  std::vector<std::string> errors_; // of all lines
   bool is_terminal_;
   std::string what_;
   std::size_t total_ = 0;

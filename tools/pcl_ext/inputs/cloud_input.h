@@ -26,9 +26,28 @@ struct InputCloud {
   std::size_t number = 0;         ///< in its stream, from 0
   std::string source;             ///< file or topic and number, for messages
   std::string failure;            ///< empty: the cloud was read
+  bool is_unread = false;         ///< the following are not set but for log_time
+  std::size_t place = 0;          ///< in the index of a bag, if it is unread
   recording::McapMessage message; ///< its times and sequence number; no bytes
   recording::Time stamp{0};       ///< of the cloud
   pcl::PCLPointCloud2 cloud;
+};
+
+/** \brief Reads clouds and messages that CloudInput::next() left unread, for one thread. */
+class PlaceReader {
+public:
+  virtual ~PlaceReader() = default;
+
+  /** \brief Reads a cloud, or sets why it cannot be read. */
+  virtual void
+  read(InputCloud& cloud) = 0;
+
+  /** \brief Reads a message of another topic.
+   * \param[in,out] message its channel is known
+   * \return false if it cannot be read, which CloudInput::damage() tells
+   */
+  virtual bool
+  read(std::size_t place, recording::McapMessage& message) = 0;
 };
 
 /** \brief Where clouds come from: files, or a bag. */
@@ -55,6 +74,23 @@ public:
    */
   virtual Found
   next(InputCloud& cloud, recording::McapMessage& other) = 0;
+
+  /** \brief Lets next() leave clouds and messages unread, so that several threads read.
+   * \return false: all are read by next()
+   */
+  virtual bool
+  leaveUnread()
+  {
+    return false;
+  }
+
+  /** \brief A reader of what is unread; may be called by several threads, and readers
+   * used at once, as long as this exists. */
+  virtual std::shared_ptr<PlaceReader>
+  placeReader()
+  {
+    return nullptr;
+  }
 
   /** \brief Copies the metadata or the attachment that next() found. */
   virtual void

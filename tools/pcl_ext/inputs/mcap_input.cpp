@@ -1,20 +1,27 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/cloud_input.h"
-#include "inputs/point_cloud_conversions.h"
+#include "inputs/mcap_place_reader.h"
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
 #include "recording/point_cloud_messages.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 namespace pcl_ext {
 namespace tools {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 using recording::McapChannel;
 using recording::McapEntry;
@@ -99,25 +106,6 @@ protected:
            });
   }
 
-  /** \brief Reads the cloud of a message. */
-  void
-  readCloud(InputCloud& cloud)
-  {
-    const RecordingStatus status = recording::readPointCloud(
-        cloud.message.bytes.data(), cloud.message.bytes.size(), false, message_);
-    if (!status.ok()) {
-      cloud.failure = status.message();
-      return;
-    }
-    cloud.stamp = message_.stamp;
-    try {
-      toCloud(message_, cloud.cloud);
-    }
-    catch (const std::exception& error) {
-      cloud.failure = error.what();
-    }
-  }
-
   /** \brief What there is in place of clouds. */
   static std::string
   describeChannels(const std::vector<McapChannel>& channels)
@@ -143,18 +131,21 @@ protected:
   std::vector<std::string> streams_;
   std::vector<std::size_t> stream_of_channel_; // or none
 
-private:
-  std::vector<std::size_t> clouds_;      // of each stream that were met
   recording::PointCloudMessage message_; // a member so that its memory is reused
+
+private:
+  std::vector<std::size_t> clouds_; // of each stream that were met
 };
 
 /** \brief An MCAP file or a rosbag2 folder: its clouds and all other messages. */
 class McapInput : public BagInput {
 public:
-  McapInput(const std::string& path, const InputOptions& options) : BagInput(options)
+  McapInput(const std::string& path, const InputOptions& options)
+  : BagInput(options), path_(path)
   {
     if (const RecordingStatus status = reader_.open(path); !status.ok())
       throw std::runtime_error(status.message());
+    damage_at_first_ = reader_.damage().size();
     addChannels(reader_.channels());
     if (topics_.empty())
       throw std::runtime_error("'" + path +
@@ -191,9 +182,45 @@ public:
   damage() const override
   {
     std::vector<std::string> lines;
-    for (const recording::RecordingDamage& place : reader_.damage())
-      lines.push_back(describe(place));
+    // What was met while reading is in the order of the file, whoever met it.
+    std::map<std::pair<std::string, std::uint64_t>, std::string> met;
+    const auto add = [&](const McapReader& reader) {
+      for (std::size_t i = damage_at_first_; i < reader.damage().size(); ++i) {
+        const recording::RecordingDamage& place = reader.damage()[i];
+        met.emplace(std::make_pair(place.file, place.offset), describe(place));
+      }
+    };
+    for (std::size_t i = 0; i < damage_at_first_; ++i)
+      lines.push_back(describe(reader_.damage()[i]));
+    add(reader_);
+    for (const auto& reader : place_readers_)
+      add(reader->reader());
+    for (const auto& [place, line] : met)
+      lines.push_back(line);
     return lines;
+  }
+
+  bool
+  leaveUnread() override
+  {
+    // A bag that is cut off is searched for messages whenever it is opened, and each
+    // reader has all files of a folder open.
+    constexpr std::ptrdiff_t most_files = 16;
+    leaves_unread_ = damage_at_first_ == 0 &&
+                     (!fs::is_directory(path_) ||
+                      std::distance(fs::directory_iterator(path_), {}) <= most_files);
+    return leaves_unread_;
+  }
+
+  std::shared_ptr<PlaceReader>
+  placeReader() override
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& reader : place_readers_)
+      if (reader.use_count() == 1)
+        return reader;
+    place_readers_.push_back(std::make_shared<McapPlaceReader>(path_));
+    return place_readers_.back();
   }
 
   Found
@@ -202,26 +229,38 @@ public:
     while (next_ < reader_.index().size()) {
       const McapEntry& entry = reader_.index()[next_++];
       const std::size_t stream = stream_of_channel_[entry.channel];
+      cloud.is_unread = leaves_unread_;
+      cloud.place = next_ - 1;
       if (stream != none) {
         if (!count(stream, cloud))
           continue;
+        if (leaves_unread_) {
+          cloud.message.log_time = entry.log_time;
+          return Found::Cloud;
+        }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(cloud);
+          readCloud(cloud, message_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
       }
+      other.channel = entry.channel;
       // What cannot be read is part of damage().
-      if (reader_.read(entry, other).ok())
+      if (leaves_unread_ || reader_.read(entry, other).ok())
         return Found::OtherMessage;
     }
     return Found::End;
   }
 
 private:
+  std::string path_;
   McapReader reader_;
+  std::size_t damage_at_first_ = 0; // when it was opened
   std::size_t next_ = 0;
+  bool leaves_unread_ = false;
+  std::mutex mutex_; // of the following
+  std::vector<std::shared_ptr<McapPlaceReader>> place_readers_;
 };
 
 /** \brief An MCAP file that comes through a pipe: its contents as they come. */
@@ -311,7 +350,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(cloud);
+      readCloud(cloud, message_);
       return Found::Cloud;
     }
     return Found::End;

@@ -1,10 +1,8 @@
 #include "clouds/cloud_files.h"
-#include "clouds/natural_order.h"
 #include "console/exit_status.h"
+#include "inputs/bag_list.h"
 #include "inputs/cloud_input.h"
 #include "inputs/standard_input.h"
-
-#include <glob.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -20,33 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using clouds::FileKind;
-
-/** \brief The paths that a pattern stands for, in their order; the path itself if it is
- * none. */
-std::vector<std::string>
-pathsOf(const std::string& pattern)
-{
-  if (pattern == "-" || fs::exists(pattern))
-    return {pattern};
-  glob_t found{};
-  std::vector<std::string> paths;
-  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
-    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-  ::globfree(&found);
-  std::sort(paths.begin(), paths.end(), clouds::comesBefore);
-  if (paths.empty())
-    throw std::runtime_error("there is no '" + pattern + "'");
-  return paths;
-}
-
-bool
-isBag(const std::string& path)
-{
-  if (fs::is_directory(path))
-    return recording::McapReader::isMcap(path);
-  const FileKind kind = clouds::kindOf(path);
-  return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
-}
 
 void
 refuseRate(const std::string& bag, const InputOptions& options)

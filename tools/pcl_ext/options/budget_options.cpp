@@ -15,7 +15,7 @@ addBudgetOptions(CLI::App& app, io::RateSettings& settings)
       app,
       "--max-rate",
       "RATE",
-      "of a stream in any second, such as 2Mbit/s; what follows may change",
+      "of a stream in any second, as 2Mbit/s; what follows may change",
       [&settings](const std::string& text) { settings.max_rate = parseRate(text); });
   addNumber(app,
             "--rate-buffer",

@@ -70,6 +70,13 @@ public:
     codec_.effort = effort;
   }
 
+  /** \brief Sets the number of the first frame, of a part of a stream. */
+  void
+  setFirstFrameNumber(std::uint32_t number)
+  {
+    codec_.first_frame_number = number;
+  }
+
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
   void
   addCodecOptions(CLI::App& app);

@@ -43,6 +43,31 @@ emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
 
 } // namespace
 
+EncodedSums&
+EncodedSums::operator+=(const EncodedSums& part)
+{
+  frames += part.frames;
+  clouds_left_out += part.clouds_left_out;
+  largest_edge = std::max(largest_edge, part.largest_edge);
+  all_points += part.all_points;
+  points += part.points;
+  encoded_points += part.encoded_points;
+  voxels += part.voxels;
+  saturated_voxels += part.saturated_voxels;
+  outliers += part.outliers;
+  judged_by |= part.judged_by;
+  judged_points += part.judged_points;
+  point_outliers += part.point_outliers;
+  hidden_voxels += part.hidden_voxels;
+  held_voxels += part.held_voxels;
+  bytes += part.bytes;
+  point_bytes += part.point_bytes;
+  if (warnings == 0)
+    first_warning = part.first_warning;
+  warnings += part.warnings;
+  return *this;
+}
+
 StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
 : options_(options), name_(std::move(name)), pose_(options.poseOf(name_))
 {}
@@ -77,21 +102,19 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
       has_fields ? pcl::PCLPointCloud2()
                  : emptyCloud(cloud.header, options_.intensityField());
   const pcl::PCLPointCloud2& encoded = has_fields ? cloud : empty;
+  last_cloud_ = EncodedSums();
   chooseLaw(encoded);
   *time_ = time;
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (status.code() == nodes::SensorNodeCode::LeftOut) {
-    ++sums_.clouds_left_out;
+    last_cloud_.clouds_left_out = 1;
+    sums_ += last_cloud_;
     return false;
   }
   if (!status.hasFrame())
     throw std::runtime_error(status.message());
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   refuseWhatReadersRefuse(statistics, bytes.size());
-  // What the rate control changes is told at the end.
-  if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0 &&
-      sums_.warnings++ == 0)
-    sums_.first_warning = source + ": " + status.message();
   if (left_out_.empty())
     left_out_ = nodes::describeLeftOut(cloud, *settings_);
   // Empty names tell nothing.
@@ -103,30 +126,45 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        frame_id_ + "'";
   if (sums_.encoded_points == 0)
     noteUnit(cloud, statistics.frame.voxelization, source);
-  ++sums_.frames;
-  sums_.all_points += statistics.preprocessing.points;
-  sums_.points +=
-      statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
-  sums_.encoded_points += statistics.frame.voxelization.points_used;
-  sums_.voxels += statistics.frame.coding.voxels;
-  sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
-  sums_.outliers += statistics.outliers_removed;
-  if (statistics.judged_points)
-    sums_.judged_points +=
-        statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
-  else if (settings_->outlier_removal && statistics.frame.voxelization.points_used > 0)
-    sums_.judged_by |= 1u << static_cast<unsigned int>(removalUnit());
-  sums_.point_outliers += statistics.points_removed;
-  sums_.hidden_voxels += statistics.frame.voxels_hidden;
-  sums_.held_voxels += statistics.frame.voxels_held;
-  sums_.bytes += bytes.size();
-  sums_.point_bytes += statistics.frame.voxelization.points_used * encoded.point_step;
-  if (statistics.rate_control.is_on)
-    sums_.largest_edge =
-        std::max(sums_.largest_edge, statistics.frame.voxelization.resolution);
+  EncodedSums sums = sumsOf(statistics, bytes.size());
+  sums.point_bytes = sums.encoded_points * encoded.point_step;
+  // What the rate control changes is told at the end.
+  if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {
+    sums.warnings = 1;
+    sums.first_warning = source + ": " + status.message();
+  }
+  last_cloud_ = sums;
+  sums_ += last_cloud_;
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
   return true;
+}
+
+EncodedSums
+StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
+                      std::size_t bytes) const
+{
+  const PreprocessingStatistics& points = statistics.preprocessing;
+  const io::FrameStatistics& frame = statistics.frame;
+  EncodedSums sums;
+  sums.frames = 1;
+  sums.all_points = points.points;
+  sums.points = points.points - points.points_not_finite;
+  sums.encoded_points = frame.voxelization.points_used;
+  sums.voxels = frame.coding.voxels;
+  sums.saturated_voxels = frame.voxelization.intensities_out_of_range;
+  sums.outliers = statistics.outliers_removed;
+  if (statistics.judged_points)
+    sums.judged_points = sums.points;
+  else if (settings_->outlier_removal && sums.encoded_points > 0)
+    sums.judged_by = 1u << static_cast<unsigned int>(removalUnit());
+  sums.point_outliers = statistics.points_removed;
+  sums.hidden_voxels = frame.voxels_hidden;
+  sums.held_voxels = frame.voxels_held;
+  sums.bytes = bytes;
+  if (statistics.rate_control.is_on)
+    sums.largest_edge = frame.voxelization.resolution;
+  return sums;
 }
 
 /** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin

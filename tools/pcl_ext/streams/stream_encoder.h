@@ -37,6 +37,9 @@ struct EncodedSums {
   std::size_t point_bytes = 0; ///< of encoded points in the clouds
   std::size_t warnings = 0;    ///< frames with one
   std::string first_warning;   ///< with its frame
+
+  EncodedSums&
+  operator+=(const EncodedSums& part);
 };
 
 /** \brief Encodes the clouds of a stream. */
@@ -117,6 +120,13 @@ public:
     return node_ ? node_->statistics() : nodes::SensorNodeStatistics();
   }
 
+  /** \brief What sums() has of the last cloud. */
+  const EncodedSums&
+  lastCloud() const
+  {
+    return last_cloud_;
+  }
+
   /** \brief Where the points of the first cloud are, if none was inside the crop box;
    * empty if points were encoded, or the clouds have none. */
   std::string
@@ -174,6 +184,9 @@ private:
   void
   noteExtent(const pcl::PCLPointCloud2& cloud);
 
+  EncodedSums
+  sumsOf(const nodes::SensorNodeStatistics& statistics, std::size_t bytes) const;
+
   void
   refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
                           std::size_t bytes);
@@ -191,6 +204,7 @@ private:
   IntensityLaw law_ = IntensityLaw::Count;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
   EncodedSums sums_;
+  EncodedSums last_cloud_;
   std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
   std::string extent_;                    ///< of the first cloud, in the world
 };

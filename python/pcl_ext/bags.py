@@ -1,0 +1,237 @@
+"""Encoding of whole bags, by the program ``pcl_ext``."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from typing import Any, List, Mapping, Optional, Tuple, Union
+
+from .status import Error
+
+PROGRAM_VARIABLE = "PCL_EXT_PROGRAM"
+
+
+@dataclass(frozen=True)
+class StreamSummary:
+    """What became of the clouds of one stream.
+
+    Parameters
+    ----------
+    name : str
+        The topic, or the folder of the clouds.
+    frames : int
+        Encoded clouds.
+    bytes : int
+        Of the frames.
+    failures : int
+        Clouds that could not be read or encoded.
+    """
+
+    name: str
+    frames: int
+    bytes: int
+    failures: int
+
+
+@dataclass(frozen=True)
+class BagSummary:
+    """What became of one bag.
+
+    Parameters
+    ----------
+    inputs : tuple of str
+        The bag, or the folders of clouds.
+    output : str
+        The recording.
+    status : str
+        "done"; "incomplete": it was written, but the input is damaged, or clouds failed;
+        "failed": nothing was written. Of a bag in a folder of bags also "interrupted".
+    frames : int
+        Of all streams.
+    bytes : int
+        Of these frames.
+    failures : int
+        Clouds that could not be read or encoded.
+    streams : tuple of StreamSummary
+        Those of the bag.
+    errors : tuple of str
+        What the program said.
+    """
+
+    inputs: Tuple[str, ...]
+    output: str
+    status: str
+    frames: int
+    bytes: int
+    failures: int
+    streams: Tuple[StreamSummary, ...]
+    errors: Tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class EncodingSummary:
+    """What became of the bags of a call of `encode_bag`.
+
+    Parameters
+    ----------
+    bags : tuple of BagSummary
+        One, or those of a folder.
+    """
+
+    bags: Tuple[BagSummary, ...]
+
+    @property
+    def ok(self) -> bool:
+        """True if all bags are done."""
+        return all(bag.status == "done" for bag in self.bags)
+
+    @property
+    def frames(self) -> int:
+        """Of all bags."""
+        return sum(bag.frames for bag in self.bags)
+
+    @property
+    def bytes(self) -> int:
+        """Of all frames."""
+        return sum(bag.bytes for bag in self.bags)
+
+    @property
+    def failures(self) -> int:
+        """Clouds of all bags that could not be read or encoded."""
+        return sum(bag.failures for bag in self.bags)
+
+    @property
+    def errors(self) -> Tuple[str, ...]:
+        """Of all bags that are not done."""
+        return tuple(error for bag in self.bags for error in bag.errors)
+
+
+def encode_bag(
+    path: Union[str, os.PathLike[str]],
+    output: Union[str, os.PathLike[str]],
+    *,
+    jobs: int = 1,
+    overwrite: bool = False,
+    program: Optional[Union[str, os.PathLike[str]]] = None,
+    **options: Any,
+) -> EncodingSummary:
+    """Encodes the clouds of a bag, by running ``pcl_ext encode``.
+
+    Function, summary and errors can be pickled, so that Dask, Ray or Spark map it over
+    bags. The bytes are the same wherever it runs, and for each number of jobs. If its
+    process is killed, a file with ".unfinished" at the end of its name may stay.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A bag, a folder of clouds, or a folder of bags.
+    output : str or os.PathLike
+        The recording, x.mcap; of a folder of bags the folder of the recordings.
+    jobs : int
+        Threads that encode; 0: one a core.
+    overwrite : bool
+        Replace an output that exists.
+    program : str or os.PathLike, optional
+        The program; else that which the environment variable PCL_EXT_PROGRAM names, or
+        ``pcl_ext`` in PATH.
+    options : object
+        Options of the program by their names, see ``pcl_ext encode --help``:
+        ``resolution=0.05`` is ``--resolution 0.05``, ``keep_point_counts=True`` is
+        ``--keep-point-counts``; None and False leave an option out. A list or a tuple has
+        commas between its values; a dict repeats the option: ``pose={"/front": (0, 0, 1, 0,
+        0, 0)}``.
+
+    Returns
+    -------
+    EncodingSummary
+        Also if a part of the input is damaged or lost: see its `ok`.
+
+    Raises
+    ------
+    Error
+        If nothing was written, with the message of the program. The code is "Usage" for a
+        wrong option, "Failed", "Interrupted", "Killed", or "NoProgram".
+    """
+    command = [
+        _program(program),
+        "encode",
+        "--json",
+        "--quiet",
+        f"--jobs={jobs}",
+        f"--output={os.fspath(output)}",
+        *(["--overwrite"] if overwrite else []),
+        *(word for name, value in options.items() for word in _words(name, value)),
+        "--",
+        os.fspath(path),
+    ]
+    try:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            errors="replace",
+        )
+    except OSError as error:
+        raise Error(f"cannot run '{command[0]}': {error.strerror}", "NoProgram") from None
+    if done.returncode in (0, 1) and done.stdout.startswith("{"):
+        return _summary(json.loads(done.stdout))
+    code = {2: "Usage", 130: "Interrupted"}.get(done.returncode, "Failed")
+    message = done.stderr.strip() or f"'{command[0]}' ended with {done.returncode}"
+    if done.returncode < 0:
+        code = "Killed"
+        message = f"'{command[0]}' was killed by signal {-done.returncode}"
+    raise Error(message, code)
+
+
+def _program(program: Optional[Union[str, os.PathLike[str]]]) -> str:
+    named = program or os.environ.get(PROGRAM_VARIABLE)
+    if named:
+        return os.fspath(named)
+    found = shutil.which("pcl_ext")
+    if found is None:
+        raise Error(
+            "there is no program pcl_ext in PATH: install it, name it with the "
+            f"environment variable {PROGRAM_VARIABLE}, or pass program=",
+            "NoProgram",
+        )
+    return found
+
+
+def _words(name: str, value: Any) -> List[str]:
+    option = "--" + name.replace("_", "-")
+    if value is None or value is False:
+        return []
+    if value is True:
+        return [option]
+    if isinstance(value, Mapping):
+        return [f"{option}={key}={_text(one)}" for key, one in value.items()]
+    return [f"{option}={_text(value)}"]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return ",".join(str(one) for one in value)
+    return str(value)
+
+
+def _summary(json_object: Any) -> EncodingSummary:
+    return EncodingSummary(
+        tuple(
+            BagSummary(
+                tuple(bag["inputs"]),
+                bag["output"],
+                bag["status"],
+                bag["frames"],
+                bag["frame_bytes"],
+                bag["failures"],
+                tuple(StreamSummary(**stream) for stream in bag["streams"]),
+                tuple(bag["errors"]),
+            )
+            for bag in json_object["bags"]
+        )
+    )

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "recording/mcap_content.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <cstddef>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+/** \brief Log time of cloud i; its stamp is earlier. */
+recording::Time
+logTime(std::size_t i);
+recording::Time
+stampOf(std::size_t i);
+
+recording::McapChannel
+imuChannel();
+
+/** \brief Message of a cloud, of either byte order. */
+recording::McapMessage
+cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
+             std::size_t i,
+             bool is_bigendian = false,
+             const std::string& frame_id = "lidar");
+
+/** \brief Writes a bag with two topics of clouds, another topic, metadata and an
+ * attachment. */
+void
+writeBag(const std::string& path, std::size_t frames, bool is_bigendian = false);
+
+/** \brief Writes a bag with topics of uneven rates: clouds of /fast, every seventh time
+ * one of /slow, and messages of /imu. Some clouds of both cannot be read.
+ * \param[in] frames clouds of /fast
+ */
+void
+writeUnevenBag(const std::string& path, std::size_t frames);
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,207 @@
+/** \file
+ * \brief Folders of bags that become folders of recordings.
+ */
+#include "tools/cloud_bags.h"
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/** \brief Writes bags/a.mcap, b.mcap and so on; the later ones are longer. */
+void
+writeBags(const TestFolder& folder, std::size_t count)
+{
+  fs::create_directories(folder / "bags");
+  for (std::size_t i = 0; i < count; ++i)
+    writeBag(folder / ("bags/" + std::string(1, static_cast<char>('a' + i)) + ".mcap"),
+             3 + i);
+}
+
+/** \brief The bytes of the recordings in a folder, by their names. */
+std::map<std::string, Bytes>
+recordingsIn(const std::string& path)
+{
+  std::map<std::string, Bytes> recordings;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path))
+    if (entry.path().filename() != "manifest.jsonl")
+      recordings[entry.path().filename()] = bytesOf(entry.path());
+  return recordings;
+}
+
+/** \brief Names of recordings and what the manifest tells of them, line for line. */
+std::vector<std::string>
+linesOfManifest(const std::string& path)
+{
+  std::vector<std::string> lines;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    const auto json = nlohmann::json::parse(line);
+    lines.push_back(json["output"].get<std::string>() + " " +
+                    json["status"].get<std::string>());
+  }
+  return lines;
+}
+
+/** \brief Expects that a text has another one in it. */
+void
+expectPart(const std::string& text, const std::string& part)
+{
+  EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+} // namespace
+
+TEST(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
+{
+  const TestFolder folder;
+  writeBags(folder, 4);
+  for (const std::string name : {"a", "b", "c", "d"})
+    expectRun(folder, "encode bags/" + name + ".mcap -r 0.05 -o " + name + ".mcap");
+  for (const std::string jobs : {"1", "2", "5"}) {
+    const ProgramRun result =
+        expectRun(folder, "encode bags -r 0.05 -o made" + jobs + " -j " + jobs);
+    expectPart(result.output, "| 4    | 0        | 36     |");
+    const auto made = recordingsIn(folder / ("made" + jobs));
+    ASSERT_EQ(made.size(), 4u);
+    for (const auto& [name, bytes] : made)
+      EXPECT_TRUE(bytes == bytesOf(folder / name)) << name;
+  }
+  // Named singly, by a glob, and as a rosbag2 folder.
+  fs::create_directories(folder / "bag_d");
+  fs::copy(folder / "bags/d.mcap", folder / "bag_d/bag_d_0.mcap");
+  expectRun(folder, "encode bags/a.mcap 'bags/[bc].mcap' bag_d/ -r 0.05 -o made");
+  EXPECT_EQ(recordingsIn(folder / "made").count("bag_d.mcap"), 1u);
+  EXPECT_TRUE(bytesOf(folder / "made/b.mcap") == bytesOf(folder / "b.mcap"));
+}
+
+TEST(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
+{
+  const TestFolder folder;
+  writeBags(folder, 4);
+  writeBytes(folder / "bags/b.mcap", {});
+  Bytes bytes = bytesOf(folder / "bags/c.mcap");
+  bytes.resize(bytes.size() / 2);
+  writeBytes(folder / "bags/c.mcap", bytes);
+  const ProgramRun one = run(folder, "encode bags -r 0.05 -o made");
+  EXPECT_EQ(one.status, 1);
+  expectPart(one.output, "| 4    | 2        |");
+  expectPart(one.output, "| bags/b.mcap | failed     | 0      | 'bags/b.mcap' is not");
+  expectPart(one.output, "| bags/c.mcap | incomplete |");
+  expectPart(one.errors, "pcl_ext encode: bags/b.mcap: 'bags/b.mcap' is not a cloud");
+  const ProgramRun several = run(folder, "encode bags -r 0.05 -o made2 -j 3");
+  EXPECT_EQ(several.output, one.output);
+  EXPECT_EQ(several.errors, one.errors);
+  EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "made2"));
+  // What failed is tried again, and only that.
+  writeBag(folder / "bags/b.mcap", 4);
+  EXPECT_EQ(run(folder, "encode bags -r 0.05 -o made").status, 1);
+  const std::vector<std::string> lines =
+      linesOfManifest(folder / "made/manifest.jsonl");
+  ASSERT_EQ(lines.size(), 12u);
+  EXPECT_EQ(std::vector<std::string>(lines.begin() + 8, lines.end()),
+            (std::vector<std::string>{
+                "b.mcap begun", "b.mcap done", "c.mcap begun", "c.mcap incomplete"}));
+}
+
+TEST(ProgramManyBags, GoesOnWhereItWasKilled)
+{
+  const TestFolder folder;
+  writeBags(folder, 4);
+  writeBag(folder / "bags/e.mcap", 60);
+  expectRun(folder, "encode bags -r 0.05 -o whole");
+  const ProgramRun killed =
+      runShell(folder,
+               "\"$P\" encode bags -r 0.05 -o made & p=$!; i=0; "
+               "until grep -q 'd.mcap.*done' made/manifest.jsonl || [ $i = 1000 ]; "
+               "do i=$((i+1)); sleep 0.005; done 2> /dev/null; kill -9 $p; wait $p");
+  EXPECT_EQ(killed.status, 137);
+  EXPECT_FALSE(fs::exists(folder / "made/e.mcap"));
+  // As if it were killed in the middle of a line, and after a recording got its name.
+  const std::string manifest = folder / "made/manifest.jsonl";
+  std::ofstream(manifest, std::ios::app) << "{\"input\":\"";
+  writeBytes(folder / "made/e.mcap", {1, 2, 3});
+  const auto time = fs::last_write_time(folder / "made/a.mcap");
+  const ProgramRun again = expectRun(folder, "encode -q bags -r 0.05 -o made -j 2");
+  expectPart(again.output, "| 5    | 0        |");
+  EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "whole"));
+  EXPECT_EQ(fs::last_write_time(folder / "made/a.mcap"), time);
+  const std::vector<std::string> lines = linesOfManifest(manifest);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), "e.mcap done"), 1);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), "a.mcap begun"), 1);
+}
+
+TEST(ProgramManyBags, WhatHasChangedIsEncodedAgain)
+{
+  const TestFolder folder;
+  writeBags(folder, 3);
+  expectRun(folder, "encode bags -r 0.05 -o made");
+  writeBag(folder / "bags/a.mcap", 8);
+  fs::remove(folder / "made/b.mcap");
+  const ProgramRun again = run(folder, "encode bags -r 0.05 -o made");
+  EXPECT_EQ(again.errors, "pcl_ext encode: 1 bag done before and unchanged\n");
+  expectRun(folder, "encode bags -r 0.05 -q -o whole");
+  EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "whole"));
+  expectFailure(
+      folder,
+      "encode bags -r 0.06 -o made",
+      2,
+      "'made/a.mcap' was encoded with other options, '--resolution=0.05': name "
+      "another folder, or encode all again with --overwrite");
+  expectRun(folder, "encode bags -r 0.06 -o made --overwrite");
+  expectRun(folder, "encode bags -r 0.06 -q -j 2 -o made");
+  // Also one bag, into a folder that has recordings of several.
+  fs::remove(folder / "made/c.mcap");
+  expectRun(folder, "encode bags/c.mcap -r 0.06 -q -o made");
+  expectRun(folder, "encode bags -r 0.06 -q -o other");
+  EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "other"));
+}
+
+TEST(ProgramManyBags, WrongCommandLinesAreRefusedBeforeAnythingIsWritten)
+{
+  const TestFolder folder;
+  writeBags(folder, 2);
+  fs::create_directories(folder / "more");
+  fs::copy(folder / "bags/a.mcap", folder / "more/a.mcap");
+  writeClouds(folder, "room", roomClouds(1));
+  expectFailure(folder, "encode bags -o x.mcap", 2, "'x.mcap' takes one bag");
+  expectFailure(folder,
+                "encode bags more -o made",
+                2,
+                "'bags/a.mcap' and 'more/a.mcap' would both become 'made/a.mcap': "
+                "encode them into two folders");
+  expectFailure(folder, "encode bags -o bags", 2, "is an input");
+  expectFailure(folder, "encode bags room -o made", 2, "'room' is not");
+  expectFailure(folder, "encode bags -o made --rate 5", 2, "--rate is for files");
+  EXPECT_FALSE(fs::exists(folder / "made"));
+  // Files of others are not replaced, and bags of others' names not taken for known ones.
+  fs::create_directories(folder / "made");
+  writeBytes(folder / "made/b.mcap", {1});
+  expectFailure(folder, "encode bags -o made", 2, "'made/b.mcap' exists");
+  fs::remove(folder / "made/b.mcap");
+  expectRun(folder, "encode bags -o made -q");
+  expectFailure(folder, "encode more -o made", 2, "'made/a.mcap' is of another bag");
+  const ProgramRun locked =
+      runShell(folder, "flock made/manifest.jsonl \"$P\" encode bags -o made");
+  EXPECT_EQ(locked.status, 2);
+  expectPart(locked.errors, "another run encodes bags into 'made'");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

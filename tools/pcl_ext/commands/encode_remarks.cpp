@@ -1,0 +1,71 @@
+#include "commands/encode_remarks.h"
+
+#include "options/text_values.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace tools {
+
+bool
+remarkOnStream(Console& console,
+               const EncodingOptions& options,
+               const std::string& name,
+               const EncodedStreamReport& report)
+{
+  const EncodedSums& sums = report.sums;
+  if (sums.warnings > 0)
+    console.remark(
+        sums.first_warning +
+        (sums.warnings > 1
+             ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
+             : ""));
+  const auto& kept = options.codec().fields;
+  const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
+    return field.name == io::all_fields;
+  });
+  if (!report.left_out.empty())
+    console.remark(name + ": " + report.left_out +
+                   (report.left_out.rfind("fields", 0) == 0 && !are_all
+                        ? "; --fields keeps fields"
+                        : ""));
+  for (const std::string& remark : {report.budget_remark,
+                                    report.frame_id_remark,
+                                    report.unit_remark,
+                                    report.outlier_remark})
+    if (!remark.empty())
+      console.remark(remark);
+  if (sums.frames == 0 && sums.clouds_left_out > 0) {
+    console.error(name + ": --max-rate has no room for any of its " +
+                  counted(sums.clouds_left_out, "cloud") +
+                  ": raise it, --rate-buffer or --rate-doublings, or take a larger "
+                  "--resolution");
+    return false;
+  }
+  if (!report.why_nothing.empty())
+    console.error(report.why_nothing);
+  return report.why_nothing.empty();
+}
+
+void
+addViewpoints(Console& console,
+              const EncodingOptions& options,
+              const std::string& name,
+              const Viewpoints& viewpoints,
+              bool has_metadata,
+              StreamMetadata& metadata)
+{
+  if (viewpoints.areDefault())
+    return;
+  if (options.hasPose(name))
+    console.remark(name + ": the VIEWPOINT of the files is left out, as it does not "
+                          "hold for points that --pose has moved");
+  else if (!has_metadata)
+    console.remark(name + ": the VIEWPOINT of the files is left out, as a .pcxi file "
+                          "has no field for it; x.mcap has");
+  else
+    viewpoints.addTo(metadata);
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,111 @@
+#include "inputs/bag_list.h"
+
+#include "clouds/cloud_files.h"
+#include "clouds/natural_order.h"
+#include "console/exit_status.h"
+#include "recording/mcap_reader.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace fs = std::filesystem;
+
+using clouds::FileKind;
+
+namespace {
+
+/** \brief True if a path is a bag, or a file that has the name of one. */
+bool
+isBagOrNamedSo(const fs::path& path)
+{
+  if (fs::is_directory(path))
+    return recording::McapReader::isMcap(path.string());
+  if (!fs::is_regular_file(path)) // a pipe is not read before it is encoded
+    return false;
+  const fs::path extension = path.extension();
+  return extension == ".mcap" || extension == ".bag" ||
+         (!clouds::hasNameOfCloud(path.string()) && isBag(path.string()));
+}
+
+/** \brief The bags in a folder that is none itself and has no clouds. */
+std::vector<std::string>
+bagsIn(const fs::path& folder)
+{
+  std::vector<std::string> bags;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const fs::path& path = entry.path();
+    if (entry.is_regular_file() && clouds::hasNameOfCloud(path.string()))
+      return {};
+    const fs::path extension = path.extension();
+    if (entry.is_directory() ? isBagOrNamedSo(path)
+                             : extension == ".mcap" || extension == ".bag")
+      bags.push_back(path.string());
+  }
+  std::sort(bags.begin(), bags.end(), clouds::comesBefore);
+  return bags;
+}
+
+} // namespace
+
+std::vector<std::string>
+pathsOf(const std::string& pattern)
+{
+  if (pattern == "-" || fs::exists(pattern))
+    return {pattern};
+  glob_t found{};
+  std::vector<std::string> paths;
+  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  std::sort(paths.begin(), paths.end(), clouds::comesBefore);
+  if (paths.empty())
+    throw std::runtime_error("there is no '" + pattern + "'");
+  return paths;
+}
+
+bool
+isBag(const std::string& path)
+{
+  if (fs::is_directory(path))
+    return recording::McapReader::isMcap(path);
+  const FileKind kind = clouds::kindOf(path);
+  return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
+}
+
+std::vector<std::string>
+severalBags(const std::vector<std::string>& inputs, bool takes_one)
+{
+  std::vector<std::string> bags;
+  std::size_t paths = 0;
+  std::string other; // that is no bag
+  bool has_folder = false;
+  for (const std::string& input : inputs)
+    for (const std::string& path : pathsOf(input)) {
+      ++paths;
+      if (isBagOrNamedSo(path)) {
+        bags.push_back(path);
+        continue;
+      }
+      const std::vector<std::string> found =
+          fs::is_directory(path) ? bagsIn(path) : std::vector<std::string>();
+      has_folder |= !found.empty();
+      if (found.empty())
+        other = path;
+      bags.insert(bags.end(), found.begin(), found.end());
+    }
+  if (bags.empty() || (paths == 1 && !has_folder && !takes_one))
+    return {};
+  if (!other.empty())
+    throw UsageError("'" + bags[0] + "' is a bag and '" + other +
+                     "' is not: encode them one after the other");
+  return bags;
+}
+
+} // namespace tools
+} // namespace pcl_ext

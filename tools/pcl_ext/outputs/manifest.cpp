@@ -1,0 +1,211 @@
+#include "outputs/manifest.h"
+
+#include "console/exit_status.h"
+#include "console/printable_text.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace fs = std::filesystem;
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+[[noreturn]] void
+throwError(const std::string& what, const std::string& path)
+{
+  throw std::runtime_error(what + " '" + path + "': " + std::strerror(errno));
+}
+
+/** \brief A path that is the same from any working folder, as JSON takes it. */
+std::string
+absolutePath(const std::string& path)
+{
+  std::string absolute = fs::weakly_canonical(path).string();
+  if (absolute.size() > 1 && absolute.back() == '/')
+    absolute.pop_back();
+  return printable(absolute);
+}
+
+std::string
+nameOf(const BagToEncode& bag)
+{
+  return printable(fs::path(bag.output).filename().string());
+}
+
+std::string
+textIn(const Json& line, const char* key)
+{
+  const auto found = line.find(key);
+  return found != line.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+template <typename NumberT>
+NumberT
+numberIn(const Json& line, const char* key)
+{
+  const auto found = line.find(key);
+  return found != line.end() && found->is_number_integer() ? found->get<NumberT>()
+                                                           : NumberT{0};
+}
+
+} // namespace
+
+InputState
+stateOf(const std::string& path)
+{
+  InputState state;
+  const auto add = [&state](const std::string& file) {
+    struct ::stat found {};
+    if (::stat(file.c_str(), &found) != 0)
+      throwError("cannot read", file);
+    if (!S_ISREG(found.st_mode))
+      return;
+    state.bytes += static_cast<std::uintmax_t>(found.st_size);
+    state.mtime_ns = std::max<std::int64_t>(
+        state.mtime_ns,
+        std::int64_t{1'000'000'000} * found.st_mtim.tv_sec + found.st_mtim.tv_nsec);
+  };
+  if (!fs::is_directory(path))
+    add(path);
+  else
+    for (const fs::directory_entry& entry : fs::directory_iterator(path))
+      add(entry.path().string());
+  return state;
+}
+
+Manifest::Manifest(const std::string& folder,
+                   const std::string& options,
+                   bool forgets_others)
+: path_((fs::path(folder) / file_name).string())
+, options_(options)
+, forgets_others_(forgets_others)
+{
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw std::runtime_error("cannot make the folder '" + folder +
+                             "': " + error.message());
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0)
+    throwError("cannot open", path_);
+  try {
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
+      throw UsageError("another run encodes bags into '" + folder +
+                       "': wait for its end, or name another folder");
+    read();
+  }
+  catch (...) {
+    ::close(file_);
+    throw;
+  }
+}
+
+Manifest::~Manifest() { ::close(file_); }
+
+void
+Manifest::read()
+{
+  std::ifstream file(path_, std::ios::binary);
+  std::uintmax_t end = 0; // of the last whole line; a run was killed in the next one
+  for (std::string text; std::getline(file, text) && !file.eof();) {
+    end += text.size() + 1;
+    const Json line = Json::parse(text, nullptr, false);
+    if (!line.is_object() || textIn(line, "output").empty())
+      throw std::runtime_error("'" + path_ +
+                               "' has a line that is none of a manifest, '" +
+                               text.substr(0, 40) + "': name another folder");
+    lines_[textIn(line, "output")] = line;
+  }
+  for (const auto& [output, line] : lines_)
+    if (!forgets_others_ && textIn(line, "options") != options_)
+      throw UsageError("'" + (fs::path(path_).parent_path() / output).string() +
+                       "' was encoded with other options, '" + textIn(line, "options") +
+                       "': name another folder, or encode all again with --overwrite");
+  if (::ftruncate(file_, static_cast<off_t>(end)) != 0 ||
+      ::lseek(file_, 0, SEEK_END) < 0)
+    throwError("cannot write", path_);
+}
+
+nlohmann::ordered_json
+Manifest::lineOf(const BagToEncode& bag) const
+{
+  const auto found = lines_.find(nameOf(bag));
+  return found == lines_.end() ? Json::object() : found->second;
+}
+
+bool
+Manifest::isOwn(const BagToEncode& bag) const
+{
+  return lines_.count(nameOf(bag)) != 0;
+}
+
+bool
+Manifest::isDone(const BagToEncode& bag) const
+{
+  const auto found = lines_.find(nameOf(bag));
+  if (found == lines_.end())
+    return false;
+  const Json& line = found->second;
+  if (textIn(line, "input") != absolutePath(bag.input)) {
+    if (forgets_others_)
+      return false;
+    throw UsageError("'" + bag.output + "' is of another bag, '" +
+                     textIn(line, "input") +
+                     "': name another folder, or replace it with --overwrite");
+  }
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(bag.output, error);
+  const InputState recorded = {numberIn<std::uintmax_t>(line, "input_bytes"),
+                               numberIn<std::int64_t>(line, "input_mtime_ns")};
+  return textIn(line, "status") == "done" && textIn(line, "options") == options_ &&
+         !error && size == numberIn<std::uintmax_t>(line, "output_bytes") &&
+         recorded == stateOf(bag.input);
+}
+
+void
+Manifest::begin(const BagToEncode& bag)
+{
+  finish(bag, {{"status", "begun"}});
+}
+
+void
+Manifest::finish(const BagToEncode& bag, const nlohmann::ordered_json& line)
+{
+  Json whole = {{"input", absolutePath(bag.input)},
+                {"output", nameOf(bag)},
+                {"options", options_}};
+  whole.update(line);
+  append(whole);
+  lines_[nameOf(bag)] = whole;
+}
+
+void
+Manifest::append(const nlohmann::ordered_json& line)
+{
+  const std::string text =
+      line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  for (std::size_t at = 0; at < text.size();) {
+    const ssize_t count = ::write(file_, text.data() + at, text.size() - at);
+    if (count < 0 && errno != EINTR)
+      throwError("cannot write", path_);
+    at += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
+  }
+}
+
+} // namespace tools
+} // namespace pcl_ext
