@@ -63,5 +63,29 @@ linkMetrics(const SubscriberStatistics& statistics,
   return text.text();
 }
 
+std::string
+linkMetrics(const PublisherStatistics& statistics,
+            const std::vector<std::pair<std::string, std::string>>& labels)
+{
+  MetricsText text(labels);
+  const auto add = [&text](const char* name, const char* help, std::uint64_t count) {
+    text.beginFamily(
+        std::string("pcl_ext_publisher_") + name + "_total", "counter", help);
+    text.add(static_cast<double>(count));
+  };
+  add("frames", "Frames that were sent.", statistics.frames);
+  add("bytes", "Bytes of these frames.", statistics.bytes);
+  add("frames_not_sent",
+      "Frames lost without a connection, or above max_payload.",
+      statistics.frames_not_sent);
+  add("i_frame_requests",
+      "Requests for I-frames that arrived.",
+      statistics.i_frame_requests);
+  add("reconnections",
+      "How often the connection to the server was restored.",
+      statistics.reconnections);
+  return text.text();
+}
+
 } // namespace link
 } // namespace pcl_ext

@@ -35,5 +35,6 @@ main(int argc, char** argv)
   const Time now = std::chrono::seconds(5);
   std::cout << streamMetrics(streams, now, labels)
             << senderMetrics(senders, now, labels)
-            << pcl_ext::link::linkMetrics(link, labels);
+            << pcl_ext::link::linkMetrics(link, labels)
+            << pcl_ext::link::linkMetrics(pcl_ext::link::PublisherStatistics(), labels);
 }

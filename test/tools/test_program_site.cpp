@@ -5,6 +5,7 @@
 
 #include "support/nats_server.h"
 #include "tools/background_program.h"
+#include "view/clients.h"
 
 #include <gtest/gtest.h>
 
@@ -109,13 +110,25 @@ TEST(ProgramSite, EncodesCloudsAndFollowsRequests)
   const TestFolder folder;
   const NatsServer server;
   writeClouds(folder, "room", roomClouds(40));
+  const std::string port = std::to_string(freePort());
   BackgroundProgram sending(folder,
                             "send",
-                            "send room --rate 20 --resolution 0.05 --prefix /north" +
-                                at(server));
+                            "send room --rate 20 --resolution 0.05 --prefix /north "
+                            "--metrics-port " +
+                                port + at(server));
   sending.waitForError("sending room to site cell");
   // Without a request there is no other I-frame.
   Receiving receiving(folder, "receive", at(server) + "-o late.mcap");
+  const auto metrics = [&] {
+    return view::test::request(static_cast<std::uint16_t>(std::stoi(port)), "/metrics")
+        .body;
+  };
+  EXPECT_TRUE(view::test::waitFor([&] {
+    return metrics().find("pcl_ext_sender_frames_total{stream=\"/north/room\"}") !=
+           std::string::npos;
+  })) << metrics();
+  EXPECT_NE(metrics().find("pcl_ext_publisher_frames_not_sent_total 0\n"),
+            std::string::npos);
   EXPECT_EQ(sending.end(0), 0) << sending.errors();
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   const std::vector<DecodedStream> received = decode(folder / "late.mcap");

@@ -20,5 +20,10 @@ PCL_EXT_LINK_EXPORT std::string
 linkMetrics(const SubscriberStatistics& statistics,
             const std::vector<std::pair<std::string, std::string>>& labels = {});
 
+/** \brief What a publisher sent: the metrics pcl_ext_publisher_... . */
+PCL_EXT_LINK_EXPORT std::string
+linkMetrics(const PublisherStatistics& statistics,
+            const std::vector<std::pair<std::string, std::string>>& labels = {});
+
 } // namespace link
 } // namespace pcl_ext

@@ -1,3 +1,4 @@
+#include <pcl_ext/link/link_metrics.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "commands/commands.h"
@@ -18,6 +19,7 @@
 #include "options/link_options.h"
 #include "options/options.h"
 #include "simulator/robot_cell.h"
+#include "site/site_view.h"
 #include "streams/frame_failures.h"
 
 #include <memory>
@@ -33,6 +35,7 @@ struct SendOptions {
   EncodingOptions encoding;
   link::LinkSettings link;
   std::string prefix; ///< of names of streams
+  MetricsOptions metrics;
   bool is_quiet = false;
 };
 
@@ -103,6 +106,7 @@ private:
         events_);
     PrefixedOutput named(output, options_.prefix);
     cell.addStreams(named);
+    const auto served = serve(output, [&] { return cell.metrics(options_.prefix); });
     announce("robot cell");
     cell.run(named, [this] { events_.print(console_); });
     summarise(output);
@@ -113,6 +117,7 @@ private:
   {
     LinkOutput output(options_.link, nullptr, events_);
     PrefixedOutput named(output, options_.prefix);
+    const auto served = serve(output);
     announce("standard input");
     PipedFrames(named, "/stream", console_).run();
     summarise(output);
@@ -139,6 +144,7 @@ private:
         [&clouds](std::size_t stream) { clouds.requestIFrame(stream); },
         events_);
     PrefixedOutput named(output, options_.prefix);
+    const auto served = serve(output, [&] { return clouds.metrics(options_.prefix); });
     announce(options_.tried.input.inputs[0]);
     clouds.run(named, [this] { events_.print(console_); });
     for (const std::string& place : input->damage())
@@ -159,12 +165,22 @@ private:
   {
     LinkOutput output(options_.link, nullptr, events_);
     PrefixedOutput named(output, options_.prefix);
+    const auto served = serve(output);
     announce(options_.tried.input.inputs[0]);
     has_failed_ =
         !playRecording(reader, options_.tried.input.rate, named, console_, [this] {
           events_.print(console_);
         });
     summarise(output);
+  }
+
+  /** \brief Serves the metrics of what is sent, and those of its encoders. */
+  std::shared_ptr<void>
+  serve(const LinkOutput& output, const std::function<std::string()>& encoders = {})
+  {
+    return serveMetrics(options_.metrics, [&output, encoders] {
+      return link::linkMetrics(output.statistics()) + (encoders ? encoders() : "");
+    });
   }
 
   void
@@ -211,6 +227,7 @@ addSend(CLI::App& app)
   addLinkOptions(app, options->link);
   app.add_option("--prefix", options->prefix, "put before the names of the streams")
       ->type_name("TEXT");
+  addMetricsOptions(app, options->metrics);
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   options->encoding.addBudget(app);

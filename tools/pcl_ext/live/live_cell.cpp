@@ -1,7 +1,5 @@
 #include "live/live_cell.h"
 
-#include <pcl_ext/nodes/health_metrics.h>
-
 #include "console/interruption.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
@@ -41,7 +39,10 @@ LiveCell::Sensor::Sensor(EncodingOptions& options,
 {}
 
 void
-LiveCell::Sensor::publish(std::uint32_t frame, std::uint64_t start, LiveOutput& output)
+LiveCell::Sensor::publish(std::uint32_t frame,
+                          std::uint64_t start,
+                          LiveOutput& output,
+                          SenderFigures& figures)
 {
   sequence->read(frame, cloud);
   cloud.header.stamp += start;
@@ -50,12 +51,7 @@ LiveCell::Sensor::publish(std::uint32_t frame, std::uint64_t start, LiveOutput& 
   std::vector<std::uint8_t> bytes;
   const std::chrono::microseconds time(cloud.header.stamp);
   const bool has_frame = encoder.encode(cloud, name, bytes, time);
-  {
-    const std::lock_guard<std::mutex> lock(health_mutex);
-    health.node = encoder.statistics();
-    ++health.clouds;
-    health.last_arrival = nodes::steadyTime();
-  }
+  figures.addCloud(stream, encoder.statistics());
   if (has_frame) // else --max-rate had no room for it
     output.publish(stream, time, std::move(bytes));
 }
@@ -76,20 +72,11 @@ void
 LiveCell::addStreams(LiveOutput& output)
 {
   const IntensityLaw law = options_.law().value_or(automaticLaw(false));
-  for (const auto& sensor : sensors_)
+  for (const auto& sensor : sensors_) {
     sensor->stream =
         output.addStream(sensor->name, options_.metadataOf(sensor->name, law));
-}
-
-std::string
-LiveCell::metrics() const
-{
-  std::vector<std::pair<std::string, nodes::SenderHealth>> senders;
-  for (const auto& sensor : sensors_) {
-    const std::lock_guard<std::mutex> lock(sensor->health_mutex);
-    senders.emplace_back(sensor->name, sensor->health);
+    figures_.addStream(sensor->stream, sensor->name);
   }
-  return nodes::senderMetrics(senders, nodes::steadyTime());
 }
 
 void
@@ -104,7 +91,7 @@ LiveCell::runSensors(std::size_t first, std::size_t step, LiveOutput& output)
     const auto frame =
         static_cast<std::uint32_t>((Clock::now() - start_) / frame_period);
     for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step)
-      sensors_[i]->publish(frame, start_stamp_, output);
+      sensors_[i]->publish(frame, start_stamp_, output, figures_);
     std::this_thread::sleep_until(start_ + (frame + std::int64_t{1}) * frame_period);
   }
 }
@@ -131,10 +118,13 @@ void
 LiveCell::run(LiveOutput& output, const std::function<void()>& meanwhile)
 {
   start_ = Clock::now();
-  start_stamp_ = static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(
-          std::chrono::system_clock::now().time_since_epoch())
-          .count());
+  // At a multiple of the period, as if the sensors of all machines were triggered together.
+  const std::chrono::nanoseconds now =
+      std::chrono::system_clock::now().time_since_epoch();
+  start_stamp_ =
+      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
+                                     now / frame_period * frame_period)
+                                     .count());
   try {
     startThreads(output);
     while (!has_ended_ && !isInterrupted()) {

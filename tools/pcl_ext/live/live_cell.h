@@ -1,9 +1,8 @@
 #pragma once
 
-#include <pcl_ext/nodes/health_report.h>
-
 #include "clouds/cloud_sequence.h"
 #include "live/live_output.h"
+#include "live/sender_figures.h"
 #include "options/encoding_options.h"
 #include "streams/stream_encoder.h"
 
@@ -40,14 +39,16 @@ public:
   requestIFrame(std::size_t stream)
   {
     sensors_[stream]->wants_i_frame = true;
-    const std::lock_guard<std::mutex> lock(sensors_[stream]->health_mutex);
-    ++sensors_[stream]->health.i_frame_requests;
+    figures_.addRequest(stream);
   }
 
-  /** \brief Health of the sensors' streams as nodes::senderMetrics() has it. Called by any
+  /** \brief Health of the sensors' streams, see SenderFigures::metrics(). Called by any
    * thread. */
   std::string
-  metrics() const;
+  metrics(const std::string& prefix = "") const
+  {
+    return figures_.metrics(prefix);
+  }
 
   /** \brief Adds the streams. */
   void
@@ -68,7 +69,10 @@ private:
     Sensor(EncodingOptions& options, unsigned int number, std::uint32_t seed);
 
     void
-    publish(std::uint32_t frame, std::uint64_t start, LiveOutput& output);
+    publish(std::uint32_t frame,
+            std::uint64_t start,
+            LiveOutput& output,
+            SenderFigures& figures);
 
     std::unique_ptr<clouds::CloudSequence> sequence;
     std::string name; ///< of the stream
@@ -76,8 +80,6 @@ private:
     std::atomic<bool> wants_i_frame{false};
     std::size_t stream = 0; ///< in the output
     pcl::PCLPointCloud2 cloud;
-    std::mutex health_mutex;
-    nodes::SenderHealth health; ///< guarded by health_mutex
   };
 
   void
@@ -87,6 +89,7 @@ private:
   runSensors(std::size_t first, std::size_t step, LiveOutput& output);
 
   const EncodingOptions& options_;
+  SenderFigures figures_;
   std::vector<std::unique_ptr<Sensor>> sensors_;
   std::vector<std::thread> threads_;
   Clock::time_point start_;

@@ -12,6 +12,7 @@ namespace tools {
 void
 PlayedClouds::requestIFrame(std::size_t stream)
 {
+  figures_.addRequest(stream);
   if (stream < requests_.size())
     requests_[stream] = true;
 }
@@ -67,9 +68,12 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
     return;
   }
   const std::string& name = input_.streams()[cloud.stream];
-  if (!stream.number)
+  if (!stream.number) {
     stream.number =
         output.addStream(name, options_.metadataOf(name, stream.encoder.law()));
+    figures_.addStream(*stream.number, name);
+  }
+  figures_.addCloud(*stream.number, stream.encoder.statistics());
   output.publish(*stream.number, cloud.message.log_time, std::move(bytes));
   ++frames_;
 }

@@ -3,6 +3,7 @@
 #include "inputs/cloud_input.h"
 #include "live/live_output.h"
 #include "live/real_time.h"
+#include "live/sender_figures.h"
 #include "options/encoding_options.h"
 #include "streams/frame_failures.h"
 #include "streams/stream_encoder.h"
@@ -13,6 +14,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -43,6 +45,13 @@ public:
    */
   void
   run(LiveOutput& output, const std::function<void()>& meanwhile);
+
+  /** \brief Health of the streams, see SenderFigures::metrics(). Called by any thread. */
+  std::string
+  metrics(const std::string& prefix = "") const
+  {
+    return figures_.metrics(prefix);
+  }
 
   std::size_t
   frames() const
@@ -83,6 +92,7 @@ private:
   std::deque<Stream> streams_; // those of the input
   static constexpr std::size_t most_requests = 4096;
   std::array<std::atomic<bool>, most_requests> requests_{}; // by number in the output
+  SenderFigures figures_;
   std::size_t frames_ = 0;
   std::size_t failed_clouds_ = 0;
   std::size_t late_clouds_ = 0;

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/view/view_server.h>
 
+#include "console/throw_unless_ok.h"
 #include "live/view_output.h"
 #include "viewing/started_server.h"
 #include "viewing/viewer_page.h"
@@ -130,6 +131,35 @@ makeSiteView(const SiteViewOptions& options,
   settings.metrics = std::move(metrics);
   return std::make_unique<SiteView>(
       std::move(settings), std::move(request_i_frame), options.opens_browser, console);
+}
+
+void
+addMetricsOptions(CLI::App& app, MetricsOptions& options)
+{
+  CLI::Option* const port =
+      app.add_option("--metrics-port", options.port, "serve /metrics for Prometheus")
+          ->type_name("N");
+  app.add_option("--metrics-address",
+                 options.address,
+                 "for other machines, such as 0.0.0.0 (this machine)")
+      ->type_name("ADDRESS")
+      ->needs(port);
+}
+
+std::shared_ptr<void>
+serveMetrics(const MetricsOptions& options, std::function<std::string()> metrics)
+{
+  if (!options.port)
+    return nullptr;
+  view::ViewServerSettings settings;
+  settings.page =
+      "<!DOCTYPE html><title>pcl_ext</title><a href=\"/metrics\">metrics</a>";
+  settings.port = *options.port;
+  settings.address = options.address;
+  settings.metrics = std::move(metrics);
+  auto server = std::make_shared<view::ViewServer>(settings);
+  throwUnlessOk(server->start());
+  return server;
 }
 
 } // namespace tools

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace pcl_ext {
@@ -38,6 +39,24 @@ makeSiteView(const SiteViewOptions& options,
              std::function<void(const std::string& stream)> request_i_frame,
              std::function<std::string()> metrics,
              Console& console);
+
+/** \brief Where metrics alone are served. */
+struct MetricsOptions {
+  std::optional<std::uint16_t> port; ///< none: they are not served
+  std::string address;
+};
+
+/** \brief Adds --metrics-port and --metrics-address. */
+void
+addMetricsOptions(CLI::App& app, MetricsOptions& options);
+
+/** \brief Serves metrics until the result is destroyed.
+ * \param[in] metrics called by another thread
+ * \return null if that is not wanted
+ * \throws std::runtime_error
+ */
+std::shared_ptr<void>
+serveMetrics(const MetricsOptions& options, std::function<std::string()> metrics);
 
 } // namespace tools
 } // namespace pcl_ext

@@ -17,5 +17,16 @@ makeSiteView(const SiteViewOptions& /* options */,
   return nullptr;
 }
 
+void
+addMetricsOptions(CLI::App& /* app */, MetricsOptions& /* options */)
+{}
+
+std::shared_ptr<void>
+serveMetrics(const MetricsOptions& /* options */,
+             std::function<std::string()> /* metrics */)
+{
+  return nullptr;
+}
+
 } // namespace tools
 } // namespace pcl_ext
