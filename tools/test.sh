@@ -18,6 +18,8 @@ cmake -S "$root" -B "$root/build-test" -G Ninja \
 # What tests need of the machine and the network is told before the build, which takes long.
 bash "$root/tools/fetch_node_packages.sh" "$root/build-test/test/mcap_core" ||
   echo "test.sh: the test mcap_core will fail" >&2
+bash "$root/tools/fetch_nats_server.sh" ||
+  echo "test.sh: the tests of Link, ProgramSite and ProgramCentres will fail" >&2
 script -qec true /dev/null > /dev/null 2>&1 < /dev/null ||
   echo "test.sh: no /dev/pts is mounted; tests of ProgramOptions that need a terminal will fail" >&2
 cmake --build "$root/build-test" -j "${PCL_EXT_JOBS:-2}"

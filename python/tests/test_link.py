@@ -1,6 +1,7 @@
 """Frames over a real NATS server."""
 
 import os
+import pathlib
 import socket
 import subprocess
 import time
@@ -10,6 +11,8 @@ import pytest
 
 import pcl_ext
 
+# By tools/fetch_nats_server.sh.
+UNPACKED = pathlib.Path(__file__).resolve().parents[2] / "build-nats-server/usr/sbin"
 link = pytest.importorskip("pcl_ext.link")
 
 
@@ -24,7 +27,7 @@ def server(tmp_path):
             port = free.getsockname()[1]
         file = tmp_path / f"{port}.conf"
         file.write_text(f'listen: "127.0.0.1:{port}"\n{configuration}\n')
-        path = os.environ["PATH"] + ":/usr/sbin"
+        path = f"{os.environ['PATH']}:/usr/sbin:{UNPACKED}"
         with open(tmp_path / f"{port}.log", "wb") as log:
             servers.append(
                 subprocess.Popen(

@@ -18,6 +18,7 @@ class Mutant(NamedTuple):
 CONTEXT = "src/codec/context/"
 FAST = "src/codec/fast/"
 CHANGES = "src/codec/changes/"
+LINK = "src/link/"
 NODES = "src/nodes/"
 RECORDING = "src/recording/"
 STREAM = "src/stream/"
@@ -25,6 +26,22 @@ VIEW = "src/view/"
 VOXELIZING = "src/voxelizing/"
 
 MUTANTS = [
+    # A site.
+    Mutant(LINK + "followed_stream.cpp", "a frame after a gap is accepted",
+           "const bool continues = lost == 0 && last_", "const bool continues = last_"),
+    Mutant(LINK + "followed_stream.cpp", "a second publisher goes on with the stream of the first",
+           "if (publisher_ && !frame.is_i_frame) {", "if (false) {"),
+    Mutant(LINK + "frame_publisher.cpp", "frames that are not sent are not counted",
+           "publisher_, ++published.frames, time", "publisher_, published.frames += connection_.isConnected() ? 1 : 0, time"),
+    Mutant(LINK + "frame_subscriber.cpp", "frames that wait have no limit",
+           "if (waiting_bytes_ > 0 && ", "if (false && "),
+    Mutant(NODES + "merge_schedule.cpp", "frames of the next merged frame are not held back",
+           "if (slot_ && is_synchronous && first.frame.stamp > *slot_)", "if (false)"),
+    Mutant(NODES + "merge_schedule.cpp", "streams that are behind are not waited for",
+           "are_all_there = false;", "are_all_there = true;"),
+    Mutant(NODES + "merge_schedule.cpp", "streams that are behind are waited for as long as they live",
+           "now - *waiting_since_ >= settings_.max_wait", "false"),
+
     # Bounded reading.
     Mutant("src/bytes/byte_source.cpp", "a varint of 65 bits",
            "if (shift == 63 && byte > 1)", "if (shift == 63 && byte > 3)"),

@@ -25,12 +25,13 @@ from mutants import MUTANTS
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # In the order in which they run, except for the program of the mutated room, which is first.
 PROGRAMS = ("test_stream", "test_voxels", "test_outliers", "test_filters", "test_codec",
-            "test_compression", "test_nodes", "test_recording", "test_threads", "test_view")
+            "test_compression", "test_nodes", "test_recording", "test_threads", "test_view", "test_link")
 PROGRAM_OF_ROOM = {"bytes": "test_voxels", "voxels": "test_voxels",
                    "voxelizing": "test_voxels", "simd": "test_voxels",
                    "codec": "test_codec", "outliers": "test_outliers",
                    "filters": "test_filters", "compression": "test_compression",
-                   "nodes": "test_nodes", "recording": "test_recording", "view": "test_view"}
+                   "nodes": "test_nodes", "recording": "test_recording", "view": "test_view",
+                   "link": "test_link"}
 SECONDS_A_PROGRAM = 600
 MOST_MEMORY = 8 << 30  # bytes of address space
 

@@ -83,8 +83,11 @@ public:
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
       // Debian has it where only administrators look.
       const char* const path = std::getenv("PATH");
-      ::setenv(
-          "PATH", (std::string(path != nullptr ? path : "") + ":/usr/sbin").c_str(), 1);
+      ::setenv("PATH",
+               (std::string(path != nullptr ? path : "") +
+                ":/usr/sbin:" PCL_EXT_NATS_SERVER_FOLDER)
+                   .c_str(),
+               1);
       ::execlp("nats-server",
                "nats-server",
                "-c",

@@ -42,8 +42,9 @@ if(TARGET pcl_ext_link)
   target_sources(test_program PRIVATE tools/test_program_centres.cpp
                                       tools/test_program_site.cpp)
   target_link_libraries(test_program PRIVATE pcl_ext_link_objects ${PCL_EXT_NATS_LIBRARY})
-  target_compile_definitions(test_program
-                             PRIVATE PCL_EXT_SITE_EXAMPLES="${PROJECT_SOURCE_DIR}/tools/site")
+  target_compile_definitions(
+    test_program PRIVATE PCL_EXT_SITE_EXAMPLES="${PROJECT_SOURCE_DIR}/tools/site"
+                         PCL_EXT_NATS_SERVER_FOLDER="${nats_server_folder}")
 endif()
 get_target_property(rosbag_headers pcl_ext_program PCL_EXT_ROSBAG_HEADERS)
 get_target_property(rosbag_libraries pcl_ext_program PCL_EXT_ROSBAG_LIBRARIES)
