@@ -48,6 +48,7 @@ public:
       console_.beQuiet();
     if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn())
       throw UsageError("say what to do with the frames: -o, --view, --merge or --map");
+    options_.centre.map.waits = options.link.replay_from.has_value();
     if (options_.merged_site.empty())
       options_.merged_site = options_.link.link.site + "-merged";
     if (options_.merged_site == options_.link.link.site)
@@ -300,13 +301,15 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
                  "site of the merged stream (that of --site with -merged)")
       ->type_name("NAME")
       ->needs(merge);
-  addNumber(app,
-            "--resolution",
-            centre.resolution,
-            io::smallest_resolution,
-            io::largest_resolution,
-            "METRES",
-            "voxel edge of --merge and --map, not finer than the streams'");
+  app.add_option(
+         "--resolution",
+         centre.resolution,
+         "voxel edge of --merge and --map, not finer than the streams' (that of "
+         "the first one)")
+      ->check(refuseNan)
+      ->check(
+          CLI::Range(io::smallest_resolution, io::largest_resolution).description(""))
+      ->type_name("METRES");
   const auto add_time = [&app](const char* name, nodes::Time& time, const char* text) {
     addParsed(app, name, "TIME", text, [name, &time](const std::string& value) {
       time = secondsOf(name, value);

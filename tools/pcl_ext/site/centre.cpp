@@ -1,10 +1,13 @@
 #include "site/centre.h"
 
+#include <pcl_ext/compression/frame_description.h>
+
 #include "console/exit_status.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/stream_metadata.h"
 #include "streams/stream_decoder.h"
 
+#include <sstream>
 #include <utility>
 
 namespace pcl_ext {
@@ -12,13 +15,18 @@ namespace tools {
 
 namespace {
 
+io::DecoderLimits
+decoderLimits(const CentreOptions& options)
+{
+  return options.decoding.limits.value_or(nodes::CentralNodeSettings().decoder_limits);
+}
+
 nodes::CentralNodeSettings
-nodeSettings(const CentreOptions& options)
+nodeSettings(const CentreOptions& options, double resolution)
 {
   nodes::CentralNodeSettings settings;
-  settings.resolution = options.resolution;
-  settings.decoder_limits =
-      options.decoding.limits.value_or(nodes::CentralNodeSettings().decoder_limits);
+  settings.resolution = resolution;
+  settings.decoder_limits = decoderLimits(options);
   return settings;
 }
 
@@ -33,21 +41,47 @@ requestingListener(const Centre::RequestIFrame& request_i_frame)
 
 } // namespace
 
+Centre::Grid::Grid(const CentreOptions& options,
+                   double resolution,
+                   const RequestIFrame& request_i_frame,
+                   Console& console)
+: node(nodeSettings(options, resolution), requestingListener(request_i_frame))
+, encoder(resolution, options.stream)
+, map(options.map, resolution, console)
+{
+  if (!node.settingsStatus().ok())
+    throw UsageError(node.settingsStatus().message());
+}
+
 Centre::Centre(const CentreOptions& options,
                RequestIFrame request_i_frame,
                Console& console)
 : options_(options)
 , request_i_frame_(std::move(request_i_frame))
 , console_(console)
-, node_(nodeSettings(options), requestingListener(request_i_frame_))
 , schedule_(options.schedule)
-, encoder_(options.resolution, options.stream)
-, map_(options.map, options.resolution, console)
 {
-  if (!node_.settingsStatus().ok())
-    throw UsageError(node_.settingsStatus().message());
   if (const std::string fault = faultOf(options.schedule); !fault.empty())
     throw UsageError(fault);
+  // Without a resolution for what is wrong with the others.
+  makeGrid(options.resolution.value_or(nodes::CentralNodeSettings().resolution));
+  if (!options.resolution)
+    grid_.reset();
+}
+
+void
+Centre::makeGrid(double resolution)
+{
+  auto grid = std::make_unique<Grid>(options_, resolution, request_i_frame_, console_);
+  const std::lock_guard<std::mutex> lock(grid_mutex_);
+  grid_ = std::move(grid);
+}
+
+std::vector<nodes::StreamHealth>
+Centre::health() const
+{
+  const std::lock_guard<std::mutex> lock(grid_mutex_);
+  return grid_ ? grid_->node.health() : std::vector<nodes::StreamHealth>();
 }
 
 void
@@ -59,8 +93,8 @@ Centre::addOutput(LiveOutput& output)
 bool
 Centre::addStream(const link::LinkFrame& frame)
 {
-  const auto added =
-      node_.addStream(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
+  const auto added = grid_->node.addStream(
+      frame.stream, options_.decoding.min_intensity.value_or(0.0f));
   if (!added.ok()) {
     console_.error(frame.stream + ": it is left out: " + added.message());
     return false;
@@ -71,16 +105,29 @@ Centre::addStream(const link::LinkFrame& frame)
     const auto law = lawOf(frame.metadata);
     if (removal.unit == DensityUnit::Automatic && law)
       removal.unit = densityUnitOf(*law);
-    if (const auto set = node_.setOutlierRemoval(frame.stream, removal); !set.ok())
+    if (const auto set = grid_->node.setOutlierRemoval(frame.stream, removal);
+        !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }
-  map_.addStream(frame.stream, frame.metadata);
+  grid_->map.addStream(frame.stream, frame.metadata);
   return true;
 }
 
 void
 Centre::take(const link::LinkFrame& frame)
 {
+  if (!grid_) {
+    // The first frame that comes is an I-frame.
+    const io::FrameDescription first = io::describeFrame(
+        frame.bytes.data(), frame.bytes.size(), decoderLimits(options_));
+    if (!first.status.ok())
+      return;
+    std::ostringstream remark;
+    remark << "voxels have the edge of those of " << frame.stream << ", "
+           << first.grid.resolution << " m; --resolution sets another";
+    console_.remark(remark.str());
+    makeGrid(first.grid.resolution);
+  }
   auto found = streams_.find(frame.stream);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
@@ -91,12 +138,14 @@ Centre::take(const link::LinkFrame& frame)
 void
 Centre::work()
 {
+  if (!grid_)
+    return;
   nodes::MergeSchedule::Step step;
   do {
     step = schedule_.next(nodes::steadyTime());
     for (nodes::ScheduledFrame& frame : step.frames) {
       const auto status =
-          node_.receive(frame.stream, std::move(frame.bytes), frame.stamp);
+          grid_->node.receive(frame.stream, std::move(frame.bytes), frame.stamp);
       // A stream that is too fast for this machine is in the statistics.
       if (!status.ok() && status.code() != nodes::CentralNodeCode::TooManyWaiting)
         throwUnlessOk(status);
@@ -105,21 +154,20 @@ Centre::work()
       merge(*step.merge);
   }
   while (step.merge);
-  map_.work();
 }
 
 void
 Centre::merge(nodes::Time time)
 {
-  node_.waitUntilDecoded();
-  map_.update(node_);
+  grid_->node.waitUntilDecoded();
+  grid_->map.update(grid_->node, time);
   if (outputs_.empty())
     return;
-  throwUnlessOk(node_.merge(merged_));
+  throwUnlessOk(grid_->node.merge(merged_));
   if (wants_i_frame_.exchange(false))
-    encoder_.requestIFrame();
+    grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
-  throwUnlessOk(encoder_.encode(merged_, time, "", bytes));
+  throwUnlessOk(grid_->encoder.encode(merged_, time, "", bytes));
   for (const Output& output : outputs_)
     output.output->publish(output.stream, time, bytes);
   ++merged_frames_;
@@ -128,8 +176,10 @@ Centre::merge(nodes::Time time)
 void
 Centre::finish()
 {
-  node_.waitUntilDecoded();
-  map_.finish();
+  if (!grid_)
+    return;
+  grid_->node.waitUntilDecoded();
+  grid_->map.finish(grid_->node);
 }
 
 } // namespace tools

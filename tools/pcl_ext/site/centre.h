@@ -14,6 +14,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,8 +25,8 @@ namespace tools {
 /** \brief Settings of a Centre. */
 struct CentreOptions {
   std::string name; ///< of the merged stream; empty: it is not published
-  double resolution = nodes::CentralNodeSettings().resolution; ///< metres
-  io::StreamSettings stream; ///< effort and I-frames of the merged stream
+  std::optional<double> resolution; ///< metres; none: that of the first frame
+  io::StreamSettings stream;        ///< effort and I-frames of the merged stream
   nodes::MergeScheduleSettings schedule;
   DecodingOptions decoding;
   CentreMapOptions map;
@@ -78,13 +79,23 @@ public:
     return merged_frames_;
   }
 
+  /** \brief Health of the streams. Called by any thread. */
   std::vector<nodes::StreamHealth>
-  health() const
-  {
-    return node_.health();
-  }
+  health() const;
 
 private:
+  /** \brief What there is for one edge of voxels. */
+  struct Grid {
+    Grid(const CentreOptions& options,
+         double resolution,
+         const RequestIFrame& request_i_frame,
+         Console& console);
+
+    nodes::CentralNode node;
+    nodes::MergedFrameEncoder encoder;
+    CentreMap map;
+  };
+
   struct Output {
     LiveOutput* output;
     std::size_t stream;
@@ -95,15 +106,17 @@ private:
   addStream(const link::LinkFrame& frame);
 
   void
+  makeGrid(double resolution);
+
+  void
   merge(nodes::Time time);
 
   const CentreOptions& options_;
   const RequestIFrame request_i_frame_;
   Console& console_;
-  nodes::CentralNode node_;
   nodes::MergeSchedule schedule_;
-  nodes::MergedFrameEncoder encoder_;
-  CentreMap map_;
+  mutable std::mutex grid_mutex_; // guards the pointer, which other threads read
+  std::unique_ptr<Grid> grid_;    // null until the first frame, if that tells its edge
   std::atomic<bool> wants_i_frame_{false};
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;

@@ -5,7 +5,9 @@
 #include "console/exit_status.h"
 #include "streams/stream_decoder.h"
 
+#include <array>
 #include <chrono>
+#include <future>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -30,9 +32,41 @@ public:
   }
 
   void
-  update(const nodes::CentralNode& node)
+  update(const nodes::CentralNode& node, nodes::Time time)
   {
-    for (const auto& [name, position] : sensors_) {
+    constexpr std::chrono::seconds interval{1};
+    using std::chrono::abs;
+    if (last_time_ && abs(time - *last_time_) < interval)
+      return;
+    if (update_.valid()) {
+      if (update_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+      update_.get();
+    }
+    last_time_ = time;
+    update_ = std::async(std::launch::async,
+                         [this, &node, sensors = sensors_] { insert(node, sensors); });
+    if (options_.waits)
+      update_.get();
+  }
+
+  void
+  finish(const nodes::CentralNode& node)
+  {
+    if (update_.valid())
+      update_.get();
+    last_write_ = std::chrono::steady_clock::now();
+    insert(node, sensors_);
+    console_.summary(write());
+  }
+
+private:
+  using Sensors = std::map<std::string, std::optional<std::array<double, 3>>>;
+
+  void
+  insert(const nodes::CentralNode& node, const Sensors& sensors)
+  {
+    for (const auto& [name, position] : sensors) {
       nodes::detail::MergedMap::FindSensor sensor;
       if (position)
         sensor = [position = *position](nodes::Time) {
@@ -43,11 +77,6 @@ public:
       map_.insertLatest(name, sensor, node);
     }
     map_.completeRound();
-  }
-
-  void
-  work()
-  {
     constexpr std::chrono::minutes interval{1};
     const auto now = std::chrono::steady_clock::now();
     if (now - last_write_ < interval)
@@ -66,18 +95,13 @@ public:
     return written.message;
   }
 
-  void
-  finish()
-  {
-    console_.summary(write());
-  }
-
-private:
   const CentreMapOptions options_;
   Console& console_;
   nodes::detail::MergedMap map_;
-  std::map<std::string, std::optional<std::array<double, 3>>> sensors_;
+  Sensors sensors_;
+  std::optional<nodes::Time> last_time_; // of the clouds
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
+  std::future<void> update_; // last, as it uses the others
 };
 
 CentreMap::CentreMap(const CentreMapOptions& options,
@@ -98,24 +122,17 @@ CentreMap::addStream(const std::string& name, const StreamMetadata& metadata)
 }
 
 void
-CentreMap::update(const nodes::CentralNode& node)
+CentreMap::update(const nodes::CentralNode& node, nodes::Time time)
 {
   if (implementation_)
-    implementation_->update(node);
+    implementation_->update(node, time);
 }
 
 void
-CentreMap::work()
+CentreMap::finish(const nodes::CentralNode& node)
 {
   if (implementation_)
-    implementation_->work();
-}
-
-void
-CentreMap::finish()
-{
-  if (implementation_)
-    implementation_->finish();
+    implementation_->finish(node);
 }
 
 } // namespace tools

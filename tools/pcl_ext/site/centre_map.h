@@ -15,9 +15,12 @@ namespace tools {
 struct CentreMapOptions {
   std::string path;            ///< of the .ot file; empty: no map
   double full_intensity = 4.0; ///< that counts as one hit, in the unit of the streams
+  bool waits = false;          ///< for each update, as a replay can
 };
 
-/** \brief Feeds the map, where the program was built with OctoMap. */
+/** \brief Feeds the map, where the program was built with OctoMap: with the latest frames,
+ * once a second, by a thread of its own, as that may take longer than from one merged frame
+ * to the next. */
 class CentreMap {
 public:
   /** \param[in] resolution metres
@@ -34,19 +37,20 @@ public:
   void
   addStream(const std::string& name, const StreamMetadata& metadata);
 
-  /** \brief Inserts the latest frames. */
+  /** \brief Inserts the latest frames, unless that was done within the last second, or is
+   * still being done; writes the map once a minute.
+   * \param[in] node must outlive this
+   * \param[in] time of the clouds
+   * \throws std::runtime_error if it could not be written
+   */
   void
-  update(const nodes::CentralNode& node);
+  update(const nodes::CentralNode& node, nodes::Time time);
 
-  /** \brief Writes the map once a minute. */
-  void
-  work();
-
-  /** \brief Writes the map.
+  /** \brief Inserts the last frames, and writes the map.
    * \throws std::runtime_error
    */
   void
-  finish();
+  finish(const nodes::CentralNode& node);
 
 private:
   class Implementation;

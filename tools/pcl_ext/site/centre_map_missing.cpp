@@ -22,15 +22,11 @@ CentreMap::addStream(const std::string& /* name */,
 {}
 
 void
-CentreMap::update(const nodes::CentralNode& /* node */)
+CentreMap::update(const nodes::CentralNode& /* node */, nodes::Time /* time */)
 {}
 
 void
-CentreMap::work()
-{}
-
-void
-CentreMap::finish()
+CentreMap::finish(const nodes::CentralNode& /* node */)
 {}
 
 } // namespace tools
