@@ -5,6 +5,6 @@
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 
-"$root/tools/build_ros.sh" -DPCL_EXT_ROS_BUILD_TESTS=ON
+"$root/tools/build_ros.sh" -DPCL_EXT_ROS1_BUILD_TESTS=ON
 cd "$root/build-ros"
 exec ctest --output-on-failure -j "${PCL_EXT_JOBS:-2}" "$@"

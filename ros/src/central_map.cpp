@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <iostream>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::valueOf;
 using pcl_ext::nodes::detail::MergedMap;
@@ -105,4 +105,4 @@ CentralMap::write(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& resp
   return true;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

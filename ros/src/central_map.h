@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief The map of the central node: its timer, its service and its file. It has a thread
  * of its own, as a map with rays can take longer than frames can wait. */
@@ -96,4 +96,4 @@ private:
   ros::AsyncSpinner spinner_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -4,7 +4,7 @@
 #include "node_parameters.h"
 #include "parameter_reader.h"
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::valueOf;
 using pcl_ext::nodes::withoutLeadingSlash;
@@ -51,4 +51,4 @@ readCompressorParameters()
   return parameters;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

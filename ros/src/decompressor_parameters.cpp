@@ -4,7 +4,7 @@
 #include "node_parameters.h"
 #include "parameter_reader.h"
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::noiseParameters;
 using pcl_ext::nodes::ParameterDescription;
@@ -112,4 +112,4 @@ readDecompressorParameters()
   return parameters;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -3,7 +3,7 @@
 #include <diagnostic_msgs/KeyValue.h>
 #include <ros/this_node.h>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 diagnostic_msgs::DiagnosticStatus
 toMessage(const std::string& name, const pcl_ext::nodes::HealthReport& report)
@@ -22,4 +22,4 @@ toMessage(const std::string& name, const pcl_ext::nodes::HealthReport& report)
   return status;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief A warning is repeated at most this often. */
 constexpr double seconds_between_warnings = 5.0;
@@ -18,4 +18,4 @@ constexpr double seconds_between_warnings = 5.0;
 diagnostic_msgs::DiagnosticStatus
 toMessage(const std::string& name, const pcl_ext::nodes::HealthReport& report);
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -12,7 +12,7 @@
 #include "transform_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <pcl_ext_ros/CompressedPointCloud2.h>
+#include <pcl_ext_ros1/CompressedPointCloud2.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
@@ -23,7 +23,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::SenderHealth;
 using pcl_ext::nodes::SensorNodeCode;
@@ -182,11 +182,11 @@ private:
   ros::WallTimer report_timer_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1
 
 int
 main(int argc, char** argv)
 {
-  return pcl_ext_ros::runNode<pcl_ext_ros::IntensityCompressor>(
+  return pcl_ext_ros1::runNode<pcl_ext_ros1::IntensityCompressor>(
       argc, argv, "intensity_compressor");
 }

@@ -17,7 +17,7 @@
 #include "stream_view.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <pcl_ext_ros/CompressedPointCloud2.h>
+#include <pcl_ext_ros1/CompressedPointCloud2.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
@@ -32,7 +32,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 namespace {
 
@@ -353,11 +353,11 @@ private:
   std::optional<StreamView> view_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1
 
 int
 main(int argc, char** argv)
 {
-  return pcl_ext_ros::runNode<pcl_ext_ros::IntensityDecompressor>(
+  return pcl_ext_ros1::runNode<pcl_ext_ros1::IntensityDecompressor>(
       argc, argv, "intensity_decompressor");
 }

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 pcl_ext::nodes::Time
 toNodeTime(const ros::Time& time)
@@ -37,4 +37,4 @@ toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
   return message;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

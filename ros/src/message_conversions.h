@@ -9,7 +9,7 @@
 
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief Exact conversions; a time that ROS cannot represent, before 1970 or after 2106,
  * becomes 0. */
@@ -26,4 +26,4 @@ rosTimeNow();
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame);
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -7,7 +7,7 @@
 #include <exception>
 #include <iostream>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief Runs a node until it is stopped.
  * \tparam NodeT has a default constructor, which reads the parameters, and run()
@@ -38,4 +38,4 @@ runNode(int argc, char** argv, const char* name)
   }
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

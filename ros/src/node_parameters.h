@@ -9,7 +9,7 @@
 
 // The parameters of the nodes: doc/nodes.md has their units, defaults and ranges.
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 struct CompressorParameters {
   pcl_ext::nodes::ParameterValues encoding; ///< of encodingParameters()
@@ -51,4 +51,4 @@ struct DecompressorParameters {
 DecompressorParameters
 readDecompressorParameters();
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

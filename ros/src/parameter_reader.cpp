@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::ParameterDescription;
 using pcl_ext::nodes::ParameterValue;
@@ -148,4 +148,4 @@ ParameterReader::find(const std::string& name)
   return value;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief A parameter that the node cannot use. The message has the name, the value and
  * the allowed values in one line. */
@@ -77,4 +77,4 @@ private:
   std::set<std::string> known_names_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

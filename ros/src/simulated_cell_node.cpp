@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 namespace {
 
@@ -139,10 +139,11 @@ private:
   tf2_ros::StaticTransformBroadcaster broadcaster_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1
 
 int
 main(int argc, char** argv)
 {
-  return pcl_ext_ros::runNode<pcl_ext_ros::SimulatedCell>(argc, argv, "simulated_cell");
+  return pcl_ext_ros1::runNode<pcl_ext_ros1::SimulatedCell>(
+      argc, argv, "simulated_cell");
 }

@@ -8,7 +8,7 @@
 
 #include <utility>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::noiseParameters;
 using pcl_ext::nodes::ParameterDescription;
@@ -89,4 +89,4 @@ StreamNoise::take(const std::string& name, const ParameterDescription& descripti
   return true;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief What is noise in one stream. It can change while the node runs, except for
  * density_unit. Thread-safe.
@@ -51,4 +51,4 @@ private:
   pcl_ext::nodes::ParameterValues values_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

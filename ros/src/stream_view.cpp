@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::valueOf;
 
@@ -20,7 +20,7 @@ namespace {
 std::string
 readPage(const std::string& parameter)
 {
-  const std::string path = parameter.empty() ? PCL_EXT_ROS_VIEW_PAGE : parameter;
+  const std::string path = parameter.empty() ? PCL_EXT_ROS1_VIEW_PAGE : parameter;
   std::ifstream file(path, std::ios::binary);
   std::string content{std::istreambuf_iterator<char>(file),
                       std::istreambuf_iterator<char>()};
@@ -82,4 +82,4 @@ StreamView::show(std::size_t stream,
   server_.publish(stream, std::chrono::nanoseconds(stamp.toNSec()), frame);
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief Shows compressed streams in browsers. Thread-safe. */
 class StreamView {
@@ -39,4 +39,4 @@ private:
   pcl_ext::view::ViewServer server_;
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

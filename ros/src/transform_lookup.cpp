@@ -10,7 +10,7 @@
 #include <exception>
 #include <utility>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 TransformLookup::TransformLookup(std::string global_frame, double timeout)
 : global_frame_(std::move(global_frame))
@@ -60,4 +60,4 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
   return found;
 }
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 
 /** \brief Result of a lookup. */
 struct FoundTransform {
@@ -48,4 +48,4 @@ private:
   tf2_ros::TransformListener listener_{buffer_};
 };
 
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

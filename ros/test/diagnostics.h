@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 using diagnostic_msgs::DiagnosticStatus;
@@ -104,4 +104,4 @@ private:
 };
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

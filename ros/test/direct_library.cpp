@@ -9,7 +9,7 @@
 
 #include <cstring>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace io = pcl_ext::io;
@@ -103,4 +103,4 @@ mergedDirectly(double resolution, const std::map<std::string, Bytes>& frames)
 }
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

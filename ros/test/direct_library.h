@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 /** \brief Voxels as points x, y, z, intensity, colour (0: none), in their order. */
@@ -65,4 +65,4 @@ Voxels
 mergedDirectly(double resolution, const std::map<std::string, Bytes>& frames);
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

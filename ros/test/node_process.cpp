@@ -20,7 +20,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -54,7 +54,7 @@ prepareNode(const std::string& program,
   for (const auto& [name, value] : parameters)
     ros::param::set(full_name + "/" + name, value);
   const std::size_t slash = full_name.rfind('/');
-  std::vector<std::string> command{std::string(PCL_EXT_ROS_NODES) + "/" + program,
+  std::vector<std::string> command{std::string(PCL_EXT_ROS1_NODES) + "/" + program,
                                    "__ns:=" + full_name.substr(0, slash),
                                    "__name:=" + full_name.substr(slash + 1)};
   command.insert(command.end(), arguments.begin(), arguments.end());
@@ -225,4 +225,4 @@ NodeProcess::expectSubscribers(const std::string& topic, std::size_t count) cons
 }
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

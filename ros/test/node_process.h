@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 /** \brief A folder that is removed after the test program. */
@@ -120,4 +120,4 @@ private:
 };
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

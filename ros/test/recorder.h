@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 /** \brief Long, as a node can take seconds to start on a busy computer. Only a test
@@ -132,4 +132,4 @@ private:
 };
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

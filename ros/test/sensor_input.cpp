@@ -11,7 +11,7 @@
 #include <limits>
 #include <random>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -122,4 +122,4 @@ throughMessage(const pcl_ext::WorldPose& pose)
 }
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

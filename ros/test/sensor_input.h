@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 /** \brief The stamp of the nth cloud. Neither a float nor microseconds can represent
@@ -76,4 +76,4 @@ private:
 };
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -1,6 +1,6 @@
 #include "stream_scenario.h"
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -124,4 +124,4 @@ StreamScenario::expectClouds(std::uint32_t begin, std::uint32_t end)
 }
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

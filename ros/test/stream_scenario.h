@@ -14,14 +14,14 @@
 
 #include <gtest/gtest.h>
 
-#include <pcl_ext_ros/CompressedPointCloud2.h>
+#include <pcl_ext_ros1/CompressedPointCloud2.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/PointCloud2.h>
 
 #include <optional>
 #include <string>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 /** \brief Parameters of a compressor with a fixed grid, so that the voxels depend on
@@ -108,4 +108,4 @@ protected:
 };
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

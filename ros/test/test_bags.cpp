@@ -5,7 +5,7 @@
 
 #include <map>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -106,4 +106,4 @@ TEST_F(Bags, RecordingFromTheMiddleOfAStreamIsInSyncWithinTwoFrames)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -333,4 +333,4 @@ TEST_F(ChangedNoise, Threshold)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

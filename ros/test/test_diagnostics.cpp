@@ -4,7 +4,7 @@
  */
 #include "stream_scenario.h"
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -125,4 +125,4 @@ TEST_F(Health, ReportsComeOnceASecondAndShowSilence)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -5,7 +5,7 @@
 
 #include <std_msgs/String.h>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -151,4 +151,4 @@ TEST_F(Garbage, BrokenCloudsAreRefusedAndReported)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -15,7 +15,7 @@
 #include <filesystem>
 #include <memory>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -34,7 +34,7 @@ protected:
   launch(const std::string& file, const std::vector<std::string>& arguments)
   {
     std::vector<std::string> command{
-        "roslaunch", "--skip-log-check", "pcl_ext_ros", file};
+        "roslaunch", "--skip-log-check", "pcl_ext_ros1", file};
     command.insert(command.end(), arguments.begin(), arguments.end());
     roslaunch = std::make_unique<ChildProcess>(command);
   }
@@ -118,7 +118,7 @@ TEST_F(LaunchFiles, OneSensorOnTwoComputers)
          {"simulated:=true", "points:=/camera/points", "central_side:=false"});
   ChildProcess central({"roslaunch",
                         "--skip-log-check",
-                        "pcl_ext_ros",
+                        "pcl_ext_ros1",
                         "one_sensor.launch",
                         "points:=/camera/points",
                         "sensor_side:=false"});
@@ -177,4 +177,4 @@ TEST_F(LaunchFiles, ReplayOfFrames)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -9,7 +9,7 @@
 
 #include <set>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -169,4 +169,4 @@ TEST_F(Losses, CloudsFasterThanTheNodesLoseNoSync)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -13,7 +13,7 @@
 #include <fstream>
 #include <memory>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -163,4 +163,4 @@ TEST_F(Maps, ServiceWithoutAMapSaysWhy)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

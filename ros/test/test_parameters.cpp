@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -215,4 +215,4 @@ TEST_F(RightParameters, AllAreAccepted)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

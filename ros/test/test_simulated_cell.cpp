@@ -8,7 +8,7 @@
 
 #include <utility>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -114,4 +114,4 @@ TEST_F(SimulatedCells, VoxelsOfItsCloudsAreTheLibrarys)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -3,7 +3,7 @@
  */
 #include "stream_scenario.h"
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -255,4 +255,4 @@ TEST_F(Streams, EachTopicCanBeRemapped)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

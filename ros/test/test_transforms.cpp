@@ -7,7 +7,7 @@
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -173,4 +173,4 @@ TEST_F(Transforms, FramesOfAnotherGlobalFrameAreDropped)
 } // namespace
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

@@ -11,7 +11,7 @@
 
 #include <fstream>
 
-namespace pcl_ext_ros {
+namespace pcl_ext_ros1 {
 namespace test {
 
 namespace {
@@ -134,4 +134,4 @@ TEST_F(View, WithoutItsPageTheNodeEnds)
 }
 
 } // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros1

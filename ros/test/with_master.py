@@ -169,7 +169,7 @@ def main():
     # SystemExit, so that the finally below runs.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     adopt_orphans()
-    folder = tempfile.mkdtemp(prefix="pcl_ext_ros_test_")
+    folder = tempfile.mkdtemp(prefix="pcl_ext_ros1_test_")
     environment = dict(os.environ, ROS_IP="127.0.0.1", ROS_HOME=folder,
                        ROS_LOG_DIR=os.path.join(folder, "log"),
                        ROSCONSOLE_STDOUT_LINE_BUFFERED="1")

@@ -208,12 +208,14 @@ Connection::connectionFailure(natsStatus failure) const
   case NATS_NO_MEMORY:
     return outOfMemoryStatus<LinkStatus>();
   case NATS_CONNECTION_AUTH_FAILED:
-    return {LinkCode::Refused,
-            at + " refuses " +
-                (settings_.user.empty()
-                     ? "a client without the right user, token or "
-                       "certificate"
-                     : "user '" + settings_.user + "': wrong user or password")};
+    return {
+        LinkCode::Refused,
+        at + " refuses " +
+            (settings_.user.empty()
+                 ? "a client without the right user, token or "
+                   "certificate"
+                 : "user '" + settings_.user + "': wrong user or password" +
+                       (settings_.password.empty() ? " (no password is set)" : ""))};
   case NATS_SECURE_CONNECTION_REQUIRED:
     return {LinkCode::CannotConnect,
             at + " takes encrypted connections alone: name it tls://HOST:PORT"};
@@ -299,6 +301,8 @@ Connection::onError(natsConnection* connection,
 {
   const char* details = nullptr;
   natsConnection_GetLastError(connection, &details);
+  if (error == NATS_NOT_PERMITTED)
+    ++static_cast<Connection*>(self)->violations_;
   static_cast<Connection*>(self)->tell(
       "the server at " + shownServers(static_cast<Connection*>(self)->settings_) +
       " reports: " +

@@ -80,6 +80,13 @@ public:
     return reconnections_;
   }
 
+  /** \brief How often the server did not permit what was asked of it. */
+  std::uint64_t
+  violations() const
+  {
+    return violations_;
+  }
+
   /** \brief The status of a call that failed on an open connection. */
   LinkStatus
   statusOf(natsStatus failure) const;
@@ -113,6 +120,7 @@ private:
   const std::function<void()> on_reconnect_;
   natsConnection* connection_ = nullptr;
   std::atomic<std::uint64_t> reconnections_{0};
+  std::atomic<std::uint64_t> violations_{0};
   std::atomic<bool> is_closing_{false};
   std::mutex mutex_;
   std::condition_variable closed_;

@@ -69,6 +69,7 @@ public:
     PublisherStatistics statistics = statistics_;
     statistics.i_frame_requests = i_frame_requests_;
     statistics.reconnections = connection_.reconnections();
+    statistics.violations = connection_.violations();
     return statistics;
   }
 

@@ -75,6 +75,13 @@ public:
   void
   requestIFrame(const std::string& stream);
 
+  void
+  stop()
+  {
+    subscriptions_.clear(); // which waits for their handlers
+    is_stopped_ = true;
+  }
+
   SubscriberStatistics
   statistics() const;
 
@@ -111,6 +118,7 @@ private:
   const SubscriberSettings settings_;
   Connection connection_;
   std::optional<Replay> replay_;
+  std::atomic<bool> is_stopped_{false};
 
   mutable std::mutex mutex_; // guards what follows
   std::condition_variable arrived_;
@@ -298,6 +306,8 @@ FrameSubscriber::Implementation::next(LinkFrame& frame,
   while (!takeWaiting(frame)) {
     if (connection_.isClosed())
       return connection_.statusOf(NATS_CONNECTION_CLOSED);
+    if (is_stopped_)
+      return {LinkCode::NoFrame, "no frame comes after stop()"};
     const auto now = std::chrono::steady_clock::now();
     if (replay_) {
       lock.unlock();
@@ -325,6 +335,7 @@ FrameSubscriber::Implementation::statistics() const
   for (const auto& [name, stream] : streams_)
     statistics.streams.push_back(stream.statistics);
   statistics.reconnections = connection_.reconnections();
+  statistics.violations = connection_.violations();
   return statistics;
 }
 
@@ -353,6 +364,12 @@ FrameSubscriber::requestIFrame(const std::string& stream) noexcept
     implementation_->requestIFrame(stream);
     return LinkStatus();
   });
+}
+
+void
+FrameSubscriber::stop() noexcept
+{
+  implementation_->stop();
 }
 
 SubscriberStatistics

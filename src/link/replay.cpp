@@ -27,6 +27,11 @@ jetStreamFailure(const Connection& connection, natsStatus status, jsErrCode erro
                 "': keepFrames() or pcl_ext keep makes it do so"};
   if (!connection.isConnected())
     return connection.statusOf(status);
+  if (status == NATS_TIMEOUT)
+    return {
+        LinkCode::CannotConnect,
+        "JetStream of the server does not answer: this user may need the permission to "
+        "publish on $JS.API.>"};
   const char* const details = nats_GetLastError(nullptr);
   return {
       LinkCode::CannotConnect,

@@ -169,7 +169,7 @@ public:
   }
 
   MergeStatus
-  merge(io::VoxelFrame& merged)
+  merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
   {
     const auto failed = [&](const CentralNodeStatus& status) {
       merged = io::VoxelFrame();
@@ -178,7 +178,7 @@ public:
     if (!settings_status_.ok())
       return failed(settings_status_);
     try {
-      return mergeOrThrow(merged);
+      return mergeOrThrow(merged, stamps);
     }
     catch (const std::bad_alloc&) {
       return failed(outOfMemoryStatus<CentralNodeStatus>());
@@ -197,15 +197,15 @@ public:
 
 private:
   MergeStatus
-  mergeOrThrow(io::VoxelFrame& merged)
+  mergeOrThrow(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
   {
     const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
-    return callOrCleanUp([&] { return mergeStreams(merged); },
+    return callOrCleanUp([&] { return mergeStreams(merged, stamps); },
                          [&] { merged_voxels_.releaseMemory(); });
   }
 
   MergeStatus
-  mergeStreams(io::VoxelFrame& merged)
+  mergeStreams(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
   {
     const Time now = settings_.clock();
     MergeStatus status;
@@ -214,7 +214,8 @@ private:
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
       for (auto& [name, stream] : streams_)
         status.streams.push_back(
-            {name, merged_voxels_.add(stream, now - settings_.max_merge_age, now)});
+            {name,
+             merged_voxels_.add(stream, now - settings_.max_merge_age, now, stamps)});
     }
     merged_voxels_.finish(merged);
     return status;
@@ -379,9 +380,9 @@ CentralNode::latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
 }
 
 MergeStatus
-CentralNode::merge(io::VoxelFrame& merged)
+CentralNode::merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
 {
-  return implementation_->merge(merged);
+  return implementation_->merge(merged, stamps);
 }
 
 std::vector<StreamHealth>

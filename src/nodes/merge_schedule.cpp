@@ -10,7 +10,6 @@ namespace {
 
 constexpr Time longest = std::chrono::hours(1);
 constexpr Time shortest_period = std::chrono::milliseconds(1);
-constexpr Time alive_for = std::chrono::seconds(1);
 constexpr Time most_apart = std::chrono::seconds(2);
 constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
 
@@ -38,6 +37,9 @@ faultOf(const MergeScheduleSettings& settings)
   if (settings.max_wait < Time(0) || settings.max_wait > longest)
     return "max_wait is " + milliseconds(settings.max_wait) +
            "; it must be 0 to 1 hour";
+  if (settings.max_age < shortest_period || settings.max_age > longest)
+    return "max_age is " + milliseconds(settings.max_age) +
+           "; it must be 1 ms to 1 hour";
   return {};
 }
 
@@ -48,7 +50,7 @@ MergeSchedule::MergeSchedule(const MergeScheduleSettings& settings)
 bool
 MergeSchedule::isAlive(const Stream& stream, Time now) const
 {
-  return now - stream.last_arrival <= alive_for;
+  return now - stream.last_arrival <= settings_.max_age;
 }
 
 std::optional<Time>
@@ -106,10 +108,18 @@ MergeSchedule::releaseFrames(Time offset, Step& step)
       const bool is_synchronous = areClose(first.offset, offset);
       if (slot_ && is_synchronous && first.frame.stamp > *slot_)
         break;
+      if (slot_ && is_synchronous && first.frame.stamp == *slot_)
+        waitSince(first.offset + first.frame.stamp);
       has_frames_ |= slot_.has_value();
       step.frames.push_back(std::move(first.frame));
       stream.held.pop_front();
     }
+}
+
+void
+MergeSchedule::waitSince(Time arrival)
+{
+  waiting_since_ = std::min(waiting_since_.value_or(arrival), arrival);
 }
 
 bool
@@ -119,10 +129,13 @@ MergeSchedule::isComplete(Time offset, Time now)
   for (const auto& [name, stream] : streams_) {
     if (!isAlive(stream, now) || !areClose(stream.last_offset, offset))
       continue;
-    if (stream.last_stamp < *slot_)
+    if (stream.last_stamp < *slot_) {
       are_all_there = false;
-    else if (!waiting_since_)
-      waiting_since_ = now;
+      continue;
+    }
+    waitSince(stream.held.empty()
+                  ? stream.last_arrival
+                  : stream.held.front().offset + stream.held.front().frame.stamp);
   }
   return are_all_there ||
          (waiting_since_ && now - *waiting_since_ >= settings_.max_wait);

@@ -66,9 +66,13 @@ MergedVoxels::clear()
 }
 
 std::optional<LatestFrame>
-MergedVoxels::add(ReceivedStream& stream, Time oldest, Time newest)
+MergedVoxels::add(ReceivedStream& stream,
+                  Time oldest,
+                  Time newest,
+                  const std::optional<StampRange>& stamps)
 {
-  const std::optional<LatestFrame> latest = stream.latestVoxels(oldest, newest, frame_);
+  const std::optional<LatestFrame> latest =
+      stream.latestVoxels(oldest, newest, frame_, stamps);
   if (!latest) {
     stream.setMergedVoxels(0, 0);
     return latest;

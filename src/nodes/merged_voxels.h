@@ -31,10 +31,14 @@ public:
   void
   clear();
 
-  /** \brief Adds the latest voxels of a stream, if they were decoded between two times.
+  /** \brief Adds the latest voxels of a stream, if they were decoded between two times or
+   * have one of some stamps.
    * \return the frame that they are from; nothing if there are none */
   std::optional<LatestFrame>
-  add(ReceivedStream& stream, Time oldest, Time newest);
+  add(ReceivedStream& stream,
+      Time oldest,
+      Time newest,
+      const std::optional<StampRange>& stamps);
 
   /** \brief Ends the merged frame. Tells the streams how many of
    * their voxels are outside the common grid, and how many intensities were reduced. */

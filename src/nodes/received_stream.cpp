@@ -279,11 +279,17 @@ ReceivedStream::countFailed(io::CompressionStatus status, bool is_decoded)
 }
 
 std::optional<LatestFrame>
-ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const
+ReceivedStream::latestVoxels(Time oldest,
+                             Time newest,
+                             io::VoxelFrame& voxels,
+                             const std::optional<StampRange>& stamps) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (health_.frames_decoded == 0 || health_.last_decoded < oldest ||
-      health_.last_decoded > newest)
+  const bool was_decoded_then =
+      health_.last_decoded >= oldest && health_.last_decoded <= newest;
+  const bool has_such_a_stamp =
+      stamps && latest_stamp_ >= stamps->oldest && latest_stamp_ <= stamps->newest;
+  if (health_.frames_decoded == 0 || (!was_decoded_then && !has_such_a_stamp))
     return std::nullopt;
   // After an exception the copy may have keys without intensities.
   callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });

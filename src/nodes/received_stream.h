@@ -100,12 +100,15 @@ public:
   bool
   endTurn();
 
-  /** \brief Copies the latest voxels, if they were decoded between two times. If a
-   * clock was set back, voxels may be newer than its time.
+  /** \brief Copies the latest voxels, if they were decoded between two times or have one
+   * of some stamps. If a clock was set back, voxels may be newer than its time.
    * \return nothing if they were not; `voxels` is unchanged then
    */
   std::optional<LatestFrame>
-  latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const;
+  latestVoxels(Time oldest,
+               Time newest,
+               io::VoxelFrame& voxels,
+               const std::optional<StampRange>& stamps = std::nullopt) const;
 
   /** \brief Sets how many of the latest voxels could not be merged, and how many with a
    * smaller intensity only. */

@@ -75,6 +75,13 @@ TEST(Link, CarriesFramesWithTheirTimesAndMetadata)
             0u);
   EXPECT_EQ(statistics.publishers, 1u);
   EXPECT_EQ(sensor.publisher().statistics().frames, 20u);
+  // What waits when it is stopped is brought, too, and nothing is waited for.
+  sensor.publish();
+  ASSERT_TRUE(waitFor([&] { return receiver.statisticsOf(name).frames == 21; }));
+  receiver.subscriber.stop();
+  sensor.publish();
+  EXPECT_TRUE(receiver.take());
+  expectCode(receiver.subscriber.next(none, std::chrono::hours(1)), LinkCode::NoFrame);
 }
 
 TEST(Link, BringsAStreamThatRunsFromItsNextIFrame)

@@ -92,6 +92,7 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermit)
                "Permissions Violation for Publish to \"cell./sensor_1.frames\"") !=
            std::string::npos;
   })) << events;
+  EXPECT_GE(sensor.publisher().statistics().violations, 1u);
 }
 
 TEST(LinkSecurity, Encrypts)

@@ -146,14 +146,31 @@ TEST(MergeSchedule, WaitsForAStreamThatIsBehindButNotForEver)
   EXPECT_EQ(run.merged().at(begin + 200ms).at("b"), begin + 200ms);
 }
 
+TEST(MergeSchedule, WaitsSinceAFrameArrivedNotSinceTheOneBefore)
+{
+  ScheduleRun run;
+  run.add("dead", begin, 0ms);
+  for (Time now = 0ms; now <= 1s; now += 100ms) {
+    run.add("a", begin + now, now);
+    // 200 ms after each frame, although that dead one is waited for each time.
+    const std::vector<Time> expected = now == 0ms ? std::vector<Time>{begin}
+                                       : now < 300ms
+                                           ? std::vector<Time>()
+                                           : std::vector<Time>{begin + now - 200ms};
+    EXPECT_EQ(run.work(now), expected) << now.count();
+  }
+}
+
 TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
 {
   ScheduleRun run;
   run.add("dead", begin, 0ms);
   run.add("a", begin, 0ms);
   run.work(0ms);
-  run.add("a", begin + 1100ms, 1100ms);
-  EXPECT_EQ(run.work(1100ms), std::vector<Time>{begin + 1100ms});
+  run.add("a", begin + 2000ms, 2000ms);
+  EXPECT_TRUE(run.work(2000ms).empty()); // it may be slow
+  run.add("a", begin + 2100ms, 2100ms);
+  EXPECT_EQ(run.work(2100ms), (std::vector<Time>{begin + 2000ms, begin + 2100ms}));
   // When all have ended, nothing is merged again and again.
   EXPECT_TRUE(run.work(5s).empty());
   EXPECT_TRUE(run.work(50s).empty());
@@ -163,7 +180,7 @@ TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
   run.work(51s);
   run.add("a", begin + 51100ms, 51100ms);
   EXPECT_TRUE(run.work(51100ms).empty());
-  EXPECT_EQ(run.work(53s), std::vector<Time>{begin + 51100ms});
+  EXPECT_EQ(run.work(54s), std::vector<Time>{begin + 51100ms});
 }
 
 TEST(MergeSchedule, GoesOnWhenClocksDiffer)
@@ -214,6 +231,7 @@ TEST(MergeSchedule, TellsWhichSettingIsWrong)
   EXPECT_EQ(faultOf({}), "");
   EXPECT_EQ(faultOf({500us, 0ms}), "period is 0 ms; it must be 1 ms to 1 hour");
   EXPECT_EQ(faultOf({2h, 0ms}), "period is 7200000 ms; it must be 1 ms to 1 hour");
+  EXPECT_EQ(faultOf({1s, 0ms, 0ms}), "max_age is 0 ms; it must be 1 ms to 1 hour");
   EXPECT_EQ(faultOf({1s, -1ms}), "max_wait is -1 ms; it must be 0 to 1 hour");
 }
 

@@ -145,7 +145,7 @@ TEST(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
   const NatsServer server("mappings = { \"cell.*.frames\": "
                           "\"cell.{{wildcard(1)}}.frames.{{partition(3,1)}}\" }");
   const std::string common =
-      " --resolution 0.04 --merge-wait 1s --server " + server.url();
+      " --resolution 0.04 --merge-wait 1s --merge-age 1s --server " + server.url();
   const auto centre = [&](const std::string& part, const std::string& run) {
     auto started = std::make_unique<BackgroundProgram>(
         folder,

@@ -171,6 +171,19 @@ TEST(ProgramSite, ReplaysWhatTheServerKeeps)
               "receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
     expectTwoStreams(folder / (from + ".mcap"), sent);
   }
+  // Merged by the times of the clouds, however fast they come.
+  std::set<std::int64_t> times;
+  constexpr std::int64_t period = 100000000;
+  for (const KnownStream& stream : sent)
+    for (const auto& frame : stream.frames)
+      times.insert((frame.time.count() + period - 1) / period);
+  times.erase(*times.rbegin()); // no frame is as late as the last one
+  const ProgramRun merged =
+      expectRun(folder, "receive -q --replay all --merge all --map x.ot" + at(server));
+  EXPECT_NE(merged.output.find("; " + std::to_string(times.size()) + " merged frames"),
+            std::string::npos)
+      << merged.output;
+  EXPECT_GT(fs::file_size(folder / "x.ot"), 1000u);
 }
 
 /** \brief The text of an example. */
@@ -226,6 +239,7 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
   EXPECT_NE(listening.errors.find("Permissions Violation for Subscription"),
             std::string::npos)
       << listening.errors;
+  EXPECT_EQ(listening.status, 1);
   const ProgramRun kept = runShell(
       folder,
       "PCL_EXT_PASSWORD='change me as well' \"$P\" keep --user operator" + at(server));
@@ -295,6 +309,10 @@ TEST(ProgramSite, TellsWhatIsWrong)
                 "receive -o x.mcap --merge-wait 1s",
                 2,
                 "--merge-wait is for merged streams: add --merge");
+  expectFailure(folder,
+                "receive -o x.mcap --map ./x.mcap",
+                2,
+                "-o and --map are both './x.mcap': name two files");
   expectFailure(folder,
                 "receive --merge a --merged-site cell --site cell",
                 2,

@@ -19,6 +19,7 @@ struct PublisherStatistics {
   std::uint64_t frames_not_sent =
       0; ///< the connection was lost, or they were too large
   std::uint64_t i_frame_requests = 0; ///< received
+  std::uint64_t violations = 0; ///< what the server did not permit, frames for one
   std::uint64_t reconnections = 0;
 };
 

@@ -70,6 +70,7 @@ struct SubscriberStatistics {
   std::vector<LinkStreamStatistics> streams; ///< by name
   std::uint64_t messages_of_no_stream = 0;   ///< a subject that names none
   std::uint64_t messages_of_too_many = 0;    ///< of streams beyond max_streams
+  std::uint64_t violations = 0;              ///< what the server did not permit
   std::uint64_t reconnections = 0;
 };
 
@@ -116,6 +117,10 @@ public:
    * often than i_frame_request_interval allows. */
   void
   requestIFrame(const std::string& stream) noexcept;
+
+  /** \brief Takes no further frames; next() returns those that wait already. */
+  void
+  stop() noexcept;
 
   SubscriberStatistics
   statistics() const;

@@ -81,6 +81,12 @@ struct ReceivedFrame {
   bool wants_i_frame;
 };
 
+/** \brief Stamps of frames, both included. */
+struct StampRange {
+  Time oldest{0};
+  Time newest{0};
+};
+
 /** \brief The frame that the latest voxels of a stream are from. */
 struct LatestFrame {
   Time stamp{0};          ///< given with it, else in it; 0: none
@@ -225,11 +231,13 @@ public:
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()
+   * \param[in] stamps streams whose latest frame has one of these take part, too, however
+   * long ago it was decoded: for frames that are merged by the times of their clouds
    * \return Ok and what is merged, or OutOfMemory: the streams keep their voxels for
    * the next call
    */
   MergeStatus
-  merge(io::VoxelFrame& merged);
+  merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps = std::nullopt);
 
   /** \brief Health of the streams, by name. */
   std::vector<StreamHealth>

@@ -24,6 +24,11 @@ struct MergeScheduleSettings {
    * yet, 0 to 1 hour. Without losses it waits only as long as the slowest stream
    * takes. */
   Time max_wait = std::chrono::milliseconds(200);
+
+  /** \brief How long a stream is alive after its last frame, in which it is waited for and
+   * merged: above the time from one frame of the slowest stream to the next. 1 ms to 1
+   * hour. */
+  Time max_age = std::chrono::seconds(2);
 };
 
 /** \brief What is wrong with settings, in one line; empty if nothing. */
@@ -48,7 +53,7 @@ struct ScheduledFrame {
  *
  * Streams need not have a common clock with this machine, but one with each other: those
  * whose clouds are more than 2 s from the others' median are not held back, nor waited
- * for. A stream is alive for 1 s after its last frame.
+ * for. The first merged frames are of the streams that are known by then.
  *
  * For one thread at a time.
  */
@@ -108,6 +113,10 @@ private:
   void
   releaseFrames(Time offset, Step& step);
 
+  /** \brief A frame for the slot, or a later one, arrived then. */
+  void
+  waitSince(Time arrival);
+
   bool
   isComplete(Time offset, Time now);
 
@@ -115,7 +124,7 @@ private:
   std::map<std::string, Stream> streams_;
   std::optional<Time> slot_;          // to be merged next
   bool has_frames_ = false;           // of the slot
-  std::optional<Time> waiting_since_; // a stream had a frame for the slot
+  std::optional<Time> waiting_since_; // arrival of the first frame for the slot
 };
 
 } // namespace nodes

@@ -2,11 +2,11 @@
 
 #include <pcl_ext/nodes/cloud_messages.h>
 
-#include "pcl_ext_point_cloud_transport/health_publisher.hpp"
-#include "pcl_ext_point_cloud_transport/message_times.hpp"
-#include "pcl_ext_point_cloud_transport/node_parameters.hpp"
-#include "pcl_ext_point_cloud_transport/throttled_log.hpp"
-#include "pcl_ext_point_cloud_transport/transport_topic.hpp"
+#include "pcl_ext_ros_common/health_publisher.hpp"
+#include "pcl_ext_ros_common/message_times.hpp"
+#include "pcl_ext_ros_common/node_parameters.hpp"
+#include "pcl_ext_ros_common/throttled_log.hpp"
+#include "pcl_ext_ros_common/transport_topic.hpp"
 #include "streams_of_publishers.h"
 
 #include <std_msgs/msg/empty.hpp>

@@ -7,7 +7,7 @@
 #include "stream.h"
 #include "transform_lookup.h"
 
-#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
+#include <pcl_ext_ros_common/throttled_log.hpp>
 #include <std_srvs/srv/trigger.hpp>
 
 #include <atomic>
@@ -79,7 +79,7 @@ private:
   findSensor(const std::string& sensor_frame, pcl_ext::nodes::Time stamp);
 
   rclcpp::Logger logger_;
-  pcl_ext_point_cloud_transport::ThrottledLog warnings_{logger_};
+  pcl_ext_ros_common::ThrottledLog warnings_{logger_};
   rclcpp::Clock::SharedPtr clock_;
   const std::string global_frame_;
   const std::string path_; ///< empty: no file

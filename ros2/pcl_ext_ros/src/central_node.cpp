@@ -10,9 +10,9 @@
 #include "weak_callback.h"
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
-#include <pcl_ext_point_cloud_transport/health_publisher.hpp>
-#include <pcl_ext_point_cloud_transport/message_times.hpp>
-#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
+#include <pcl_ext_ros_common/health_publisher.hpp>
+#include <pcl_ext_ros_common/message_times.hpp>
+#include <pcl_ext_ros_common/throttled_log.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 
 #include <chrono>
@@ -31,9 +31,9 @@ using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::Time;
 using pcl_ext::nodes::valueOf;
 using pcl_ext::nodes::withoutLeadingSlash;
-using pcl_ext_point_cloud_transport::HealthPublisher;
-using pcl_ext_point_cloud_transport::NodeParameters;
-using pcl_ext_point_cloud_transport::ThrottledLog;
+using pcl_ext_ros_common::HealthPublisher;
+using pcl_ext_ros_common::NodeParameters;
+using pcl_ext_ros_common::ThrottledLog;
 using sensor_msgs::msg::PointCloud2;
 
 namespace {
@@ -265,7 +265,7 @@ private:
       left_out_.warn("A frame of " + stream.topic() + " is dropped: " + fault);
       return;
     }
-    const Time stamp = pcl_ext_point_cloud_transport::toTime(message.header.stamp);
+    const Time stamp = pcl_ext_ros_common::toTime(message.header.stamp);
     if (view_)
       view_->show(stream.number(), stamp, message.compressed_data);
     const auto status = central_node_->receive(
@@ -307,7 +307,7 @@ private:
     merged_streams.header.stamp = rclcpp::Time(now.count());
     for (const auto& [stream, report] : pcl_ext::nodes::describeMerged(status, now))
       merged_streams.status.push_back(
-          pcl_ext_point_cloud_transport::toMessage(name_, stream, report));
+          pcl_ext_ros_common::toMessage(name_, stream, report));
     merged_streams_->publish(merged_streams);
     publish(*merged_, global_frame_, merged_streams.header.stamp, merged_voxels_);
   }

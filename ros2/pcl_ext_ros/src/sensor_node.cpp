@@ -6,11 +6,11 @@
 #include "transform_lookup.h"
 #include "weak_callback.h"
 
-#include <pcl_ext_point_cloud_transport/health_publisher.hpp>
-#include <pcl_ext_point_cloud_transport/message_times.hpp>
-#include <pcl_ext_point_cloud_transport/node_parameters.hpp>
-#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
-#include <pcl_ext_point_cloud_transport/transport_topic.hpp>
+#include <pcl_ext_ros_common/health_publisher.hpp>
+#include <pcl_ext_ros_common/message_times.hpp>
+#include <pcl_ext_ros_common/node_parameters.hpp>
+#include <pcl_ext_ros_common/throttled_log.hpp>
+#include <pcl_ext_ros_common/transport_topic.hpp>
 #include <point_cloud_interfaces/msg/compressed_point_cloud2.hpp>
 #include <rclcpp/rclcpp.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
@@ -32,10 +32,10 @@ using pcl_ext::nodes::SensorNodeCode;
 using pcl_ext::nodes::Time;
 using pcl_ext::nodes::valueOf;
 using pcl_ext::nodes::withoutLeadingSlash;
-using pcl_ext_point_cloud_transport::HealthPublisher;
-using pcl_ext_point_cloud_transport::NodeParameters;
-using pcl_ext_point_cloud_transport::ThrottledLog;
-using pcl_ext_point_cloud_transport::toTime;
+using pcl_ext_ros_common::HealthPublisher;
+using pcl_ext_ros_common::NodeParameters;
+using pcl_ext_ros_common::ThrottledLog;
+using pcl_ext_ros_common::toTime;
 using point_cloud_interfaces::msg::CompressedPointCloud2;
 using sensor_msgs::msg::PointCloud2;
 using std_srvs::srv::Trigger;
@@ -141,7 +141,7 @@ private:
         weakCallback(self, &Implementation::receive),
         options);
     requests_ = node.create_subscription<std_msgs::msg::Empty>(
-        pcl_ext_point_cloud_transport::requestTopic(output),
+        pcl_ext_ros_common::requestTopic(output),
         10,
         [self](const std_msgs::msg::Empty&) {
           if (const auto alive = self.lock())
@@ -219,7 +219,7 @@ private:
                      transform.failure);
     }
     pcl_ext::nodes::moveToPcl(cloud, cloud_);
-    cloud_.header.stamp = pcl_ext_point_cloud_transport::toMicroseconds(header.stamp);
+    cloud_.header.stamp = pcl_ext_ros_common::toMicroseconds(header.stamp);
     auto message = std::make_unique<CompressedPointCloud2>();
     const auto status = sender_.encode(cloud_,
                                        transform.pose,

@@ -5,7 +5,7 @@
 #include "weak_callback.h"
 
 #include <geometry_msgs/msg/transform_stamped.hpp>
-#include <pcl_ext_point_cloud_transport/node_parameters.hpp>
+#include <pcl_ext_ros_common/node_parameters.hpp>
 #include <rclcpp/rclcpp.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <sensor_msgs/msg/point_cloud2.hpp>
@@ -21,7 +21,7 @@
 
 namespace pcl_ext_ros {
 
-using pcl_ext_point_cloud_transport::NodeParameters;
+using pcl_ext_ros_common::NodeParameters;
 using sensor_msgs::msg::PointCloud2;
 
 namespace {

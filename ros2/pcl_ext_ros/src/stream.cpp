@@ -4,16 +4,16 @@
 
 #include "weak_callback.h"
 
-#include <pcl_ext_point_cloud_transport/transport_topic.hpp>
+#include <pcl_ext_ros_common/transport_topic.hpp>
 
 #include <utility>
 
 namespace pcl_ext_ros {
 
 using pcl_ext::nodes::ParameterValues;
-using pcl_ext_point_cloud_transport::NodeParameters;
-using pcl_ext_point_cloud_transport::parameterPrefix;
-using pcl_ext_point_cloud_transport::requestTopic;
+using pcl_ext_ros_common::NodeParameters;
+using pcl_ext_ros_common::parameterPrefix;
+using pcl_ext_ros_common::requestTopic;
 
 Stream::Stream(rclcpp::Node& node,
                const std::string& topic,

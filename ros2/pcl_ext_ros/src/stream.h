@@ -4,7 +4,7 @@
 #include <pcl_ext/nodes/health_report.h>
 #include <pcl_ext/nodes/node_parameters.h>
 
-#include <pcl_ext_point_cloud_transport/node_parameters.hpp>
+#include <pcl_ext_ros_common/node_parameters.hpp>
 #include <point_cloud_interfaces/msg/compressed_point_cloud2.hpp>
 #include <rclcpp/rclcpp.hpp>
 #include <sensor_msgs/msg/point_cloud2.hpp>
@@ -139,8 +139,8 @@ private:
   pcl_ext::nodes::ReceiverHealth reported_; // by describeHealth()
 
   rclcpp::node_interfaces::NodeGraphInterface::SharedPtr graph_;
-  std::optional<pcl_ext_point_cloud_transport::NodeParameters> constants_;
-  std::optional<pcl_ext_point_cloud_transport::NodeParameters> parameters_;
+  std::optional<pcl_ext_ros_common::NodeParameters> constants_;
+  std::optional<pcl_ext_ros_common::NodeParameters> parameters_;
   rclcpp::Publisher<sensor_msgs::msg::PointCloud2>::SharedPtr voxels_;
   rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr i_frame_requests_;
   rclcpp::CallbackGroup::SharedPtr group_;

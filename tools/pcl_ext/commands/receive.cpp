@@ -19,6 +19,7 @@
 #include "site/site_view.h"
 
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -48,7 +49,9 @@ public:
       console_.beQuiet();
     if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn())
       throw UsageError("say what to do with the frames: -o, --view, --merge or --map");
-    options_.centre.map.waits = options.link.replay_from.has_value();
+    options_.centre.is_replay = options.link.replay_from.has_value();
+    options_.centre.map.waits = options_.centre.is_replay;
+    refuseEqualOutputs();
     if (options_.merged_site.empty())
       options_.merged_site = options_.link.link.site + "-merged";
     if (options_.merged_site == options_.link.link.site)
@@ -74,6 +77,17 @@ public:
   }
 
 private:
+  void
+  refuseEqualOutputs() const
+  {
+    namespace fs = std::filesystem;
+    const std::string& map = options_.centre.map.path;
+    if (!map.empty() && !options_.output.path.empty() &&
+        fs::weakly_canonical(fs::absolute(map)) ==
+            fs::weakly_canonical(fs::absolute(options_.output.path)))
+      throw UsageError("-o and --map are both '" + map + "': name two files");
+  }
+
   void
   request(const std::string& stream)
   {
@@ -131,21 +145,14 @@ private:
                   *options_.seconds);
     };
     Clock::time_point next_work;
-    link::LinkFrame frame;
     std::optional<Clock::time_point> end; // when also what is under way has to be there
-    while (!end || Clock::now() < *end) {
-      const auto status = subscriber_->next(frame, patience);
-      if (status.ok())
-        for (FrameTaker* const taker : takers_)
-          taker->take(frame);
-      else if (status.code() == link::LinkCode::EndOfReplay)
-        return;
-      else if (status.code() != link::LinkCode::NoFrame)
-        throwUnlessOk(status);
+    bool is_taken = true;
+    while (is_taken && (!end || Clock::now() < *end)) {
+      is_taken = takeNext(patience);
       if (!end && is_over())
         end = Clock::now() + last_patience;
-      // Not for each of thousands of frames.
-      if (status.ok() && Clock::now() < next_work)
+      // Not for each of thousands of frames, but in a replay, whose time they are.
+      if (Clock::now() < next_work && !options_.centre.is_replay)
         continue;
       for (FrameTaker* const taker : takers_)
         taker->work();
@@ -153,6 +160,28 @@ private:
       remarkOnSilence(Clock::now() - start);
       next_work = Clock::now() + patience / 2;
     }
+    subscriber_->stop();
+    // What is counted is taken, too.
+    do
+      takeNext(std::chrono::milliseconds(0));
+    while (has_taken_frame_ && !options_.centre.is_replay);
+  }
+
+  /** \brief Takes the next frame, if there is one in time.
+   * \return false if none can come any more
+   */
+  bool
+  takeNext(std::chrono::milliseconds patience)
+  {
+    const auto status = subscriber_->next(frame_, patience);
+    has_taken_frame_ = status.ok();
+    if (status.ok())
+      for (FrameTaker* const taker : takers_)
+        taker->take(frame_);
+    else if (status.code() != link::LinkCode::NoFrame &&
+             status.code() != link::LinkCode::EndOfReplay)
+      throwUnlessOk(status);
+    return status.code() != link::LinkCode::EndOfReplay;
   }
 
   /** \brief Says once what may be wrong where nothing comes. */
@@ -195,6 +224,10 @@ private:
       console_.error(counted(all.messages_of_too_many, "message") +
                      " left out, of streams beyond the first " +
                      counted(all.streams.size(), "stream"));
+    if (all.violations > 0 || (merged_ && merged_->statistics().violations > 0)) {
+      console_.error("the server did not permit all that was asked of it");
+      has_failed_ = true;
+    }
     if (centre_)
       reportUndecoded();
     constexpr double megabyte = 1e6;
@@ -203,7 +236,7 @@ private:
         counted(all.streams.size(), "stream") + ", " +
         measuring::formatted(static_cast<double>(bytes) / megabyte, 2) + " MB";
     if (centre_ && merged_)
-      line += "; " + counted(centre_->mergedFrames(), "merged frame");
+      line += "; " + counted(merged_->statistics().frames, "merged frame");
     console_.summary(line);
   }
 
@@ -221,6 +254,10 @@ private:
                        " refused, as this machine is too slow to decode them");
       has_failed_ |= stream.frames_failed + stream.frames_refused > 0;
     }
+    for (const auto& [name, count] : centre_->missing())
+      console_.error(name + ": missing in " + std::to_string(count) + " of " +
+                     counted(centre_->mergedFrames(), "merged frame") +
+                     ", as its last frame was older than --merge-age");
   }
 
   static std::string
@@ -251,6 +288,8 @@ private:
   std::optional<Centre> centre_;
   std::unique_ptr<FrameTaker> view_;
   std::vector<FrameTaker*> takers_;
+  link::LinkFrame frame_; // keeps its memory
+  bool has_taken_frame_ = false;
   bool has_failed_ = false;
   bool has_remarked_ = false; // see remarkOnSilence()
 };
@@ -321,6 +360,9 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
   add_time("--merge-wait",
            centre.schedule.max_wait,
            "for streams that are behind others (200ms)");
+  add_time("--merge-age",
+           centre.schedule.max_age,
+           "leave streams out whose last frame is older (2s)");
   addChoice(app, "--effort", io::efforts, centre.stream.effort, "of the merged stream");
   app.add_option("--map", centre.map.path, "feed an OctoMap, written each minute")
       ->type_name("FILE.ot");
@@ -368,7 +410,7 @@ addReceive(CLI::App& app)
   return [options, &app] {
     if (options->centre.name.empty())
       refuseOptions(app,
-                    {"--merge-period", "--merge-wait", "--effort"},
+                    {"--merge-period", "--merge-wait", "--merge-age", "--effort"},
                     "is for merged streams: add --merge");
     if (!options->centre.isOn())
       refuseOptions(

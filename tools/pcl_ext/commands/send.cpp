@@ -200,6 +200,10 @@ private:
         ", " +
         measuring::formatted(static_cast<double>(statistics.bytes) / megabyte, 2) +
         " MB";
+    if (statistics.violations > 0) {
+      console_.error("the server did not permit what was sent: it is lost");
+      has_failed_ = true;
+    }
     if (statistics.frames_not_sent > 0) {
       line += ", " + counted(statistics.frames_not_sent, "frame") + " lost";
       has_failed_ = true;

@@ -7,6 +7,8 @@
 #include "live/live_output.h"
 
 #include <functional>
+#include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,8 +47,11 @@ public:
   {
     const auto status = publisher_.publish(stream, time, frame.data(), frame.size());
     // A lost connection is an event already.
-    if (status.code() == link::LinkCode::FrameTooLarge)
-      events_.add(status.message());
+    if (status.code() == link::LinkCode::FrameTooLarge) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (told_.insert(stream).second) // once of each stream
+        events_.add(status.message());
+    }
     else if (!status.ok() && status.code() != link::LinkCode::NotConnected)
       throwUnlessOk(status);
   }
@@ -74,6 +79,8 @@ public:
 
 private:
   Events& events_;
+  std::mutex mutex_;
+  std::set<std::size_t> told_; // streams with a frame that was too large
   link::FramePublisher publisher_;
 };
 

@@ -7,6 +7,7 @@
 #include "inputs/stream_metadata.h"
 #include "streams/stream_decoder.h"
 
+#include <algorithm>
 #include <sstream>
 #include <utility>
 
@@ -27,6 +28,9 @@ nodeSettings(const CentreOptions& options, double resolution)
   nodes::CentralNodeSettings settings;
   settings.resolution = resolution;
   settings.decoder_limits = decoderLimits(options);
+  // Merging is by the times of the clouds; by the clock only for streams with another one.
+  settings.max_merge_age =
+      options.is_replay ? nodes::Time(1) : options.schedule.max_age;
   return settings;
 }
 
@@ -128,11 +132,12 @@ Centre::take(const link::LinkFrame& frame)
     console_.remark(remark.str());
     makeGrid(first.grid.resolution);
   }
+  latest_time_ = std::max(latest_time_, frame.time);
   auto found = streams_.find(frame.stream);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
   if (found->second)
-    schedule_.add({frame.stream, frame.time, frame.bytes}, nodes::steadyTime());
+    schedule_.add({frame.stream, frame.time, frame.bytes}, now());
 }
 
 void
@@ -142,7 +147,7 @@ Centre::work()
     return;
   nodes::MergeSchedule::Step step;
   do {
-    step = schedule_.next(nodes::steadyTime());
+    step = schedule_.next(now());
     for (nodes::ScheduledFrame& frame : step.frames) {
       const auto status =
           grid_->node.receive(frame.stream, std::move(frame.bytes), frame.stamp);
@@ -163,7 +168,12 @@ Centre::merge(nodes::Time time)
   grid_->map.update(grid_->node, time);
   if (outputs_.empty())
     return;
-  throwUnlessOk(grid_->node.merge(merged_));
+  const nodes::MergeStatus status = grid_->node.merge(
+      merged_, nodes::StampRange{time - options_.schedule.max_age, time});
+  throwUnlessOk(status);
+  for (const nodes::MergedStream& stream : status.streams)
+    if (!stream.frame)
+      ++missing_[stream.name];
   if (wants_i_frame_.exchange(false))
     grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
@@ -178,6 +188,11 @@ Centre::finish()
 {
   if (!grid_)
     return;
+  if (options_.is_replay) {
+    // What is held for streams that have ended.
+    latest_time_ += options_.schedule.max_wait;
+    work();
+  }
   grid_->node.waitUntilDecoded();
   grid_->map.finish(grid_->node);
 }

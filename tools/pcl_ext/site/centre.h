@@ -28,6 +28,7 @@ struct CentreOptions {
   std::optional<double> resolution; ///< metres; none: that of the first frame
   io::StreamSettings stream;        ///< effort and I-frames of the merged stream
   nodes::MergeScheduleSettings schedule;
+  bool is_replay = false; ///< frames come as fast as they are taken
   DecodingOptions decoding;
   CentreMapOptions map;
 
@@ -72,7 +73,15 @@ public:
   void
   finish() override;
 
-  /** \brief Merged frames that were passed on. */
+  /** \brief How many merged frames a stream was missing in, as its last one was too old;
+   * by the names of the streams. */
+  const std::map<std::string, std::size_t>&
+  missing() const
+  {
+    return missing_;
+  }
+
+  /** \brief Merged frames that were made. */
   std::size_t
   mergedFrames() const
   {
@@ -111,6 +120,13 @@ private:
   void
   merge(nodes::Time time);
 
+  /** \brief Time for the schedule: of a steady clock, in a replay of the clouds. */
+  nodes::Time
+  now() const
+  {
+    return options_.is_replay ? latest_time_ : nodes::steadyTime();
+  }
+
   const CentreOptions& options_;
   const RequestIFrame request_i_frame_;
   Console& console_;
@@ -120,7 +136,9 @@ private:
   std::atomic<bool> wants_i_frame_{false};
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
-  io::VoxelFrame merged_; // keeps its memory
+  io::VoxelFrame merged_;                      // keeps its memory
+  std::map<std::string, std::size_t> missing_; // see missing()
+  nodes::Time latest_time_{0};                 // of the clouds
   std::size_t merged_frames_ = 0;
 };
 

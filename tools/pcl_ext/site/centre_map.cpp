@@ -6,6 +6,7 @@
 #include "streams/stream_decoder.h"
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <map>
@@ -36,7 +37,7 @@ public:
   {
     constexpr std::chrono::seconds interval{1};
     using std::chrono::abs;
-    if (last_time_ && abs(time - *last_time_) < interval)
+    if (!options_.waits && last_time_ && abs(time - *last_time_) < interval)
       return;
     if (update_.valid()) {
       if (update_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
@@ -53,10 +54,15 @@ public:
   void
   finish(const nodes::CentralNode& node)
   {
+    is_ending_ =
+        true; // an update that is under way ends after the stream that it is at
     if (update_.valid())
       update_.get();
+    is_ending_ = false;
     last_write_ = std::chrono::steady_clock::now();
-    insert(node, sensors_);
+    constexpr std::chrono::seconds most_time{2};
+    if (last_duration_ < most_time)
+      insert(node, sensors_);
     console_.summary(write());
   }
 
@@ -66,7 +72,10 @@ private:
   void
   insert(const nodes::CentralNode& node, const Sensors& sensors)
   {
+    const auto start = std::chrono::steady_clock::now();
     for (const auto& [name, position] : sensors) {
+      if (is_ending_)
+        break;
       nodes::detail::MergedMap::FindSensor sensor;
       if (position)
         sensor = [position = *position](nodes::Time) {
@@ -77,6 +86,7 @@ private:
       map_.insertLatest(name, sensor, node);
     }
     map_.completeRound();
+    last_duration_ = std::chrono::steady_clock::now() - start;
     constexpr std::chrono::minutes interval{1};
     const auto now = std::chrono::steady_clock::now();
     if (now - last_write_ < interval)
@@ -100,6 +110,8 @@ private:
   nodes::detail::MergedMap map_;
   Sensors sensors_;
   std::optional<nodes::Time> last_time_; // of the clouds
+  std::atomic<bool> is_ending_{false};
+  std::chrono::steady_clock::duration last_duration_{}; // of an update
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
   std::future<void> update_; // last, as it uses the others
 };

@@ -38,7 +38,7 @@ public:
   addStream(const std::string& name, const StreamMetadata& metadata);
 
   /** \brief Inserts the latest frames, unless that was done within the last second, or is
-   * still being done; writes the map once a minute.
+   * still being done; in a replay, always. Writes the map once a minute.
    * \param[in] node must outlive this
    * \param[in] time of the clouds
    * \throws std::runtime_error if it could not be written
@@ -46,7 +46,7 @@ public:
   void
   update(const nodes::CentralNode& node, nodes::Time time);
 
-  /** \brief Inserts the last frames, and writes the map.
+  /** \brief Inserts the last frames, unless that takes long, and writes the map.
    * \throws std::runtime_error
    */
   void

@@ -8,7 +8,7 @@
 #include <chrono>
 #include <string>
 
-namespace pcl_ext_point_cloud_transport {
+namespace pcl_ext_ros_common {
 
 /** \brief Messages of one kind of one node or topic, of which few are logged. The
  * macros of rclcpp would share the time of the last one with all others of the process,
@@ -48,4 +48,4 @@ private:
   std::atomic<pcl_ext::nodes::Time::rep> next_{0}; // earliest time of the next one
 };
 
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_ros_common

@@ -1,4 +1,4 @@
-#include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "pcl_ext_ros_common/node_parameters.hpp"
 
 #include <rclcpp/logging.hpp>
 
@@ -8,13 +8,14 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext_point_cloud_transport {
+namespace pcl_ext_ros_common {
 
 namespace {
 
 using pcl_ext::nodes::ParameterDescription;
 using pcl_ext::nodes::ParameterValue;
 using pcl_ext::nodes::ParameterValues;
+using Parameters = rclcpp::node_interfaces::NodeParametersInterface;
 
 /** \brief Nothing for a type that no parameter of a table has. */
 std::optional<ParameterValue>
@@ -95,11 +96,11 @@ descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
  * ranges tells neither the value nor the range. */
 std::string
 reasonOf(const std::exception& refusal,
-         rclcpp::Node& node,
+         const Parameters& parameters,
          const std::string& name,
          const ParameterDescription& parameter)
 {
-  const auto& given = node.get_node_parameters_interface()->get_parameter_overrides();
+  const auto& given = parameters.get_parameter_overrides();
   const auto found = given.find(name);
   const auto value = found == given.end()
                          ? std::nullopt
@@ -114,7 +115,8 @@ reasonOf(const std::exception& refusal,
  * its overrides. One that the user has described is left as it is, and so is that of
  * another instance. */
 void
-declare(rclcpp::Node& node,
+declare(Parameters& parameters,
+        const rclcpp::Logger& logger,
         const std::string& name,
         const rclcpp::ParameterValue& default_value,
         const ParameterDescription& parameter,
@@ -122,22 +124,22 @@ declare(rclcpp::Node& node,
 {
   const auto descriptor = descriptorOf(parameter, kind);
   rclcpp::ParameterValue value = default_value;
-  const bool is_declared = node.has_parameter(name);
+  const bool is_declared = parameters.has_parameter(name);
   if (is_declared) {
-    const auto present = node.describe_parameter(name);
+    const auto present = parameters.describe_parameters({name}).at(0);
     if (!present.description.empty() || !present.dynamic_typing || present.read_only)
       return;
-    value = node.get_parameter(name).get_parameter_value();
-    node.undeclare_parameter(name);
+    value = parameters.get_parameter(name).get_parameter_value();
+    parameters.undeclare_parameter(name);
   }
   try {
-    node.declare_parameter(name, value, descriptor, is_declared);
+    parameters.declare_parameter(name, value, descriptor, is_declared);
   }
   catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
-    RCLCPP_ERROR(node.get_logger(),
+    RCLCPP_ERROR(logger,
                  "%s. The default holds",
-                 reasonOf(refusal, node, name, parameter).c_str());
-    node.declare_parameter(name, default_value, descriptor, true);
+                 reasonOf(refusal, parameters, name, parameter).c_str());
+    parameters.declare_parameter(name, default_value, descriptor, true);
   }
 }
 
@@ -205,7 +207,7 @@ struct NodeParameters::State {
   }
 };
 
-NodeParameters::NodeParameters(rclcpp::Node& node,
+NodeParameters::NodeParameters(const NodeInterfaces& node,
                                std::string prefix,
                                const Descriptions& descriptions,
                                Check check,
@@ -213,34 +215,38 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
                                Kind kind)
 : state_(std::make_shared<State>())
 {
+  NodeInterfaces interfaces = node; // whose members are not const
+  Parameters& parameters = *interfaces.get_node_parameters_interface();
+  const rclcpp::Logger logger =
+      interfaces.get_node_logging_interface()->get_logger();
   state_->prefix = std::move(prefix);
   state_->descriptions = descriptions;
   state_->kind = kind;
   if (kind != Kind::Optional)
     state_->values = pcl_ext::nodes::defaultsOf(descriptions);
-  on_set_ = node.add_on_set_parameters_callback(
-      [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
+  on_set_ = parameters.add_on_set_parameters_callback(
+      [state = state_](const std::vector<rclcpp::Parameter>& set) {
         rcl_interfaces::msg::SetParametersResult result;
-        state->changed(parameters, result.reason);
+        state->changed(set, result.reason);
         result.successful = result.reason.empty();
         return result;
       });
-  const auto take = [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
+  const auto take = [state = state_](const std::vector<rclcpp::Parameter>& set) {
     std::string fault;
-    auto values = state->changed(parameters, fault);
+    auto values = state->changed(set, fault);
     if (!values || !fault.empty())
       return fault;
     const std::lock_guard<std::mutex> lock(state->mutex);
     state->values = std::move(*values);
     return fault;
   };
-  post_set_ = node.add_post_set_parameters_callback(
-      [state = state_, take](const std::vector<rclcpp::Parameter>& parameters) {
+  post_set_ = parameters.add_post_set_parameters_callback(
+      [state = state_, take](const std::vector<rclcpp::Parameter>& set) {
         const ParameterValues before = [&] {
           const std::lock_guard<std::mutex> lock(state->mutex);
           return state->values;
         }();
-        take(parameters);
+        take(set);
         const std::lock_guard<std::mutex> lock(state->mutex);
         if (state->values != before && state->listener)
           state->listener(state->values);
@@ -251,9 +257,9 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
     const rclcpp::ParameterValue default_value = kind == Kind::Optional
                                                      ? rclcpp::ParameterValue()
                                                      : toRos(parameter.default_value);
-    declare(node, name, default_value, parameter, kind);
-    if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
-      RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
+    declare(parameters, logger, name, default_value, parameter, kind);
+    if (const std::string fault = take({parameters.get_parameter(name)}); !fault.empty())
+      RCLCPP_ERROR(logger, "%s. The default holds", fault.c_str());
   }
   // Not before, as parameters that are declared one by one may contradict defaults.
   const std::lock_guard<std::mutex> lock(state_->mutex);
@@ -268,4 +274,4 @@ NodeParameters::values() const
   return state_->values;
 }
 
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_ros_common

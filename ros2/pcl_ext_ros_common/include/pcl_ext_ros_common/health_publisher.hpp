@@ -2,8 +2,10 @@
 
 #include <pcl_ext/nodes/health_report.h>
 
+#include "pcl_ext_ros_common/node_interfaces.hpp"
+
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
-#include <rclcpp/node.hpp>
+#include <rclcpp/clock.hpp>
 #include <rclcpp/timer.hpp>
 
 #include <functional>
@@ -11,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext_point_cloud_transport {
+namespace pcl_ext_ros_common {
 
-/** \brief A report as an entry of /diagnostics.
+/** \brief A report as an entry of /diagnostics, of no hardware.
  * \param[in] node its name without the first slash
  * \param[in] name of what is described
  * \param[in] report on it
@@ -32,11 +34,14 @@ public:
 
   /** \param[in] node that publishes
    * \param[in] describe called once a second
+   * \param[in] clock for the stamps
    */
-  HealthPublisher(rclcpp::Node& node, std::function<std::vector<Entry>()> describe);
+  HealthPublisher(NodeInterfaces node,
+                  std::function<std::vector<Entry>()> describe,
+                  const rclcpp::Clock::SharedPtr& clock);
 
 private:
   rclcpp::TimerBase::SharedPtr timer_;
 };
 
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_ros_common

@@ -2,14 +2,14 @@
 
 #include <pcl_ext/nodes/node_parameters.h>
 
-#include <rclcpp/node.hpp>
+#include "pcl_ext_ros_common/node_interfaces.hpp"
 
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace pcl_ext_point_cloud_transport {
+namespace pcl_ext_ros_common {
 
 /** \brief Parameters of a node that are described by a table: declared with
  * descriptors, checked when they are set, before and while the node runs.
@@ -38,14 +38,14 @@ public:
   using Listener = std::function<void(const pcl_ext::nodes::ParameterValues&)>;
 
   /** \brief Declares the parameters. The listener is not called for their first values.
-   * \param[in] node whose parameters they are; must outlive the instance
+   * \param[in] node whose parameters they are
    * \param[in] prefix before their names, such as "points.pcl_ext."; may be empty
    * \param[in] descriptions the table
    * \param[in] check may be empty
    * \param[in] listener may be empty
    * \param[in] kind of all of them
    */
-  NodeParameters(rclcpp::Node& node,
+  NodeParameters(const NodeInterfaces& node,
                  std::string prefix,
                  const Descriptions& descriptions,
                  Check check,
@@ -65,4 +65,4 @@ private:
   rclcpp::node_interfaces::PostSetParametersCallbackHandle::SharedPtr post_set_;
 };
 
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_ros_common

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace pcl_ext_point_cloud_transport {
+namespace pcl_ext_ros_common {
 
 /** \brief A stamp as a time since 1970. */
 inline pcl_ext::nodes::Time
@@ -25,4 +25,4 @@ toMicroseconds(const builtin_interfaces::msg::Time& stamp)
   return time < 0 ? 0 : static_cast<std::uint64_t>(time);
 }
 
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_ros_common
