@@ -100,6 +100,9 @@ public:
   void
   setMerging(bool is_on)
   {
+    std::unique_lock<std::mutex> work_lock(work_mutex_, std::defer_lock);
+    if (!is_on)
+      work_lock.lock(); // ends what is being merged
     const std::lock_guard<std::mutex> lock(mutex_);
     if (is_on == is_merging_)
       return;

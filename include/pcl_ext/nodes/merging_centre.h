@@ -110,7 +110,8 @@ public:
   setNoise(const std::string& stream, const ParameterValues& own);
 
   /** \brief Whether streams are merged: no by default. While they are, frames that are
-   * ahead of others wait to be decoded, see MergeSchedule. */
+   * ahead of others wait to be decoded, see MergeSchedule. Once it is off, the listener of
+   * merged frames is not called any more. Not to be called by that. */
   void
   setMerging(bool is_on);
 

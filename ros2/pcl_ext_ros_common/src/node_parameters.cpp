@@ -217,8 +217,7 @@ NodeParameters::NodeParameters(const NodeInterfaces& node,
 {
   NodeInterfaces interfaces = node; // whose members are not const
   Parameters& parameters = *interfaces.get_node_parameters_interface();
-  const rclcpp::Logger logger =
-      interfaces.get_node_logging_interface()->get_logger();
+  const rclcpp::Logger logger = interfaces.get_node_logging_interface()->get_logger();
   state_->prefix = std::move(prefix);
   state_->descriptions = descriptions;
   state_->kind = kind;
@@ -258,7 +257,8 @@ NodeParameters::NodeParameters(const NodeInterfaces& node,
                                                      ? rclcpp::ParameterValue()
                                                      : toRos(parameter.default_value);
     declare(parameters, logger, name, default_value, parameter, kind);
-    if (const std::string fault = take({parameters.get_parameter(name)}); !fault.empty())
+    if (const std::string fault = take({parameters.get_parameter(name)});
+        !fault.empty())
       RCLCPP_ERROR(logger, "%s. The default holds", fault.c_str());
   }
   // Not before, as parameters that are declared one by one may contradict defaults.
