@@ -2,6 +2,8 @@
  * Compares all transports of point_cloud_transport that are installed on the same
  * clouds, in one run, and prints the Markdown table of README.md.
  */
+#include "pcl_ext_point_cloud_transport/transport_interface.hpp"
+
 #include <pcl/io/pcd_io.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_types.h>
@@ -28,6 +30,7 @@
 
 namespace {
 
+using pcl_ext_point_cloud_transport::toTransport;
 using point_cloud_transport::PublisherPlugin;
 using point_cloud_transport::SubscriberPlugin;
 using sensor_msgs::msg::PointCloud2;
@@ -186,7 +189,7 @@ measure(const Setup& setup,
       publishers.createUniqueInstance(PublisherPlugin::getLookupName(setup.transport));
   const auto subscriber = subscribers.createUniqueInstance(
       SubscriberPlugin::getLookupName(setup.transport));
-  publisher->advertise(node, topic);
+  publisher->advertise(toTransport(node), topic, toTransport(rclcpp::QoS(10)));
   Figures figures;
   for (const PointCloud2& cloud : stream.clouds) {
     std::optional<PublisherPlugin::EncodeResult> encoded;

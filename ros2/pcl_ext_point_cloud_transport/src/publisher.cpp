@@ -9,6 +9,7 @@
 #include "pcl_ext_ros_common/throttled_log.hpp"
 #include "pcl_ext_ros_common/transport_topic.hpp"
 
+#include <rclcpp/create_subscription.hpp>
 #include <std_msgs/msg/empty.hpp>
 
 #include <atomic>
@@ -22,19 +23,27 @@ namespace pcl_ext_point_cloud_transport {
 using Message = point_cloud_interfaces::msg::CompressedPointCloud2;
 using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::SenderHealth;
+using pcl_ext_ros_common::HealthPublisher;
+using pcl_ext_ros_common::NodeParameters;
+using pcl_ext_ros_common::ThrottledLog;
 
 /** \brief The sender and what connects it with a node. */
 class Publisher::Stream : public std::enable_shared_from_this<Publisher::Stream> {
 public:
-  /** \brief Declares the parameters of a topic, and listens to requests. */
+  /** \brief Declares the parameters of a topic, and listens to requests.
+   * \param[in] node that publishes
+   * \param[in] name of the topic as the program has it
+   * \param[in] topic with the remappings
+   */
   void
-  connect(const std::shared_ptr<rclcpp::Node>& node, const std::string& topic)
+  connect(NodeInterfaces node, const std::string& name, const std::string& topic)
   {
-    warnings_.emplace(node->get_logger());
-    refusals_.emplace(node->get_logger());
-    prefix_ = parameterPrefix(*node, topic);
+    const auto logger = node.get_node_logging_interface()->get_logger();
+    warnings_.emplace(logger);
+    refusals_.emplace(logger);
+    prefix_ = pcl_ext_ros_common::parameterPrefix(node, name);
     const std::weak_ptr<Stream> stream = weak_from_this();
-    parameters_.emplace(*node,
+    parameters_.emplace(node,
                         prefix_,
                         pcl_ext::nodes::encodingParameters(),
                         pcl_ext::nodes::faultOfEncodingParameters,
@@ -43,17 +52,23 @@ public:
                             alive->setParameters(values);
                         });
     setParameters(parameters_->values());
-    requests_ = node->create_subscription<std_msgs::msg::Empty>(
-        requestTopic(topic), 10, [stream](const std_msgs::msg::Empty&) {
+    requests_ = rclcpp::create_subscription<std_msgs::msg::Empty>(
+        node,
+        pcl_ext_ros_common::requestTopic(topic),
+        10,
+        [stream](const std_msgs::msg::Empty&) {
           if (const auto alive = stream.lock())
             alive->sender_.requestIFrame();
         });
-    health_.emplace(*node, [stream, topic]() -> std::vector<HealthPublisher::Entry> {
-      const auto alive = stream.lock();
-      if (!alive)
-        return {};
-      return {{topic, alive->describeHealth()}};
-    });
+    health_.emplace(
+        node,
+        [stream, topic]() -> std::vector<HealthPublisher::Entry> {
+          const auto alive = stream.lock();
+          if (!alive)
+            return {};
+          return {{topic, alive->describeHealth()}};
+        },
+        clockOfDiagnostics());
   }
 
   void
@@ -100,7 +115,7 @@ private:
     if (!fault_.empty())
       return tl::make_unexpected(fault_);
     pcl_ext::nodes::toPcl(raw, cloud_);
-    cloud_.header.stamp = toMicroseconds(raw.header.stamp);
+    cloud_.header.stamp = pcl_ext_ros_common::toMicroseconds(raw.header.stamp);
     Message message;
     const auto status =
         sender_.encode(cloud_,
@@ -159,7 +174,7 @@ Publisher::~Publisher() { stream_->disconnect(); }
 std::string
 Publisher::getTransportName() const
 {
-  return transport_name;
+  return pcl_ext_ros_common::transport_name;
 }
 
 std::string
@@ -173,9 +188,9 @@ Publisher::declareParameters(const std::string& /*base_topic*/)
 {}
 
 void
-Publisher::advertiseImpl(std::shared_ptr<rclcpp::Node> node,
+Publisher::advertiseImpl(TransportNode node,
                          const std::string& base_topic,
-                         rmw_qos_profile_t custom_qos,
+                         TransportQos custom_qos,
                          const rclcpp::PublisherOptions& options)
 {
   rclcpp::PublisherOptions with_event = options;
@@ -194,7 +209,7 @@ Publisher::advertiseImpl(std::shared_ptr<rclcpp::Node> node,
   catch (const rclcpp::UnsupportedEventTypeException&) {
     SimplePublisherPlugin::advertiseImpl(node, base_topic, custom_qos, options);
   }
-  stream_->connect(node, getTopic());
+  stream_->connect(toInterfaces(node), getTopicToAdvertise(base_topic), getTopic());
 }
 
 void

@@ -9,6 +9,8 @@
 #include "pcl_ext_ros_common/transport_topic.hpp"
 #include "streams_of_publishers.h"
 
+#include <rclcpp/create_publisher.hpp>
+#include <rclcpp/create_subscription.hpp>
 #include <std_msgs/msg/empty.hpp>
 
 #include <exception>
@@ -19,13 +21,22 @@ namespace pcl_ext_point_cloud_transport {
 
 using Message = point_cloud_interfaces::msg::CompressedPointCloud2;
 using pcl_ext::nodes::ParameterValues;
+using pcl_ext_ros_common::HealthPublisher;
+using pcl_ext_ros_common::NodeParameters;
+using pcl_ext_ros_common::ThrottledLog;
 
 /** \brief The streams of a topic and what connects them with a node. */
 class Subscriber::Streams : public std::enable_shared_from_this<Subscriber::Streams> {
 public:
-  /** \brief Begins to receive frames, after all else is set up. */
+  /** \brief Begins to receive frames, after all else is set up.
+   * \param[in] node that subscribes
+   * \param[in] topic as the program has it
+   * \param[in] callback for the clouds
+   * \param[in] qos of the frames
+   * \param[in] options of the subscription
+   */
   void
-  connect(const std::shared_ptr<rclcpp::Node>& node,
+  connect(NodeInterfaces node,
           const std::string& topic,
           const Callback& callback,
           const rclcpp::QoS& qos,
@@ -33,9 +44,9 @@ public:
   {
     const std::weak_ptr<Streams> streams = weak_from_this();
     const std::string resolved =
-        node->get_node_topics_interface()->resolve_topic_name(topic);
-    parameters_.emplace(*node,
-                        parameterPrefix(*node, resolved),
+        node.get_node_topics_interface()->resolve_topic_name(topic);
+    parameters_.emplace(node,
+                        pcl_ext_ros_common::parameterPrefix(node, topic),
                         pcl_ext::nodes::noiseParameters(),
                         NodeParameters::Check(),
                         [streams](const ParameterValues& values) {
@@ -44,12 +55,14 @@ public:
                                 pcl_ext::nodes::readNoiseParameters(values));
                         });
     streams_.setNoise(pcl_ext::nodes::readNoiseParameters(parameters_->values()));
-    const std::shared_ptr<Connection> connection(new Connection{
-        resolved,
-        callback,
-        node->create_publisher<std_msgs::msg::Empty>(requestTopic(resolved), 10),
-        ThrottledLog(node->get_logger())});
-    subscription_ = node->create_subscription<Message>(
+    const std::shared_ptr<Connection> connection(
+        new Connection{resolved,
+                       callback,
+                       rclcpp::create_publisher<std_msgs::msg::Empty>(
+                           node, pcl_ext_ros_common::requestTopic(resolved), 10),
+                       ThrottledLog(node.get_node_logging_interface()->get_logger())});
+    subscription_ = rclcpp::create_subscription<Message>(
+        node,
         topic,
         qos,
         [streams, connection](const std::shared_ptr<const Message>& message,
@@ -59,14 +72,17 @@ public:
         },
         options);
     const std::weak_ptr<const rclcpp::SubscriptionBase> subscription = subscription_;
-    health_.emplace(*node, [streams, resolved, subscription] {
-      const auto alive = streams.lock();
-      const auto still_subscribed = subscription.lock();
-      return alive && still_subscribed
-                 ? alive->describeHealth(resolved,
-                                         still_subscribed->get_publisher_count())
-                 : std::vector<HealthPublisher::Entry>();
-    });
+    health_.emplace(
+        node,
+        [streams, resolved, subscription] {
+          const auto alive = streams.lock();
+          const auto still_subscribed = subscription.lock();
+          return alive && still_subscribed
+                     ? alive->describeHealth(resolved,
+                                             still_subscribed->get_publisher_count())
+                     : std::vector<HealthPublisher::Entry>();
+        },
+        clockOfDiagnostics());
   }
 
   void
@@ -110,8 +126,10 @@ private:
       return tl::make_unexpected(std::move(fault));
     }
     pcl_ext::io::VoxelFrame voxels;
-    const auto status = receiver->receive(
-        message.compressed_data, toTime(message.header.stamp), voxels);
+    const auto status =
+        receiver->receive(message.compressed_data,
+                          pcl_ext_ros_common::toTime(message.header.stamp),
+                          voxels);
     wants_i_frame = status.wants_i_frame;
     if (!status.ok())
       return tl::make_unexpected(status.message());
@@ -169,7 +187,7 @@ Subscriber::~Subscriber() { streams_->disconnect(); }
 std::string
 Subscriber::getTransportName() const
 {
-  return transport_name;
+  return pcl_ext_ros_common::transport_name;
 }
 
 std::string
@@ -217,23 +235,26 @@ Subscriber::decodeTyped(const Message& compressed) const
 }
 
 void
-Subscriber::subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+Subscriber::subscribeImpl(TransportNode node,
                           const std::string& base_topic,
                           const Callback& callback,
-                          rmw_qos_profile_t custom_qos)
+                          TransportQos custom_qos)
 {
   subscribeImpl(node, base_topic, callback, custom_qos, rclcpp::SubscriptionOptions());
 }
 
 void
-Subscriber::subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+Subscriber::subscribeImpl(TransportNode node,
                           const std::string& base_topic,
                           const Callback& callback,
-                          rmw_qos_profile_t custom_qos,
+                          TransportQos custom_qos,
                           rclcpp::SubscriptionOptions options)
 {
-  const rclcpp::QoS qos(rclcpp::QoSInitialization::from_rmw(custom_qos), custom_qos);
-  streams_->connect(node, getTopicToSubscribe(base_topic), callback, qos, options);
+  streams_->connect(toInterfaces(node),
+                    getTopicToSubscribe(base_topic),
+                    callback,
+                    toQos(custom_qos),
+                    options);
 }
 
 } // namespace pcl_ext_point_cloud_transport

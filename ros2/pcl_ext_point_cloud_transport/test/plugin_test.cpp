@@ -52,12 +52,10 @@ SpunNode::~SpunNode()
   thread_.join();
 }
 
-rmw_qos_profile_t
+rclcpp::QoS
 reliable()
 {
-  rmw_qos_profile_t qos = rmw_qos_profile_default;
-  qos.depth = 20000;
-  return qos;
+  return rclcpp::QoS(20000);
 }
 
 namespace {
@@ -80,11 +78,11 @@ withDefaultsOfTests(const Parameters& overrides)
 
 Sender::Sender(const Parameters& overrides,
                const std::string& name,
-               const rmw_qos_profile_t& qos,
+               const rclcpp::QoS& qos,
                rclcpp::NodeOptions options)
 : spun(name, withDefaultsOfTests(overrides), options)
-, publisher(
-      point_cloud_transport::PointCloudTransport(spun.node).advertise("points", qos))
+, publisher(point_cloud_transport::PointCloudTransport(toTransport(spun.node))
+                .advertise("points", toTransport(qos)))
 {}
 
 void
@@ -97,17 +95,19 @@ Sender::expectSubscribers(std::size_t count)
 Receiver::Receiver(const Parameters& overrides,
                    const std::string& name,
                    const std::string& topic,
-                   const rmw_qos_profile_t& qos,
+                   const rclcpp::QoS& qos,
                    rclcpp::NodeOptions options)
 : spun(name, overrides, options)
 {
-  const point_cloud_transport::TransportHints hints("pcl_ext");
-  subscriber = point_cloud_transport::PointCloudTransport(spun.node).subscribe(
-      spaceOfThisTest() + "/" + topic,
-      qos,
-      [this](const Cloud::ConstSharedPtr& cloud) { clouds.add(cloud); },
-      {},
-      &hints);
+  const auto hints = hintsOfPlugin();
+  subscriber =
+      point_cloud_transport::PointCloudTransport(toTransport(spun.node))
+          .subscribe(
+              spaceOfThisTest() + "/" + topic,
+              toTransport(qos),
+              [this](const Cloud::ConstSharedPtr& cloud) { clouds.add(cloud); },
+              {},
+              &hints);
 }
 
 void
@@ -179,15 +179,10 @@ isIFrame(const Compressed& frame)
 } // namespace test
 } // namespace pcl_ext_point_cloud_transport
 
-/** \brief Each process has a domain of its own, as far as there are enough. */
 int
 main(int argc, char** argv)
 {
   ::testing::InitGoogleTest(&argc, argv);
-  constexpr int domains = 100; // of which the ports are free on all systems
-  const std::string domain = std::to_string(1 + ::getpid() % domains);
-  ::setenv("ROS_DOMAIN_ID", domain.c_str(), 1);
-  ::setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
   rclcpp::init(argc, argv);
   const int result = RUN_ALL_TESTS();
   rclcpp::shutdown();

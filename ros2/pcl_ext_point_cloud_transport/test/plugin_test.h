@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "pcl_ext_point_cloud_transport/transport_interface.hpp"
 #include "test_clouds.h"
 
 #include <gtest/gtest.h>
@@ -82,8 +83,15 @@ private:
 };
 
 /** \brief Reliable, with a queue that is longer than any test. */
-rmw_qos_profile_t
+rclcpp::QoS
 reliable();
+
+/** \brief Of this plugin. */
+inline point_cloud_transport::TransportHints
+hintsOfPlugin()
+{
+  return point_cloud_transport::TransportHints(std::string("pcl_ext"));
+}
 
 /** \brief The messages of a topic. Thread-safe. */
 template <typename MessageT>
@@ -156,7 +164,7 @@ class Sender {
 public:
   explicit Sender(const Parameters& overrides = {},
                   const std::string& name = "sender",
-                  const rmw_qos_profile_t& qos = reliable(),
+                  const rclcpp::QoS& qos = reliable(),
                   rclcpp::NodeOptions options = rclcpp::NodeOptions());
 
   rclcpp::Node&
@@ -179,7 +187,7 @@ public:
   explicit Receiver(const Parameters& overrides = {},
                     const std::string& name = "receiver",
                     const std::string& topic = "points",
-                    const rmw_qos_profile_t& qos = reliable(),
+                    const rclcpp::QoS& qos = reliable(),
                     rclcpp::NodeOptions options = rclcpp::NodeOptions());
 
   rclcpp::Node&

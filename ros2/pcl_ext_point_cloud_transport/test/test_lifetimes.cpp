@@ -48,7 +48,7 @@ struct BusyNode {
         rclcpp::NodeOptions().parameter_overrides(
             {{"points.enable_pub_plugins",
               std::vector<std::string>{"point_cloud_transport/pcl_ext"}}})))
-  , transport(node)
+  , transport(toTransport(node))
   {
     executor.add_node(node);
     thread = std::thread([this] { executor.spin(); });
@@ -74,12 +74,13 @@ TEST(Lifetimes, SubscribersThatEndWhileFramesArrive)
     sender.publisher.publish(makeCloud(number++ % 50));
   });
   BusyNode busy("busy");
-  const point_cloud_transport::TransportHints hints("pcl_ext");
+  const auto hints = hintsOfPlugin();
   for (int i = 0; i < 30; ++i) {
     // A callback that has begun may end after its subscriber.
     const auto arrived = std::make_shared<std::atomic<std::size_t>>(0);
     const auto count = [arrived](const Cloud::ConstSharedPtr&) { ++*arrived; };
-    auto subscriber = busy.transport.subscribe("points", reliable(), count, {}, &hints);
+    auto subscriber =
+        busy.transport.subscribe("points", toTransport(reliable()), count, {}, &hints);
     EXPECT_TRUE(waitFor([&] { return *arrived > static_cast<std::size_t>(i % 3); }));
     if (i % 2 == 0)
       subscriber.shutdown();
@@ -91,8 +92,8 @@ TEST(Lifetimes, ASubscriberThatEndsInItsOwnCallback)
 {
   Sender sender;
   SpunNode spun("receiver");
-  point_cloud_transport::PointCloudTransport transport(spun.node);
-  const point_cloud_transport::TransportHints hints("pcl_ext");
+  point_cloud_transport::PointCloudTransport transport(toTransport(spun.node));
+  const auto hints = hintsOfPlugin();
   std::uint32_t number = 0;
   for (int i = 0; i < 5; ++i) {
     std::mutex mutex;
@@ -102,7 +103,7 @@ TEST(Lifetimes, ASubscriberThatEndsInItsOwnCallback)
       const std::lock_guard<std::mutex> lock(mutex);
       subscriber = transport.subscribe(
           "points",
-          reliable(),
+          toTransport(reliable()),
           [&](const Cloud::ConstSharedPtr&) {
             const std::lock_guard<std::mutex> lock_of_callback(mutex);
             subscriber.shutdown();
@@ -134,7 +135,7 @@ TEST(Lifetimes, PublishersThatEndWhileRequestsAndParametersArrive)
   });
   std::uint32_t number = 0;
   for (int i = 0; i < 30; ++i) {
-    auto publisher = busy.transport.advertise("points", reliable());
+    auto publisher = busy.transport.advertise("points", toTransport(reliable()));
     EXPECT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == 1; }));
     for (int clouds = 0; clouds < 3; ++clouds)
       publisher.publish(makeCloud(number++));
@@ -150,12 +151,12 @@ TEST(Lifetimes, NodesThatEndInAnyOrder)
   for (int i = 0; i < 12; ++i) {
     auto sender = std::make_unique<BusyNode>("sender");
     auto receiver = std::make_unique<BusyNode>("receiver");
-    const point_cloud_transport::TransportHints hints("pcl_ext");
-    auto publisher = sender->transport.advertise("points", reliable());
+    const auto hints = hintsOfPlugin();
+    auto publisher = sender->transport.advertise("points", toTransport(reliable()));
     const auto arrived = std::make_shared<std::atomic<std::size_t>>(0);
     auto subscriber = receiver->transport.subscribe(
         "points",
-        reliable(),
+        toTransport(reliable()),
         [arrived](const Cloud::ConstSharedPtr&) { ++*arrived; },
         {},
         &hints);
@@ -182,12 +183,16 @@ TEST(Lifetimes, DiagnosticsOfWhatHasEnded)
   SpunNode observer("observer");
   Diagnostics of_sender(*observer.node, "busy");
   BusyNode busy("busy");
-  const point_cloud_transport::TransportHints hints("pcl_ext");
+  const auto hints = hintsOfPlugin();
   for (int i = 0; i < 2; ++i) {
     const std::size_t before = of_sender.entries().size();
-    auto publisher = busy.transport.advertise("points", reliable());
+    auto publisher = busy.transport.advertise("points", toTransport(reliable()));
     auto subscriber = busy.transport.subscribe(
-        "points", reliable(), [](const Cloud::ConstSharedPtr&) {}, {}, &hints);
+        "points",
+        toTransport(reliable()),
+        [](const Cloud::ConstSharedPtr&) {},
+        {},
+        &hints);
     EXPECT_TRUE(waitFor([&] { return of_sender.entries().size() >= before + 4; }));
   }
 }

@@ -54,6 +54,13 @@ TEST(OtherPrograms, RepublishCompressesAndDecompresses)
            spun.node->count_subscribers(name("frames/pcl_ext")) == 2;
   })) << compressing.output()
       << decompressing.output();
+  // The parameters have the name that the program gave the topic, as for `ros2 param`.
+  rclcpp::AsyncParametersClient parameters(spun.node, "compressing");
+  ASSERT_TRUE(parameters.wait_for_service(std::chrono::seconds(60)));
+  auto results =
+      parameters.set_parameters({rclcpp::Parameter("out.pcl_ext.resolution", 0.05)});
+  ASSERT_EQ(results.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  EXPECT_TRUE(results.get().at(0).successful);
   // Until all are connected.
   std::uint32_t number = 0;
   ASSERT_TRUE(waitFor([&] {
@@ -73,6 +80,7 @@ TEST(OtherPrograms, RepublishCompressesAndDecompresses)
     ++first;
   auto settings = defaultSettings(Layout::Xyzi);
   settings.crop_box.reset();
+  settings.compression.resolution = 0.05;
   DirectStream direct(settings);
   for (; first < number; ++first) {
     const Cloud cloud = makeCloud(first, Layout::Xyzi);
@@ -89,7 +97,7 @@ TEST(OtherPrograms, RepublishCompressesAndDecompresses)
 TEST(OtherPrograms, TheClassesAreDeclaredAndLoaded)
 {
   SpunNode spun("test");
-  point_cloud_transport::PointCloudTransport transport(spun.node);
+  point_cloud_transport::PointCloudTransport transport(toTransport(spun.node));
   const auto declared = transport.getDeclaredTransports();
   const auto loadable = transport.getLoadableTransports();
   const std::string name = "point_cloud_transport/pcl_ext";
@@ -100,8 +108,8 @@ TEST(OtherPrograms, TheClassesAreDeclaredAndLoaded)
 TEST(OtherPrograms, AllTransportsTogether)
 {
   SpunNode spun("sender");
-  auto publisher = point_cloud_transport::PointCloudTransport(spun.node).advertise(
-      "points", reliable());
+  auto publisher = point_cloud_transport::PointCloudTransport(toTransport(spun.node))
+                       .advertise("points", toTransport(reliable()));
   Receiver receiver;
   Listener<Cloud> raw(receiver.node(), spaceOfThisTest() + "/points");
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == 2; }));

@@ -84,21 +84,40 @@ TEST_F(DeclaredParameters, AllAreDescribedAndHaveTheSameNamesInAnyNamespace)
       rclcpp::NodeOptions().parameter_overrides(
           {{"points.enable_pub_plugins",
             std::vector<std::string>{"point_cloud_transport/pcl_ext"}}}));
-  auto publisher = point_cloud_transport::PointCloudTransport(in_root).advertise(
-      "points", reliable());
+  auto publisher = point_cloud_transport::PointCloudTransport(toTransport(in_root))
+                       .advertise("points", toTransport(reliable()));
   expectDescriptors(*in_root, pcl_ext::nodes::encodingParameters());
 
   // A topic outside of the node's namespace has its full name.
-  const point_cloud_transport::TransportHints hints("pcl_ext");
+  const auto hints = hintsOfPlugin();
   const auto subscriber =
-      point_cloud_transport::PointCloudTransport(receiver->spun.node)
+      point_cloud_transport::PointCloudTransport(toTransport(receiver->spun.node))
           .subscribe(
               "/else/points",
-              reliable(),
+              toTransport(reliable()),
               [](const Cloud::ConstSharedPtr&) {},
               {},
               &hints);
   EXPECT_TRUE(receiver->node().has_parameter("else.points.pcl_ext.min_intensity"));
+}
+
+TEST_F(DeclaredParameters, TheirNamesAreThoseOfTheProgramWhereTheTopicIsRemapped)
+{
+  const auto remapped = rclcpp::NodeOptions().arguments(
+      {"--ros-args", "-r", "points/pcl_ext:=else/where/pcl_ext"});
+  sender.emplace(
+      Parameters{{points("resolution"), 0.07}}, "sender", reliable(), remapped);
+  receiver.emplace(Parameters(), "receiver", "points", reliable(), remapped);
+  EXPECT_EQ(receiver->subscriber.getTopic(), spaceOfThisTest() + "/else/where/pcl_ext");
+  sender->expectSubscribers(1);
+  receiver->expectPublishers(1);
+  expectDescriptors(sender->node(), pcl_ext::nodes::encodingParameters());
+  expectDescriptors(receiver->node(), pcl_ext::nodes::noiseParameters());
+  EXPECT_TRUE(sender->node().has_parameter("points.enable_pub_plugins"));
+  settings.compression.resolution = 0.07;
+  expectNext();
+  settings.compression.resolution = 0.1;
+  setAndExpect("resolution", 0.1);
 }
 
 TEST_F(DeclaredParameters, ThoseThatANodeDeclaresFromItsOverridesAreCheckedAndDescribed)

@@ -95,8 +95,10 @@ TEST(Streams, AFilterThatSubscribesAgainAndAgainGetsTheVoxels)
       [&clouds](const Cloud::ConstSharedPtr& cloud) { clouds.add(cloud); }));
   const SpunNode viewer("viewer");        // last, as its thread calls the filter
   for (std::uint32_t i = 0; i < 3; ++i) { // as a display of RViz that is reset
-    filter.subscribe(
-        viewer.node, spaceOfThisTest() + "/points", "pcl_ext", rmw_qos_profile_default);
+    filter.subscribe(toTransport(viewer.node),
+                     spaceOfThisTest() + "/points",
+                     "pcl_ext",
+                     toTransport(reliable()));
     sender.expectSubscribers(1);
     ASSERT_TRUE(waitFor([&] { return filter.getNumPublishers() == 1; }));
     const Cloud cloud = makeCloud(i);
@@ -137,7 +139,7 @@ TEST(Streams, PublishedFormat)
 
 /** \brief Publishes until a late receiver has a cloud. */
 void
-expectCloudsOfLateJoiner(const rmw_qos_profile_t& qos)
+expectCloudsOfLateJoiner(const rclcpp::QoS& qos)
 {
   Sender sender({{points("i_frame_rate"), 1000000}}, "sender", qos);
   std::uint32_t number = 0;
@@ -175,7 +177,7 @@ TEST(Streams, LateJoinerGetsACloudWithinTwoFurtherFrames)
 
 TEST(Streams, LateJoinerWithBestEffort)
 {
-  expectCloudsOfLateJoiner(rmw_qos_profile_sensor_data);
+  expectCloudsOfLateJoiner(rclcpp::SensorDataQoS());
 }
 
 TEST(Streams, ASubscriberInPlaceOfAnotherGetsAnIFrame)
@@ -233,8 +235,7 @@ TEST(Streams, TwoPublishersOfOneProcessWithoutMiddleware)
   // Their messages come without the publisher's name, so that they are one stream:
   // clouds may be missing, but none is wrong.
   const auto options = rclcpp::NodeOptions().use_intra_process_comms(true);
-  rmw_qos_profile_t qos = reliable();
-  qos.depth = 100;
+  const rclcpp::QoS qos(100);
   Sender first({}, "first", qos, options);
   Sender second({}, "second", qos, options);
   Receiver receiver({}, "receiver", "points", qos, options);
@@ -263,8 +264,8 @@ TEST(Streams, TwoPublishersOfOneProcessWithoutMiddleware)
 TEST(Streams, ANodeThatAdvertisesATopicTwice)
 {
   Sender sender({{points("resolution"), 0.08}});
-  auto again = point_cloud_transport::PointCloudTransport(sender.spun.node)
-                   .advertise("points", reliable());
+  auto again = point_cloud_transport::PointCloudTransport(toTransport(sender.spun.node))
+                   .advertise("points", toTransport(reliable()));
   Receiver receiver;
   sender.expectSubscribers(1);
   ASSERT_TRUE(waitFor([&] { return again.getNumSubscribers() == 1; }));

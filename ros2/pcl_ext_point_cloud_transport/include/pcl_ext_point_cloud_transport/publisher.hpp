@@ -1,5 +1,7 @@
 #pragma once
 
+#include "pcl_ext_point_cloud_transport/transport_interface.hpp"
+
 #include <point_cloud_interfaces/msg/compressed_point_cloud2.hpp>
 #include <point_cloud_transport/simple_publisher_plugin.hpp>
 
@@ -37,9 +39,9 @@ public:
 
 protected:
   void
-  advertiseImpl(std::shared_ptr<rclcpp::Node> node,
+  advertiseImpl(TransportNode node,
                 const std::string& base_topic,
-                rmw_qos_profile_t custom_qos,
+                TransportQos custom_qos,
                 const rclcpp::PublisherOptions& options) override;
 
   /** \brief Publishes a cloud; a cloud that is refused is logged, but not each time. */

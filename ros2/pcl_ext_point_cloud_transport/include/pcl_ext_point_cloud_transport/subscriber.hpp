@@ -1,5 +1,7 @@
 #pragma once
 
+#include "pcl_ext_point_cloud_transport/transport_interface.hpp"
+
 #include <point_cloud_interfaces/msg/compressed_point_cloud2.hpp>
 #include <point_cloud_transport/simple_subscriber_plugin.hpp>
 
@@ -52,16 +54,16 @@ public:
 
 protected:
   void
-  subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+  subscribeImpl(TransportNode node,
                 const std::string& base_topic,
                 const Callback& callback,
-                rmw_qos_profile_t custom_qos) override;
+                TransportQos custom_qos) override;
 
   void
-  subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+  subscribeImpl(TransportNode node,
                 const std::string& base_topic,
                 const Callback& callback,
-                rmw_qos_profile_t custom_qos,
+                TransportQos custom_qos,
                 rclcpp::SubscriptionOptions options) override;
 
 private:
