@@ -149,6 +149,18 @@ public:
       found->second.setSources(time, std::move(sources));
   }
 
+  std::vector<MergedSource>
+  sourcesOf(const MergeStatus& merged)
+  {
+    std::vector<MergedSource> sources;
+    const std::vector<StreamHealth> health = node_.health();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const MergedStream& stream : merged.streams)
+      if (const auto found = streams_.find(stream.name); found != streams_.end())
+        found->second.addSources(stream, health, sources);
+    return sources;
+  }
+
   void
   work()
   {
@@ -227,16 +239,8 @@ private:
     node_.waitUntilDecoded();
     const MergeStatus status =
         node_.merge(merged_, StampRange{time - settings_.schedule.max_age, time});
-    std::vector<MergedSource> sources;
-    {
-      const std::vector<StreamHealth> health = node_.health();
-      const std::lock_guard<std::mutex> lock(mutex_);
-      for (const MergedStream& merged : status.streams)
-        if (const auto found = streams_.find(merged.name); found != streams_.end())
-          found->second.addSources(merged, health, sources);
-    }
     if (on_merged_)
-      on_merged_({status, time, merged_, sources});
+      on_merged_({status, time, merged_, sourcesOf(status)});
   }
 
   void
@@ -355,6 +359,12 @@ MergingCentre::setSources(const std::string& stream,
                           std::vector<MergedSource> sources)
 {
   implementation_->setSources(stream, time, std::move(sources));
+}
+
+std::vector<MergedSource>
+MergingCentre::sourcesOf(const MergeStatus& merged)
+{
+  return implementation_->sourcesOf(merged);
 }
 
 void

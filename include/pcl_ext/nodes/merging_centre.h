@@ -138,6 +138,11 @@ public:
   void
   setSources(const std::string& stream, Time time, std::vector<MergedSource> sources);
 
+  /** \brief What voxels are of that were merged by node().merge(), as of
+   * MergedFrame::sources. */
+  std::vector<MergedSource>
+  sourcesOf(const MergeStatus& merged);
+
   /** \brief Decodes and merges what is due. To be called when a frame has arrived and some
    * times a MergeScheduleSettings::max_wait, unless the centre has a thread for it. */
   void
