@@ -42,9 +42,9 @@ def container(components, name, namespace, respawn, number=1):
     """
     Return a container with components; with respawn it is there again when it has ended.
 
-    What launch itself starts again comes back empty. Each container has a name of its own:
-    the middleware takes a killed one for alive for some seconds, and what was asked of it
-    would not reach one of the same name.
+    components are functions that make a ComposableNode. What launch itself starts again comes
+    back empty. Each container has a name of its own: the middleware takes a killed one for
+    alive for some seconds, and what was asked of it would not reach one of the same name.
     """
     process = ComposableNodeContainer(
         package='rclcpp_components',
@@ -61,7 +61,7 @@ def container(components, name, namespace, respawn, number=1):
             period=RESPAWN_DELAY,
             actions=container(components, name, namespace, respawn, number + 1))]
 
-    actions = [process, _LoadIntoContainer(process, components)]
+    actions = [process, _LoadIntoContainer(process, [make() for make in components])]
     if respawn:
         actions.insert(0, RegisterEventHandler(OnProcessExit(target_action=process,
                                                              on_exit=start_next)))

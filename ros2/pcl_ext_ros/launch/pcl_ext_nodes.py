@@ -1,4 +1,6 @@
 """What the launch files have in common: arguments, parameters, nodes."""
+import functools
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
@@ -140,18 +142,19 @@ def absolute(values, name):
 
 def node(values, plugin, executable, name=None, namespace='', **options):
     """
-    Return a component, or a process.
+    Return what makes a component, or a process.
 
-    namespace is relative to that of the launch file; name is by default the executable's.
+    As with a component's remappings launch_ros can load it only once. namespace is relative to
+    that of the launch file; name is by default the executable's.
     """
     options.update(name=name or executable, namespace=absolute(values, namespace))
     if values['composable']:
-        return ComposableNode(package='pcl_ext_ros', plugin='pcl_ext_ros::' + plugin,
-                              extra_arguments=[{'use_intra_process_comms': True}],
-                              **options)
-    return Node(package='pcl_ext_ros', executable=executable, output='screen',
-                respawn=values['respawn'], respawn_delay=pcl_ext_containers.RESPAWN_DELAY,
-                **options)
+        return functools.partial(
+            ComposableNode, package='pcl_ext_ros', plugin='pcl_ext_ros::' + plugin,
+            extra_arguments=[{'use_intra_process_comms': True}], **options)
+    return functools.partial(
+        Node, package='pcl_ext_ros', executable=executable, output='screen',
+        respawn=values['respawn'], respawn_delay=pcl_ext_containers.RESPAWN_DELAY, **options)
 
 
 def sensors_and_centre(values, sensors, of_centre, namespace=''):
@@ -193,8 +196,8 @@ def simulated_cell(values, sensors, namespace):
 
 
 def started(values, nodes, namespace=''):
-    """Return nodes as they are, or components in a container of the namespace."""
+    """Return the processes of nodes, or a container in the namespace with all of them."""
     if not values['composable']:
-        return nodes
+        return [make() for make in nodes]
     return pcl_ext_containers.container(
         nodes, values['container'], absolute(values, namespace), values['respawn'])

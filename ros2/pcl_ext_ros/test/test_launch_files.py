@@ -145,7 +145,7 @@ def run(options):
         if options.file == 'one_sensor':
             started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
                                   '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0']))
-        rclpy.init()
+        rclpy.init(args=[])
         node = rclpy.create_node('test_launch_files')
         centre = Centre(node, options.centre, options.streams)
         centre.wait_until_complete()
