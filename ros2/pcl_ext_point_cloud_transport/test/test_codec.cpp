@@ -15,6 +15,21 @@ namespace {
 using Encoder = point_cloud_transport::SimplePublisherPlugin<Compressed>;
 using Decoder = point_cloud_transport::SimpleSubscriberPlugin<Compressed>;
 
+/** \brief The type in the plugins' manifest; version 5.4 and later read it. */
+template <typename PluginT>
+auto
+messageTypeOf(const PluginT& plugin, int) -> decltype(plugin.getMessageType())
+{
+  return plugin.getMessageType();
+}
+
+template <typename PluginT>
+std::string
+messageTypeOf(const PluginT& plugin, long)
+{
+  return plugin.getDataType();
+}
+
 class Codec : public ::testing::Test {
 protected:
   Codec()
@@ -56,6 +71,8 @@ TEST_F(Codec, NamesAndTopics)
   EXPECT_EQ(decoder->getTransportName(), "pcl_ext");
   EXPECT_EQ(encoder->getDataType(), "point_cloud_interfaces/msg/CompressedPointCloud2");
   EXPECT_EQ(decoder->getDataType(), "point_cloud_interfaces/msg/CompressedPointCloud2");
+  EXPECT_EQ(messageTypeOf(*encoder, 0), encoder->getDataType());
+  EXPECT_EQ(messageTypeOf(*decoder, 0), decoder->getDataType());
   EXPECT_EQ(encoder->getTopicToAdvertise("/a/b"), "/a/b/pcl_ext");
   EXPECT_EQ(decoder->getTopicToSubscribe("/a/b"), "/a/b/pcl_ext");
   EXPECT_EQ(encoder->getTopic(), "");
