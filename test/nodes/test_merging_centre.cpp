@@ -1,5 +1,6 @@
 /** \file
- * \brief Centres whose streams are those of sensors or of other centres.
+ * \brief Centres whose streams are those of sensors or of other centres; to be run under
+ * ThreadSanitizer, too.
  */
 #include <pcl_ext/nodes/merged_frame_encoder.h>
 #include <pcl_ext/nodes/merging_centre.h>
@@ -10,10 +11,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <memory>
 #include <random>
 #include <string>
+#include <thread>
 
 namespace {
 
@@ -379,6 +382,47 @@ TEST(MergingCentre, MergesByItself)
   while (sent.empty()) // ctest ends it
     sent = centre.takeSent();
   EXPECT_EQ(sent[0].time, begin);
+}
+
+TEST(MergingCentre, StreamsComeAndGoWhileFramesArrive)
+{
+  const CodedStream stream = streamOf(30, 5);
+  std::atomic<std::size_t> merged{0};
+  MergingCentreSettings settings;
+  settings.node = centralSettings();
+  settings.schedule.period = 10ms;
+  MergingCentre centre(settings, {}, [&](const MergedFrame& frame) {
+    merged += frame.status.ok() ? 1 : 0;
+  });
+  centre.setMerging(true);
+  ASSERT_TRUE(centre.addStream("stays").ok());
+  std::atomic<bool> is_over{false};
+  std::vector<std::thread> threads;
+  for (const char* const name : {"stays", "a", "b"})
+    threads.emplace_back([&, name] {
+      for (std::size_t i = 0; merged < 20 || i < stream.frames.size(); ++i) {
+        const std::size_t number = i % stream.frames.size();
+        centre.receive(name, stream.frames[number], begin + 10ms * i); // or unknown
+        std::this_thread::sleep_for(1ms);
+      }
+    });
+  std::thread others([&] {
+    while (!is_over)
+      for (const char* const name : {"a", "b"}) {
+        centre.addStream(name);
+        centre.setNoise(name, {{"min_intensity", 2.0}});
+        centre.setSources(name, begin, {{"source", begin, 1}});
+        centre.describeHealth(0);
+        centre.setMerging(false);
+        centre.setMerging(true);
+        centre.removeStream(name);
+      }
+  });
+  for (std::thread& thread : threads)
+    thread.join();
+  is_over = true;
+  others.join();
+  EXPECT_GE(merged, 20u);
 }
 
 TEST(MergingCentre, TellsWhichSettingIsWrong)
