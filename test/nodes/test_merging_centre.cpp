@@ -32,6 +32,9 @@ constexpr Time begin = 1000s; // stamp of the first clouds
 constexpr std::size_t sensors = 6;
 constexpr std::size_t zones = 3;
 
+/** \brief Threads that decode read it, too. */
+using TestTime = std::atomic<Time>;
+
 std::string
 nameOf(std::size_t number)
 {
@@ -41,7 +44,7 @@ nameOf(std::size_t number)
 /** \brief A centre without a thread, and what it merges. */
 class Centre {
 public:
-  explicit Centre(const Time& now, bool has_thread = false)
+  explicit Centre(const TestTime& now, bool has_thread = false)
   : encoder_(0.04, {})
   , centre_(settingsOf(now, has_thread), {}, [this](const auto& frame) { take(frame); })
   {
@@ -79,13 +82,13 @@ public:
 
 private:
   static MergingCentreSettings
-  settingsOf(const Time& now, bool has_thread)
+  settingsOf(const TestTime& now, bool has_thread)
   {
     MergingCentreSettings settings;
     settings.node = centralSettings();
     settings.has_thread = has_thread;
-    settings.arrival_clock = [&now] { return now; };
-    settings.node.clock = [&now] { return begin + now; };
+    settings.arrival_clock = [&now] { return now.load(); };
+    settings.node.clock = [&now] { return begin + now.load(); };
     settings.schedule.max_age = 500ms;
     settings.node.max_merge_age = 500ms;
     return settings;
@@ -153,13 +156,15 @@ public:
   void
   run(Time duration, std::size_t dead = sensors)
   {
-    for (const Time end = now_ + duration; now_ < end; now_ += 5ms) {
+    for (const Time end = now_.load() + duration; now_.load() < end;
+         now_ = now_.load() + 5ms) {
+      const Time now = now_;
       for (std::size_t sensor = 0; sensor < sensors; ++sensor)
-        if (sensor != dead && now_ >= 50ms * sent_[sensor] + lateness_[sensor]) {
+        if (sensor != dead && now >= 50ms * sent_[sensor] + lateness_[sensor]) {
           send(sensor);
           lateness_[sensor] = Time(1ms) * static_cast<int>(random_() % 40);
         }
-      for (; !above_.empty() && above_.begin()->first <= now_;
+      for (; !above_.empty() && above_.begin()->first <= now;
            above_.erase(above_.begin())) {
         auto& [zone, frame] = above_.begin()->second;
         top_->setSources(zoneOf(zone), frame.time, frame.sources);
@@ -170,7 +175,7 @@ public:
       for (std::size_t zone = 0; zone < zones; ++zone) {
         (*zones_[zone])->work();
         for (auto& frame : zones_[zone]->takeSent())
-          above_.emplace(now_ + 20ms, std::make_pair(zone, std::move(frame)));
+          above_.emplace(now + 20ms, std::make_pair(zone, std::move(frame)));
       }
     }
   }
@@ -194,7 +199,7 @@ public:
   }
 
 private:
-  Time now_{0};
+  TestTime now_{Time(0)};
   std::mt19937 random_{3};
   std::vector<CodedStream> streams_;
   std::array<std::size_t, sensors> sent_{};
@@ -291,7 +296,7 @@ TEST(MergingCentre, CountsDroppedFramesWhereTheyWereDropped)
 TEST(MergingCentre, ForgetsStreamsThatAreRemoved)
 {
   const CodedStream stream({});
-  Time now(0);
+  TestTime now{Time(0)};
   Centre centre(now);
   for (const char* const name : {"a", "b"}) {
     ASSERT_TRUE(centre->addStream(name).ok());
@@ -318,7 +323,7 @@ TEST(MergingCentre, ForgetsStreamsThatAreRemoved)
 TEST(MergingCentre, HasNoiseOfAllStreamsAndOfOne)
 {
   const CodedStream stream({});
-  Time now(0);
+  TestTime now{Time(0)};
   Centre centre(now);
   centre->setMerging(false);
   centre->setNoise({{"min_intensity", 2.0}});
@@ -353,7 +358,7 @@ TEST(MergingCentre, HasNoiseOfAllStreamsAndOfOne)
 TEST(MergingCentre, DecodesAtOnceWhatNobodyWantsMerged)
 {
   const CodedStream stream({});
-  Time now(0);
+  TestTime now{Time(0)};
   Centre centre(now);
   ASSERT_TRUE(centre->addStream("a").ok());
   ASSERT_TRUE(centre->addStream("behind").ok());
@@ -374,7 +379,7 @@ TEST(MergingCentre, DecodesAtOnceWhatNobodyWantsMerged)
 TEST(MergingCentre, MergesByItself)
 {
   const CodedStream stream({});
-  Time now(0);
+  TestTime now{Time(0)};
   Centre centre(now, true);
   ASSERT_TRUE(centre->addStream("a").ok());
   ASSERT_TRUE(centre->receive("a", stream.frames[0], begin).ok());
