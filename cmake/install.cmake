@@ -45,6 +45,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     nodes
     octree
     filters/impl
+    cloud_outlier_removal.h
     cloud_streams.h
     colour_mean.h
     octree_pointcloud_intensity_compression.h

@@ -37,6 +37,14 @@ class _LoadIntoContainer(LoadComposableNodes):
     def execute(self, context):
         return super().execute(_ContextOfContainer(context, self._container))
 
+    def _load_in_sequence(self, requests, context):
+        try:
+            super()._load_in_sequence(requests, context)
+        except Exception:
+            # At the shutdown the client is taken away from the thread that uses it.
+            if not context.is_shutdown:
+                raise
+
 
 def container(components, name, namespace, respawn, number=1):
     """
