@@ -36,12 +36,16 @@ endif()
 if(PCL_EXT_WITH_PCL)
   pcl_ext_install(pcl_ext pcl_ext-targets)
 endif()
+if(PCL_EXT_BUILD_SIMULATOR)
+  pcl_ext_install(pcl_ext_simulator pcl_ext-simulator-targets)
+endif()
 
 # Without PCL only the codec's headers are installed: none of them includes PCL's.
 set(PCL_EXT_HEADERS_WITH_PCL
     nodes
     octree
     filters/impl
+    cloud_outlier_removal.h
     cloud_streams.h
     colour_mean.h
     octree_pointcloud_intensity_compression.h

@@ -78,7 +78,7 @@ CentralMap::findSensor(const std::string& sensor_frame,
   std_msgs::Header header;
   header.stamp = toRosTime(stamp);
   header.frame_id = sensor_frame;
-  const FoundTransform transform = transforms_->toGlobalFrame(header);
+  const pcl_ext::nodes::FoundTransform transform = transforms_->toGlobalFrame(header);
   if (!transform.pose) {
     ROS_WARN_THROTTLE(seconds_between_warnings,
                       "The map takes no rays from %s: %s",

@@ -75,7 +75,7 @@ private:
   {
     countMissed(cloud->header.seq);
     std_msgs::Header header = cloud->header;
-    const FoundTransform transform = transforms_.toGlobalFrame(header);
+    const pcl_ext::nodes::FoundTransform transform = transforms_.toGlobalFrame(header);
     if (transform.is_latest) {
       sender_->countLatestTransform();
       ROS_WARN_THROTTLE(

@@ -2,10 +2,9 @@
  * \brief The central node: compressed frames of many streams in; denoised voxels of each
  * stream, merged voxels and a map out.
  */
-#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/health_metrics.h>
-#include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/merging_centre.h>
 
 #include "central_map.h"
 #include "health_messages.h"
@@ -23,7 +22,6 @@
 #include <std_msgs/Empty.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,10 +34,6 @@ namespace pcl_ext_ros1 {
 
 namespace {
 
-using pcl_ext::nodes::HealthLevel;
-using pcl_ext::nodes::HealthReport;
-using pcl_ext::nodes::ReceiverHealth;
-using pcl_ext::nodes::StreamHealth;
 using pcl_ext::nodes::valueOf;
 
 constexpr double seconds_between_noise_updates = 0.2;
@@ -56,20 +50,12 @@ struct Stream {
   , noise(topic, stream_parameters.noise, noise_of_all)
   {}
 
-  const std::string topic; ///< resolved; the stream's name in the central node
+  const std::string topic; ///< resolved; the stream's name in the centre
   std::size_t number = 0;  ///< in the order of ~streams
   StreamNoise noise;
-  pcl_ext::nodes::NoiseSettings noise_in_force; ///< of the timer of noise
   ros::Publisher voxels;
   ros::Publisher i_frame_requests;
   ros::Subscriber frames;
-
-  // Written when frames arrive, read by timers.
-  std::atomic<pcl_ext::nodes::Time> last_arrival{pcl_ext::nodes::Time(0)}; ///< 0: never
-  std::atomic<std::uint64_t> left_out{0}; ///< frames of another frame id or format
-
-  // As of the last report.
-  ReceiverHealth reported;
 };
 
 } // namespace
@@ -83,13 +69,18 @@ public:
    */
   IntensityDecompressor()
   {
-    central_node_.emplace(
-        pcl_ext::nodes::readCentralNodeParameters(parameters_.node, rosTimeNow),
-        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
-    if (!central_node_->settingsStatus().ok())
+    auto settings =
+        pcl_ext::nodes::readCentralNodeParameters(parameters_.node, rosTimeNow);
+    settings.reports_resolution |=
+        !valueOf<std::string>(parameters_.node, "map_path").empty();
+    centre_.emplace(
+        settings,
+        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); },
+        pcl_ext::nodes::MergeListener());
+    if (!centre_->settingsStatus().ok())
       throw WrongParameter("Parameters contradict each other: " +
-                           central_node_->settingsStatus().message());
-    map_.emplace(private_node_, parameters_, *central_node_);
+                           centre_->settingsStatus().message());
+    map_.emplace(private_node_, parameters_, centre_->node());
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
     if (merge_rate_ > 0) {
@@ -114,7 +105,7 @@ public:
   {
     map_->start();
     ros::MultiThreadedSpinner(message_threads).spin();
-    central_node_->waitUntilDecoded();
+    centre_->node().waitUntilDecoded();
     return map_->finish();
   }
 
@@ -126,11 +117,10 @@ private:
     streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
     Stream& stream = *streams_.back();
     stream.number = streams_.size() - 1;
-    stream.noise_in_force = stream.noise.settings();
-    if (!central_node_->addStream(topic, stream.noise_in_force.min_intensity).ok())
+    if (!centre_->addStream(topic).ok())
       ParameterReader::refuse(
           "streams", "a list with " + topic + " twice", "a list of different topics");
-    central_node_->setOutlierRemoval(topic, stream.noise_in_force.outlier_removal);
+    centre_->setNoise(topic, stream.noise.values());
     streams_by_topic_[topic] = &stream;
     map_->addStream(topic, parameters.sensor_frame);
     stream.voxels =
@@ -152,7 +142,7 @@ private:
           streams_[number]->i_frame_requests.publish(std_msgs::Empty());
         },
         [this] {
-          return pcl_ext::nodes::streamMetrics(central_node_->health(), rosTimeNow());
+          return pcl_ext::nodes::streamMetrics(centre_->node().health(), rosTimeNow());
         });
   }
 
@@ -194,11 +184,10 @@ private:
   void
   receive(Stream& stream, const CompressedPointCloud2& message)
   {
-    stream.last_arrival = pcl_ext::nodes::steadyTime();
     if (const std::string fault =
             pcl_ext::nodes::faultOfMessage(message, parameters_.global_frame);
         !fault.empty()) {
-      ++stream.left_out;
+      centre_->countLeftOut(stream.topic);
       ROS_WARN_THROTTLE(seconds_between_warnings,
                         "A frame of %s is dropped: %s",
                         stream.topic.c_str(),
@@ -207,7 +196,7 @@ private:
     }
     if (view_)
       view_->show(stream.number, message.header.stamp, message.compressed_data);
-    const auto status = central_node_->receive(
+    const auto status = centre_->receive(
         stream.topic, message.compressed_data, toNodeTime(message.header.stamp));
     if (!status.ok())
       ROS_WARN_THROTTLE(seconds_between_warnings, "%s", status.message().c_str());
@@ -245,31 +234,8 @@ private:
   {
     for (const auto& stream : streams_) {
       stream->noise.update();
-      setNoise(*stream, stream->noise.settings());
+      centre_->setNoise(stream->topic, stream->noise.values());
     }
-  }
-
-  void
-  setNoise(Stream& stream, const pcl_ext::nodes::NoiseSettings& noise)
-  {
-    const pcl_ext::nodes::NoiseSettings before =
-        std::exchange(stream.noise_in_force, noise);
-    const char* const topic = stream.topic.c_str();
-    if (noise.min_intensity != before.min_intensity) {
-      central_node_->setMinIntensity(stream.topic, noise.min_intensity);
-      ROS_INFO("%s: min_intensity is now %g", topic, double{noise.min_intensity});
-    }
-    const auto& removal = noise.outlier_removal;
-    if (removal.has_value() == before.outlier_removal.has_value() &&
-        (!removal || removal->min_log_odds == before.outlier_removal->min_log_odds))
-      return;
-    central_node_->setOutlierRemoval(stream.topic, removal);
-    if (removal)
-      ROS_INFO("%s: outliers below log-odds %g are removed from now on",
-               topic,
-               double{removal->min_log_odds});
-    else
-      ROS_INFO("%s: outliers are not removed from now on", topic);
   }
 
   void
@@ -278,7 +244,7 @@ private:
     if (merged_.getNumSubscribers() == 0)
       return;
     const ros::Time now = ros::Time::now();
-    const auto status = central_node_->merge(merged_voxels_);
+    const auto status = centre_->node().merge(merged_voxels_);
     if (!status.ok()) {
       ROS_WARN_THROTTLE(seconds_between_warnings,
                         "The streams are not merged: %s",
@@ -289,7 +255,7 @@ private:
     // Not a stamp of the sources: TF drops the clouds of one whose clock is wrong.
     merged_streams.header.stamp = now;
     for (const auto& [stream, report] :
-         pcl_ext::nodes::describeMerged(status, toNodeTime(now)))
+         pcl_ext::nodes::describeMerged(centre_->sourcesOf(status), toNodeTime(now)))
       merged_streams.status.push_back(toMessage(stream, report));
     merged_streams_.publish(merged_streams);
     publish(merged_, now, merged_voxels_);
@@ -300,33 +266,9 @@ private:
   {
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
-    const std::vector<StreamHealth> streams = central_node_->health();
-    bool are_ok = true;
-    for (const StreamHealth& health : streams) {
-      Stream& stream = *streams_by_topic_.at(health.name);
-      const ReceiverHealth now = healthOf(stream, health);
-      const HealthReport report = pcl_ext::nodes::describeHealth(
-          now, std::exchange(stream.reported, now), pcl_ext::nodes::steadyTime());
-      are_ok &= report.level() == HealthLevel::Ok;
-      message.status.push_back(toMessage(stream.topic, report));
-    }
-    const HealthReport all =
-        pcl_ext::nodes::describeTogether(streams, are_ok, map_->nodes());
-    message.status.push_back(toMessage("all streams", all));
+    for (const auto& [name, report] : centre_->describeHealth(map_->nodes()))
+      message.status.push_back(toMessage(name, report));
     diagnostics_.publish(message);
-  }
-
-  ReceiverHealth
-  healthOf(const Stream& stream, const StreamHealth& health) const
-  {
-    const bool is_merged = merge_rate_ > 0 || map_->exists();
-    const pcl_ext::nodes::Time last_arrival = stream.last_arrival;
-    return {health,
-            stream.left_out,
-            stream.noise.settings().min_intensity,
-            last_arrival == pcl_ext::nodes::Time(0) ? std::nullopt
-                                                    : std::optional(last_arrival),
-            is_merged ? valueOf<double>(parameters_.node, "resolution") : 0.0};
   }
 
   ros::NodeHandle node_;
@@ -347,7 +289,7 @@ private:
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 
   // Behind the other members, as its threads call publishFrame() until it is destroyed.
-  std::optional<pcl_ext::nodes::CentralNode> central_node_;
+  std::optional<pcl_ext::nodes::MergingCentre> centre_;
 
   // Last member, as its thread requests I-frames of the streams and reads their health.
   std::optional<StreamView> view_;

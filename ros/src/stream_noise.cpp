@@ -43,11 +43,11 @@ StreamNoise::StreamNoise(std::string topic,
         values_[parameter.name] = *own;
 }
 
-pcl_ext::nodes::NoiseSettings
-StreamNoise::settings() const
+ParameterValues
+StreamNoise::values() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return pcl_ext::nodes::readNoiseParameters(values_);
+  return values_;
 }
 
 void

@@ -26,8 +26,8 @@ public:
               const pcl_ext::nodes::ParameterValues& from_streams,
               const pcl_ext::nodes::ParameterValues& for_all);
 
-  pcl_ext::nodes::NoiseSettings
-  settings() const;
+  pcl_ext::nodes::ParameterValues
+  values() const;
 
   /** \brief Reads the parameters again, which roscpp caches. A wrong value changes nothing;
    * there is one warning for it. */

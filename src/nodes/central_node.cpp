@@ -96,13 +96,21 @@ public:
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
     const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
-    const bool is_new =
-        streams_.try_emplace(name, name, min_intensity, settings_.decoder_limits)
-            .second;
-    if (!is_new)
+    if (streams_.count(name) != 0)
       return {CentralNodeCode::StreamExists,
               "the stream '" + name + "' exists already"};
+    streams_[name] =
+        std::make_shared<ReceivedStream>(name, min_intensity, settings_.decoder_limits);
     return {};
+  }
+
+  CentralNodeStatus
+  removeStream(const std::string& name)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
+    return streams_.erase(name) == 0 ? unknownStream(name) : CentralNodeStatus();
   }
 
   CentralNodeStatus
@@ -112,7 +120,7 @@ public:
       return settings_status_;
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
-    ReceivedStream* const stream = find(name);
+    const auto stream = find(name);
     if (stream == nullptr)
       return unknownStream(name);
     stream->setMinIntensity(min_intensity);
@@ -130,7 +138,7 @@ public:
           !status.ok())
         return {CentralNodeCode::InvalidSettings,
                 "outlier_removal: " + status.message()};
-    ReceivedStream* const stream = find(name);
+    const auto stream = find(name);
     if (stream == nullptr)
       return unknownStream(name);
     stream->setOutlierRemoval(settings);
@@ -161,7 +169,7 @@ public:
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   {
     std::optional<LatestFrame> frame;
-    if (const ReceivedStream* const stream = find(name))
+    if (const auto stream = find(name))
       frame = stream->latestVoxels(Time::min(), Time::max(), voxels);
     if (!frame)
       voxels = io::VoxelFrame();
@@ -191,7 +199,7 @@ public:
     std::vector<StreamHealth> health;
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
     for (const auto& [name, stream] : streams_)
-      health.push_back(stream.health(settings_.clock()));
+      health.push_back(stream->health(settings_.clock()));
     return health;
   }
 
@@ -215,7 +223,7 @@ private:
       for (auto& [name, stream] : streams_)
         status.streams.push_back(
             {name,
-             merged_voxels_.add(stream, now - settings_.max_merge_age, now, stamps)});
+             merged_voxels_.add(*stream, now - settings_.max_merge_age, now, stamps)});
     }
     merged_voxels_.finish(merged);
     return status;
@@ -229,7 +237,7 @@ private:
   {
     if (!settings_status_.ok())
       return settings_status_;
-    ReceivedStream* const stream = find(name);
+    const auto stream = find(name);
     if (stream == nullptr)
       return unknownStream(name);
     {
@@ -239,7 +247,7 @@ private:
     const auto admission = stream->admit(std::move(bytes),
                                          stamp,
                                          settings_.max_waiting_frames,
-                                         [this, stream] { queueTurn(*stream); });
+                                         [this, &stream] { queueTurn(stream); });
     if (admission == ReceivedStream::Admission::Waits)
       return {};
     countDone();
@@ -253,20 +261,20 @@ private:
 
   /** \brief Queues a turn of a stream after those of other streams. */
   void
-  queueTurn(ReceivedStream& stream)
+  queueTurn(const std::shared_ptr<ReceivedStream>& stream)
   {
-    boost::asio::post(pool_, [this, &stream] { runTurn(stream); });
+    boost::asio::post(pool_, [this, stream] { runTurn(stream); });
   }
 
   /** \brief Decodes one frame of a stream, so that all streams get the same share of
    * the threads. */
   void
-  runTurn(ReceivedStream& stream)
+  runTurn(const std::shared_ptr<ReceivedStream>& stream)
   {
     for (;;) {
-      stream.decodeNext(settings_.clock, listener_);
+      stream->decodeNext(settings_.clock, listener_);
       countDone();
-      if (!stream.endTurn())
+      if (!stream->endTurn())
         return;
       try {
         queueTurn(stream);
@@ -296,19 +304,14 @@ private:
     return {};
   }
 
-  // Streams are never removed, so that the reference outlives the lock.
-  const ReceivedStream*
+  /** \brief The stream of a name, which may be removed meanwhile; null if there is
+   * none. */
+  std::shared_ptr<ReceivedStream>
   find(const std::string& name) const
   {
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
     const auto found = streams_.find(name);
-    return found == streams_.end() ? nullptr : &found->second;
-  }
-
-  ReceivedStream*
-  find(const std::string& name)
-  {
-    return const_cast<ReceivedStream*>(std::as_const(*this).find(name));
+    return found == streams_.end() ? nullptr : found->second;
   }
 
   const CentralNodeSettings settings_;
@@ -318,7 +321,7 @@ private:
       pool_; // joined by the destructor, as its threads use the other members
 
   mutable std::shared_mutex streams_mutex_; // guards the map, not its streams
-  std::map<std::string, ReceivedStream> streams_;
+  std::map<std::string, std::shared_ptr<ReceivedStream>> streams_;
 
   std::mutex waiting_mutex_;
   std::condition_variable nothing_waits_;
@@ -344,6 +347,12 @@ CentralNodeStatus
 CentralNode::addStream(const std::string& name, float min_intensity)
 {
   return implementation_->addStream(name, min_intensity);
+}
+
+CentralNodeStatus
+CentralNode::removeStream(const std::string& name)
+{
+  return implementation_->removeStream(name);
 }
 
 CentralNodeStatus

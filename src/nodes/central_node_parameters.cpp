@@ -1,8 +1,10 @@
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/nodes/merging_centre.h>
 #include <pcl_ext/nodes/node_parameters.h>
 
 #include "nodes/parameter_access.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace pcl_ext {
@@ -22,6 +24,7 @@ void
 describeMerging(Descriptions& parameters)
 {
   const CentralNodeSettings defaults;
+  const MergeScheduleSettings schedule;
   using Seconds = std::chrono::duration<double>;
   parameters.push_back(frameParameter("TF frame that frames have to be in; others are "
                                       "reported and dropped."));
@@ -34,12 +37,21 @@ describeMerging(Descriptions& parameters)
                       "Edge of the voxels of the merged grid and of the map."));
   parameters.push_back(numberParameter(
       "merge_rate", "Hz", 10.0, 0, 1000, "Rate of merged clouds; 0: no merging."));
-  parameters.push_back(numberParameter("max_merge_age",
-                                       "s",
-                                       Seconds(defaults.max_merge_age).count(),
-                                       0.001,
-                                       3600,
-                                       "Older frames are not merged."));
+  parameters.push_back(numberParameter(
+      "merge_wait",
+      "s",
+      Seconds(schedule.max_wait).count(),
+      0,
+      3600,
+      "Time for which a merged cloud waits for streams that are behind others."));
+  parameters.push_back(numberParameter(
+      "max_merge_age",
+      "s",
+      Seconds(schedule.max_age).count(),
+      0.001,
+      3600,
+      "Older frames are not merged, nor waited for; longer than from one "
+      "cloud of the slowest sensor to the next."));
   parameters.push_back(countParameter("threads",
                                       "",
                                       defaults.threads,
@@ -149,18 +161,26 @@ streamParameters()
   return parameters;
 }
 
-CentralNodeSettings
+MergingCentreSettings
 readCentralNodeParameters(const ParameterValues& values, Clock clock)
 {
   const ParameterAccess access(centralNodeParameters(), values);
-  CentralNodeSettings settings;
-  settings.resolution = access.get<double>("resolution");
-  settings.threads = access.count("threads");
-  settings.max_waiting_frames = access.count("max_waiting_frames");
-  using Seconds = std::chrono::duration<double>;
-  settings.max_merge_age =
-      std::chrono::duration_cast<Time>(Seconds(access.get<double>("max_merge_age")));
-  settings.clock = std::move(clock);
+  const auto toTime = [](double seconds) {
+    return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
+  };
+  MergingCentreSettings settings;
+  settings.node.resolution = access.get<double>("resolution");
+  settings.node.threads = access.count("threads");
+  settings.node.max_waiting_frames = access.count("max_waiting_frames");
+  settings.node.max_merge_age = toTime(access.get<double>("max_merge_age"));
+  settings.node.clock = std::move(clock);
+  settings.schedule.max_age = settings.node.max_merge_age;
+  settings.schedule.max_wait = toTime(access.get<double>("merge_wait"));
+  const double rate = access.get<double>("merge_rate");
+  settings.reports_resolution = rate > 0.0;
+  constexpr double longest_period = 3600.0; // seconds
+  if (rate > 0.0)
+    settings.schedule.period = toTime(std::min(1.0 / rate, longest_period));
   return settings;
 }
 

@@ -1,7 +1,5 @@
 #include <pcl_ext/nodes/health_report.h>
 
-#include "nodes/latency.h"
-
 #include <cmath>
 
 namespace pcl_ext {
@@ -226,28 +224,6 @@ describeTogether(const std::vector<StreamHealth>& streams,
   report.add("bytes per second", bytes_per_second);
   report.add("map nodes", map_nodes);
   return report;
-}
-
-std::vector<std::pair<std::string, HealthReport>>
-describeMerged(const MergeStatus& status, Time time)
-{
-  std::vector<std::pair<std::string, HealthReport>> reports;
-  const auto addReport = [&](const std::string& name, Time stamp) -> HealthReport& {
-    HealthReport& report = reports.emplace_back(name, HealthReport()).second;
-    if (stamp != Time(0)) {
-      report.add("stamp, ns", stamp.count());
-      report.add("age, ms", 1e3 * latencySeconds(stamp, time));
-    }
-    return report;
-  };
-  for (const MergedStream& stream : status.streams)
-    if (stream.frame)
-      addReport(stream.name, stream.frame->stamp);
-    else
-      addReport(stream.name, Time(0))
-          .raise(HealthLevel::Stale, "Not merged: no frame within max_merge_age");
-  addReport("all streams", status.oldestStamp().value_or(Time(0)));
-  return reports;
 }
 
 } // namespace nodes

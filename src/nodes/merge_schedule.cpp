@@ -99,6 +99,21 @@ MergeSchedule::add(ScheduledFrame frame, Time now)
   stream.held.push_back({std::move(frame), stream.last_offset});
 }
 
+std::vector<ScheduledFrame>
+MergeSchedule::releaseAll()
+{
+  std::vector<ScheduledFrame> frames;
+  for (auto& [name, stream] : streams_) {
+    for (HeldFrame& held : stream.held)
+      frames.push_back(std::move(held.frame));
+    stream.held.clear();
+  }
+  slot_.reset();
+  has_frames_ = false;
+  waiting_since_.reset();
+  return frames;
+}
+
 void
 MergeSchedule::releaseFrames(Time offset, Step& step)
 {

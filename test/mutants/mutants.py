@@ -42,6 +42,15 @@ MUTANTS = [
     Mutant(NODES + "merge_schedule.cpp", "streams that are behind are waited for as long as they live",
            "now - *waiting_since_ >= settings_.max_wait", "false"),
 
+    Mutant(NODES + "centre_stream.cpp", "values of all streams hold before those of one",
+           "ParameterValues noise = own_noise_;\n  noise.insert(noise_of_all_.begin(), noise_of_all_.end());",
+           "ParameterValues noise = noise_of_all_;\n  noise.insert(own_noise_.begin(), own_noise_.end());"),
+    Mutant(NODES + "centre_stream.cpp", "sources that are missing below are not missing above",
+           "if (!source.stamp) {", "if (false) {"),
+    Mutant(NODES + "merging_centre.cpp", "frames that were held back are lost when merging ends",
+           "for (ScheduledFrame& frame : schedule_.releaseAll())\n      decode(std::move(frame));",
+           "schedule_.releaseAll();"),
+
     # Bounded reading.
     Mutant("src/bytes/byte_source.cpp", "a varint of 65 bits",
            "if (shift == 63 && byte > 1)", "if (shift == 63 && byte > 3)"),
@@ -437,7 +446,7 @@ MUTANTS = [
     Mutant(NODES + "received_stream.cpp", "no I-frame is requested of a restarted sender",
            "++dropped_in_a_row_ % 3 == 0", "false"),
     Mutant(NODES + "received_stream.cpp", "frames from before the clock was set back are merged",
-           "health_.last_decoded > newest", "false"),
+           "&& health_.last_decoded <= newest", ""),
     Mutant(NODES + "central_node.cpp", "old frames are merged",
            "now - settings_.max_merge_age, now", "Time::min(), now"),
     Mutant(NODES + "central_node.cpp", "one waiting frame too many",

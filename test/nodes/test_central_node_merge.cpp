@@ -335,7 +335,7 @@ TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
   VoxelFrame merged;
   EXPECT_FALSE(node.merge(merged).oldestStamp().has_value());
   sendAndWait(node, "a", stream.frames[0], 70s);
-  clock.set(2s); // "a" is too old
+  clock.set(3s); // "a" is too old
   sendAndWait(node, "b", stream.frames[0], 90s);
   sendAndWait(node, "c", stream.frames[0], 80s);
   sendAndWait(node, "d", stream.frames[0], 0s);

@@ -1,6 +1,7 @@
 /** \file
  * \brief The settings that the parameters of encoding and of noise give.
  */
+#include <pcl_ext/nodes/merging_centre.h>
 #include <pcl_ext/nodes/node_parameters.h>
 
 #include <gtest/gtest.h>
@@ -294,30 +295,46 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
 
 TEST(CentralNodeParameters, DefaultsGiveTheDefaultSettings)
 {
-  const CentralNodeSettings defaults;
+  const MergingCentreSettings defaults;
   for (const ParameterValues& values :
        {ParameterValues{}, defaultsOf(centralNodeParameters())}) {
-    const CentralNodeSettings settings = readCentralNodeParameters(values, systemTime);
-    EXPECT_EQ(settings.resolution, defaults.resolution);
-    EXPECT_EQ(settings.threads, defaults.threads);
-    EXPECT_EQ(settings.max_waiting_frames, defaults.max_waiting_frames);
-    EXPECT_EQ(settings.max_merge_age, defaults.max_merge_age);
+    const auto settings = readCentralNodeParameters(values, systemTime);
+    EXPECT_EQ(settings.node.resolution, defaults.node.resolution);
+    EXPECT_EQ(settings.node.threads, defaults.node.threads);
+    EXPECT_EQ(settings.node.max_waiting_frames, defaults.node.max_waiting_frames);
+    EXPECT_EQ(settings.node.max_merge_age, defaults.node.max_merge_age);
+    EXPECT_EQ(settings.schedule.period, defaults.schedule.period);
+    EXPECT_EQ(settings.schedule.max_wait, defaults.schedule.max_wait);
+    EXPECT_EQ(settings.schedule.max_age, defaults.schedule.max_age);
+    EXPECT_TRUE(settings.reports_resolution);
   }
 }
 
 TEST(CentralNodeParameters, EachChangesTheSettingThatItNames)
 {
-  const CentralNodeSettings settings =
-      readCentralNodeParameters({{"resolution", 0.5},
-                                 {"threads", 3},
-                                 {"max_waiting_frames", 7},
-                                 {"max_merge_age", 0.25}},
-                                [] { return Time(5); });
-  EXPECT_EQ(settings.resolution, 0.5);
-  EXPECT_EQ(settings.threads, 3u);
-  EXPECT_EQ(settings.max_waiting_frames, 7u);
-  EXPECT_EQ(settings.max_merge_age, std::chrono::milliseconds(250));
-  EXPECT_EQ(settings.clock(), Time(5));
+  const auto settings = readCentralNodeParameters({{"resolution", 0.5},
+                                                   {"threads", 3},
+                                                   {"max_waiting_frames", 7},
+                                                   {"merge_rate", 20.0},
+                                                   {"merge_wait", 0.125},
+                                                   {"max_merge_age", 0.25}},
+                                                  [] { return Time(5); });
+  using std::chrono::milliseconds;
+  EXPECT_EQ(settings.node.resolution, 0.5);
+  EXPECT_EQ(settings.node.threads, 3u);
+  EXPECT_EQ(settings.node.max_waiting_frames, 7u);
+  EXPECT_EQ(settings.schedule.period, milliseconds(50));
+  EXPECT_EQ(settings.schedule.max_wait, milliseconds(125));
+  EXPECT_EQ(settings.schedule.max_age, milliseconds(250));
+  EXPECT_EQ(settings.node.max_merge_age, milliseconds(250));
+  EXPECT_EQ(settings.node.clock(), Time(5));
+  // All that the tables allow can be scheduled.
+  for (const double rate : {0.0, 1e-9, 1000.0})
+    EXPECT_EQ(
+        faultOf(readCentralNodeParameters({{"merge_rate", rate}}, systemTime).schedule),
+        "");
+  EXPECT_FALSE(
+      readCentralNodeParameters({{"merge_rate", 0.0}}, systemTime).reports_resolution);
 }
 
 TEST(EncodingParameters, MinLogOddsWithoutOutlierRemovalHaveNoEffect)

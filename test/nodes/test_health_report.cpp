@@ -224,25 +224,4 @@ TEST(HealthReport, OfAllStreamsTogether)
       describeTogether({}, false, 0), HealthLevel::Warning, "Not all streams are OK");
 }
 
-TEST(HealthReport, OfAMergedFrame)
-{
-  MergeStatus status;
-  status.streams = {
-      {"a", LatestFrame{10s, 7}}, {"b", LatestFrame{9s, 7}}, {"silent", std::nullopt}};
-  const auto reports = describeMerged(status, 10250ms);
-  ASSERT_EQ(reports.size(), 4u);
-  EXPECT_EQ(reports[0].first, "a");
-  expectLevel(reports[0].second, HealthLevel::Ok, "OK");
-  EXPECT_EQ(valueOf(reports[0].second, "stamp, ns"), "10000000000");
-  EXPECT_EQ(valueOf(reports[0].second, "age, ms"), "250");
-  EXPECT_EQ(reports[2].first, "silent");
-  expectLevel(reports[2].second,
-              HealthLevel::Stale,
-              "Not merged: no frame within max_merge_age");
-  EXPECT_EQ(reports[3].first, "all streams");
-  expectLevel(reports[3].second, HealthLevel::Ok, "OK");
-  EXPECT_EQ(valueOf(reports[3].second, "stamp, ns"), "9000000000");
-  EXPECT_EQ(valueOf(reports[3].second, "age, ms"), "1250");
-}
-
 } // namespace

@@ -42,7 +42,7 @@ struct CentralNodeSettings {
 
   /** \brief Streams whose last frame was decoded earlier do not take part in merging.
    * Above 0. */
-  Time max_merge_age = std::chrono::seconds(1);
+  Time max_merge_age = std::chrono::seconds(2);
 
   /** \brief Limits of decoding, for each stream. */
   io::DecoderLimits decoder_limits;
@@ -166,6 +166,13 @@ public:
    */
   CentralNodeStatus
   addStream(const std::string& name, float min_intensity = 0.0f);
+
+  /** \brief Removes a stream, with its voxels and its health. Frames of it that wait are
+   * decoded yet, and the listener is called for them.
+   * \return UnknownStream if there is none of this name
+   */
+  CentralNodeStatus
+  removeStream(const std::string& name);
 
   /** \brief Changes the threshold of a stream, from the next frame on that is decoded.
    * \param[in] name of the stream

@@ -114,14 +114,5 @@ describeTogether(const std::vector<StreamHealth>& streams,
                  bool are_ok,
                  std::size_t map_nodes);
 
-/** \brief Describes what is in a merged frame: by the name of each stream the stamp and
- * age of its voxels, Stale if none are merged; last, as "all streams", the oldest of
- * them.
- * \param[in] status of the merging
- * \param[in] time current time of the clock that stamps the clouds
- */
-PCL_EXT_EXPORT std::vector<std::pair<std::string, HealthReport>>
-describeMerged(const MergeStatus& status, Time time);
-
 } // namespace nodes
 } // namespace pcl_ext

@@ -69,6 +69,18 @@ public:
   void
   add(ScheduledFrame frame, Time now);
 
+  /** \brief Forgets a stream, and the frames of it that are held back. */
+  void
+  remove(const std::string& stream)
+  {
+    streams_.erase(stream);
+  }
+
+  /** \brief The frames that are held back, those of a stream in order; nothing is merged
+   * with them. */
+  std::vector<ScheduledFrame>
+  releaseAll();
+
   /** \brief What is to be done. */
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
@@ -124,7 +136,7 @@ private:
   std::map<std::string, Stream> streams_;
   std::optional<Time> slot_;          // to be merged next
   bool has_frames_ = false;           // of the slot
-  std::optional<Time> waiting_since_; // arrival of the first frame for the slot
+  std::optional<Time> waiting_since_; // arrival of the first frame for it
 };
 
 } // namespace nodes

@@ -2,8 +2,8 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/sensor_node.h>
+#include <pcl_ext/nodes/stream_health.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +16,8 @@
 
 namespace pcl_ext {
 namespace nodes {
+
+struct MergingCentreSettings;
 
 /** \brief A value as parameter files have it. */
 using ParameterValue =
@@ -107,7 +109,7 @@ PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 sensorNodeParameters();
 
 /** \brief The parameters of a central node besides its topics and noiseParameters():
- * those of CentralNodeSettings that users set, of merging, of the map and of the view.
+ * those of MergingCentreSettings that users set, of merging, of the map and of the view.
  * Read at the start. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 centralNodeParameters();
@@ -145,7 +147,7 @@ faultOfEncodingParameters(const ParameterValues& values);
  * \param[in] clock that stamps the clouds
  * \throws std::bad_variant_access or std::out_of_range for a value that is not allowed
  */
-PCL_EXT_EXPORT CentralNodeSettings
+PCL_EXT_EXPORT MergingCentreSettings
 readCentralNodeParameters(const ParameterValues& values, Clock clock);
 
 /** \brief What noiseParameters() say. */

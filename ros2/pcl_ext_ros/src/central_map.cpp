@@ -16,7 +16,7 @@ using std_srvs::srv::Trigger;
 
 CentralMap::CentralMap(rclcpp::Node& node,
                        const pcl_ext::nodes::ParameterValues& values,
-                       const Streams& streams,
+                       Streams streams,
                        std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node)
 : logger_(node.get_logger())
 , clock_(node.get_clock())
@@ -27,13 +27,17 @@ CentralMap::CentralMap(rclcpp::Node& node,
 , seconds_between_updates_(1.0 / valueOf<double>(values, "map_rate"))
 , map_(valueOf<double>(values, "resolution"),
        valueOf<double>(values, "map_full_intensity"))
-, streams_(streams)
+, streams_(std::move(streams))
 , central_node_(std::move(central_node))
 , publisher_(node)
+{}
+
+void
+CentralMap::prepareFor(rclcpp::Node& node, const Stream& stream)
 {
-  for (const auto& stream : streams_)
-    if (!stream->sensorFrame().empty() && !transforms_)
-      transforms_.emplace(node, global_frame_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!stream.sensorFrame().empty() && !transforms_)
+    transforms_.emplace(node, global_frame_);
 }
 
 void
@@ -75,7 +79,7 @@ CentralMap::updateOnTimer()
 void
 CentralMap::update(Rays rays)
 {
-  for (const auto& stream : streams_) {
+  for (const auto& stream : streams_()) {
     MergedMap::FindSensor find;
     if (rays == Rays::Yes && !stream->sensorFrame().empty())
       find = [&](pcl_ext::nodes::Time stamp) {
@@ -93,7 +97,7 @@ CentralMap::findSensor(const std::string& sensor_frame, pcl_ext::nodes::Time sta
   std_msgs::msg::Header header;
   header.stamp = rclcpp::Time(stamp.count());
   header.frame_id = sensor_frame;
-  const FoundTransform transform = transforms_->find(header);
+  const pcl_ext::nodes::FoundTransform transform = transforms_->find(header);
   if (!transform.pose) {
     warnings_.warn("The map takes no rays from " + sensor_frame + ": " +
                    transform.failure);

@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -27,21 +28,27 @@ namespace pcl_ext_ros {
  */
 class CentralMap : public std::enable_shared_from_this<CentralMap> {
 public:
-  using Streams = std::vector<std::shared_ptr<Stream>>;
+  /** \brief The streams of the central node at present. */
+  using Streams = std::function<std::vector<std::shared_ptr<Stream>>()>;
 
   /** \param[in] node whose parameters are `values`
    * \param[in] values of centralNodeParameters()
-   * \param[in] streams of the central node
+   * \param[in] streams called by any thread while this exists
    * \param[in] central_node that decodes them
    */
   CentralMap(rclcpp::Node& node,
              const pcl_ext::nodes::ParameterValues& values,
-             const Streams& streams,
+             Streams streams,
              std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node);
 
   /** \brief Creates the timer and the service. */
   void
   connect(rclcpp::Node& node);
+
+  /** \brief Listens to transforms, if it takes rays from a stream. Called before that is
+   * one of the streams. */
+  void
+  prepareFor(rclcpp::Node& node, const Stream& stream);
 
   /** \brief Inserts the last frames, without rays, as these would take longer than a
    * node has to stop, and writes the map unless it is empty or has no file. */
@@ -85,12 +92,13 @@ private:
   const std::string path_; ///< empty: no file
   std::string fault_;
   const double seconds_between_updates_;
-  std::mutex mutex_; // guards map_: callbacks may run while the node ends
+  std::mutex
+      mutex_; // guards map_ and transforms_: callbacks may run while the node ends
   pcl_ext::nodes::detail::MergedMap map_;
   const Streams streams_;
   const std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node_;
   MapPublisher publisher_;
-  std::optional<TransformLookup> transforms_; // where a stream has a sensor_frame
+  std::optional<TransformLookup> transforms_; // where a stream had a sensor_frame
   std::atomic<std::size_t> nodes_{0};
 
   rclcpp::CallbackGroup::SharedPtr group_;

@@ -1,15 +1,16 @@
 #include "pcl_ext_ros/central_node.hpp"
 
-#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/health_metrics.h>
+#include <pcl_ext/nodes/merging_centre.h>
 
 #include "central_map.h"
+#include "merged_output.h"
 #include "stream.h"
+#include "stream_topics.h"
 #include "stream_view.h"
 #include "weak_callback.h"
 
-#include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <pcl_ext_ros_common/health_publisher.hpp>
 #include <pcl_ext_ros_common/message_times.hpp>
 #include <pcl_ext_ros_common/throttled_log.hpp>
@@ -18,84 +19,25 @@
 #include <chrono>
 #include <exception>
 #include <map>
-#include <set>
+#include <shared_mutex>
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ext_ros {
 
-using diagnostic_msgs::msg::DiagnosticArray;
 using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
+using pcl_ext::nodes::MergingCentre;
 using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::Time;
 using pcl_ext::nodes::valueOf;
-using pcl_ext::nodes::withoutLeadingSlash;
 using pcl_ext_ros_common::HealthPublisher;
 using pcl_ext_ros_common::NodeParameters;
 using pcl_ext_ros_common::ThrottledLog;
-using sensor_msgs::msg::PointCloud2;
 
 namespace {
 
-/** \brief Resolves the topics of `streams`.
- * \param[in] node whose topics they are
- * \param[in] value of the parameter, of any type
- * \return the topics, each once
- * \throws std::invalid_argument that says what is wrong with the value
- */
-std::vector<std::string>
-resolveStreams(rclcpp::Node& node, const rclcpp::ParameterValue& value)
-{
-  const auto refuse = [&](const std::string& reason) {
-    throw std::invalid_argument("streams is " + rclcpp::to_string(value) + "; " +
-                                reason + ". No stream is decompressed");
-  };
-  std::vector<std::string> topics;
-  if (value.get_type() == rclcpp::ParameterType::PARAMETER_STRING_ARRAY)
-    topics = value.get<std::vector<std::string>>();
-  if (topics.empty())
-    refuse("it must be a list of topics");
-  std::set<std::string> known;
-  for (std::string& topic : topics) {
-    try {
-      topic = node.get_node_topics_interface()->resolve_topic_name(topic);
-    }
-    catch (const std::exception& failure) {
-      refuse("'" + topic + "' is no topic: " + failure.what());
-    }
-    if (!known.insert(topic).second)
-      refuse(topic + " is twice in it");
-  }
-  return topics;
-}
-
-/** \brief Declares `streams`. Of any type, as rclcpp ends the program where a value has
- * another type than a parameter. */
-rclcpp::ParameterValue
-declareStreams(rclcpp::Node& node)
-{
-  rcl_interfaces::msg::ParameterDescriptor descriptor;
-  descriptor.description = "Topics of the streams.";
-  descriptor.read_only = true;
-  descriptor.dynamic_typing = true;
-  const std::vector<std::string> by_default{"input"};
-  return node.declare_parameter(
-      "streams", rclcpp::ParameterValue(by_default), descriptor);
-}
-
-void
-publish(rclcpp::Publisher<PointCloud2>& publisher,
-        const std::string& frame_id,
-        const builtin_interfaces::msg::Time& stamp,
-        const pcl_ext::io::VoxelFrame& voxels)
-{
-  auto message = std::make_unique<PointCloud2>();
-  message->header.stamp = stamp;
-  message->header.frame_id = frame_id;
-  pcl_ext::nodes::writeVoxels(voxels, *message);
-  publisher.publish(std::move(message));
-}
+constexpr std::chrono::milliseconds between_looks_for_subscribers{100};
 
 } // namespace
 
@@ -103,8 +45,8 @@ class CentralNode::Implementation
 : public std::enable_shared_from_this<CentralNode::Implementation> {
 public:
   explicit Implementation(rclcpp::Node& node)
-  : logger_(node.get_logger())
-  , name_(std::string(node.get_fully_qualified_name()).substr(1))
+  : node_(&node)
+  , logger_(node.get_logger())
   , clock_(node.get_clock())
   , constants_(node,
                "",
@@ -113,20 +55,37 @@ public:
                NodeParameters::Listener(),
                NodeParameters::Kind::ReadOnly)
   , values_(constants_.values())
-  , global_frame_(withoutLeadingSlash(valueOf<std::string>(values_, "global_frame")))
+  , global_frame_(pcl_ext::nodes::withoutLeadingSlash(
+        valueOf<std::string>(values_, "global_frame")))
   {
-    central_node_ = std::make_shared<pcl_ext::nodes::CentralNode>(
+    centre_ = std::make_shared<MergingCentre>(
         pcl_ext::nodes::readCentralNodeParameters(
             values_, [clock = clock_] { return Time(clock->now().nanoseconds()); }),
-        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
-    if (!central_node_->settingsStatus().ok())
-      throw std::invalid_argument(central_node_->settingsStatus().message());
-    addStreams(node);
+        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); },
+        [this](const pcl_ext::nodes::MergedFrame& merged) { publishMerged(merged); });
+    if (!centre_->settingsStatus().ok())
+      throw std::invalid_argument(centre_->settingsStatus().message());
+    if (valueOf<double>(values_, "merge_rate") > 0.0)
+      merged_.emplace(node, global_frame_, valueOf<double>(values_, "resolution"));
   }
 
+  // The centre may outlive this, but does not call its listeners any more.
   ~Implementation()
   {
-    central_node_->waitUntilDecoded(); // publishFrame() is not called any more
+    centre_->setMerging(false);
+    centre_->node().waitUntilDecoded();
+  }
+
+  /** \brief The node ends: nothing is created with it any more. */
+  void
+  disconnect()
+  {
+    {
+      const std::lock_guard<std::mutex> lock(node_mutex_);
+      node_ = nullptr;
+    }
+    centre_->setMerging(false);
+    centre_->node().waitUntilDecoded();
     if (map_)
       map_->finish();
   }
@@ -141,49 +100,120 @@ public:
                    pcl_ext::nodes::noiseParameters(),
                    NodeParameters::Check(),
                    weakCallback(self, &Implementation::setNoise));
-    for (const auto& stream : streams_)
-      stream->connect(node);
     setNoise(noise_->values());
-    map_ = std::make_shared<CentralMap>(node, values_, streams_, central_node_);
+    map_ = std::make_shared<CentralMap>(
+        node,
+        values_,
+        [self] {
+          const auto alive = self.lock();
+          return alive ? alive->streams() : std::vector<std::shared_ptr<Stream>>();
+        },
+        std::shared_ptr<const pcl_ext::nodes::CentralNode>(centre_, &centre_->node()));
     report(map_->fault());
     map_->connect(node);
     showStreams();
-    mergePeriodically(node);
-    for (const auto& stream : streams_) {
-      // The stream is that of an implementation that is alive.
-      stream->subscribe(node,
-                        [self, number = stream->number()](
-                            std::unique_ptr<Stream::FrameMessage> frame) {
-                          if (const auto alive = self.lock())
-                            alive->receive(*alive->streams_[number], std::move(*frame));
-                        });
-      RCLCPP_INFO(logger_, "Decompressing %s", stream->topic().c_str());
-    }
-    health_.emplace(node, [self] {
-      const auto alive = self.lock();
-      return alive ? alive->describeHealth() : std::vector<HealthPublisher::Entry>();
+    topics_.emplace(node, [self](StreamTopics::Topics topics) {
+      if (const auto alive = self.lock())
+        alive->setTopics(std::move(topics));
     });
+    report(topics_->fault());
+    // Parameters cannot be declared while others are being set.
+    update_timer_ =
+        node.create_wall_timer(std::chrono::milliseconds(1),
+                               weakCallback(self, &Implementation::updateStreams));
+    update_timer_->cancel();
+    wanted_ = topics_->initial();
+    updateStreams();
+    if (merged_)
+      subscribers_timer_ = node.create_wall_timer(
+          between_looks_for_subscribers,
+          weakCallback(self, &Implementation::lookForSubscribers));
+    health_.emplace(
+        node,
+        [self] {
+          const auto alive = self.lock();
+          return alive ? alive->describeHealth()
+                       : std::vector<HealthPublisher::Entry>();
+        },
+        clock_);
   }
 
 private:
-  /** \brief Adds the streams, or none and reports what is wrong with their parameter. */
-  void
-  addStreams(rclcpp::Node& node)
+  using Streams = std::map<std::string, std::shared_ptr<Stream>>; // by topic
+
+  std::vector<std::shared_ptr<Stream>>
+  streams() const
   {
-    std::vector<std::string> topics;
-    try {
-      topics = resolveStreams(node, declareStreams(node));
+    std::vector<std::shared_ptr<Stream>> streams;
+    const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
+    for (const auto& [topic, stream] : streams_)
+      streams.push_back(stream);
+    return streams;
+  }
+
+  std::shared_ptr<Stream>
+  find(const std::string& topic) const
+  {
+    const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
+    const auto found = streams_.find(topic);
+    return found == streams_.end() ? nullptr : found->second;
+  }
+
+  void
+  setTopics(StreamTopics::Topics topics)
+  {
+    {
+      const std::lock_guard<std::mutex> lock(node_mutex_);
+      wanted_ = std::move(topics);
     }
-    catch (const std::invalid_argument& fault) {
-      return report(fault.what());
+    update_timer_->reset();
+  }
+
+  /** \brief Adds and removes streams until there are those of `streams`. */
+  void
+  updateStreams()
+  {
+    update_timer_->cancel();
+    const std::lock_guard<std::mutex> lock(node_mutex_);
+    if (node_ == nullptr)
+      return;
+    for (const auto& stream : streams())
+      if (wanted_.count(stream->topic()) == 0) {
+        RCLCPP_INFO(logger_, "No longer decompressing %s", stream->topic().c_str());
+        removeStream(stream->topic());
+      }
+    for (const auto& [topic, name] : wanted_)
+      if (!find(topic))
+        addStream(*node_, name, topic);
+  }
+
+  void
+  addStream(rclcpp::Node& node, const std::string& name, const std::string& topic)
+  {
+    if (const auto status = centre_->addStream(topic); !status.ok())
+      return report("streams: " + status.message());
+    const auto stream = std::make_shared<Stream>(node, name, topic, centre_);
+    map_->prepareFor(node, *stream);
+    {
+      const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
+      streams_[topic] = stream;
     }
-    for (const std::string& topic : topics) {
-      if (const auto status = central_node_->addStream(topic); !status.ok())
-        return report("streams: " + status.message());
-      streams_.push_back(
-          std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
-      streams_by_topic_[topic] = streams_.back();
+    stream->connect(node,
+                    [self = weak_from_this()](Stream& of, Stream::FrameMessage frame) {
+                      if (const auto alive = self.lock())
+                        alive->receive(of, std::move(frame));
+                    });
+    RCLCPP_INFO(logger_, "Decompressing %s", topic.c_str());
+  }
+
+  void
+  removeStream(const std::string& topic)
+  {
+    {
+      const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
+      streams_.erase(topic);
     }
+    centre_->removeStream(topic);
   }
 
   /** \brief Logs what is wrong with a parameter, for which the node does without. */
@@ -201,16 +231,15 @@ private:
   {
     if (valueOf<std::int64_t>(values_, "view_port") == 0)
       return;
-    std::vector<std::string> topics;
-    for (const auto& stream : streams_)
-      topics.push_back(stream->topic());
     try {
       view_.emplace(
           values_,
-          topics,
-          [this](std::size_t number) { streams_[number]->requestIFrame(); },
+          [this](const std::string& topic) {
+            if (const auto stream = find(topic))
+              stream->requestIFrame();
+          },
           [this] {
-            return pcl_ext::nodes::streamMetrics(central_node_->health(),
+            return pcl_ext::nodes::streamMetrics(centre_->node().health(),
                                                  Time(clock_->now().nanoseconds()));
           });
       RCLCPP_INFO(logger_, "The streams are shown at %s", view_->url().c_str());
@@ -224,142 +253,124 @@ private:
   }
 
   void
-  mergePeriodically(rclcpp::Node& node)
+  lookForSubscribers()
   {
-    const double rate = valueOf<double>(values_, "merge_rate");
-    if (rate <= 0.0)
-      return;
-    constexpr std::size_t merged_queue_size = 10;
-    rclcpp::PublisherOptions options;
-    options.qos_overriding_options =
-        rclcpp::QosOverridingOptions::with_default_policies();
-    merged_ = node.create_publisher<PointCloud2>(
-        "~/merged", rclcpp::QoS(merged_queue_size), options);
-    merged_streams_ =
-        node.create_publisher<DiagnosticArray>("~/merged/streams", merged_queue_size);
-    merge_group_ =
-        node.create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
-    constexpr double longest = 1e6; // seconds, so that a timer can count them
-    merge_timer_ = node.create_wall_timer(
-        std::chrono::duration<double>(std::min(1.0 / rate, longest)),
-        weakCallback(weak_from_this(), &Implementation::publishMerged),
-        merge_group_);
+    const std::lock_guard<std::mutex> lock(node_mutex_);
+    if (node_ != nullptr)
+      centre_->setMerging(merged_->hasSubscribers());
   }
 
   void
   setNoise(const ParameterValues& values)
   {
-    for (const auto& stream : streams_)
-      stream->setNoiseOfAll(values);
+    centre_->setNoise(values);
   }
 
-  /** \brief Passes a frame to the central node if it is in the global frame. */
+  /** \brief Passes a frame to the centre if it is in the global frame. */
   void
   receive(Stream& stream, Stream::FrameMessage message)
   {
-    stream.countArrival();
     if (const std::string fault =
             pcl_ext::nodes::faultOfMessage(message, global_frame_);
         !fault.empty()) {
-      stream.countLeftOut();
+      centre_->countLeftOut(stream.topic());
       left_out_.warn("A frame of " + stream.topic() + " is dropped: " + fault);
       return;
     }
     const Time stamp = pcl_ext_ros_common::toTime(message.header.stamp);
     if (view_)
-      view_->show(stream.number(), stamp, message.compressed_data);
-    const auto status = central_node_->receive(
-        stream.topic(), std::move(message.compressed_data), stamp);
+      view_->show(stream.topic(), stamp, message.compressed_data);
+    const auto status =
+        centre_->receive(stream.topic(), std::move(message.compressed_data), stamp);
     if (!status.ok())
       failures_.warn(status.message());
   }
 
-  /** \brief The central node's listener. Threads of the central node call it. */
+  /** \brief The centre's listener. Threads of the centre call it. */
   void
   publishFrame(const pcl_ext::nodes::ReceivedFrame& frame)
   {
-    Stream& stream = *streams_by_topic_.at(frame.stream);
+    const auto stream = find(frame.stream);
+    if (!stream)
+      return; // it was removed
     if (frame.wants_i_frame)
-      stream.requestIFrame();
+      stream->requestIFrame();
     if (!frame.status.ok())
-      failures_.warn("A frame of " + stream.topic() +
+      failures_.warn("A frame of " + stream->topic() +
                      " is not decoded: " + frame.status.message());
-    else if (stream.voxels().get_subscription_count() != 0)
-      publish(stream.voxels(),
-              global_frame_,
-              rclcpp::Time(frame.stamp.count()),
-              frame.voxels);
+    else if (stream->voxels().get_subscription_count() != 0) {
+      auto message = std::make_unique<sensor_msgs::msg::PointCloud2>();
+      message->header.stamp = rclcpp::Time(frame.stamp.count());
+      message->header.frame_id = global_frame_;
+      pcl_ext::nodes::writeVoxels(frame.voxels, *message);
+      stream->voxels().publish(std::move(message));
+    }
+  }
+
+  /** \brief The centre's listener. The thread of the centre calls it. */
+  void
+  publishMerged(const pcl_ext::nodes::MergedFrame& merged)
+  {
+    if (merged.status.ok())
+      merged_->publish(merged);
+    else
+      failures_.warn("The streams are not merged: " + merged.status.message());
   }
 
   void
-  publishMerged()
+  describeStream(const std::string& topic, HealthReport& report)
   {
-    if (merged_->get_subscription_count() == 0)
+    const auto stream = find(topic);
+    if (!stream)
       return;
-    const auto status = central_node_->merge(merged_voxels_);
-    if (!status.ok()) {
-      failures_.warn("The streams are not merged: " + status.message());
-      return;
-    }
-    const Time now(clock_->now().nanoseconds());
-    DiagnosticArray merged_streams;
-    // Not a stamp of the sources: TF drops the clouds of one whose clock is wrong.
-    merged_streams.header.stamp = rclcpp::Time(now.count());
-    for (const auto& [stream, report] : pcl_ext::nodes::describeMerged(status, now))
-      merged_streams.status.push_back(
-          pcl_ext_ros_common::toMessage(name_, stream, report));
-    merged_streams_->publish(merged_streams);
-    publish(*merged_, global_frame_, merged_streams.header.stamp, merged_voxels_);
-  }
-
-  /** \brief Voxel edge of the merged grid, metres; 0: nothing is merged. */
-  double
-  mergedResolution() const
-  {
-    return merged_ ? valueOf<double>(values_, "resolution") : 0.0;
+    const std::size_t publishers = stream->publishers();
+    // An error, as frames of each seem to be lost, of which warnings are.
+    if (publishers > 1)
+      report.raise(HealthLevel::Error,
+                   std::to_string(publishers) +
+                       " publishers send this stream, which can have one");
+    report.add("publishers", publishers);
+    const std::lock_guard<std::mutex> lock(node_mutex_);
+    if (node_ != nullptr)
+      stream->findSources(*node_);
   }
 
   std::vector<HealthPublisher::Entry>
   describeHealth()
   {
-    std::vector<HealthPublisher::Entry> entries;
-    const std::vector<pcl_ext::nodes::StreamHealth> streams = central_node_->health();
-    bool are_ok = true;
-    for (const pcl_ext::nodes::StreamHealth& health : streams) {
-      HealthReport report =
-          streams_by_topic_.at(health.name)->describeHealth(health, mergedResolution());
-      are_ok &= report.level() == HealthLevel::Ok;
-      entries.emplace_back(health.name, std::move(report));
-    }
-    HealthReport all = pcl_ext::nodes::describeTogether(streams, are_ok, map_->nodes());
+    auto entries = centre_->describeHealth(
+        map_->nodes(), [this](const std::string& topic, HealthReport& report) {
+          describeStream(topic, report);
+        });
     if (!faults_.empty())
-      all.raise(HealthLevel::Error, faults_);
-    entries.emplace_back("all streams", std::move(all));
+      entries.back().second.raise(HealthLevel::Error, faults_);
     return entries;
   }
 
+  std::mutex node_mutex_;       // guards what follows
+  rclcpp::Node* node_;          // null when it ends
+  StreamTopics::Topics wanted_; // of `streams`
+
   rclcpp::Logger logger_;
-  const std::string name_; // without the first slash
   ThrottledLog left_out_{logger_};
   ThrottledLog failures_{logger_};
   rclcpp::Clock::SharedPtr clock_;
   NodeParameters constants_;
   const ParameterValues values_; // of centralNodeParameters()
   const std::string global_frame_;
-  std::string faults_; // of values_
-  CentralMap::Streams streams_;
-  std::map<std::string, std::shared_ptr<Stream>> streams_by_topic_;
+  std::string faults_; // of parameters at the start
   std::optional<NodeParameters> noise_;
-  std::shared_ptr<CentralMap> map_;
+  std::optional<StreamTopics> topics_;
+  rclcpp::TimerBase::SharedPtr update_timer_;
+  rclcpp::TimerBase::SharedPtr subscribers_timer_;
   std::optional<HealthPublisher> health_;
+  std::optional<MergedOutput> merged_; // none: nothing is merged
 
-  rclcpp::CallbackGroup::SharedPtr merge_group_;
-  rclcpp::Publisher<PointCloud2>::SharedPtr merged_; // null: nothing is merged
-  rclcpp::Publisher<DiagnosticArray>::SharedPtr merged_streams_;
-  rclcpp::TimerBase::SharedPtr merge_timer_;
-  pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
+  mutable std::shared_mutex streams_mutex_; // guards the map, not its streams
+  Streams streams_;
 
-  std::shared_ptr<pcl_ext::nodes::CentralNode> central_node_;
+  std::shared_ptr<MergingCentre> centre_;
+  std::shared_ptr<CentralMap> map_;
   // Last member, as its thread requests I-frames of the streams and reads their health.
   std::optional<StreamView> view_;
 };
@@ -371,7 +382,7 @@ CentralNode::CentralNode(const rclcpp::NodeOptions& options)
   implementation_->connect(*this);
 }
 
-CentralNode::~CentralNode() = default;
+CentralNode::~CentralNode() { implementation_->disconnect(); }
 
 } // namespace pcl_ext_ros
 

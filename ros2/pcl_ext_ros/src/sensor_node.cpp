@@ -18,7 +18,6 @@
 #include <std_msgs/msg/empty.hpp>
 #include <std_srvs/srv/trigger.hpp>
 
-#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <mutex>
@@ -98,12 +97,15 @@ public:
     };
     lookup_timer_ = node.create_wall_timer(between_lookups, lookup, cloud_group_);
     lookup_timer_->cancel(); // no cloud waits
-    health_.emplace(node, [self, input]() -> std::vector<HealthPublisher::Entry> {
-      const auto alive = self.lock();
-      if (!alive)
-        return {};
-      return {{input, alive->describeHealth()}};
-    });
+    health_.emplace(
+        node,
+        [self, input]() -> std::vector<HealthPublisher::Entry> {
+          const auto alive = self.lock();
+          if (!alive)
+            return {};
+          return {{input, alive->describeHealth()}};
+        },
+        clock_);
     RCLCPP_INFO(logger_, "Compressing %s to %s", input.c_str(), output.c_str());
   }
 
@@ -179,9 +181,8 @@ private:
       waiting_.pop_front();
       sender_.countMissed(1);
     }
-    // The time begins at the stamp, so that waiting clouds do not add up theirs.
-    const Time age = Time(clock_->now().nanoseconds()) - toTime(cloud->header.stamp);
-    const Time wait = std::clamp(tf_timeout_ - age, Time(0), tf_timeout_);
+    const Time wait = pcl_ext::nodes::transformWait(
+        tf_timeout_, toTime(cloud->header.stamp), Time(clock_->now().nanoseconds()));
     waiting_.push_back({std::move(cloud), pcl_ext::nodes::steadyTime() + wait});
     sendClouds();
   }
@@ -212,7 +213,7 @@ private:
       return;
     }
     std_msgs::msg::Header header = cloud.header;
-    const FoundTransform transform = transforms_.find(header);
+    const pcl_ext::nodes::FoundTransform transform = transforms_.find(header);
     if (transform.is_latest) {
       sender_.countLatestTransform();
       warnings_.warn("The latest transform is used, as there is none at the stamp: " +

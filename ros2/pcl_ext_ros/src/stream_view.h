@@ -3,7 +3,6 @@
 #include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/nodes/stream_health.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -18,22 +17,21 @@ class StreamView {
 public:
   /** \brief Begins to serve.
    * \param[in] parameters of centralNodeParameters()
-   * \param[in] topics of the streams
-   * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
-   * by a thread of this
+   * \param[in] request_i_frame asks the sender of a stream, by its topic; called by a
+   * thread of this
    * \param[in] metrics text about the streams for Prometheus; called likewise
    * \throws std::runtime_error if there is no page, the port is taken or the address is
    * wrong
    */
   StreamView(const pcl_ext::nodes::ParameterValues& parameters,
-             const std::vector<std::string>& topics,
-             const std::function<void(std::size_t)>& request_i_frame,
+             const std::function<void(const std::string&)>& request_i_frame,
              const std::function<std::string()>& metrics);
   ~StreamView();
 
-  /** \brief Shows the next frame of a stream; bytes that are no frame are left out. */
+  /** \brief Shows the next frame of a stream, by its topic; bytes that are no frame are
+   * left out. */
   void
-  show(std::size_t stream,
+  show(const std::string& topic,
        pcl_ext::nodes::Time stamp,
        const std::vector<std::uint8_t>& frame);
 

@@ -10,8 +10,7 @@ namespace pcl_ext_ros {
 class StreamView::Implementation {};
 
 StreamView::StreamView(const pcl_ext::nodes::ParameterValues&,
-                       const std::vector<std::string>&,
-                       const std::function<void(std::size_t)>&,
+                       const std::function<void(const std::string&)>&,
                        const std::function<std::string()>&)
 {
   throw std::runtime_error(
@@ -21,7 +20,9 @@ StreamView::StreamView(const pcl_ext::nodes::ParameterValues&,
 StreamView::~StreamView() = default;
 
 void
-StreamView::show(std::size_t, pcl_ext::nodes::Time, const std::vector<std::uint8_t>&)
+StreamView::show(const std::string&,
+                 pcl_ext::nodes::Time,
+                 const std::vector<std::uint8_t>&)
 {}
 
 std::string

@@ -1,11 +1,8 @@
 #include "transform_lookup.h"
 
-#include <pcl_ext/nodes/cloud_messages.h>
-
 #include <tf2_eigen/tf2_eigen.hpp>
 #include <tf2_ros/buffer_interface.h>
 
-#include <exception>
 #include <utility>
 
 namespace pcl_ext_ros {
@@ -21,45 +18,28 @@ TransformLookup::TransformLookup(rclcpp::Node& node, std::string global_frame)
 bool
 TransformLookup::isKnown(const std_msgs::msg::Header& header) const
 {
-  const std::string frame_id = withoutLeadingSlash(header.frame_id);
-  if (frame_id == global_frame_)
+  if (!pcl_ext::nodes::needsTransform(header.frame_id, global_frame_))
     return true;
   std::string reason; // without it tf2 prints a line each time
-  return !frame_id.empty() &&
-         buffer_.canTransform(
-             global_frame_, frame_id, tf2_ros::fromMsg(header.stamp), &reason);
+  return buffer_.canTransform(global_frame_,
+                              withoutLeadingSlash(header.frame_id),
+                              tf2_ros::fromMsg(header.stamp),
+                              &reason);
 }
 
-FoundTransform
+pcl_ext::nodes::FoundTransform
 TransformLookup::find(const std_msgs::msg::Header& header) const
 {
-  FoundTransform found;
-  const std::string frame_id = withoutLeadingSlash(header.frame_id);
-  if (frame_id == global_frame_) {
-    found.pose = pcl_ext::WorldPose::Identity();
-    return found;
-  }
-  if (frame_id.empty()) { // tf2 prints a line for each lookup of one
-    found.failure = "the frame_id is empty";
-    return found;
-  }
-  try {
-    found.pose = tf2::transformToEigen(buffer_.lookupTransform(
-        global_frame_, frame_id, tf2_ros::fromMsg(header.stamp)));
-    return found;
-  }
-  catch (const std::exception& failure) {
-    found.failure = failure.what();
-  }
-  try {
-    found.pose = tf2::transformToEigen(
-        buffer_.lookupTransform(global_frame_, frame_id, tf2::TimePointZero));
-    found.is_latest = true;
-  }
-  catch (const std::exception&) {
-    // The message of the first failure is kept.
-  }
-  return found;
+  const auto at = [this](const tf2::TimePoint& time) {
+    return [this, time](const std::string& frame) {
+      return pcl_ext::WorldPose(
+          tf2::transformToEigen(buffer_.lookupTransform(global_frame_, frame, time)));
+    };
+  };
+  return pcl_ext::nodes::findTransform(header.frame_id,
+                                       global_frame_,
+                                       at(tf2_ros::fromMsg(header.stamp)),
+                                       at(tf2::TimePointZero));
 }
 
 } // namespace pcl_ext_ros

@@ -1,28 +1,15 @@
 #pragma once
 
-#include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/nodes/transform_search.h>
 
 #include <rclcpp/node.hpp>
 #include <std_msgs/msg/header.hpp>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
-#include <optional>
 #include <string>
 
 namespace pcl_ext_ros {
-
-/** \brief Result of a lookup. */
-struct FoundTransform {
-  /** \brief Frame -> global frame, metres; nothing if TF has no transform. */
-  std::optional<pcl_ext::WorldPose> pose;
-
-  /** \brief TF has none at the stamp; this is the latest. */
-  bool is_latest = false;
-
-  /** \brief Why there is none at the stamp. */
-  std::string failure;
-};
 
 /** \brief Looks up transforms to the global frame. TF messages are received by a
  * separate thread; no lookup waits. */
@@ -41,7 +28,7 @@ public:
    * frame is the identity.
    * \param[in] header stamp and frame
    */
-  FoundTransform
+  pcl_ext::nodes::FoundTransform
   find(const std_msgs::msg::Header& header) const;
 
 private:

@@ -6,6 +6,7 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include <geometry_msgs/msg/transform_stamped.hpp>
+#include <rclcpp/duration.hpp>
 #include <rclcpp/time.hpp>
 #include <sensor_msgs/msg/point_cloud2.hpp>
 
@@ -27,6 +28,14 @@ makeCloud(std::uint32_t number,
           const std::string& frame_id,
           const rclcpp::Time& stamp,
           std::size_t points = 4000);
+
+/** \brief The last multiple of a period until a time. */
+inline rclcpp::Time
+roundedDown(const rclcpp::Time& time, const rclcpp::Duration& period)
+{
+  return rclcpp::Time(time.nanoseconds() - time.nanoseconds() % period.nanoseconds(),
+                      time.get_clock_type());
+}
 
 /** \brief A rotation about an oblique axis and a translation by fractions of a voxel,
  * after the rounding of a message.

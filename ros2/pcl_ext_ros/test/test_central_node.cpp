@@ -26,11 +26,14 @@ using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
 using sensor_msgs::msg::PointCloud2;
 using std_srvs::srv::Trigger;
+using namespace std::chrono_literals;
 
 namespace {
 
 const std::string topic_1 = "/kinect_1/points/pcl_ext";
 const std::string topic_2 = "/kinect_2/points/pcl_ext";
+const std::string voxels_topic_1 = "/central_node" + topic_1 + "/voxels";
+const std::string voxels_topic_2 = "/central_node" + topic_2 + "/voxels";
 
 pcl_ext::nodes::ParameterValues
 coarse()
@@ -54,16 +57,16 @@ protected:
     tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
     frames_1_ = tester_->create_publisher<Frame>(topic_1, 10);
     frames_2_ = tester_->create_publisher<Frame>(topic_2, 10);
-    voxels_1_.emplace(*tester_, topic_1 + "/voxels");
-    voxels_2_.emplace(*tester_, topic_2 + "/voxels");
+    voxels_1_.emplace(*tester_, voxels_topic_1);
+    voxels_2_.emplace(*tester_, voxels_topic_2);
     requests_1_.emplace(*tester_, topic_1 + "/request_i_frame");
     diagnostics_.emplace(*tester_, "/diagnostics");
     nodes_.start();
     ASSERT_TRUE(waitUntil([this] {
       return frames_1_->get_subscription_count() == 1 &&
              frames_2_->get_subscription_count() == 1 &&
-             node_->count_subscribers(topic_1 + "/voxels") == 1 &&
-             node_->count_subscribers(topic_2 + "/voxels") == 1 &&
+             node_->count_subscribers(voxels_topic_1) == 1 &&
+             node_->count_subscribers(voxels_topic_2) == 1 &&
              node_->count_subscribers(topic_1 + "/request_i_frame") == 1;
     }));
     ASSERT_TRUE(voxels_1_->waitForPublisher());
@@ -172,23 +175,34 @@ TEST_F(CentralNodeTest, VoxelsAreThoseOfTheLibrary)
 TEST_F(CentralNodeTest, StreamsAreMerged)
 {
   start({"-p", "merge_rate:=50.0", "-p", "max_merge_age:=3600.0"});
-  Frame first = iFrame(1);
-  const Frame second = iFrame(2);
-  first.header.stamp = rclcpp::Time(70, 0); // a wrong clock
-  frames_1_->publish(first);
-  frames_2_->publish(second);
-  ASSERT_TRUE(
-      waitUntil([&] { return voxels_1_->count() == 1 && voxels_2_->count() == 1; }));
   Recorder<DiagnosticArray> streams(*tester_, "/central_node/merged/streams");
   ASSERT_TRUE(streams.waitForPublisher());
   Recorder<PointCloud2> merged(*tester_, "/central_node/merged");
-  const auto cloud = merged.next(0);
-  ASSERT_TRUE(cloud);
+  ASSERT_TRUE(merged.waitForPublisher());
+  Frame first = iFrame(1);
+  Frame second = iFrame(2);
+  first.header.stamp = rclcpp::Time(70, 0); // a wrong clock
+  second.header.stamp = roundedDown(now(), std::chrono::milliseconds(20));
+  frames_1_->publish(first);
+  ASSERT_TRUE(waitUntil([&] { return voxels_1_->count() == 1; }));
+  std::optional<PointCloud2> cloud;
+  // Merging begins when the node has seen the subscriber.
+  ASSERT_TRUE(waitUntil([&] {
+    const rclcpp::Time stamp = rclcpp::Time(second.header.stamp) + 20ms;
+    second.header.stamp = stamp;
+    const std::size_t known = merged.count();
+    frames_2_->publish(second);
+    std::this_thread::sleep_for(20ms);
+    if (merged.count() > known)
+      cloud = merged.messages().back();
+    return cloud.has_value();
+  }));
   const auto expected = mergedDirectly(
       0.1, {{topic_1, first.compressed_data}, {topic_2, second.compressed_data}});
   EXPECT_EQ(cloud->data, pointsOf(expected));
   EXPECT_EQ(cloud->header.frame_id, "world");
-  EXPECT_GE(rclcpp::Time(cloud->header.stamp), rclcpp::Time(second.header.stamp));
+  EXPECT_EQ(rclcpp::Time(cloud->header.stamp).nanoseconds() % 20000000, 0);
+  EXPECT_LE(rclcpp::Time(cloud->header.stamp), rclcpp::Time(second.header.stamp));
   // Of the first ones one may be missed, as the topics are connected one after the
   // other.
   std::optional<DiagnosticArray> merged_streams;
@@ -200,22 +214,23 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
     return merged_streams.has_value();
   }));
   ASSERT_EQ(merged_streams->status.size(), 3u);
-  EXPECT_EQ(merged_streams->status[1].hardware_id, topic_2);
+  EXPECT_EQ(merged_streams->status[1].name, "central_node: " + topic_2);
+  EXPECT_EQ(merged_streams->status[1].hardware_id, "none");
   EXPECT_EQ(merged_streams->status[1].level, DiagnosticStatus::OK);
-  EXPECT_EQ(merged_streams->status[2].hardware_id, "all streams");
+  EXPECT_EQ(merged_streams->status[2].name, "central_node: all streams");
   EXPECT_EQ(merged_streams->status[2].values.at(0).value, "70000000000");
 }
 
 TEST_F(CentralNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
 {
   start({});
-  DirectStream stream({{"resolution", 0.2}, {"intensity", std::string("count")}});
+  DirectStream stream({{"resolution", 0.15}, {"intensity", std::string("count")}});
   ASSERT_TRUE(send(stream.frameOf(makeCloud(0, "world", now()), samplePose(0.0))));
   EXPECT_TRUE(
       waitForStatus(*diagnostics_,
                     topic_1,
                     DiagnosticStatus::WARN,
-                    "Voxels have an edge of 0.2 m, those of the merged grid 0.1 m"));
+                    "Voxels have an edge of 0.15 m, those of the merged grid 0.1 m"));
 }
 
 TEST_F(CentralNodeTest, NoiseChangesWhileItRuns)
@@ -280,9 +295,9 @@ TEST_F(CentralNodeTest, WrongValuesAreRefusedWithTheReason)
             "kinect_1.points.pcl_ext.remove_outliers is 1; it must be true or false");
   EXPECT_NE(set("merge_rate", rclcpp::ParameterValue(5.0)).find("read-only"),
             std::string::npos);
-  EXPECT_NE(set("streams", rclcpp::ParameterValue(std::vector<std::string>{"a"}))
-                .find("read-only"),
-            std::string::npos);
+  const auto twice = std::vector<std::string>{"/a", "a"};
+  EXPECT_EQ(set("streams", rclcpp::ParameterValue(twice)),
+            "streams is [/a, a]; /a is twice in it");
 }
 
 TEST_F(CentralNodeTest, FramesOfAnotherFrameIdOrFormatAreDroppedAndReported)
@@ -375,6 +390,45 @@ TEST_F(CentralNodeTest, WrongMapPathIsReported)
   EXPECT_FALSE(answer->success);
 }
 
+TEST_F(CentralNodeTest, StreamsAreAddedAndRemovedWhileItRuns)
+{
+  start({});
+  const auto setStreams = [&](const std::vector<std::string>& streams) {
+    EXPECT_EQ(set("streams", rclcpp::ParameterValue(streams)), "");
+  };
+  ASSERT_TRUE(send(iFrame(0)));
+  setStreams({topic_2, "third"});
+  EXPECT_TRUE(waitUntil([&] {
+    return frames_1_->get_subscription_count() == 0 &&
+           node_->count_publishers(voxels_topic_1) == 0 &&
+           node_->count_subscribers("/third") == 1;
+  }));
+  EXPECT_TRUE(node_->has_parameter("third.min_intensity"));
+  // One that comes back begins anew, and has its parameters.
+  EXPECT_EQ(set("kinect_1.points.pcl_ext.min_intensity", rclcpp::ParameterValue(3.0)),
+            "");
+  setStreams({topic_1, topic_2});
+  ASSERT_TRUE(waitUntil([&] {
+    return frames_1_->get_subscription_count() == 1 &&
+           node_->count_subscribers("/third") == 0 &&
+           node_->count_subscribers(voxels_topic_1) == 1;
+  }));
+  const Frame frame = iFrame(1);
+  std::optional<PointCloud2> voxels;
+  // Both directions have to be connected.
+  ASSERT_TRUE(waitUntil([&] {
+    const std::size_t known = voxels_1_->count();
+    frames_1_->publish(frame);
+    std::this_thread::sleep_for(20ms);
+    if (voxels_1_->count() > known)
+      voxels = voxels_1_->messages().back();
+    return voxels.has_value();
+  }));
+  EXPECT_EQ(voxels->width, countFrom(frame, 3));
+  frames_2_->publish(frame);
+  EXPECT_TRUE(voxels_2_->next(0));
+}
+
 #if PCL_EXT_ROS_HAS_OCTOMAP_MSGS
 TEST_F(CentralNodeTest, MapIsPublishedWithRaysAndLatched)
 {
@@ -450,24 +504,21 @@ INSTANTIATE_TEST_SUITE_P(
                       std::make_pair("[/a, 'b c']", "'b c' is no topic"),
                       std::make_pair("[/a, /a]", "/a is twice in it")));
 
-TEST(CentralNode, OneStreamHasOneCentralNode)
+TEST(CentralNode, StreamsMayHaveSeveralCentralNodes)
 {
-  RunningNodes nodes;
-  nodes.add<CentralNode>(optionsOf({"-p", "streams:=[/a]"}));
-  nodes.add<CentralNode>(optionsOf({"-p", "streams:=[/a]", "-r", "__node:=other"}));
-  const auto listener = nodes.add<Listener>(rclcpp::NodeOptions());
-  const Recorder<DiagnosticArray> diagnostics(*listener, "/diagnostics");
-  nodes.start();
-  EXPECT_TRUE(waitForStatus(
-      diagnostics, "other: /a", DiagnosticStatus::ERROR, "2 nodes publish /a/voxels"));
+  CentralNode one(optionsOf({"-p", "streams:=[/zone/a]", "-r", "__ns:=/zone"}));
+  CentralNode other(optionsOf({"-p", "streams:=[/zone/a]", "-r", "__node:=other"}));
+  for (const char* const topic :
+       {"/zone/central_node/a/voxels", "/other/zone/a/voxels"})
+    EXPECT_TRUE(waitUntil([&] { return one.count_publishers(topic) == 1; })) << topic;
 }
 
-TEST(CentralNode, DefaultStreamIsTheInput)
+TEST(CentralNode, ParametersOfAStreamDoNotChangeWhereItIsRemapped)
 {
   CentralNode node(optionsOf({"-r", "input:=/kinect_1/points/pcl_ext"}));
   EXPECT_TRUE(waitUntil(
       [&] { return node.count_subscribers("/kinect_1/points/pcl_ext") == 1; }));
-  EXPECT_TRUE(node.has_parameter("kinect_1.points.pcl_ext.sensor_frame"));
+  EXPECT_TRUE(node.has_parameter("input.sensor_frame"));
 }
 
 } // namespace test

@@ -36,6 +36,12 @@ topicOf(std::size_t sensor)
   return "/" + frameIdOf(sensor) + "/points/pcl_ext";
 }
 
+std::string
+voxelsOf(std::size_t sensor)
+{
+  return "/central_node" + topicOf(sensor) + "/voxels";
+}
+
 /** \brief Points of x, y, z and intensity: the order of merged voxels depends on the
  * frames before. */
 std::vector<std::array<float, 4>>
@@ -97,7 +103,7 @@ public:
     for (std::size_t i = 0; i < sensors; ++i) {
       clouds[i] = tester->create_publisher<PointCloud2>("/" + frameIdOf(i) + "/points",
                                                         rclcpp::QoS(100));
-      voxels[i].emplace(*tester, topicOf(i) + "/voxels");
+      voxels[i].emplace(*tester, voxelsOf(i));
       transforms_->sendTransform(toMessage(
           frameIdOf(i), samplePose(0.1 * static_cast<double>(i)), tester->now()));
     }
@@ -112,13 +118,12 @@ public:
   {
     bool is_connected = merged->waitForPublisher() && diagnostics->waitForPublisher();
     for (std::size_t i = 0; i < sensors; ++i)
-      is_connected =
-          is_connected && voxels[i]->waitForPublisher() && waitUntil([&] {
-            return clouds[i]->get_subscription_count() == 1 &&
-                   tester->count_subscribers(topicOf(i)) == 1 &&
-                   tester->count_publishers(topicOf(i)) == 1 &&
-                   central_.lock()->count_subscribers(topicOf(i) + "/voxels") == 1;
-          });
+      is_connected = is_connected && voxels[i]->waitForPublisher() && waitUntil([&] {
+                       return clouds[i]->get_subscription_count() == 1 &&
+                              tester->count_subscribers(topicOf(i)) == 1 &&
+                              tester->count_publishers(topicOf(i)) == 1 &&
+                              central_.lock()->count_subscribers(voxelsOf(i)) == 1;
+                     });
     return is_connected;
   }
 
@@ -153,10 +158,14 @@ TEST(Composition, SixSensorsAndTheCentralNodeInOneProcess)
   for (const auto& clouds : composition.clouds)
     EXPECT_EQ(clouds->get_intra_process_subscription_count(), 1u);
   constexpr std::uint32_t frames = 20;
+  // Of the same times, which are those of merged clouds, too.
+  const rclcpp::Duration period = std::chrono::milliseconds(20);
+  rclcpp::Time stamp = roundedDown(composition.tester->now(), period);
   for (std::uint32_t frame = 0; frame < frames; ++frame) {
+    stamp += period;
     for (std::size_t i = 0; i < sensors; ++i)
-      composition.clouds[i]->publish(std::make_unique<PointCloud2>(
-          makeCloud(frame, frameIdOf(i), composition.tester->now())));
+      composition.clouds[i]->publish(
+          std::make_unique<PointCloud2>(makeCloud(frame, frameIdOf(i), stamp)));
     // Not faster than the voxels' queues.
     for (std::size_t i = 0; i < sensors; ++i)
       ASSERT_TRUE(waitUntil([&] { return composition.voxels[i]->count() > frame; }))
@@ -169,9 +178,8 @@ TEST(Composition, SixSensorsAndTheCentralNodeInOneProcess)
     DirectStream direct({{"resolution", 0.1},
                          {"intensity", std::string("count")},
                          {"crop_box", std::vector<double>{-20, -20, -20, 20, 20, 20}}});
-    last_frames[topicOf(i)] =
-        direct.encode(makeCloud(frames - 1, frameIdOf(i), composition.tester->now()),
-                      samplePose(0.1 * static_cast<double>(i)));
+    last_frames[topicOf(i)] = direct.encode(makeCloud(frames - 1, frameIdOf(i), stamp),
+                                            samplePose(0.1 * static_cast<double>(i)));
     EXPECT_EQ(last.data, pointsOf(decoded(last_frames[topicOf(i)]))) << i;
   }
   // What is merged already may be of earlier frames.

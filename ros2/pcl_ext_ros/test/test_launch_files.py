@@ -1,63 +1,131 @@
-"""Starts a launch file with the simulated cell, waits for merged clouds, and stops it.
-
-Arguments: the folder of launch files, the name of one and its arguments. Fails if no cloud arrives, the launch does not
-end well when it is interrupted, or a process stays behind. With respawn:=true the central node is killed, and clouds must
-arrive again.
 """
+Starts an installed launch file, waits until all streams are merged, and stops it.
+
+Fails if streams are missing, a node is in another namespace, what was killed does not come back,
+the launch does not end well when it is interrupted, or a process stays behind. With one_sensor
+the simulated cell is started beside it.
+"""
+import argparse
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 
+from composition_interfaces.srv import ListNodes
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import domain_coordinator
 import rclpy
-from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
-LONGEST_WAIT = 90.0  # seconds
+LONGEST_WAIT = 90.0  # s
+# In which no stream is missing. Longer than max_merge_age, in which an old frame is merged.
+COMPLETE_FOR = 3.0  # s
+
+
+class Centre:
+    """What a central node merges."""
+
+    def __init__(self, node, name, streams):
+        self.node = node
+        self.streams = streams
+        self.voxels = 0
+        self.complete_since = None
+        node.create_subscription(PointCloud2, name + '/merged', self.take_cloud, 10)
+        node.create_subscription(DiagnosticArray, name + '/merged/streams',
+                                 self.take_streams, 10)
+
+    def take_cloud(self, cloud):
+        self.voxels = cloud.width
+
+    def take_streams(self, array):
+        streams = [entry for entry in array.status if not entry.name.endswith('all streams')]
+        missing = [entry.name for entry in streams if entry.level == DiagnosticStatus.STALE]
+        if missing or len(streams) < self.streams:
+            self.complete_since = None
+        elif self.complete_since is None:
+            self.complete_since = time.monotonic()
+
+    def wait_until_complete(self):
+        """Wait until clouds with voxels of all streams arrive, for some seconds."""
+        self.voxels = 0
+        self.complete_since = None
+        wait_for(self.node, 'all streams', lambda: self.voxels and self.complete_since and
+                 time.monotonic() > self.complete_since + COMPLETE_FOR)
+
+
+def wait_for(node, what, condition):
+    """Wait until a condition holds, while messages arrive."""
+    deadline = time.monotonic() + LONGEST_WAIT
+    while not condition():
+        if time.monotonic() > deadline:
+            raise RuntimeError('waited in vain for {}'.format(what))
+        rclpy.spin_once(node, timeout_sec=0.1)
 
 
 def processes_of_group(group):
-    """The commands of the processes of a group that are not zombies."""
-    listed = subprocess.run(['ps', '-e', '-o', 'pgid=,stat=,args='], check=True,
+    """Return the commands of the processes of a group that are not zombies, by number."""
+    listed = subprocess.run(['ps', '-ww', '-e', '-o', 'pid=,pgid=,stat=,args='], check=True,
                             capture_output=True, text=True).stdout
-    rows = [line.split(None, 2) for line in listed.splitlines()]
-    return [row[2] for row in rows if int(row[0]) == group and row[1][0] != 'Z']
+    rows = [line.split(None, 3) for line in listed.splitlines()]
+    return {int(row[0]): row[3] for row in rows if int(row[1]) == group and row[2][0] != 'Z'}
 
 
-def wait_for_cloud(namespace):
-    """True if a merged cloud with voxels arrives."""
-    rclpy.init()
-    node = Node('test_launch_files')
-    widths = []
-    node.create_subscription(PointCloud2, namespace + '/central_node/merged',
-                             lambda cloud: widths.append(cloud.width), 10)
-    deadline = time.monotonic() + LONGEST_WAIT
-    while not any(widths) and time.monotonic() < deadline:
-        rclpy.spin_once(node, timeout_sec=0.1)
-    node.destroy_node()
-    rclpy.shutdown()
-    return any(widths)
+def processes_with(group, text):
+    """Return the processes of a group whose commands have a text."""
+    return {number: command for number, command in processes_of_group(group).items()
+            if re.search(text, command)}
 
 
-def kill_central_node(group):
-    """Kills the process of the central node in a group."""
-    listed = subprocess.run(['ps', '-e', '-o', 'pid=,pgid=,comm='], check=True,
-                            capture_output=True, text=True).stdout
-    for pid, of_group, command in (line.split(None, 2) for line in listed.splitlines()):
-        if int(of_group) == group and command.startswith('central_node'):
-            os.kill(int(pid), signal.SIGKILL)
-            return
-    raise RuntimeError('there is no central_node')
+def components(node, command):
+    """Return the components in the container with a command; none if it does not answer."""
+    name = '{}/{}/_container/list_nodes'.format(
+        re.search(r'__ns:=(\S*)', command)[1].rstrip('/'),
+        re.search(r'__node:=(\S*)', command)[1])
+    client = node.create_client(ListNodes, name)
+    try:
+        if not client.wait_for_service(1.0):
+            return []
+        answer = client.call_async(ListNodes.Request())
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=5.0)
+        return sorted(answer.result().full_node_names) if answer.done() else []
+    finally:
+        node.destroy_client(client)
+
+
+def kill_and_wait(node, group, text):
+    """Kill the process of a group whose command has a text, and wait for its successor."""
+    (number, command), = processes_with(group, text).items()
+    is_container = 'component_container' in command
+    before = components(node, command) if is_container else []
+    print('killed: {} with {}'.format(command, before), flush=True)
+    os.kill(number, signal.SIGKILL)
+
+    def is_back():
+        successors = [new for other, new in processes_with(group, text).items()
+                      if other != number]
+        return successors and (not is_container or components(node, successors[0]) == before)
+
+    wait_for(node, 'its successor', is_back)
+
+
+def check_namespace(node, namespace):
+    """Fail if there is a node outside of a namespace, but those of launch and of this test."""
+    outside = [space + '/' + name for name, space in node.get_node_names_and_namespaces()
+               if not (space + '/').startswith(namespace + '/') and
+               name != node.get_name() and 'launch_ros' not in name]
+    if outside:
+        raise RuntimeError('outside of {}: {}'.format(namespace, outside))
 
 
 def start(command):
-    """A process group."""
+    """Start a process group."""
     return subprocess.Popen(command, start_new_session=True)
 
 
 def stop(process):
-    """Interrupts a process group, as a terminal does; its status, and what stays behind."""
+    """Interrupt a process group, as a terminal does; return its status and what stays."""
     try:
         os.killpg(process.pid, signal.SIGINT)
         return process.wait(timeout=60), processes_of_group(process.pid)
@@ -68,26 +136,48 @@ def stop(process):
             pass
 
 
-def main():
-    """Returns the exit status."""
-    folder, name = sys.argv[1:3]
-    started = [start(['ros2', 'launch', os.path.join(folder, name + '.launch.py')] +
-                     sys.argv[3:])]
+def run(options):
+    """Return whether the launch file does what the options say."""
+    started = [start(['ros2', 'launch', 'pcl_ext_ros', options.file + '.launch.py',
+                      *options.arguments])]
+    fault = None
     try:
-        if name == 'one_sensor':
+        if options.file == 'one_sensor':
             started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
                                   '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0']))
-        namespaces = [argument.partition(':=')[2] for argument in sys.argv[3:]
-                      if argument.startswith('namespace:=')]
-        namespace = ''.join('/' + name for name in namespaces)
-        has_cloud = wait_for_cloud(namespace)
-        if has_cloud and 'respawn:=true' in sys.argv[3:]:
-            kill_central_node(started[0].pid)
-            has_cloud = wait_for_cloud(namespace)
+        rclpy.init(args=[])
+        node = rclpy.create_node('test_launch_files')
+        centre = Centre(node, options.centre, options.streams)
+        centre.wait_until_complete()
+        check_namespace(node, options.namespace)
+        if options.kill:
+            kill_and_wait(node, started[0].pid, options.kill)
+            centre.wait_until_complete()
+        node.destroy_node()
+        rclpy.shutdown()
+    except RuntimeError as failure:
+        fault = failure
     finally:
         ends = [stop(process) for process in started]
-    print('merged cloud: {}, status and processes left: {}'.format(has_cloud, ends))
-    return 0 if has_cloud and ends[0][0] == 0 and not any(left for _, left in ends) else 1
+    print('fault: {}; status and processes left: {}'.format(fault, ends))
+    return not fault and ends[0][0] == 0 and not any(left for _, left in ends)
+
+
+def main():
+    """Return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--centre', default='/central_node', help='whose clouds arrive')
+    parser.add_argument('--streams', type=int, default=1, help='of the centre, at least')
+    parser.add_argument('--namespace', default='', help='of all nodes')
+    parser.add_argument('--kill', help='text in the command of a process that is killed')
+    parser.add_argument('file')
+    parser.add_argument('arguments', nargs='*')
+    options = parser.parse_args()
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    # Tests that run at the same time have domains of their own.
+    with domain_coordinator.domain_id() as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        return 0 if run(options) else 1
 
 
 if __name__ == '__main__':

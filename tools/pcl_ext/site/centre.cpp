@@ -22,18 +22,6 @@ decoderLimits(const CentreOptions& options)
   return options.decoding.limits.value_or(nodes::CentralNodeSettings().decoder_limits);
 }
 
-nodes::CentralNodeSettings
-nodeSettings(const CentreOptions& options, double resolution)
-{
-  nodes::CentralNodeSettings settings;
-  settings.resolution = resolution;
-  settings.decoder_limits = decoderLimits(options);
-  // Merging is by the times of the clouds; by the clock only for streams with another one.
-  settings.max_merge_age =
-      options.is_replay ? nodes::Time(1) : options.schedule.max_age;
-  return settings;
-}
-
 nodes::FrameListener
 requestingListener(const Centre::RequestIFrame& request_i_frame)
 {
@@ -45,38 +33,51 @@ requestingListener(const Centre::RequestIFrame& request_i_frame)
 
 } // namespace
 
-Centre::Grid::Grid(const CentreOptions& options,
-                   double resolution,
-                   const RequestIFrame& request_i_frame,
-                   Console& console)
-: node(nodeSettings(options, resolution), requestingListener(request_i_frame))
-, encoder(resolution, options.stream)
-, map(options.map, resolution, console)
+Centre::Grid::Grid(Centre& centre_of_site, double resolution)
+: encoder(resolution, centre_of_site.options_.stream)
+, map(centre_of_site.options_.map, resolution, centre_of_site.console_)
+, centre(centre_of_site.settingsOf(resolution),
+         requestingListener(centre_of_site.request_i_frame_),
+         [&centre_of_site](const nodes::MergedFrame& merged) {
+           centre_of_site.publish(merged);
+         })
 {
-  if (!node.settingsStatus().ok())
-    throw UsageError(node.settingsStatus().message());
+  if (!centre.settingsStatus().ok())
+    throw UsageError(centre.settingsStatus().message());
+  centre.setMerging(true);
 }
 
 Centre::Centre(const CentreOptions& options,
                RequestIFrame request_i_frame,
                Console& console)
-: options_(options)
-, request_i_frame_(std::move(request_i_frame))
-, console_(console)
-, schedule_(options.schedule)
+: options_(options), request_i_frame_(std::move(request_i_frame)), console_(console)
 {
-  if (const std::string fault = faultOf(options.schedule); !fault.empty())
-    throw UsageError(fault);
   // Without a resolution for what is wrong with the others.
   makeGrid(options.resolution.value_or(nodes::CentralNodeSettings().resolution));
   if (!options.resolution)
     grid_.reset();
 }
 
+nodes::MergingCentreSettings
+Centre::settingsOf(double resolution) const
+{
+  nodes::MergingCentreSettings settings;
+  settings.node.resolution = resolution;
+  settings.node.decoder_limits = decoderLimits(options_);
+  settings.schedule = options_.schedule;
+  settings.node.max_merge_age = options_.schedule.max_age;
+  if (options_.is_replay) { // by the times of the clouds alone
+    settings.node.max_merge_age = nodes::Time(1);
+    settings.arrival_clock = [this] { return latest_time_; };
+  }
+  settings.has_thread = false;
+  return settings;
+}
+
 void
 Centre::makeGrid(double resolution)
 {
-  auto grid = std::make_unique<Grid>(options_, resolution, request_i_frame_, console_);
+  auto grid = std::make_unique<Grid>(*this, resolution);
   const std::lock_guard<std::mutex> lock(grid_mutex_);
   grid_ = std::move(grid);
 }
@@ -85,7 +86,7 @@ std::vector<nodes::StreamHealth>
 Centre::health() const
 {
   const std::lock_guard<std::mutex> lock(grid_mutex_);
-  return grid_ ? grid_->node.health() : std::vector<nodes::StreamHealth>();
+  return grid_ ? grid_->centre.node().health() : std::vector<nodes::StreamHealth>();
 }
 
 void
@@ -97,20 +98,20 @@ Centre::addOutput(LiveOutput& output)
 bool
 Centre::addStream(const link::LinkFrame& frame)
 {
-  const auto added = grid_->node.addStream(
-      frame.stream, options_.decoding.min_intensity.value_or(0.0f));
+  const auto added = grid_->centre.addStream(frame.stream);
   if (!added.ok()) {
     console_.error(frame.stream + ": it is left out: " + added.message());
     return false;
   }
+  nodes::CentralNode& node = grid_->centre.node();
+  node.setMinIntensity(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
   if (options_.decoding.removes_outliers) {
     VoxelOutlierRemovalSettings removal =
         outlierRemovalOf(options_.decoding, frame.metadata);
     const auto law = lawOf(frame.metadata);
     if (removal.unit == DensityUnit::Automatic && law)
       removal.unit = densityUnitOf(*law);
-    if (const auto set = grid_->node.setOutlierRemoval(frame.stream, removal);
-        !set.ok())
+    if (const auto set = node.setOutlierRemoval(frame.stream, removal); !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }
   grid_->map.addStream(frame.stream, frame.metadata);
@@ -136,50 +137,33 @@ Centre::take(const link::LinkFrame& frame)
   auto found = streams_.find(frame.stream);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
-  if (found->second)
-    schedule_.add({frame.stream, frame.time, frame.bytes}, now());
+  if (found->second) // one that is too fast for this machine is in the statistics
+    grid_->centre.receive(frame.stream, frame.bytes, frame.time);
 }
 
 void
 Centre::work()
 {
-  if (!grid_)
-    return;
-  nodes::MergeSchedule::Step step;
-  do {
-    step = schedule_.next(now());
-    for (nodes::ScheduledFrame& frame : step.frames) {
-      const auto status =
-          grid_->node.receive(frame.stream, std::move(frame.bytes), frame.stamp);
-      // A stream that is too fast for this machine is in the statistics.
-      if (!status.ok() && status.code() != nodes::CentralNodeCode::TooManyWaiting)
-        throwUnlessOk(status);
-    }
-    if (step.merge)
-      merge(*step.merge);
-  }
-  while (step.merge);
+  if (grid_)
+    grid_->centre.work();
 }
 
 void
-Centre::merge(nodes::Time time)
+Centre::publish(const nodes::MergedFrame& merged)
 {
-  grid_->node.waitUntilDecoded();
-  grid_->map.update(grid_->node, time);
+  throwUnlessOk(merged.status);
+  grid_->map.update(grid_->centre.node(), merged.time);
   if (outputs_.empty())
     return;
-  const nodes::MergeStatus status = grid_->node.merge(
-      merged_, nodes::StampRange{time - options_.schedule.max_age, time});
-  throwUnlessOk(status);
-  for (const nodes::MergedStream& stream : status.streams)
-    if (!stream.frame)
-      ++missing_[stream.name];
+  for (const nodes::MergedSource& source : merged.sources)
+    if (!source.stamp)
+      ++missing_[source.name];
   if (wants_i_frame_.exchange(false))
     grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
-  throwUnlessOk(grid_->encoder.encode(merged_, time, "", bytes));
+  throwUnlessOk(grid_->encoder.encode(merged.voxels, merged.time, "", bytes));
   for (const Output& output : outputs_)
-    output.output->publish(output.stream, time, bytes);
+    output.output->publish(output.stream, merged.time, bytes);
   ++merged_frames_;
 }
 
@@ -193,8 +177,8 @@ Centre::finish()
     latest_time_ += options_.schedule.max_wait;
     work();
   }
-  grid_->node.waitUntilDecoded();
-  grid_->map.finish(grid_->node);
+  grid_->centre.node().waitUntilDecoded();
+  grid_->map.finish(grid_->centre.node());
 }
 
 } // namespace tools

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/merge_schedule.h>
 #include <pcl_ext/nodes/merged_frame_encoder.h>
+#include <pcl_ext/nodes/merging_centre.h>
 
 #include "live/live_output.h"
 #include "options/decoding_options.h"
@@ -95,14 +95,11 @@ public:
 private:
   /** \brief What there is for one edge of voxels. */
   struct Grid {
-    Grid(const CentreOptions& options,
-         double resolution,
-         const RequestIFrame& request_i_frame,
-         Console& console);
+    Grid(Centre& centre, double resolution);
 
-    nodes::CentralNode node;
     nodes::MergedFrameEncoder encoder;
     CentreMap map;
+    nodes::MergingCentre centre;
   };
 
   struct Output {
@@ -117,26 +114,20 @@ private:
   void
   makeGrid(double resolution);
 
-  void
-  merge(nodes::Time time);
+  nodes::MergingCentreSettings
+  settingsOf(double resolution) const;
 
-  /** \brief Time for the schedule: of a steady clock, in a replay of the clouds. */
-  nodes::Time
-  now() const
-  {
-    return options_.is_replay ? latest_time_ : nodes::steadyTime();
-  }
+  void
+  publish(const nodes::MergedFrame& merged);
 
   const CentreOptions& options_;
   const RequestIFrame request_i_frame_;
   Console& console_;
-  nodes::MergeSchedule schedule_;
   mutable std::mutex grid_mutex_; // guards the pointer, which other threads read
   std::unique_ptr<Grid> grid_;    // null until the first frame, if that tells its edge
   std::atomic<bool> wants_i_frame_{false};
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
-  io::VoxelFrame merged_;                      // keeps its memory
   std::map<std::string, std::size_t> missing_; // see missing()
   nodes::Time latest_time_{0};                 // of the clouds
   std::size_t merged_frames_ = 0;

@@ -1,0 +1,98 @@
+#include "nodes/centre_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+// Frames and what they are merged of come by different ways.
+constexpr std::size_t most_frames_with_sources = 16;
+
+std::size_t
+droppedOf(const StreamHealth& health)
+{
+  return health.frames_lost + health.frames_failed + health.frames_dropped;
+}
+
+} // namespace
+
+void
+CentreStream::applyNoise(const std::string& name, CentralNode& node)
+{
+  ParameterValues noise = own_noise_;
+  noise.insert(noise_of_all_.begin(), noise_of_all_.end());
+  if (noise_ == noise)
+    return;
+  const NoiseSettings settings = readNoiseParameters(noise);
+  node.setMinIntensity(name, settings.min_intensity);
+  node.setOutlierRemoval(name, settings.outlier_removal);
+  noise_ = std::move(noise);
+}
+
+void
+CentreStream::setSources(Time time, std::vector<MergedSource> sources)
+{
+  sources_[time] = std::move(sources);
+  if (sources_.size() > most_frames_with_sources)
+    sources_.erase(sources_.begin());
+}
+
+void
+CentreStream::addSources(const MergedStream& merged,
+                         const std::vector<StreamHealth>& health,
+                         std::vector<MergedSource>& sources) const
+{
+  MergedSource& stream = sources.emplace_back();
+  stream.name = merged.name;
+  if (merged.frame)
+    stream.stamp = merged.frame->stamp;
+  stream.frames_dropped = left_out_;
+  for (const StreamHealth& one : health)
+    if (one.name == merged.name)
+      stream.frames_dropped += droppedOf(one);
+  if (sources_.empty())
+    return;
+  auto of_frame = merged.frame ? sources_.find(merged.frame->stamp) : sources_.end();
+  if (of_frame == sources_.end())
+    of_frame = std::prev(sources_.end());
+  for (MergedSource source : of_frame->second) {
+    source.name = merged.name + ": " + source.name;
+    if (!merged.frame)
+      source.stamp.reset();
+    sources.push_back(std::move(source));
+  }
+}
+
+HealthReport
+CentreStream::describe(const StreamHealth& health, double merged_resolution, Time now)
+{
+  ReceiverHealth current;
+  current.stream = health;
+  current.left_out = left_out_;
+  current.last_arrival = last_arrival_;
+  current.merged_resolution = merged_resolution;
+  if (noise_)
+    current.min_intensity = readNoiseParameters(*noise_).min_intensity;
+  HealthReport report = describeHealth(current, std::exchange(reported_, current), now);
+  if (sources_.empty())
+    return report;
+  const std::vector<MergedSource>& sources = std::prev(sources_.end())->second;
+  std::size_t missing = 0;
+  std::string names;
+  for (const MergedSource& source : sources)
+    if (!source.stamp) {
+      ++missing;
+      names += (names.empty() ? "" : ", ") + source.name;
+    }
+  report.add("sources", sources.size());
+  report.add("sources missing", missing);
+  if (missing > 0)
+    report.raise(HealthLevel::Warning, "Sources are missing: " + names);
+  return report;
+}
+
+} // namespace nodes
+} // namespace pcl_ext
