@@ -1,7 +1,7 @@
 #include "transform_lookup.h"
 
 #include <tf2_eigen/tf2_eigen.hpp>
-#include <tf2_ros/buffer_interface.h>
+#include <tf2_ros/buffer_interface.hpp>
 
 #include <utility>
 

@@ -4,8 +4,8 @@
 
 #include <rclcpp/node.hpp>
 #include <std_msgs/msg/header.hpp>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
+#include <tf2_ros/buffer.hpp>
+#include <tf2_ros/transform_listener.hpp>
 
 #include <string>
 

@@ -14,7 +14,7 @@
 #endif
 #include <std_msgs/msg/empty.hpp>
 #include <std_srvs/srv/trigger.hpp>
-#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/static_transform_broadcaster.hpp>
 #include <unistd.h>
 
 #include <filesystem>

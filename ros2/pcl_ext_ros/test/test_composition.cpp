@@ -7,7 +7,7 @@
 #include <pcl_ext_ros/central_node.hpp>
 #include <pcl_ext_ros/sensor_node.hpp>
 #include <std_srvs/srv/trigger.hpp>
-#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/static_transform_broadcaster.hpp>
 
 #include <algorithm>
 #include <array>
