@@ -6,6 +6,7 @@
 
 #include <geometry_msgs/msg/transform_stamped.hpp>
 #include <pcl_ext_ros_common/node_parameters.hpp>
+#include <pcl_ext_ros_common/tf_node.hpp>
 #include <rclcpp/rclcpp.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <sensor_msgs/msg/point_cloud2.hpp>
@@ -48,7 +49,7 @@ public:
                NodeParameters::Kind::ReadOnly)
   , settings_(pcl_ext::cell::readCellParameters(constants_.values()))
   , cell_(settings_.seed)
-  , broadcaster_(node)
+  , broadcaster_(pcl_ext_ros_common::tfNode<tf2_ros::StaticTransformBroadcaster>(node))
   {
     rclcpp::PublisherOptions options;
     options.qos_overriding_options =

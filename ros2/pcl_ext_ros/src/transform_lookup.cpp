@@ -1,5 +1,6 @@
 #include "transform_lookup.h"
 
+#include <pcl_ext_ros_common/tf_node.hpp>
 #include <tf2_eigen/tf2_eigen.hpp>
 #include <tf2_ros/buffer_interface.hpp>
 
@@ -12,7 +13,7 @@ using pcl_ext::nodes::withoutLeadingSlash;
 TransformLookup::TransformLookup(rclcpp::Node& node, std::string global_frame)
 : global_frame_(std::move(global_frame))
 , buffer_(node.get_clock())
-, listener_(buffer_, &node)
+, listener_(buffer_, pcl_ext_ros_common::tfNode<tf2_ros::TransformListener>(node))
 {}
 
 bool

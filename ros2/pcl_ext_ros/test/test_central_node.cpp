@@ -12,6 +12,7 @@
 #include <octomap_msgs/conversions.h>
 #include <octomap_msgs/msg/octomap.hpp>
 #endif
+#include <pcl_ext_ros_common/tf_node.hpp>
 #include <std_msgs/msg/empty.hpp>
 #include <std_srvs/srv/trigger.hpp>
 #include <tf2_ros/static_transform_broadcaster.hpp>
@@ -434,7 +435,8 @@ TEST_F(CentralNodeTest, MapIsPublishedWithRaysAndLatched)
 {
   start(
       {"-p", "map_rate:=20.0", "-p", "kinect_1.points.pcl_ext.sensor_frame:=kinect_1"});
-  tf2_ros::StaticTransformBroadcaster transforms(tester_);
+  tf2_ros::StaticTransformBroadcaster transforms(
+      pcl_ext_ros_common::tfNode<tf2_ros::StaticTransformBroadcaster>(*tester_));
   transforms.sendTransform(toMessage("kinect_1", samplePose(0.0), now()));
   using octomap_msgs::msg::Octomap;
   const auto qos = rclcpp::QoS(1).transient_local();

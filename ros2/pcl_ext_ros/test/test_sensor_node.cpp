@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <pcl_ext_ros/sensor_node.hpp>
+#include <pcl_ext_ros_common/tf_node.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <std_msgs/msg/empty.hpp>
 #include <std_srvs/srv/trigger.hpp>
@@ -32,8 +33,10 @@ protected:
     arguments.insert(arguments.end(), {"-r", "input:=/kinect_1/points"});
     node_ = nodes_.add<SensorNode>(optionsOf(arguments));
     tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
-    static_transforms_.emplace(tester_);
-    transforms_.emplace(tester_);
+    static_transforms_.emplace(
+        pcl_ext_ros_common::tfNode<tf2_ros::StaticTransformBroadcaster>(*tester_));
+    transforms_.emplace(
+        pcl_ext_ros_common::tfNode<tf2_ros::TransformBroadcaster>(*tester_));
     clouds_ = tester_->create_publisher<PointCloud2>("/kinect_1/points", 10);
     requests_ = tester_->create_publisher<std_msgs::msg::Empty>(
         "/kinect_1/points/pcl_ext/request_i_frame", 10);
