@@ -10,6 +10,10 @@ namespace {
 
 // Frames and what they are merged of come by different ways.
 constexpr std::size_t most_frames_with_sources = 16;
+// Of any program that can send messages.
+constexpr std::size_t most_sources = 4096;
+constexpr std::size_t longest_name = 1024;
+constexpr std::size_t most_names = 5; // in a message
 
 std::size_t
 droppedOf(const StreamHealth& health)
@@ -35,6 +39,11 @@ CentreStream::applyNoise(const std::string& name, CentralNode& node)
 void
 CentreStream::setSources(Time time, std::vector<MergedSource> sources)
 {
+  if (sources.size() > most_sources)
+    sources.resize(most_sources);
+  for (MergedSource& source : sources)
+    if (source.name.size() > longest_name)
+      source.name.resize(longest_name);
   sources_[time] = std::move(sources);
   if (sources_.size() > most_frames_with_sources)
     sources_.erase(sources_.begin());
@@ -84,11 +93,14 @@ CentreStream::describe(const StreamHealth& health, double merged_resolution, Tim
   std::string names;
   for (const MergedSource& source : sources)
     if (!source.stamp) {
+      if (missing < most_names)
+        names += (missing == 0 ? "" : ", ") + source.name;
       ++missing;
-      names += (names.empty() ? "" : ", ") + source.name;
     }
   report.add("sources", sources.size());
   report.add("sources missing", missing);
+  if (missing > most_names)
+    names += " and " + std::to_string(missing - most_names) + " more";
   if (missing > 0)
     report.raise(HealthLevel::Warning, "Sources are missing: " + names);
   return report;

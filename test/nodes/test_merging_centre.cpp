@@ -272,6 +272,30 @@ TEST(MergingCentre, KnowsADeadSensorOfACentreBelow)
                                       "/zone_2: /5"}));
 }
 
+TEST(MergingCentre, TakesAnySources)
+{
+  const CodedStream stream({});
+  TestTime now{Time(0)};
+  Centre centre(now);
+  ASSERT_TRUE(centre->addStream("zone").ok());
+  const std::vector<MergedSource> many(
+      10000, MergedSource{std::string(5000, 'x'), Time::max(), ~std::size_t{0}});
+  for (int i = 0; i < 100; ++i)
+    centre->setSources("zone", i % 2 == 0 ? Time::max() : Time::min() + Time(i), many);
+  centre->setSources("unknown", Time(0), many);
+  ASSERT_TRUE(centre->receive("zone", stream.frames[0], begin).ok());
+  centre->work();
+  const auto sent = centre.takeSent();
+  ASSERT_EQ(sent.size(), 1u);
+  ASSERT_EQ(sent[0].sources.size(), 1u + 4096u);
+  EXPECT_EQ(sent[0].sources[1].name, "zone: " + std::string(1024, 'x'));
+  describeMerged(sent[0].sources, begin);
+  centre->setSources(
+      "zone", Time::max(), std::vector<MergedSource>(7, {"a", std::nullopt, 0}));
+  EXPECT_EQ(reportOf(centre, "zone").message(),
+            "Sources are missing: a, a, a, a, a and 2 more");
+}
+
 TEST(MergingCentre, CountsDroppedFramesWhereTheyWereDropped)
 {
   Site site;

@@ -133,7 +133,8 @@ public:
    * stream.
    * \param[in] stream its name
    * \param[in] time MergedFrame::time of the frame
-   * \param[in] sources MergedFrame::sources
+   * \param[in] sources MergedFrame::sources; of more than 4096 the first ones, of longer
+   * names the first 1024 bytes
    */
   void
   setSources(const std::string& stream, Time time, std::vector<MergedSource> sources);

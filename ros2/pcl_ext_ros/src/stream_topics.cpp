@@ -37,6 +37,8 @@ resolved(rclcpp::node_interfaces::NodeTopicsInterface& topics_of_node,
     catch (const std::exception& failure) {
       refuse("'" + given + "' is no topic: " + failure.what());
     }
+    if (topic == topics_of_node.resolve_topic_name("~/merged/pcl_ext"))
+      refuse(topic + " is what this node itself merges");
     if (!topics.emplace(topic, given).second)
       refuse(topic + " is twice in it");
   }

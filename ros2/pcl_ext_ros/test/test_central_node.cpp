@@ -504,7 +504,9 @@ INSTANTIATE_TEST_SUITE_P(
                       std::make_pair("/a", "it must be a list of topics"),
                       std::make_pair("['']", "'' is no topic"),
                       std::make_pair("[/a, 'b c']", "'b c' is no topic"),
-                      std::make_pair("[/a, /a]", "/a is twice in it")));
+                      std::make_pair("[/a, /a]", "/a is twice in it"),
+                      std::make_pair("[/central_node/merged/pcl_ext]",
+                                     "is what this node itself merges")));
 
 TEST(CentralNode, StreamsMayHaveSeveralCentralNodes)
 {
