@@ -44,9 +44,9 @@ CentreStream::setSources(Time time, std::vector<MergedSource> sources)
   for (MergedSource& source : sources)
     if (source.name.size() > longest_name)
       source.name.resize(longest_name);
-  sources_[time] = std::move(sources);
+  sources_.push_back({time, std::move(sources)});
   if (sources_.size() > most_frames_with_sources)
-    sources_.erase(sources_.begin());
+    sources_.pop_front();
 }
 
 void
@@ -64,10 +64,12 @@ CentreStream::addSources(const MergedStream& merged,
       stream.frames_dropped += droppedOf(one);
   if (sources_.empty())
     return;
-  auto of_frame = merged.frame ? sources_.find(merged.frame->stamp) : sources_.end();
-  if (of_frame == sources_.end())
-    of_frame = std::prev(sources_.end());
-  for (MergedSource source : of_frame->second) {
+  const auto of_frame =
+      std::find_if(sources_.rbegin(), sources_.rend(), [&](const FrameSources& frame) {
+        return merged.frame && frame.time == merged.frame->stamp;
+      });
+  const FrameSources& known = of_frame == sources_.rend() ? sources_.back() : *of_frame;
+  for (MergedSource source : known.sources) {
     source.name = merged.name + ": " + source.name;
     if (!merged.frame)
       source.stamp.reset();
@@ -88,7 +90,7 @@ CentreStream::describe(const StreamHealth& health, double merged_resolution, Tim
   HealthReport report = describeHealth(current, std::exchange(reported_, current), now);
   if (sources_.empty())
     return report;
-  const std::vector<MergedSource>& sources = std::prev(sources_.end())->second;
+  const std::vector<MergedSource>& sources = sources_.back().sources;
   std::size_t missing = 0;
   std::string names;
   for (const MergedSource& source : sources)

@@ -6,7 +6,7 @@
 #include <pcl_ext/nodes/node_parameters.h>
 
 #include <cstddef>
-#include <map>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,14 +71,19 @@ public:
   describe(const StreamHealth& health, double merged_resolution, Time now);
 
 private:
+  struct FrameSources {
+    Time time;
+    std::vector<MergedSource> sources;
+  };
+
   ParameterValues noise_of_all_;
   ParameterValues own_noise_;
   std::optional<ParameterValues> noise_; // that of the central node
 
   std::optional<Time> last_arrival_;
   std::size_t left_out_ = 0;
-  std::map<Time, std::vector<MergedSource>>
-      sources_; // of the last frames, by their times
+  std::deque<FrameSources>
+      sources_; // of the last frames, in the order of their arrival
   ReceiverHealth reported_;
 };
 

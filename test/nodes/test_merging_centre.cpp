@@ -290,8 +290,9 @@ TEST(MergingCentre, TakesAnySources)
   ASSERT_EQ(sent[0].sources.size(), 1u + 4096u);
   EXPECT_EQ(sent[0].sources[1].name, "zone: " + std::string(1024, 'x'));
   describeMerged(sent[0].sources, begin);
+  // The last one counts, whatever its time.
   centre->setSources(
-      "zone", Time::max(), std::vector<MergedSource>(7, {"a", std::nullopt, 0}));
+      "zone", begin, std::vector<MergedSource>(7, {"a", std::nullopt, 0}));
   EXPECT_EQ(reportOf(centre, "zone").message(),
             "Sources are missing: a, a, a, a, a and 2 more");
 }
