@@ -85,6 +85,8 @@ MergedOutput::publish(const pcl_ext::nodes::MergedFrame& merged)
        pcl_ext::nodes::describeMerged(merged.sources, now))
     sources.status.push_back(pcl_ext_ros_common::toMessage(node_, source, report));
   sources_->publish(sources);
+  if (voxels_.getNumSubscribers() == 0)
+    return;
   auto message = std::make_shared<PointCloud2>();
   message->header.stamp = stamp;
   message->header.frame_id = frame_id_;

@@ -20,11 +20,11 @@ public:
    */
   MergedOutput(rclcpp::Node& node, std::string frame_id, double resolution);
 
-  /** \brief Whether anybody wants merged voxels, by any transport. */
+  /** \brief Whether anybody wants merged voxels, by any transport, or what they are of. */
   bool
   hasSubscribers() const
   {
-    return voxels_.getNumSubscribers() != 0;
+    return voxels_.getNumSubscribers() != 0 || sources_->get_subscription_count() != 0;
   }
 
   /** \brief Publishes the sources of a merged frame, and then its voxels. */

@@ -222,6 +222,20 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
   EXPECT_EQ(merged_streams->status[2].values.at(0).value, "70000000000");
 }
 
+TEST_F(CentralNodeTest, TellsWhatIsMergedAlsoWhereNobodyWantsTheVoxels)
+{
+  start({});
+  Recorder<DiagnosticArray> streams(*tester_, "/central_node/merged/streams");
+  ASSERT_TRUE(waitUntil([&] {
+    const Frame frame = iFrame(1);
+    frames_1_->publish(frame);
+    frames_2_->publish(frame);
+    std::this_thread::sleep_for(20ms);
+    return streams.count() != 0;
+  }));
+  EXPECT_EQ(streams.messages()[0].status.size(), 3u);
+}
+
 TEST_F(CentralNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
 {
   start({});
