@@ -124,7 +124,6 @@ public:
   {
     if (!settings_status_.ok())
       return settings_status_;
-    CentralNodeStatus status;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       const auto found = streams_.find(name);
@@ -138,7 +137,7 @@ public:
       has_new_frame_ = true;
     }
     frame_arrived_.notify_one();
-    return status;
+    return {};
   }
 
   void

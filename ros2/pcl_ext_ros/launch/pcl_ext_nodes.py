@@ -90,17 +90,12 @@ def description(arguments, actions):
          for name, default, text in arguments] + [OpaqueFunction(function=of_context)])
 
 
-def parameters_of_encoding(values, names):
-    """Return the parameters of encoding that are arguments."""
-    parameters = {name: values[name] for name in names}
+def parameters_of_sensor(values):
+    """Return the parameters of a sensor node."""
+    parameters = {name: values[name] for name, _, _ in ENCODING}
     if values['crop_box']:
         parameters['crop_box'] = [float(number) for number in values['crop_box']]
     return parameters
-
-
-def parameters_of_sensor(values):
-    """Return the parameters of a sensor node."""
-    return parameters_of_encoding(values, [name for name, _, _ in ENCODING])
 
 
 def parameters_of_noise(values):

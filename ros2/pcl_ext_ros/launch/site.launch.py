@@ -57,10 +57,9 @@ def nodes_of_zone(values, zone, sensors):
     """Return the nodes of a zone."""
     of_centre = {**pcl_ext_nodes.parameters_of_centre(values),
                  **pcl_ext_nodes.parameters_of_noise(values)}
-    of_merged_stream = pcl_ext_nodes.parameters_of_encoding(
-        values, ('resolution', 'effort', 'i_frame_rate'))
-    for name, value in of_merged_stream.items():
-        of_centre['{}.merged.pcl_ext.{}'.format(values['central_node'], name)] = value
+    # Neither resolution nor crop box: the merged voxels are kept as they are.
+    for name in ('effort', 'i_frame_rate'):
+        of_centre['{}.merged.pcl_ext.{}'.format(values['central_node'], name)] = values[name]
     return pcl_ext_nodes.sensors_and_centre(values, sensors, of_centre, namespace=zone)
 
 
