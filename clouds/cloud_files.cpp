@@ -1,12 +1,8 @@
 #include "clouds/cloud_files.h"
 
-#include "clouds/cloud_file_headers.h"
-
-#include <pcl/conversions.h>
-#include <pcl/io/pcd_io.h>
-#include <pcl/io/ply_io.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
+#include "clouds/pcd_file.h"
+#include "clouds/ply_file.h"
+#include "clouds/point_fields.h"
 
 #include <algorithm>
 #include <array>
@@ -59,20 +55,16 @@ readKitti(const std::string& path, pcl::PCLPointCloud2& cloud)
   if (bytes > most_bytes)
     fail("it has " + std::to_string(bytes) +
          " bytes, which is too many for a cloud of KITTI's lidar");
-  pcl::PointCloud<pcl::PointXYZI> points;
-  points.resize(bytes / point_bytes);
+  std::vector<FileField> fields;
+  for (const char* name : {"x", "y", "z", "intensity"})
+    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+  startCloud(fields, bytes / point_bytes, 1, cloud);
+  cloud.data.resize(bytes);
   std::ifstream file(path, std::ios::binary);
-  std::array<float, 4> values{};
-  for (pcl::PointXYZI& point : points) {
-    file.read(reinterpret_cast<char*>(values.data()), point_bytes);
-    point.x = values[0];
-    point.y = values[1];
-    point.z = values[2];
-    point.intensity = values[3];
-  }
-  if (!file)
+  if (!file.read(reinterpret_cast<char*>(cloud.data.data()),
+                 static_cast<std::streamsize>(bytes)))
     fail("reading it failed");
-  pcl::toPCLPointCloud2(points, cloud);
+  toLittleEndian(fields, cloud.data);
 }
 
 /** \brief Refuses coordinates that no sensor measures, as those of bytes in the wrong order
@@ -107,6 +99,14 @@ checkCoordinates(const pcl::PCLPointCloud2& cloud)
 }
 
 } // namespace
+
+bool
+isEmptyFile(const std::string& path)
+{
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(path, error);
+  return !error && bytes == 0;
+}
 
 FileKind
 kindOf(const std::string& path)
@@ -179,21 +179,14 @@ void
 readCloud(const std::string& path, pcl::PCLPointCloud2& cloud)
 {
   const FileKind kind = kindOf(path);
-  int result = 0;
-  if (kind == FileKind::Pcd) {
-    checkPcd(path);
-    result = pcl::PCDReader().read(path, cloud);
-  }
-  else if (kind == FileKind::Ply) {
-    checkPly(path);
-    result = pcl::PLYReader().read(path, cloud);
-  }
+  if (kind == FileKind::Pcd)
+    readPcd(path, cloud);
+  else if (kind == FileKind::Ply)
+    readPly(path, cloud);
   else if (kind == FileKind::KittiBin)
     readKitti(path, cloud);
   else
     fail(whyNotACloud(kind));
-  if (result < 0) // PCL prints the reason, unless its console is silent.
-    fail("its points do not agree with its header; it may have been cut off");
   cloud.header = pcl::PCLHeader();
   checkCoordinates(cloud);
 }

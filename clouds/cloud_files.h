@@ -24,6 +24,11 @@ enum class FileKind {
   Unknown
 };
 
+/** \brief True if the system tells that a file has no bytes. Some such files, as
+ * /proc/kmsg, let their readers wait without end. */
+bool
+isEmptyFile(const std::string& path);
+
 /** \brief Finds out what a file is.
  * \throws std::runtime_error if it cannot be opened
  */

@@ -1,13 +1,13 @@
 #include "clouds/cloud_sequence.h"
 
-#include "clouds/cloud_file_headers.h"
 #include "clouds/cloud_files.h"
 #include "clouds/file_stamps.h"
 #include "clouds/natural_order.h"
-
-#include <pcl/conversions.h>
+#include "clouds/pcd_file.h"
+#include "clouds/point_fields.h"
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -127,6 +127,34 @@ private:
   StampsOfFiles stamps_;
 };
 
+/** \brief A cloud of the cell as a sensor's driver sends it. */
+template <typename PointT>
+void
+toMessage(const pcl::PointCloud<PointT>& points, pcl::PCLPointCloud2& cloud)
+{
+  constexpr bool has_intensity = pcl::traits::has_intensity<PointT>::value;
+  std::vector<FileField> fields;
+  for (const char* name : {"x", "y", "z", "_", "intensity", "_"})
+    fields.push_back({name,
+                      name[0] == '_' ? FileField::Kind::Ignored : FileField::Kind::Real,
+                      sizeof(float),
+                      1});
+  fields.back().count = 3;
+  if (!has_intensity)
+    fields.resize(4);
+  startCloud(fields, points.width, points.height, cloud);
+  cloud.fields.erase(
+      std::remove_if(cloud.fields.begin(),
+                     cloud.fields.end(),
+                     [](const auto& field) { return field.name == "_"; }),
+      cloud.fields.end());
+  cloud.header = points.header;
+  cloud.is_dense = points.is_dense ? 1 : 0;
+  static_assert(sizeof(PointT) == (has_intensity ? 32 : 16), "the fields are others");
+  cloud.data.resize(points.size() * sizeof(PointT));
+  std::memcpy(cloud.data.data(), points.points.data(), cloud.data.size());
+}
+
 class CellSequence : public CloudSequence {
 public:
   CellSequence(unsigned int sensor,
@@ -164,7 +192,7 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     cell_.capture(sensor_, static_cast<std::uint32_t>(index), frame_);
-    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+    toMessage(frame_.cloud, cloud);
   }
 
 private:
@@ -208,7 +236,7 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     cell_.captureLidar(static_cast<std::uint32_t>(index), frame_);
-    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+    toMessage(frame_.cloud, cloud);
   }
 
 private:

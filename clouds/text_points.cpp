@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -21,36 +25,81 @@ isWhole(std::string_view word, NumberT& number)
   return result.ec == std::errc() && result.ptr == end;
 }
 
-bool
-isNumber(std::string_view word, const TextField& field)
+template <typename NumberT>
+void
+append(NumberT number, std::vector<std::uint8_t>& bytes)
 {
-  if (field.kind == TextField::Kind::Ignored)
-    return true;
-  if (word.size() > 1 && word[0] == '+' && word[1] != '-')
-    word.remove_prefix(1);
-  const std::uint64_t bits = 8 * field.bytes;
-  if (field.kind == TextField::Kind::Unsigned) {
-    std::uint64_t number = 0;
-    return isWhole(word, number) && (bits >= 64 || number >> bits == 0);
-  }
-  if (field.kind == TextField::Kind::Signed) {
-    std::int64_t number = 0;
-    const std::int64_t most = INT64_MAX >> (64 - std::min<std::uint64_t>(bits, 64));
-    return isWhole(word, number) && number <= most && number >= -most - 1;
-  }
-  double number = 0.0;
-  return isWhole(word, number);
+  const std::size_t size = bytes.size();
+  bytes.resize(size + sizeof(number));
+  std::memcpy(&bytes[size], &number, sizeof(number));
 }
 
-/** \brief A word of a file for messages: short, and in letters of ASCII. */
-std::string
-shown(std::string_view word)
+template <typename NumberT>
+bool
+appendWhole(std::string_view word, std::vector<std::uint8_t>& bytes)
 {
-  std::string text(word.substr(0, 40));
-  for (char& character : text)
-    if (std::isprint(static_cast<unsigned char>(character)) == 0)
-      character = '?';
-  return text;
+  NumberT number = 0;
+  if (!isWhole(word, number))
+    return false;
+  append(number, bytes);
+  return true;
+}
+
+bool
+appendReal(std::string_view word, std::uint64_t size, std::vector<std::uint8_t>& bytes)
+{
+  float number = 0.0f;
+  if (size == sizeof(float) && isWhole(word, number)) {
+    append(number, bytes);
+    return true;
+  }
+  // Also of 4 bytes, as a number that is too small for a float is 0, and one that is too
+  // large infinite.
+  double precise = 0.0;
+  if (!isWhole(word, precise))
+    return false;
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  if (size == sizeof(double))
+    append(precise, bytes);
+  else if (std::abs(precise) < 1.0)
+    append(0.0f, bytes);
+  else
+    append(precise < 0.0 ? -infinity : infinity, bytes);
+  return true;
+}
+
+/** \brief Appends the number that a word is.
+ * \return false if it is no number of the field
+ */
+bool
+appendNumber(std::string_view word,
+             const FileField& field,
+             std::vector<std::uint8_t>& bytes)
+{
+  using Kind = FileField::Kind;
+  if (field.kind == Kind::Ignored) {
+    bytes.resize(bytes.size() + field.bytes);
+    return true;
+  }
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-')
+    word.remove_prefix(1);
+  if (field.kind == Kind::Real)
+    return appendReal(word, field.bytes, bytes);
+  const bool is_signed = field.kind == Kind::Signed;
+  switch (field.bytes) {
+  case 1:
+    return is_signed ? appendWhole<std::int8_t>(word, bytes)
+                     : appendWhole<std::uint8_t>(word, bytes);
+  case 2:
+    return is_signed ? appendWhole<std::int16_t>(word, bytes)
+                     : appendWhole<std::uint16_t>(word, bytes);
+  case 4:
+    return is_signed ? appendWhole<std::int32_t>(word, bytes)
+                     : appendWhole<std::uint32_t>(word, bytes);
+  default:
+    return is_signed ? appendWhole<std::int64_t>(word, bytes)
+                     : appendWhole<std::uint64_t>(word, bytes);
+  }
 }
 
 /** \brief The words of a line, one after the other. */
@@ -74,24 +123,25 @@ private:
 };
 
 void
-checkLine(const std::string& line,
-          const std::vector<TextField>& fields,
-          std::uint64_t number)
+readPoint(const std::string& line,
+          const std::vector<FileField>& fields,
+          std::uint64_t number,
+          std::vector<std::uint8_t>& bytes)
 {
   const auto fail = [number](const std::string& reason) {
     throw std::runtime_error("line " + std::to_string(number) + reason);
   };
   Words words(line);
   std::uint64_t count = 0;
-  for (const TextField& field : fields)
+  for (const FileField& field : fields)
     for (std::uint64_t i = 0; i < field.count; ++i, ++count) {
       const std::string_view word = words.next();
       if (word.empty())
         fail(" has " + std::to_string(count) +
              " numbers, fewer than its header promises");
-      if (!isNumber(word, field))
-        fail(": '" + shown(word) + "' is no number of the field '" + shown(field.name) +
-             "'" +
+      if (!appendNumber(word, field, bytes))
+        fail(": '" + shownText(std::string(word)) + "' is no number of the field '" +
+             shownText(field.name) + "'" +
              (word.find(',') != word.npos ? "; numbers are written as 1.5, and blanks "
                                             "are between them"
                                           : ""));
@@ -102,6 +152,47 @@ checkLine(const std::string& line,
 }
 
 } // namespace
+
+std::uint64_t
+bytesOf(const std::vector<FileField>& fields)
+{
+  std::uint64_t bytes = 0;
+  for (const FileField& field : fields)
+    bytes += field.bytes * field.count;
+  return bytes;
+}
+
+std::string
+shownText(std::string text)
+{
+  constexpr std::size_t longest = 40;
+  text.resize(std::min(text.size(), longest));
+  for (char& character : text)
+    if (std::isprint(static_cast<unsigned char>(character)) == 0)
+      character = '?';
+  return text;
+}
+
+std::vector<std::string>
+wordsOf(const std::string& line)
+{
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  std::string word;
+  while (stream >> word)
+    words.push_back(word);
+  return words;
+}
+
+std::uint64_t
+countOf(const std::string& name, const std::string& text)
+{
+  constexpr std::size_t most_digits = 18;
+  if (text.empty() || text.size() > most_digits ||
+      text.find_first_not_of("0123456789") != std::string::npos)
+    throw std::runtime_error("its header has no valid " + name);
+  return std::stoull(text);
+}
 
 bool
 readLine(std::istream& file, std::string& line)
@@ -120,11 +211,12 @@ readLine(std::istream& file, std::string& line)
 }
 
 void
-checkTextPoints(std::istream& file,
-                const std::vector<TextField>& fields,
-                std::uint64_t points,
-                std::uint64_t header_lines,
-                bool may_have_empty_lines)
+readTextPoints(std::istream& file,
+               const std::vector<FileField>& fields,
+               std::uint64_t points,
+               std::uint64_t header_lines,
+               bool may_have_empty_lines,
+               std::vector<std::uint8_t>& bytes)
 {
   std::string line;
   std::uint64_t number = header_lines;
@@ -137,9 +229,27 @@ checkTextPoints(std::istream& file,
                        : "line " + std::to_string(number) + " is too long");
     if (line.empty() && may_have_empty_lines)
       continue;
-    checkLine(line, fields, number);
+    readPoint(line, fields, number, bytes);
     ++point;
   }
+}
+
+void
+checkNoLinesFollow(std::istream& file)
+{
+  std::string line;
+  while (readLine(file, line))
+    if (line.find_first_not_of(" \t\r") != std::string::npos)
+      throw std::runtime_error("lines follow the points that its header promises: '" +
+                               shownText(line) + "'");
+}
+
+void
+checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes)
+{
+  if (point_bytes > 0 && further_bytes >= point_bytes)
+    throw std::runtime_error(std::to_string(further_bytes) +
+                             " bytes follow the points that its header promises");
 }
 
 } // namespace clouds

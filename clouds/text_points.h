@@ -11,8 +11,8 @@
 namespace pcl_ext {
 namespace clouds {
 
-/** \brief A field of points: numbers that follow each other in a line. */
-struct TextField {
+/** \brief A field of points in a file: numbers that follow each other. */
+struct FileField {
   enum class Kind { Real, Signed, Unsigned, Ignored };
 
   std::string name;
@@ -21,27 +21,54 @@ struct TextField {
   std::uint64_t count = 1; ///< numbers
 };
 
+/** \brief Bytes of a point of some fields. */
+std::uint64_t
+bytesOf(const std::vector<FileField>& fields);
+
+/** \brief A text of a file for messages: short, and in letters of ASCII. */
+std::string
+shownText(std::string text);
+
+/** \brief The words of a line. */
+std::vector<std::string>
+wordsOf(const std::string& line);
+
+/** \brief A number of a header.
+ * \throws std::runtime_error if it is none, or too large for a cloud
+ */
+std::uint64_t
+countOf(const std::string& name, const std::string& text);
+
 /** \brief Reads a line; a file of no lines is not read as one.
  * \return false at the end, and if the line is longer than 64 KiB
  */
 bool
 readLine(std::istream& file, std::string& line);
 
-/** \brief Checks that lines of points have the numbers that the header promises. PCL's reader
- * takes what it can of a word, or 0, and leaves out lines that are too many.
+/** \brief Reads lines of points, which must have the numbers that the header promises.
  * \param[in] file at the first of the lines
- * \param[in] fields of a point
+ * \param[in] fields of a point; numbers of ignored ones become 0
  * \param[in] points their number
  * \param[in] header_lines before them, for messages
- * \param[in] may_have_empty_lines between points; PCL's reader of PLY takes none
+ * \param[in] may_have_empty_lines between points
+ * \param[out] bytes the numbers in the order of this machine, point after point
  * \throws std::runtime_error with the line and what is wrong in it
  */
 void
-checkTextPoints(std::istream& file,
-                const std::vector<TextField>& fields,
-                std::uint64_t points,
-                std::uint64_t header_lines,
-                bool may_have_empty_lines);
+readTextPoints(std::istream& file,
+               const std::vector<FileField>& fields,
+               std::uint64_t points,
+               std::uint64_t header_lines,
+               bool may_have_empty_lines,
+               std::vector<std::uint8_t>& bytes);
+
+/** \brief Refuses a text in which more lines follow the points that its header promises. */
+void
+checkNoLinesFollow(std::istream& file);
+
+/** \brief Refuses a file with bytes of further points. */
+void
+checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes);
 
 } // namespace clouds
 } // namespace pcl_ext

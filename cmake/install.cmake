@@ -36,7 +36,7 @@ endif()
 if(PCL_EXT_WITH_PCL)
   pcl_ext_install(pcl_ext pcl_ext-targets)
 endif()
-if(PCL_EXT_BUILD_SIMULATOR)
+if(PCL_EXT_BUILD_SIMULATOR AND PCL_EXT_WITH_PCL)
   pcl_ext_install(pcl_ext_simulator pcl_ext-simulator-targets)
 endif()
 

@@ -4,7 +4,9 @@
 
 #include "measuring/markdown_table.h"
 
+#if __has_include(<pcl/pcl_config.h>)
 #include <pcl/pcl_config.h>
+#endif
 
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -165,8 +167,10 @@ printMachine(std::ostream& output)
   output << "Processor: " << machine.processor << ", " << machine.cores
          << " cores; memory: " << formatted(machine.memory_gigabytes, 1)
          << " GB; system: " << machine.system << "; compiler: " << machine.compiler
-         << "; PCL " << PCL_VERSION_PRETTY << "; pcl_ext " << PCL_EXT_VERSION_TEXT
-         << "; " << date()
+#ifdef PCL_VERSION_PRETTY
+         << "; PCL " << PCL_VERSION_PRETTY
+#endif
+         << "; pcl_ext " << PCL_EXT_VERSION_TEXT << "; " << date()
          << "; load average at the start: " << formatted(machine.load, 1) << ".\n\n";
 }
 

@@ -9,8 +9,6 @@
 #include "console/interruption.h"
 #include "options/help_format.h"
 
-#include <pcl/console/print.h>
-
 #include <poll.h>
 #include <unistd.h>
 
@@ -161,7 +159,5 @@ main(int argc, char** argv)
     return wrong_command_line;
   }
   catchInterruptions();
-  // What PCL would print is part of this program's own messages.
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   return finishOutput(nameOfCommand(commands), run(program, commands));
 }

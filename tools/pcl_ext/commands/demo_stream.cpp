@@ -1,9 +1,8 @@
 #include "commands/demo_stream.h"
 
+#include "clouds/point_fields.h"
 #include "inputs/point_cloud_conversions.h"
 #include "measuring/samples.h"
-
-#include <pcl/common/io.h>
 
 #include <stdexcept>
 
@@ -25,6 +24,27 @@ openSensor(EncodingOptions& options,
       clouds::openCell(sensor, frames, seed);
   options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
   return sequence;
+}
+
+void
+copyPoints(const pcl::PCLPointCloud2& cloud,
+           const std::vector<int>& points,
+           pcl::PCLPointCloud2& copy)
+{
+  copy.header = cloud.header;
+  copy.fields = cloud.fields;
+  copy.point_step = cloud.point_step;
+  copy.is_bigendian = cloud.is_bigendian;
+  copy.is_dense = cloud.is_dense;
+  copy.width = static_cast<std::uint32_t>(points.size());
+  copy.height = 1;
+  copy.row_step = copy.width * copy.point_step;
+  copy.data.clear();
+  for (const int point : points) {
+    const std::uint8_t* const begin =
+        &cloud.data[clouds::offsetOf(cloud, static_cast<std::size_t>(point))];
+    copy.data.insert(copy.data.end(), begin, begin + cloud.point_step);
+  }
 }
 
 } // namespace
@@ -75,7 +95,7 @@ DemoStream::denoise(const std::vector<noise::VoxelTruth>* truth)
   if (voxels_.has_point_counts)
     denoised_ = decoded_; // points are no voxels
   else
-    pcl::copyPointCloud(decoded_, kept, denoised_);
+    copyPoints(decoded_, kept, denoised_);
 }
 
 DemoReport

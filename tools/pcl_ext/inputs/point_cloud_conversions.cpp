@@ -1,5 +1,7 @@
 #include "inputs/point_cloud_conversions.h"
 
+#include "clouds/point_fields.h"
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -10,6 +12,7 @@ namespace tools {
 
 namespace {
 
+using clouds::isBigEndianMachine;
 using recording::PointCloudMessage;
 using recording::PointFieldMessage;
 
@@ -37,15 +40,6 @@ swapNumbers(pcl::PCLPointCloud2& cloud)
         std::reverse(number, number + size);
       }
     }
-}
-
-bool
-isBigEndianMachine()
-{
-  const std::uint16_t one = 1;
-  std::uint8_t first = 0;
-  std::memcpy(&first, &one, 1);
-  return first == 0;
 }
 
 /** \brief Writes decoded points one after the other. */

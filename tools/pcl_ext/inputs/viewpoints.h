@@ -6,9 +6,8 @@
 
 #include <pcl_ext/recording/recording_status.h>
 
+#include "clouds/pcd_file.h"
 #include "inputs/stream_metadata.h"
-
-#include <Eigen/Geometry>
 
 #include <map>
 #include <string>
@@ -16,11 +15,7 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief The pose that a PCD file has besides its points. */
-struct Viewpoint {
-  Eigen::Vector4f origin = Eigen::Vector4f::Zero();
-  Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-};
+using clouds::Viewpoint;
 
 /** \brief The viewpoints of a stream's clouds. */
 class Viewpoints {

@@ -1,14 +1,14 @@
 #include "outputs/cloud_folder.h"
 
 #include "clouds/file_stamps.h"
+#include "clouds/pcd_file.h"
+#include "clouds/ply_file.h"
+#include "clouds/point_fields.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
 #include "outputs/frame_output.h"
 #include "outputs/output_path.h"
-
-#include <pcl/io/pcd_io.h>
-#include <pcl/io/ply_io.h>
 
 #include <sys/stat.h>
 
@@ -18,7 +18,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -62,18 +61,6 @@ nameOfFile(std::size_t number, recording::Time stamp, CloudFormat format)
   return name.data() + std::string(format == CloudFormat::Ply ? ".ply" : ".pcd");
 }
 
-/** \brief Digits that numbers of ASCII files need. */
-int
-digitsOf(const pcl::PCLPointCloud2& cloud)
-{
-  const bool has_doubles = std::any_of(
-      cloud.fields.begin(), cloud.fields.end(), [](const pcl::PCLPointField& field) {
-        return field.datatype == pcl::PCLPointField::FLOAT64;
-      });
-  constexpr int usual = 8; // PCL's default
-  return has_doubles ? std::numeric_limits<double>::max_digits10 : usual;
-}
-
 /** \brief Makes a name of a field one word that no other field has.
  * \param[in,out] taken names; the new one is added
  */
@@ -105,53 +92,50 @@ fieldsOfFile(const std::vector<pcl::PCLPointField>& fields, CloudFormat format)
           nameInHeader(parts > 1 ? name + '_' + std::to_string(i) : name, taken);
       written.push_back(field);
       field.offset +=
-          static_cast<std::uint32_t>(pcl::getFieldSize(field.datatype)) * field.count;
+          static_cast<std::uint32_t>(clouds::bytesOf({clouds::fileFieldOf(field)}));
     }
   }
   return written;
 }
 
-int
-writeFile(const std::string& path,
-          CloudFormat format,
-          const pcl::PCLPointCloud2& cloud,
-          const Viewpoint& viewpoint)
+/** \brief The bytes of the file of a cloud, with the fields that a file can have. */
+std::vector<std::uint8_t>
+bytesOfFile(const pcl::PCLPointCloud2& cloud,
+            CloudFormat format,
+            const Viewpoint& viewpoint)
 {
-  const auto& [origin, orientation] = viewpoint;
+  pcl::PCLPointCloud2 changed = cloud;
+  changed.fields = fieldsOfFile(cloud.fields, format);
   switch (format) {
-  case CloudFormat::PcdBinary:
-    return pcl::PCDWriter().writeBinary(path, cloud, origin, orientation);
   case CloudFormat::PcdCompressed:
-    return pcl::PCDWriter().writeBinaryCompressed(path, cloud, origin, orientation);
+    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Compressed);
   case CloudFormat::PcdAscii:
-    return pcl::PCDWriter().writeASCII(
-        path, cloud, origin, orientation, digitsOf(cloud));
+    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Ascii);
   case CloudFormat::Ply:
-    return pcl::PLYWriter().writeBinary(path, cloud, origin, orientation, false);
+    return clouds::writePly(changed);
+  default:
+    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Binary);
   }
-  return -1;
 }
 
-/** \brief As writeFile(), with the fields that a file can have. */
-int
-writeWithFieldsOfFile(const std::string& path,
-                      CloudFormat format,
-                      const pcl::PCLPointCloud2& cloud,
-                      const Viewpoint& viewpoint)
+/** \brief Writes a new file; of one that fails nothing is left. */
+void
+writeFile(const std::string& path, const std::vector<std::uint8_t>& bytes)
 {
-  const std::vector<pcl::PCLPointField> fields = fieldsOfFile(cloud.fields, format);
-  const auto have_same_name = [](const auto& one, const auto& other) {
-    return one.name == other.name;
-  };
-  if (std::equal(fields.begin(),
-                 fields.end(),
-                 cloud.fields.begin(),
-                 cloud.fields.end(),
-                 have_same_name))
-    return writeFile(path, format, cloud, viewpoint);
-  pcl::PCLPointCloud2 changed = cloud;
-  changed.fields = fields;
-  return writeFile(path, format, changed, viewpoint);
+  errno = 0;
+  std::FILE* const file = std::fopen(path.c_str(), "wb");
+  bool is_written = file != nullptr &&
+                    std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  int reason = errno;
+  if (file != nullptr && std::fclose(file) != 0 && is_written) {
+    is_written = false;
+    reason = errno;
+  }
+  if (is_written)
+    return;
+  if (file != nullptr)
+    std::remove(path.c_str());
+  throw std::runtime_error("cannot write '" + path + "': " + std::strerror(reason));
 }
 
 /** \brief Adds the clouds in a folder that decoding may have written; none if it does
@@ -318,8 +302,7 @@ CloudFolder::write(std::size_t stream,
 {
   const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, stamp, format_);
   try {
-    writeWithPcl(name.string(), cloud, viewpoint);
-    file_.copyTo((unfinished_ / name).string());
+    writeFile((unfinished_ / name).string(), bytesOfFile(cloud, format_, viewpoint));
   }
   catch (const std::exception& error) {
     if (last_.empty())
@@ -328,25 +311,6 @@ CloudFolder::write(std::size_t stream,
                                              keepUnfinished().string() + "'"));
   }
   last_ = name;
-}
-
-void
-CloudFolder::writeWithPcl(const std::string& name,
-                          const pcl::PCLPointCloud2& cloud,
-                          const Viewpoint& viewpoint)
-{
-  bool is_written = false;
-  errno = 0;
-  try {
-    is_written = writeWithFieldsOfFile(file_.path(), format_, cloud, viewpoint) == 0;
-  }
-  catch (const pcl::IOException&) {
-    // As below.
-  }
-  if (!is_written)
-    throw std::runtime_error(
-        "PCL cannot write the cloud of '" + name + "'" +
-        (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
 }
 
 fs::path

@@ -3,7 +3,6 @@
 #include <pcl_ext/recording/recording_status.h>
 
 #include "inputs/viewpoints.h"
-#include "outputs/memory_file.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -84,11 +83,6 @@ private:
   moveClouds(const std::filesystem::path& from,
              const std::vector<std::filesystem::path>& earlier) const;
 
-  void
-  writeWithPcl(const std::string& name,
-               const pcl::PCLPointCloud2& cloud,
-               const Viewpoint& viewpoint);
-
   /** \brief The unfinished folder, which from now on is not removed. */
   std::filesystem::path
   keepUnfinished();
@@ -99,7 +93,6 @@ private:
   bool may_replace_;
   std::vector<std::string> folders_;
   std::filesystem::path last_; // in path_
-  MemoryFile file_;
 };
 
 } // namespace tools

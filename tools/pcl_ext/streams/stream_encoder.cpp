@@ -3,11 +3,9 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "clouds/point_fields.h"
 #include "console/exit_status.h"
 #include "options/text_values.h"
-
-#include <pcl/common/common.h>
-#include <pcl/conversions.h>
 
 #include <algorithm>
 #include <iomanip>
@@ -34,10 +32,13 @@ corner(const Eigen::Vector4f& point)
 pcl::PCLPointCloud2
 emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
 {
+  std::vector<clouds::FileField> fields;
+  for (const std::string& name :
+       {std::string("x"), std::string("y"), std::string("z"), intensity_field})
+    fields.push_back({name, clouds::FileField::Kind::Real, sizeof(float), 1});
   pcl::PCLPointCloud2 cloud;
-  pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZI>(), cloud);
+  clouds::startCloud(fields, 0, 1, cloud);
   cloud.header = header;
-  cloud.fields.back().name = intensity_field;
   return cloud;
 }
 
@@ -212,7 +213,11 @@ StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
   pcl::PointCloud<pcl::PointXYZI> points;
   if (!preprocessor.process(cloud, points).ok() || points.empty())
     return false;
-  pcl::getMinMax3D(points, min, max);
+  min = max = points[0].getVector4fMap();
+  for (pcl::PointXYZI& point : points) {
+    min = min.cwiseMin(point.getVector4fMap());
+    max = max.cwiseMax(point.getVector4fMap());
+  }
   return true;
 }
 

@@ -1,0 +1,302 @@
+#include "clouds/cloud_files.h"
+#include "clouds/pcd_file.h"
+#include "clouds/point_fields.h"
+#include "clouds/text_points.h"
+
+#include <liblzf/lzf.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void
+fail(const std::string& reason)
+{
+  throw std::runtime_error(reason);
+}
+
+/** \brief The lines of a PCD header by their first words. */
+struct PcdLines {
+  std::map<std::string, std::string> values;
+  std::uint64_t bytes = 0;  ///< of the header
+  std::uint64_t lines = 0;  ///< of the header
+  std::string unknown_line; ///< empty: all are known
+};
+
+bool
+isKnownWord(const std::string& word)
+{
+  constexpr const char* known[] = {"VERSION",
+                                   "FIELDS",
+                                   "COLUMNS",
+                                   "SIZE",
+                                   "TYPE",
+                                   "COUNT",
+                                   "WIDTH",
+                                   "HEIGHT",
+                                   "VIEWPOINT",
+                                   "POINTS",
+                                   "DATA"};
+  return std::find(std::begin(known), std::end(known), word) != std::end(known);
+}
+
+std::optional<PcdLines>
+readPcdLines(const std::string& path)
+{
+  if (isEmptyFile(path))
+    return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  PcdLines lines;
+  std::string line;
+  constexpr int most_header_lines = 100;
+  for (int i = 0; i < most_header_lines && readLine(file, line); ++i) {
+    lines.bytes += line.size() + 1;
+    ++lines.lines;
+    if (!line.empty() && line.back() == '\r')
+      line.pop_back();
+    if (line.empty() || line.front() == '#')
+      continue;
+    const std::size_t space = line.find(' ');
+    const std::string name = line.substr(0, space);
+    if (!isKnownWord(name) || space == std::string::npos) {
+      lines.unknown_line = line;
+      continue;
+    }
+    lines.values[name == "COLUMNS" ? "FIELDS" : name] = line.substr(space + 1);
+    if (name == "DATA")
+      return lines;
+  }
+  return std::nullopt;
+}
+
+/** \brief The fields of a point as the header of a PCD file tells. */
+std::vector<FileField>
+pcdFields(const std::map<std::string, std::string>& values)
+{
+  const auto wordsIn = [&values](const std::string& name) {
+    const auto found = values.find(name);
+    return found == values.end() ? std::vector<std::string>() : wordsOf(found->second);
+  };
+  const std::vector<std::string> names = wordsIn("FIELDS");
+  const std::vector<std::string> sizes = wordsIn("SIZE");
+  const std::vector<std::string> types = wordsIn("TYPE");
+  const std::vector<std::string> counts = wordsIn("COUNT");
+  constexpr std::size_t most_fields = 1000;
+  if (names.empty() || names.size() > most_fields || sizes.size() != names.size() ||
+      types.size() != names.size() ||
+      (!counts.empty() && counts.size() != names.size()))
+    fail("the numbers of FIELDS, SIZE, TYPE and COUNT in its header differ");
+  std::vector<FileField> fields;
+  std::uint64_t point_bytes = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    using Kind = FileField::Kind;
+    FileField field;
+    field.name = names[i];
+    field.kind = names[i] == "_"   ? Kind::Ignored // fills a point up
+                 : types[i] == "I" ? Kind::Signed
+                 : types[i] == "U" ? Kind::Unsigned
+                                   : Kind::Real;
+    field.bytes = countOf("SIZE", sizes[i]);
+    field.count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
+    constexpr std::uint64_t most_point_bytes = 1 << 20;
+    if (field.bytes == 0 || field.bytes > 8 || field.count > most_point_bytes ||
+        (point_bytes += field.bytes * field.count) > most_point_bytes)
+      fail("its header has no valid SIZE or COUNT");
+    if (field.kind != Kind::Ignored && !hasDatatype(field))
+      fail("its header has no valid SIZE and TYPE of the field '" +
+           shownText(field.name) + "'");
+    fields.push_back(field);
+  }
+  return fields;
+}
+
+/** \brief A header that agrees with itself. */
+struct PcdContent {
+  std::vector<FileField> fields;
+  std::uint64_t width = 0;
+  std::uint64_t height = 0;
+  std::string storage; ///< ascii, binary, binary_compressed
+};
+
+PcdContent
+contentOf(const std::optional<PcdLines>& lines)
+{
+  if (!lines)
+    fail("its header has no line DATA: it was cut off, or is no PCD file");
+  if (!lines->unknown_line.empty())
+    fail("its header has a line that PCD has not: '" + shownText(lines->unknown_line) +
+         "'");
+  const auto& values = lines->values;
+  for (const char* name : {"FIELDS", "SIZE", "TYPE", "WIDTH", "HEIGHT"})
+    if (values.count(name) == 0)
+      fail(std::string("its header has no line ") + name);
+  PcdContent content;
+  content.width = countOf("WIDTH", values.at("WIDTH"));
+  content.height = countOf("HEIGHT", values.at("HEIGHT"));
+  constexpr std::uint64_t most_points = std::uint64_t{1} << 31;
+  if (content.width > most_points || content.height > most_points ||
+      content.width * content.height > most_points)
+    fail("its header promises " + values.at("WIDTH") + " x " + values.at("HEIGHT") +
+         " points, which is too many");
+  if (values.count("POINTS") != 0 &&
+      countOf("POINTS", values.at("POINTS")) != content.width * content.height)
+    fail("WIDTH x HEIGHT and POINTS in its header differ");
+  content.fields = pcdFields(values);
+  std::string storage = values.at("DATA");
+  storage.erase(storage.find_last_not_of(" \t") + 1);
+  if (storage != "ascii" && storage != "binary" && storage != "binary_compressed")
+    fail("its points are stored as '" + shownText(storage) +
+         "', which is none of ascii, binary and binary_compressed");
+  content.storage = storage;
+  return content;
+}
+
+/** \brief Refuses a PCD file in which another cloud, or more points, follow the points that
+ * its header promises.
+ * \param[in] file after the points
+ * \param[in] point_bytes of a point that is not text nor compressed, else 0
+ */
+void
+checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
+{
+  const std::istream::pos_type points_end = file.tellg();
+  // PCL's writer fills compressed points up to the size of a page.
+  constexpr int largest_page = 1 << 16;
+  for (int i = 0; i < largest_page && file.peek() == 0; ++i)
+    file.get();
+  if (!file || file.peek() == std::istream::traits_type::eof())
+    return;
+  const std::istream::pos_type begin = file.tellg();
+  std::string line;
+  readLine(file, line);
+  if (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0)
+    fail("another cloud follows the first one: put each into a file of its own, and "
+         "name the files or their folder");
+  file.clear();
+  if (is_text) {
+    file.seekg(begin);
+    checkNoLinesFollow(file);
+    return;
+  }
+  file.seekg(0, std::ios::end);
+  checkNoPointsFollow(static_cast<std::uint64_t>(file.tellg() - points_end),
+                      point_bytes);
+}
+
+void
+readBytes(std::istream& file, std::vector<std::uint8_t>& bytes)
+{
+  if (!file.read(reinterpret_cast<char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size())))
+    fail("reading it failed");
+}
+
+/** \brief Reads the points after the sizes that compressed ones have before them. */
+void
+readCompressed(std::istream& file,
+               const PcdContent& content,
+               std::uint64_t file_bytes,
+               std::vector<std::uint8_t>& points)
+{
+  for (const FileField& field : content.fields)
+    if (field.kind == FileField::Kind::Ignored)
+      fail("its compressed points have a field named _");
+  const std::uint64_t count = content.width * content.height;
+  const std::uint64_t point_bytes = bytesOf(content.fields);
+  std::vector<std::uint8_t> sizes(8); // compressed, uncompressed; little-endian
+  if (file_bytes < sizes.size())
+    fail("it was cut off: it has " + std::to_string(file_bytes) +
+         " bytes of points, not " + std::to_string(sizes.size()));
+  readBytes(file, sizes);
+  const auto sizeAt = [&sizes](std::size_t at) {
+    return std::uint64_t{sizes[at]} | std::uint64_t{sizes[at + 1]} << 8 |
+           std::uint64_t{sizes[at + 2]} << 16 | std::uint64_t{sizes[at + 3]} << 24;
+  };
+  const std::uint64_t compressed = sizeAt(0);
+  const std::uint64_t uncompressed = sizeAt(4);
+  if (uncompressed != count * point_bytes)
+    fail("its points have " + std::to_string(uncompressed) +
+         " bytes uncompressed, not the " + std::to_string(count * point_bytes) +
+         " that its header promises");
+  // Of LZF, three bytes stand for at most 264.
+  constexpr std::uint64_t most_times = 88;
+  if (uncompressed > most_times * compressed)
+    fail("its compressed points are damaged: " + std::to_string(compressed) +
+         " bytes cannot stand for " + std::to_string(uncompressed));
+  if (file_bytes < sizes.size() + compressed)
+    fail("it was cut off: it has " + std::to_string(file_bytes) +
+         " bytes of points, not " + std::to_string(sizes.size() + compressed));
+  std::vector<std::uint8_t> packed(compressed);
+  readBytes(file, packed);
+  std::vector<std::uint8_t> columns(uncompressed);
+  if (uncompressed > 0 &&
+      lzf_decompress(packed.data(),
+                     static_cast<unsigned int>(packed.size()),
+                     columns.data(),
+                     static_cast<unsigned int>(columns.size())) != columns.size())
+    fail("its compressed points are damaged");
+  transpose(content.fields, count, false, columns, points);
+}
+
+} // namespace
+
+std::optional<PcdHeader>
+readPcdHeader(const std::string& path)
+{
+  const std::optional<PcdLines> lines = readPcdLines(path);
+  if (!lines || lines->values.count("FIELDS") == 0)
+    return std::nullopt;
+  std::map<std::string, std::string> values = lines->values;
+  return PcdHeader{
+      values["FIELDS"], values["WIDTH"], values["HEIGHT"], values["VIEWPOINT"]};
+}
+
+void
+readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
+{
+  const std::optional<PcdLines> lines = readPcdLines(path);
+  const PcdContent content = contentOf(lines);
+  const std::uint64_t points = content.width * content.height;
+  const std::uint64_t point_bytes = bytesOf(content.fields);
+  const std::uint64_t all_bytes = fs::file_size(path);
+  const std::uint64_t bytes = all_bytes - std::min(all_bytes, lines->bytes);
+  const bool is_text = content.storage == "ascii";
+  const bool is_binary = content.storage == "binary";
+  std::uint64_t words = 0; // of a point as text
+  for (const FileField& field : content.fields)
+    words += field.count;
+  // A number and a space for each field is the least that text takes.
+  const std::uint64_t least = is_text     ? 2 * points * words - (points > 0 ? 1 : 0)
+                              : is_binary ? points * point_bytes
+                                          : 0;
+  if (bytes < least)
+    fail("it was cut off: it has " + std::to_string(bytes) + " bytes of points, not " +
+         std::to_string(least));
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(lines->bytes));
+  startCloud(content.fields, content.width, content.height, cloud);
+  if (is_text)
+    readTextPoints(file, content.fields, points, lines->lines, true, cloud.data);
+  else if (is_binary) {
+    cloud.data.resize(points * point_bytes);
+    readBytes(file, cloud.data);
+  }
+  else
+    readCompressed(file, content, bytes, cloud.data);
+  if (!is_text)
+    toLittleEndian(content.fields, cloud.data);
+  checkNothingFollows(file, is_text, is_binary ? point_bytes : 0);
+}
+
+} // namespace clouds
+} // namespace pcl_ext

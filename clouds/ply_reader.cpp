@@ -1,0 +1,490 @@
+#include "clouds/ply_file.h"
+#include "clouds/point_fields.h"
+#include "clouds/text_points.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = FileField::Kind;
+
+[[noreturn]] void
+fail(const std::string& reason)
+{
+  throw std::runtime_error(reason);
+}
+
+struct PlyProperty {
+  FileField field;                ///< of a list: its numbers
+  std::optional<FileField> count; ///< of a list: how many follow
+};
+
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+struct PlyHeader {
+  bool is_text = false;
+  bool is_big_endian = false;
+  std::vector<PlyElement> elements;
+  std::uint64_t columns = 0; ///< of an image; 0: there are none
+  std::uint64_t rows = 0;
+  std::uint64_t bytes = 0; ///< of the header
+  std::uint64_t lines = 0; ///< of the header
+  bool has_end = false;
+};
+
+/** \brief A number of a PLY file by the name of its type; none: there is no such type. */
+std::optional<FileField>
+numberOf(const std::string& type)
+{
+  constexpr struct {
+    const char* name;
+    const char* other_name;
+    Kind kind;
+    std::uint64_t bytes;
+  } types[] = {{"char", "int8", Kind::Signed, 1},
+               {"uchar", "uint8", Kind::Unsigned, 1},
+               {"short", "int16", Kind::Signed, 2},
+               {"ushort", "uint16", Kind::Unsigned, 2},
+               {"int", "int32", Kind::Signed, 4},
+               {"uint", "uint32", Kind::Unsigned, 4},
+               {"float", "float32", Kind::Real, 4},
+               {"double", "float64", Kind::Real, 8}};
+  for (const auto& candidate : types)
+    if (type == candidate.name || type == candidate.other_name)
+      return FileField{"", candidate.kind, candidate.bytes, 1};
+  return std::nullopt;
+}
+
+void
+readProperty(const std::vector<std::string>& words, PlyElement& element)
+{
+  const bool is_list = words.size() == 5 && words[1] == "list";
+  std::optional<FileField> number =
+      is_list ? numberOf(words[3])
+              : numberOf(words.size() == 3 ? words[1] : std::string());
+  const std::optional<FileField> count = is_list ? numberOf(words[2]) : std::nullopt;
+  const bool has_integer_count = count && count->kind != Kind::Real;
+  if (element.name == "vertex" ? !number || is_list
+                               : !number || is_list != has_integer_count)
+    fail(element.name == "vertex"
+             ? "its header has a property of vertices that is no number"
+             : "its header has a property that PLY has not");
+  number->name = words.back();
+  constexpr std::size_t most_properties = 1000;
+  if (element.properties.size() == most_properties)
+    fail("its header has too many properties");
+  element.properties.push_back({*number, count});
+}
+
+/** \brief Reads a line of the header. */
+void
+readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
+{
+  if (words.empty())
+    return;
+  const auto sizeIn = [&words](const char* name) {
+    return countOf(name, words.size() == 3 ? words[2] : "");
+  };
+  if (words[0] == "format" && words.size() > 1) {
+    header.is_text = words[1] == "ascii";
+    header.is_big_endian = words[1] == "binary_big_endian";
+    if (!header.is_text && !header.is_big_endian && words[1] != "binary_little_endian")
+      fail("its header has the unknown format '" + shownText(words[1]) + "'");
+  }
+  else if (words[0] == "element") {
+    PlyElement element;
+    element.name = words.size() == 3 ? words[1] : "";
+    element.count =
+        countOf(element.name == "vertex" ? "number of vertices" : "number of elements",
+                words.back());
+    header.elements.push_back(element);
+  }
+  else if (words[0] == "property" && !header.elements.empty())
+    readProperty(words, header.elements.back());
+  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_cols")
+    header.columns = sizeIn("num_cols");
+  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_rows")
+    header.rows = sizeIn("num_rows");
+  header.has_end = words[0] == "end_header";
+}
+
+PlyHeader
+readHeader(std::istream& file)
+{
+  PlyHeader header;
+  std::string line;
+  constexpr int most_header_lines = 2000;
+  for (int i = 0; i < most_header_lines && !header.has_end && readLine(file, line);
+       ++i) {
+    header.bytes += line.size() + 1;
+    ++header.lines;
+    readHeaderLine(wordsOf(line), header);
+  }
+  if (!header.has_end)
+    fail("its header has no line end_header: it was cut off, or is no PLY file");
+  return header;
+}
+
+/** \brief Reads the elements of a file one after the other. */
+class PlyReader {
+public:
+  PlyReader(std::istream& file, const PlyHeader& header, std::uint64_t bytes)
+  : file_(file), header_(header), lines_(header.lines), bytes_(bytes)
+  {}
+
+  void
+  skip(const PlyElement& element)
+  {
+    const bool has_list =
+        std::any_of(element.properties.begin(),
+                    element.properties.end(),
+                    [](const PlyProperty& property) { return property.count; });
+    std::string line;
+    if (header_.is_text)
+      for (std::uint64_t i = 0; i < element.count && readLine(file_, line); ++i)
+        ++lines_;
+    else if (has_list)
+      for (std::uint64_t i = 0; i < element.count; ++i)
+        skipOne(element);
+    else if (element.count <= bytes_)
+      skipBytes(element.count * bytesOf(fieldsOf(element)));
+    else
+      fail("it was cut off, or its header is wrong");
+  }
+
+  /** \brief The vertices, each property after the other, as this machine has numbers. */
+  std::vector<std::uint8_t>
+  readVertices(const PlyElement& element)
+  {
+    const std::vector<FileField> fields = fieldsOf(element);
+    std::vector<std::uint8_t> vertices;
+    if (header_.is_text) {
+      readTextPoints(file_, fields, element.count, lines_, false, vertices);
+      lines_ += element.count;
+      return vertices;
+    }
+    vertices.resize(element.count * bytesOf(fields));
+    read(vertices.data(), vertices.size());
+    if (header_.is_big_endian != isBigEndianMachine())
+      for (std::size_t at = 0; at < vertices.size();)
+        for (const FileField& field : fields) {
+          std::reverse(&vertices[at], &vertices[at] + field.bytes);
+          at += field.bytes;
+        }
+    return vertices;
+  }
+
+  /** \brief For each cell of an image the number of its vertex, or -1. */
+  std::vector<std::int64_t>
+  readGrid(const PlyElement& element)
+  {
+    std::vector<std::int64_t> vertices(element.count, -1);
+    const PlyProperty& list = element.properties[0];
+    for (std::int64_t& vertex : vertices) {
+      if (header_.is_text) {
+        std::string line;
+        readLine(file_, line);
+        const std::vector<std::string> words = wordsOf(line);
+        if (words.size() > 1)
+          vertex = static_cast<std::int64_t>(countOf("number of a vertex", words[1]));
+        continue;
+      }
+      const std::uint64_t count = readInteger(*list.count);
+      for (std::uint64_t i = 0; i < count; ++i)
+        vertex = static_cast<std::int64_t>(readInteger(list.field));
+    }
+    return vertices;
+  }
+
+  std::uint64_t
+  lines() const
+  {
+    return lines_;
+  }
+
+  static std::vector<FileField>
+  fieldsOf(const PlyElement& element)
+  {
+    std::vector<FileField> fields;
+    for (const PlyProperty& property : element.properties)
+      fields.push_back(property.field);
+    return fields;
+  }
+
+private:
+  void
+  read(std::uint8_t* bytes, std::size_t size)
+  {
+    if (!file_.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(size)))
+      fail("it was cut off");
+  }
+
+  void
+  skipBytes(std::uint64_t bytes)
+  {
+    if (bytes > bytes_)
+      fail("it was cut off, or its header is wrong");
+    file_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
+  }
+
+  void
+  skipOne(const PlyElement& element)
+  {
+    for (const PlyProperty& property : element.properties)
+      skipBytes(property.count ? readInteger(*property.count) * property.field.bytes
+                               : property.field.bytes);
+  }
+
+  /** \brief Below 2^32; of a negative number another one. */
+  std::uint64_t
+  readInteger(const FileField& field)
+  {
+    std::array<std::uint8_t, 8> bytes{};
+    read(bytes.data(), field.bytes);
+    std::uint64_t number = 0;
+    for (std::size_t i = 0; i < field.bytes; ++i)
+      number = number << 8 | bytes[header_.is_big_endian ? i : field.bytes - 1 - i];
+    return number & 0xffffffffu;
+  }
+
+  std::istream& file_;
+  const PlyHeader& header_;
+  std::uint64_t lines_; ///< that were read
+  std::uint64_t bytes_; ///< after the header
+};
+
+/** \brief Where a cloud's field comes from. */
+struct FieldSource {
+  std::array<std::size_t, 4> offsets{}; ///< in a vertex; of a colour b, g, r, a
+  std::size_t parts = 1;
+};
+
+/** \brief The fields of a cloud: the properties, with those of a colour in one. */
+class CloudFields {
+public:
+  explicit CloudFields(const std::vector<FileField>& properties)
+  {
+    std::size_t offset = 0;
+    for (const FileField& property : properties) {
+      if (isColourPart(property, "red"))
+        addColour(properties);
+      else if (!isPartOfColour(property, properties)) {
+        fields_.push_back(property);
+        sources_.push_back({{offset, 0, 0, 0}, 1});
+      }
+      offset += property.bytes;
+    }
+  }
+
+  const std::vector<FileField>&
+  fields() const
+  {
+    return fields_;
+  }
+
+  /** \brief Copies a vertex into a point. */
+  void
+  copy(const std::uint8_t* vertex, std::uint8_t* point) const
+  {
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      const FieldSource& source = sources_[i];
+      if (source.parts == 1)
+        std::memcpy(point, vertex + source.offsets[0], fields_[i].bytes);
+      else {
+        std::uint32_t colour = source.parts == 3 ? 0xff000000u : 0;
+        for (std::size_t part = 0; part < source.parts; ++part)
+          colour |= std::uint32_t{vertex[source.offsets[part]]} << (8 * part);
+        std::memcpy(point, &colour, sizeof(colour));
+      }
+      point += fields_[i].bytes;
+    }
+  }
+
+  /** \brief Makes a point one that is not there. */
+  void
+  setMissing(std::uint8_t* point) const
+  {
+    for (const FileField& field : fields_) {
+      const bool is_coordinate =
+          field.name == "x" || field.name == "y" || field.name == "z";
+      const double missing = std::numeric_limits<double>::quiet_NaN();
+      const auto missing_float = static_cast<float>(missing);
+      if (is_coordinate && field.kind == Kind::Real)
+        std::memcpy(point,
+                    field.bytes == 8 ? static_cast<const void*>(&missing)
+                                     : static_cast<const void*>(&missing_float),
+                    field.bytes);
+      point += field.bytes;
+    }
+  }
+
+private:
+  static bool
+  isColourPart(const FileField& property, const std::string& name)
+  {
+    return property.kind == Kind::Unsigned && property.bytes == 1 &&
+           (property.name == name || property.name == "diffuse_" + name);
+  }
+
+  /** \brief Where a part of a colour is in a vertex. */
+  static std::optional<std::size_t>
+  find(const std::vector<FileField>& properties, const std::string& name)
+  {
+    std::size_t offset = 0;
+    for (const FileField& property : properties) {
+      if (isColourPart(property, name))
+        return offset;
+      offset += property.bytes;
+    }
+    return std::nullopt;
+  }
+
+  static bool
+  isPartOfColour(const FileField& property, const std::vector<FileField>& properties)
+  {
+    return (isColourPart(property, "green") || isColourPart(property, "blue") ||
+            isColourPart(property, "alpha")) &&
+           find(properties, "red") && find(properties, "green") &&
+           find(properties, "blue");
+  }
+
+  void
+  addColour(const std::vector<FileField>& properties)
+  {
+    FieldSource source;
+    source.parts = 0;
+    for (const char* name : {"blue", "green", "red", "alpha"})
+      if (const auto offset = find(properties, name))
+        source.offsets[source.parts++] = *offset;
+    if (!find(properties, "green") || !find(properties, "blue")) {
+      fields_.push_back({"red", Kind::Unsigned, 1, 1});
+      sources_.push_back({{*find(properties, "red"), 0, 0, 0}, 1});
+      return;
+    }
+    const bool has_alpha = source.parts == 4;
+    fields_.push_back(
+        {has_alpha ? "rgba" : "rgb", has_alpha ? Kind::Unsigned : Kind::Real, 4, 1});
+    sources_.push_back(source);
+  }
+
+  std::vector<FileField> fields_;
+  std::vector<FieldSource> sources_;
+};
+
+/** \brief The range_grid of an image; null: there is none. */
+const PlyElement*
+findGrid(const PlyHeader& header)
+{
+  for (const PlyElement& element : header.elements)
+    if (element.name == "range_grid" && element.properties.size() == 1 &&
+        element.properties[0].count && header.columns > 0 &&
+        header.columns <= element.count && header.rows <= element.count &&
+        header.columns * header.rows == element.count)
+      return &element;
+  return nullptr;
+}
+
+/** \brief Refuses sizes that do not agree. */
+void
+checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t bytes)
+{
+  const std::uint64_t point_bytes = bytesOf(PlyReader::fieldsOf(vertices));
+  const std::uint64_t least_bytes =
+      header.is_text ? 2 * vertices.properties.size() : point_bytes;
+  if (vertices.count > bytes ||
+      vertices.count * least_bytes > bytes + (header.is_text ? 1 : 0))
+    fail("it was cut off, or its header is wrong: it promises " +
+         std::to_string(vertices.count) + " vertices, and has " +
+         std::to_string(bytes) + " bytes of them");
+  const PlyElement* const grid = findGrid(header);
+  if (grid == nullptr && (header.columns > 0 || header.rows > 0) &&
+      (header.columns > vertices.count || header.rows > vertices.count ||
+       header.columns * header.rows != vertices.count))
+    fail("num_cols x num_rows and the number of vertices in its header differ");
+  // Each cell takes a byte of the file at least; empty ones become points, too.
+  constexpr std::uint64_t most_times = 176;
+  if (grid != nullptr &&
+      (grid->count > bytes || grid->count * point_bytes > most_times * bytes))
+    fail("its header promises an image that its points cannot fill");
+}
+
+void
+fillCloud(const CloudFields& fields,
+          const std::vector<std::uint8_t>& vertices,
+          std::uint64_t vertex_bytes,
+          const std::vector<std::int64_t>& grid,
+          pcl::PCLPointCloud2& cloud)
+{
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
+  cloud.data.assign(count * cloud.point_step, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int64_t vertex = grid.empty() ? static_cast<std::int64_t>(i) : grid[i];
+    std::uint8_t* const point = cloud.data.data() + i * cloud.point_step;
+    const std::size_t begin = static_cast<std::size_t>(vertex) * vertex_bytes;
+    if (vertex < 0)
+      fields.setMissing(point);
+    else if (begin + vertex_bytes <= vertices.size())
+      fields.copy(&vertices[begin], point);
+    else
+      fail("its image has a vertex that is not there");
+  }
+}
+
+} // namespace
+
+void
+readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
+{
+  std::ifstream file(path, std::ios::binary);
+  const PlyHeader header = readHeader(file);
+  const std::uint64_t all_bytes = fs::file_size(path);
+  const std::uint64_t bytes = all_bytes - std::min(all_bytes, header.bytes);
+  PlyReader reader(file, header, bytes);
+  PlyElement vertices;
+  std::vector<std::uint8_t> points;
+  std::vector<std::int64_t> grid;
+  for (const PlyElement& element : header.elements)
+    if (element.name == "vertex" && vertices.name.empty()) {
+      vertices = element;
+      checkSizes(header, vertices, bytes);
+      points = reader.readVertices(vertices);
+    }
+    else if (&element == findGrid(header) && !vertices.name.empty())
+      grid = reader.readGrid(element);
+    else if (vertices.name.empty() || findGrid(header) != nullptr)
+      reader.skip(element);
+  const std::vector<FileField> properties = PlyReader::fieldsOf(vertices);
+  if (header.elements.empty() || header.elements.back().name == "vertex") {
+    if (header.is_text)
+      checkNoLinesFollow(file);
+    else if (file.good())
+      checkNoPointsFollow(all_bytes - static_cast<std::uint64_t>(file.tellg()),
+                          bytesOf(properties));
+  }
+  const CloudFields fields(properties);
+  const bool is_image = header.columns > 0 && header.rows > 0;
+  startCloud(fields.fields(),
+             is_image ? header.columns : vertices.count,
+             is_image ? header.rows : 1,
+             cloud);
+  fillCloud(fields, points, bytesOf(properties), grid, cloud);
+}
+
+} // namespace clouds
+} // namespace pcl_ext

@@ -1,0 +1,187 @@
+#include "clouds/point_fields.h"
+
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+using Kind = FileField::Kind;
+using pcl::PCLPointField;
+
+struct Datatype {
+  std::uint8_t number;
+  Kind kind;
+  std::uint64_t bytes;
+};
+
+constexpr std::array<Datatype, 10> datatypes = {
+    {{PCLPointField::INT8, Kind::Signed, 1},
+     {PCLPointField::UINT8, Kind::Unsigned, 1},
+     {PCLPointField::INT16, Kind::Signed, 2},
+     {PCLPointField::UINT16, Kind::Unsigned, 2},
+     {PCLPointField::INT32, Kind::Signed, 4},
+     {PCLPointField::UINT32, Kind::Unsigned, 4},
+     {PCLPointField::FLOAT32, Kind::Real, 4},
+     {PCLPointField::FLOAT64, Kind::Real, 8},
+     {detail::int64_datatype, Kind::Signed, 8},
+     {detail::uint64_datatype, Kind::Unsigned, 8}}};
+
+const Datatype*
+datatypeOf(const FileField& field)
+{
+  for (const Datatype& datatype : datatypes)
+    if (datatype.kind == field.kind && datatype.bytes == field.bytes)
+      return &datatype;
+  return nullptr;
+}
+
+template <typename NumberT>
+std::string
+textOfNumber(const std::uint8_t* bytes)
+{
+  NumberT number;
+  std::memcpy(&number, bytes, sizeof(number));
+  std::array<char, 40> text{};
+  const auto result = std::to_chars(text.data(), text.data() + text.size(), number);
+  return {text.data(), result.ptr};
+}
+
+} // namespace
+
+bool
+hasDatatype(const FileField& field)
+{
+  return datatypeOf(field) != nullptr;
+}
+
+void
+startCloud(const std::vector<FileField>& fields,
+           std::uint64_t width,
+           std::uint64_t height,
+           pcl::PCLPointCloud2& cloud)
+{
+  cloud.fields.clear();
+  cloud.point_step = 0;
+  for (const FileField& field : fields) {
+    PCLPointField& added = cloud.fields.emplace_back();
+    added.name = field.name;
+    added.offset = cloud.point_step;
+    added.count = static_cast<std::uint32_t>(field.count);
+    // Of a gap one that has its size, as far as there is one.
+    const bool is_gap = field.kind == Kind::Ignored;
+    const Datatype* const datatype =
+        datatypeOf(is_gap ? FileField{"", Kind::Unsigned, field.bytes, 1} : field);
+    added.datatype =
+        datatype != nullptr ? datatype->number : std::uint8_t{PCLPointField::UINT8};
+    if (datatype == nullptr)
+      added.count *= static_cast<std::uint32_t>(field.bytes);
+    cloud.point_step += static_cast<std::uint32_t>(field.bytes * field.count);
+  }
+  cloud.width = static_cast<std::uint32_t>(width);
+  cloud.height = static_cast<std::uint32_t>(height);
+  cloud.row_step = cloud.width * cloud.point_step;
+  cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
+  cloud.is_dense = 0; // Nothing tells.
+  cloud.data.clear();
+}
+
+FileField
+fileFieldOf(const PCLPointField& field)
+{
+  for (const Datatype& datatype : datatypes)
+    if (datatype.number == field.datatype)
+      return {field.name, datatype.kind, datatype.bytes, field.count};
+  throw std::runtime_error("the field '" + shownText(field.name) + "' is no number");
+}
+
+std::string
+textOf(const FileField& field, const std::uint8_t* number)
+{
+  if (field.kind == Kind::Real)
+    return field.bytes == sizeof(float) ? textOfNumber<float>(number)
+                                        : textOfNumber<double>(number);
+  const bool is_signed = field.kind == Kind::Signed;
+  switch (field.bytes) {
+  case 1:
+    return is_signed ? textOfNumber<std::int8_t>(number)
+                     : textOfNumber<std::uint8_t>(number);
+  case 2:
+    return is_signed ? textOfNumber<std::int16_t>(number)
+                     : textOfNumber<std::uint16_t>(number);
+  case 4:
+    return is_signed ? textOfNumber<std::int32_t>(number)
+                     : textOfNumber<std::uint32_t>(number);
+  default:
+    return is_signed ? textOfNumber<std::int64_t>(number)
+                     : textOfNumber<std::uint64_t>(number);
+  }
+}
+
+bool
+isBigEndianMachine()
+{
+  const std::uint16_t one = 1;
+  std::uint8_t first = 0;
+  std::memcpy(&first, &one, 1);
+  return first == 0;
+}
+
+void
+toLittleEndian(const std::vector<FileField>& fields, std::vector<std::uint8_t>& points)
+{
+  if (!isBigEndianMachine())
+    return;
+  const std::uint64_t point_bytes = bytesOf(fields);
+  for (std::size_t at = 0; point_bytes > 0 && at + point_bytes <= points.size();)
+    for (const FileField& field : fields)
+      for (std::uint64_t i = 0; i < field.count; ++i, at += field.bytes)
+        std::reverse(&points[at], &points[at] + field.bytes);
+}
+
+void
+transpose(const std::vector<FileField>& fields,
+          std::uint64_t points,
+          bool gather,
+          const std::vector<std::uint8_t>& from,
+          std::vector<std::uint8_t>& to)
+{
+  to.resize(from.size());
+  const std::uint64_t point_bytes = bytesOf(fields);
+  std::size_t column = 0;
+  std::size_t offset = 0;
+  for (const FileField& field : fields) {
+    const std::uint64_t bytes = field.bytes * field.count;
+    for (std::uint64_t i = 0; i < points; ++i, column += bytes) {
+      const std::size_t point = i * point_bytes + offset;
+      std::copy_n(&from[gather ? point : column], bytes, &to[gather ? column : point]);
+    }
+    offset += bytes;
+  }
+}
+
+std::vector<std::uint8_t>
+packedPoints(const pcl::PCLPointCloud2& cloud, const std::vector<FileField>& fields)
+{
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  std::vector<std::uint8_t> packed;
+  packed.reserve(points * bytesOf(fields));
+  for (std::size_t i = 0; i < points; ++i)
+    for (std::size_t number = 0; number < fields.size(); ++number) {
+      const std::uint8_t* const begin =
+          &cloud.data[offsetOf(cloud, i) + cloud.fields[number].offset];
+      packed.insert(
+          packed.end(), begin, begin + fields[number].bytes * fields[number].count);
+    }
+  return packed;
+}
+
+} // namespace clouds
+} // namespace pcl_ext

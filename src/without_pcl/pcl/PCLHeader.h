@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace pcl {
+
+struct PCLHeader {
+  std::uint32_t seq = 0;
+  std::uint64_t stamp = 0; ///< microseconds since 1970
+  std::string frame_id;
+};
+
+} // namespace pcl

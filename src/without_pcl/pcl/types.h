@@ -1,0 +1,3 @@
+#pragma once
+
+#include <pcl/point_types.h>
