@@ -52,11 +52,18 @@ export class Codec {
     wasm: BufferSource | WebAssembly.Module,
     options: CodecOptions = {},
   ): Promise<Codec> {
+    const pages = pagesOf(options);
     const module = wasm instanceof WebAssembly.Module ? wasm : await WebAssembly.compile(wasm);
-    const pages = Math.floor((options.maximumMemory ?? 2 ** 30) / pageSize);
-    if (!(pages >= 32 && pages <= 65536))
-      throw new CodecError("InvalidSettings", "maximumMemory must be 2 MiB to 4 GiB");
     return new Codec(module, pages, await Instance.create(module, pages));
+  }
+
+  /** The same at once, for programs that cannot wait, such as plug-ins.
+   * @throws as load(); RangeError in Chromium before version 118 on the main thread of a page
+   */
+  static loadNow(wasm: BufferSource | WebAssembly.Module, options: CodecOptions = {}): Codec {
+    const pages = pagesOf(options);
+    const module = wasm instanceof WebAssembly.Module ? wasm : new WebAssembly.Module(wasm);
+    return new Codec(module, pages, Instance.createNow(module, pages));
   }
 
   /** Reads the header of the frame at the beginning of some bytes. Its checksum is not
@@ -204,6 +211,16 @@ export class Codec {
     const message = `${reason}; streams continue with their next I-frames`;
     return { ok: false, code, message };
   }
+}
+
+/** Pages of memory that a codec may take.
+ * @throws CodecError "InvalidSettings"
+ */
+function pagesOf({ maximumMemory = 2 ** 30 }: CodecOptions): number {
+  const pages = Math.floor(maximumMemory / pageSize);
+  if (!(pages >= 32 && pages <= 65536))
+    throw new CodecError("InvalidSettings", "maximumMemory must be 2 MiB to 4 GiB");
+  return pages;
 }
 
 /** Reads a DescribedFrame. */
