@@ -1,6 +1,7 @@
 // An application that has the extension, as far as converters of messages see it.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { isDeepStrictEqual } from "node:util";
 import { strFromU8, unzipSync } from "fflate";
 
 const { version } = JSON.parse(readFileSync(new URL("../package.json", import.meta.url), "utf8"));
@@ -45,17 +46,42 @@ export function fieldsOf({ fields, point_stride: stride, data }) {
   return Object.fromEntries(fields.map((field) => [field.name, read(field)]));
 }
 
+const comparedClouds = new WeakMap(); // by the voxels that they were equal to
+
 /** Whether a cloud has exactly the voxels that the native codec decodes. */
-export function isSame(cloud, { count, positions, intensities, colours, pointCounts }) {
-  const fields = fieldsOf(cloud);
-  const equal = (name, values, first = 0, step = 1) =>
-    fields[name].length === count && fields[name].every((value, i) => value === values[first + i * step]);
-  const triples = (names, values) => names.every((name, axis) => equal(name, values, axis, 3));
+export function isSame(cloud, voxels) {
+  const { pose, fields, data } = cloud;
+  const compared = comparedClouds.get(voxels);
+  if (compared) return isDeepStrictEqual({ pose, fields }, compared.layout) && Buffer.compare(data, compared.data) === 0;
+  const isEqual = hasValues(fieldsOf(cloud), voxels) && hasPositions(cloud, voxels);
+  if (isEqual) comparedClouds.set(voxels, { layout: { pose, fields }, data });
+  return isEqual;
+}
+
+/** Equal, or where the pose has an offset, equal but for the rounding of two floats. */
+function hasPositions(cloud, { count, positions }) {
+  const { x, y, z } = fieldsOf(cloud);
+  const offset = Object.values(cloud.pose.position);
+  const isFar = offset.some((coordinate) => coordinate !== 0);
+  const most = isFar ? 2 ** -22 * positions.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0) : 0;
+  const isNear = (value, i, axis) => Math.abs(value + offset[axis] - positions[3 * i + axis]) <= most;
   return (
-    Object.values(cloud.pose.position).every((coordinate) => coordinate === 0) &&
-    triples(["x", "y", "z"], positions) &&
-    (intensities ? equal("intensity", intensities) : true) &&
-    (colours ? triples(["red", "green", "blue"], colours) && fields.alpha.every((a) => a === 255) : !("red" in fields)) &&
-    (pointCounts ? equal("point_count", pointCounts) : !("point_count" in fields))
+    isDeepStrictEqual(cloud.pose.orientation, { x: 0, y: 0, z: 0, w: 1 }) &&
+    [x, y, z].every((values, axis) => values.length === count && values.every((value, i) => isNear(value, i, axis)))
+  );
+}
+
+function hasValues(fields, { count, intensities, colours, pointCounts }) {
+  const has = (names, values) =>
+    names.every((name, first) => {
+      if (values === null) return !(name in fields);
+      const isEqual = (value, i) => value === values[first + i * names.length];
+      return fields[name].length === count && fields[name].every(isEqual);
+    });
+  return (
+    has(["intensity"], intensities) &&
+    has(["red", "green", "blue"], colours) &&
+    has(["alpha"], colours && new Uint8Array(count).fill(255)) &&
+    has(["point_count"], pointCounts)
   );
 }
