@@ -32,12 +32,15 @@ async function manifest() {
   return { name, displayName, version, description, publisher, license, keywords, main };
 }
 
+/** Without links to files that are not in the archive. */
+const readMe = async () => (await textOf("README.md")).replace(/\[([^\]]+)\]\((?!https:)[^)]+\)/g, "$1");
+
 const description = await manifest();
 const output = process.argv[2] ?? join(folder, "dist", `pcl_ext-${description.version}.foxe`);
 const texts = {
   "CHANGELOG.md": await textOf("CHANGELOG.md"),
   LICENSE: await textOf("../../LICENSE"),
-  "README.md": await textOf("README.md"),
+  "README.md": await readMe(),
   "dist/extension.js": await bundle(),
   "package.json": `${JSON.stringify(description, null, 2)}\n`,
 };
