@@ -10,9 +10,6 @@ import {
   type StatusCode,
 } from "./types.js";
 
-/** The header of a frame has fewer bytes. */
-const mostHeaderBytes = 2048;
-
 /** Outcome of a call into the module: what it returned, or why it failed. */
 export type Called<T> =
   | { readonly failure: null; readonly value: T }
@@ -68,8 +65,8 @@ export class Codec {
 
   /** Reads the header of the frame at the beginning of some bytes. Its checksum is not
    * verified.
-   * @param bytes of the frame; 2048 are enough to describe any but the size of those of
-   *   the published layout
+   * @param bytes of the frame; its header has a few hundred, but where a lidar's rows and columns
+   *   are kept some 20 for each row more; the published layout tells its size only when all are there
    */
   describeFrame(
     bytes: Uint8Array,
@@ -78,7 +75,7 @@ export class Codec {
     const values = limitValues(limits);
     const described = this.call((instance) =>
       descriptionOf(
-        instance.withBytes(bytes.subarray(0, mostHeaderBytes), (address, size) =>
+        instance.withBytes(bytes.subarray(0, values[0]), (address, size) =>
           instance.exports.describe_frame(address, size, ...values),
         ),
       ),

@@ -12,7 +12,7 @@ import { data, streamNames } from "../../codec/test/files.mjs";
 import { buildReference, decodedNatively } from "../../codec/test/reference.mjs";
 import { cellRecording, pathInFolder, pclExt } from "../../test/support/fixtures.mjs";
 import { fieldsOf, isSame, messageOf, startApplication } from "./application.mjs";
-import { streamOf } from "./recordings.mjs";
+import { codec, streamOf } from "./recordings.mjs";
 
 test("intensities, colours and numbers of points in streams of all kinds", async () => {
   const application = startApplication();
@@ -86,9 +86,9 @@ test("further fields have their names, types and values", () => {
 });
 
 /** Writes points of [x, y, z] as a binary PCD file with doubles. */
-function writePcd(path, points) {
-  const header = ["VERSION .7", "FIELDS x y z", "SIZE 8 8 8", "TYPE F F F", "COUNT 1 1 1", `WIDTH ${points.length}`,
-    "HEIGHT 1", `POINTS ${points.length}`, "DATA binary", ""].join("\n");
+function writePcd(path, points, width = points.length) {
+  const header = ["VERSION .7", "FIELDS x y z", "SIZE 8 8 8", "TYPE F F F", "COUNT 1 1 1", `WIDTH ${width}`,
+    `HEIGHT ${points.length / width}`, `POINTS ${points.length}`, "DATA binary", ""].join("\n");
   writeFileSync(path, Buffer.concat([Buffer.from(header), Buffer.from(Float64Array.from(points.flat()).buffer)]));
 }
 
@@ -101,6 +101,22 @@ function readPcd(path) {
     [0, 1, 2].map((axis) => bytes.readDoubleLE(begin + 24 * i + 8 * axis)),
   );
 }
+
+test("a lidar of 256 rows, which are all in the header of an I-frame", () => {
+  const points = Array.from({ length: 256 * 256 }, (_, i) => {
+    const [row, column] = [Math.floor(i / 256), i % 256];
+    const [azimuth, elevation] = [(2 * Math.PI * column) / 256, (row - 128) / 256];
+    const ray = [Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation)];
+    const range = Math.min(...ray.map((part, axis) => [4, 6, 2][axis] / Math.abs(part))); // a room
+    return ray.map((part) => range * part);
+  });
+  const [cloud, recording] = ["lidar.pcd", "lidar.pcxi"].map((name) => pathInFolder(name));
+  writePcd(cloud, points, 256);
+  pclExt("encode", cloud, "-o", recording, "-r", 0.005, "--law", "none", "--keep-point-counts", "-q");
+  const { frames, voxels } = streamOf(recording);
+  assert.equal(codec.describeFrame(frames[0].subarray(0, 2048)).status.code, "Truncated");
+  assert.ok(isSame(startApplication().convert("/lidar", messageOf(frames[0])), voxels[0]));
+});
 
 for (const [what, ...options] of [["one edge"], ["two edges", "--region", "691234,5335678,519,691236,5335681,530=0.1"]])
   test(`coordinates of maps keep their precision, voxels of ${what}: the pose has their offset`, () => {
