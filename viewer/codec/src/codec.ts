@@ -10,6 +10,9 @@ import {
   type StatusCode,
 } from "./types.js";
 
+/** Most headers have fewer bytes, so that what follows them need not be copied. */
+const usualHeaderBytes = 2048;
+
 /** Outcome of a call into the module: what it returned, or why it failed. */
 export type Called<T> =
   | { readonly failure: null; readonly value: T }
@@ -73,13 +76,17 @@ export class Codec {
     limits: DecoderLimits = {},
   ): { readonly status: Status; readonly description: FrameDescription | null } {
     const values = limitValues(limits);
-    const described = this.call((instance) =>
-      descriptionOf(
-        instance.withBytes(bytes.subarray(0, values[0]), (address, size) =>
-          instance.exports.describe_frame(address, size, ...values),
+    const describe = (size: number) =>
+      this.call((instance) =>
+        descriptionOf(
+          instance.withBytes(bytes.subarray(0, size), (address, count) =>
+            instance.exports.describe_frame(address, count, ...values),
+          ),
         ),
-      ),
-    );
+      );
+    let described = describe(usualHeaderBytes);
+    if (described.value?.status.code === "Truncated" && bytes.length > usualHeaderBytes)
+      described = describe(values[0]);
     if (described.failure !== null) return { status: described.failure, description: null };
     const { status, description } = described.value;
     if (description === null) return { status, description };
