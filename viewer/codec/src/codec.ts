@@ -10,8 +10,8 @@ import {
   type StatusCode,
 } from "./types.js";
 
-/** The header of a frame has fewer bytes. */
-const mostHeaderBytes = 2048;
+/** Most headers have fewer bytes, so that what follows them need not be copied. */
+const usualHeaderBytes = 2048;
 
 /** Outcome of a call into the module: what it returned, or why it failed. */
 export type Called<T> =
@@ -52,30 +52,41 @@ export class Codec {
     wasm: BufferSource | WebAssembly.Module,
     options: CodecOptions = {},
   ): Promise<Codec> {
+    const pages = pagesOf(options);
     const module = wasm instanceof WebAssembly.Module ? wasm : await WebAssembly.compile(wasm);
-    const pages = Math.floor((options.maximumMemory ?? 2 ** 30) / pageSize);
-    if (!(pages >= 32 && pages <= 65536))
-      throw new CodecError("InvalidSettings", "maximumMemory must be 2 MiB to 4 GiB");
     return new Codec(module, pages, await Instance.create(module, pages));
+  }
+
+  /** The same at once, for programs that cannot wait, such as plug-ins.
+   * @throws as load(); RangeError in Chromium before version 118 on the main thread of a page
+   */
+  static loadNow(wasm: BufferSource | WebAssembly.Module, options: CodecOptions = {}): Codec {
+    const pages = pagesOf(options);
+    const module = wasm instanceof WebAssembly.Module ? wasm : new WebAssembly.Module(wasm);
+    return new Codec(module, pages, Instance.createNow(module, pages));
   }
 
   /** Reads the header of the frame at the beginning of some bytes. Its checksum is not
    * verified.
-   * @param bytes of the frame; 2048 are enough to describe any but the size of those of
-   *   the published layout
+   * @param bytes of the frame; its header has a few hundred, but where a lidar's rows and columns
+   *   are kept some 20 for each row more; the published layout tells its size only when all are there
    */
   describeFrame(
     bytes: Uint8Array,
     limits: DecoderLimits = {},
   ): { readonly status: Status; readonly description: FrameDescription | null } {
     const values = limitValues(limits);
-    const described = this.call((instance) =>
-      descriptionOf(
-        instance.withBytes(bytes.subarray(0, mostHeaderBytes), (address, size) =>
-          instance.exports.describe_frame(address, size, ...values),
+    const describe = (size: number) =>
+      this.call((instance) =>
+        descriptionOf(
+          instance.withBytes(bytes.subarray(0, size), (address, count) =>
+            instance.exports.describe_frame(address, count, ...values),
+          ),
         ),
-      ),
-    );
+      );
+    let described = describe(usualHeaderBytes);
+    if (described.value?.status.code === "Truncated" && bytes.length > usualHeaderBytes)
+      described = describe(values[0]);
     if (described.failure !== null) return { status: described.failure, description: null };
     const { status, description } = described.value;
     if (description === null) return { status, description };
@@ -204,6 +215,16 @@ export class Codec {
     const message = `${reason}; streams continue with their next I-frames`;
     return { ok: false, code, message };
   }
+}
+
+/** Pages of memory that a codec may take.
+ * @throws CodecError "InvalidSettings"
+ */
+function pagesOf({ maximumMemory = 2 ** 30 }: CodecOptions): number {
+  const pages = Math.floor(maximumMemory / pageSize);
+  if (!(pages >= 32 && pages <= 65536))
+    throw new CodecError("InvalidSettings", "maximumMemory must be 2 MiB to 4 GiB");
+  return pages;
 }
 
 /** Reads a DescribedFrame. */

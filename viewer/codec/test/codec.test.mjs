@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Codec } from "../dist/index.js";
-import { framesOf, loadCodec, stream } from "./files.mjs";
+import { framesOf, loadCodec, stream, wasm } from "./files.mjs";
 
 const framesOfStream = async (codec, name) => framesOf(codec, await stream(`golden/${name}.pcxi`));
 
@@ -186,6 +186,14 @@ test("what was freed, or is of another codec, is refused", async () => {
   assert.throws(() => filter.reset(), { code: "InvalidInput" });
 });
 
+test("a codec that is loaded at once decodes as others do", async () => {
+  const [frame] = await framesOfStream(await loadCodec(), "balanced_colours");
+  const codec = Codec.loadNow(wasm, { maximumMemory: 2 ** 26 });
+  assert.equal(codec.createDecoder().decode(frame).voxels.count, 552);
+  assert.throws(() => Codec.loadNow(wasm, { maximumMemory: 0 }), { code: "InvalidSettings" });
+});
+
 test("bytes that are no module are refused", async () => {
   await assert.rejects(Codec.load(new Uint8Array(8)), WebAssembly.CompileError);
+  assert.throws(() => Codec.loadNow(new Uint8Array(8)), WebAssembly.CompileError);
 });

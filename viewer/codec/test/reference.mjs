@@ -41,3 +41,37 @@ export function buildReference(optimisation = "-O1") {
   });
   return program;
 }
+
+/** Reads what the program wrote. */
+function readDump(bytes) {
+  let at = 0;
+  const take = (ArrayT, count) => {
+    const size = count * ArrayT.BYTES_PER_ELEMENT;
+    const values = new ArrayT(bytes.buffer.slice(bytes.byteOffset + at, bytes.byteOffset + at + size));
+    at += size;
+    return values;
+  };
+  const frames = [];
+  while (at < bytes.length) {
+    const [count, hasIntensities, hasColours, hasPointCounts] = take(Uint32Array, 4);
+    frames.push({
+      count,
+      positions: take(Float32Array, 3 * count),
+      intensities: hasIntensities ? take(Float32Array, count) : null,
+      colours: hasColours ? take(Uint8Array, 3 * count) : null,
+      pointCounts: hasPointCounts ? take(Uint32Array, count) : null,
+      noise: take(Uint8Array, count),
+    });
+  }
+  return frames;
+}
+
+let program = null;
+
+/** What the native codec decodes of a file of frames.
+ * @param unit number of the DensityUnit by which noise is judged
+ */
+export function decodedNatively(path, unit = 0) {
+  program ??= buildReference();
+  return readDump(execFileSync(program, ["dump", path, String(unit)], { maxBuffer: 2 ** 30 }));
+}

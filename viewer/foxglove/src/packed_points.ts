@@ -1,0 +1,104 @@
+import type { Decoder, FieldDescription, Grid, Voxels } from "@pcl_ext/codec";
+
+import type { PackedPoints } from "./messages";
+
+/** How foxglove.PackedElementField calls a type, and how it is written. */
+const numericTypes = {
+  uint8: { id: 1, size: 1, set: (view: DataView, at: number, value: number) => view.setUint8(at, value) },
+  int8: { id: 2, size: 1, set: (view: DataView, at: number, value: number) => view.setInt8(at, value) },
+  uint16: { id: 3, size: 2, set: (view: DataView, at: number, value: number) => view.setUint16(at, value, true) },
+  int16: { id: 4, size: 2, set: (view: DataView, at: number, value: number) => view.setInt16(at, value, true) },
+  uint32: { id: 5, size: 4, set: (view: DataView, at: number, value: number) => view.setUint32(at, value, true) },
+  int32: { id: 6, size: 4, set: (view: DataView, at: number, value: number) => view.setInt32(at, value, true) },
+  float32: { id: 7, size: 4, set: (view: DataView, at: number, value: number) => view.setFloat32(at, value, true) },
+  float64: { id: 8, size: 8, set: (view: DataView, at: number, value: number) => view.setFloat64(at, value, true) },
+} as const;
+
+/** The values of a field: those at `first`, `first + step`, ... */
+interface Column {
+  type: FieldDescription["type"];
+  values: ArrayLike<number>;
+  first?: number;
+  step?: number;
+}
+
+/** One point for each voxel of a decoder's last frame, at the voxel's centre.
+ * @returns null if memory was short
+ */
+export function packPoints(voxels: Voxels, decoder: Decoder): PackedPoints | null {
+  const isFar = needsDoubles(voxels.grid);
+  const positions = isFar ? positionsInGrid(voxels) : voxels.positions;
+  const columns = new Map<string, Column>();
+  ["x", "y", "z"].forEach((name, first) => columns.set(name, { type: "float32", values: positions, first, step: 3 }));
+  const { count, intensities, colours, pointCounts } = voxels;
+  if (intensities) columns.set("intensity", { type: "float32", values: intensities });
+  if (colours) {
+    ["red", "green", "blue"].forEach((name, first) =>
+      columns.set(name, { type: "uint8", values: colours, first, step: 3 }),
+    );
+    columns.set("alpha", { type: "uint8", values: new Uint8Array(count).fill(255) });
+  }
+  if (pointCounts) columns.set("point_count", { type: "uint32", values: pointCounts });
+  for (const [index, field] of voxels.fields.entries())
+    for (let i = 0; i < field.count; ++i) {
+      const name = field.count === 1 ? field.name : `${field.name}_${i}`;
+      const { values } = decoder.fieldValues(index, i);
+      if (!values) return null;
+      // As when clouds are decoded natively, a field takes the place of an intensity of its name.
+      if (!/^[xyz]$/.test(name)) columns.set(name, { type: field.type, values });
+    }
+  const [x, y, z] = isFar ? lowerCorner(voxels.grid) : [0, 0, 0];
+  const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
+  return { pose, ...interleave(columns, count) };
+}
+
+function interleave(columns: Map<string, Column>, count: number): Omit<PackedPoints, "pose"> {
+  let point_stride = 0;
+  const fields = [...columns].map(([name, { type }]) => {
+    const offset = point_stride;
+    point_stride += numericTypes[type].size;
+    return { name, offset, type: numericTypes[type].id };
+  });
+  const data = new Uint8Array(count * point_stride);
+  const view = new DataView(data.buffer);
+  let at = 0;
+  for (const { type, values, first = 0, step = 1 } of columns.values()) {
+    const { set, size } = numericTypes[type];
+    for (let i = 0; i < count; ++i) set(view, at + i * point_stride, values[first + i * step] as number);
+    at += size;
+  }
+  return { point_stride, fields, data };
+}
+
+/** As VoxelGrid::needsDoubles() of the library: floats do not hold the centres of all voxels. */
+function needsDoubles(grid: Grid): boolean {
+  const farthest = grid.resolution * (2 ** 20 + 0.25);
+  const last = (2 ** grid.depth - 0.5) * grid.resolution;
+  return lowerCorner(grid).some((low) => low + 0.5 * grid.resolution < -farthest || low + last > farthest);
+}
+
+function lowerCorner({ firstIndex, resolution, origin }: Grid): [number, number, number] {
+  return [
+    firstIndex[0] * resolution + origin[0],
+    firstIndex[1] * resolution + origin[1],
+    firstIndex[2] * resolution + origin[2],
+  ];
+}
+
+/** Centres from the grid's lower corner on, [3 count], which floats hold wherever that is. */
+function positionsInGrid({ count, coded, levels, grid }: Voxels): Float32Array {
+  if (!coded) throw new Error("the frame was decoded without its keys");
+  const keys = new Uint32Array(coded.keys.buffer); // the lower half of each first
+  const positions = new Float32Array(3 * count);
+  for (let i = 0; i < count; ++i) {
+    const [low, high] = [keys[2 * i] as number, keys[2 * i + 1] as number];
+    const halfEdge = 2 ** (levels?.[i] ?? 0) / 2;
+    for (let axis = 0; axis < 3; ++axis) {
+      let index = 0;
+      for (let level = 0, bit = 2 - axis; level < grid.depth; ++level, bit += 3)
+        index |= ((bit < 32 ? low >>> bit : high >>> (bit - 32)) & 1) << level;
+      positions[3 * i + axis] = (index + halfEdge) * grid.resolution;
+    }
+  }
+  return positions;
+}

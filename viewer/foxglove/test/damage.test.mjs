@@ -1,0 +1,69 @@
+/** Damaged and foreign messages show nothing, and nothing else is wrong for them. */
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { isSame, messageOf, startApplication } from "./application.mjs";
+import { cellStreams, randomNumbers, streamOf } from "./recordings.mjs";
+
+const { frames, isIFrame, voxels } = streamOf(cellStreams("damaged", 1, 12, "--i-frame-rate", 6)[0]);
+
+/** Shows all frames, some of them changed; returns which are shown, all of which must be those of the recording. */
+function shownWith(changes) {
+  const application = startApplication();
+  const shown = frames.flatMap((frame, i) => {
+    const cloud = application.convert("/points", messageOf(changes.get(i) ?? frame));
+    if (cloud) assert.ok(isSame(cloud, voxels[i]), `frame ${i}`);
+    return cloud ? [i] : [];
+  });
+  return { shown, alerts: application.alerts };
+}
+
+test("after a lost or damaged frame there is nothing until the next I-frame", () => {
+  const random = randomNumbers(5);
+  const changesOf = {
+    flipped: (frame) => frame.map((byte, i) => (i === at(frame) ? byte ^ (1 << random(8)) : byte)),
+    cut: (frame) => frame.slice(0, at(frame)),
+    overwritten: (frame) => frame.slice().fill(0, at(frame)),
+    empty: () => new Uint8Array(0),
+  };
+  const at = (frame) => random(frame.length);
+  for (const [name, change] of Object.entries(changesOf))
+    for (const damaged of [0, 2, 5, 6, 9])
+      for (let round = 0; round < (name === "empty" ? 1 : 8); ++round) {
+        const changed = change(frames[damaged]);
+        if (Buffer.compare(changed, frames[damaged]) === 0) continue; // zeros over zeros
+        const { shown, alerts } = shownWith(new Map([[damaged, changed]]));
+        const next = isIFrame.indexOf(true, damaged + 1);
+        const expected = [...frames.keys()].filter((i) => i < damaged || (next > 0 && i >= next));
+        assert.deepEqual(shown, expected, `${name}, frame ${damaged}`);
+        assert.ok(alerts.every(({ severity, message }) => severity === "warn" && message.startsWith("/points: ")));
+      }
+});
+
+test("an intact copy of a damaged frame lets the stream go on", () => {
+  const application = startApplication();
+  for (const [i, frame] of frames.entries()) {
+    const damaged = frame.slice();
+    damaged[damaged.length >> 1] ^= 1;
+    assert.equal(application.convert("/points", messageOf(damaged)), undefined);
+    assert.ok(isSame(application.convert("/points", messageOf(frame)), voxels[i]));
+  }
+  assert.equal(application.alerts.length, 1); // once for all frames
+  assert.match(application.alerts[0].message, /^\/points: .*checksum/);
+});
+
+test("clouds in other formats are left to others, and named once", () => {
+  const application = startApplication();
+  for (const format of ["draco", "draco", "pcl_extra", ""])
+    assert.equal(application.convert(`/${format}`, messageOf(frames[0], { format })), undefined);
+  assert.deepEqual(application.alerts.map(({ message }) => message.split(":")[0]), ["/draco", "/pcl_extra", "/"]);
+  assert.ok(application.convert("/points", messageOf(frames[0], { format: "pcl_ext" })));
+});
+
+test("where the application takes no alerts they go to the console", (t) => {
+  const warn = t.mock.method(console, "warn", () => undefined);
+  const { converters } = startApplication();
+  const message = messageOf(frames[0], { format: "draco" });
+  assert.equal(converters[0].converter(message, { topic: "/points", message }), undefined);
+  assert.equal(warn.mock.calls.length, 1);
+});
