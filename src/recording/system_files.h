@@ -57,7 +57,8 @@ closeFile(int descriptor);
 PCL_EXT_RECORDING_EXPORT bool
 describeFile(int descriptor, FileType& type, std::uint64_t& size);
 
-/** \brief A path at which an open file can be opened again; empty if there is none. */
+/** \brief A path at which an open file can be opened again; empty if the system knows
+ * none. */
 PCL_EXT_RECORDING_EXPORT std::string
 pathOfOpenFile(int descriptor);
 

@@ -154,8 +154,9 @@ pathOfInput(const std::string& path)
   if (path != standard_input &&
       (is_file || type == fs::file_type::none || type == fs::file_type::not_found))
     return path;
-  const std::string copy =
-      is_file ? recording::pathOfOpenFile(0) : keepCopy(path, openInput(path), {});
+  std::string copy = is_file ? recording::pathOfOpenFile(0) : "";
+  if (copy.empty())
+    copy = keepCopy(path, openInput(path), {});
   return copies[path] = copy;
 }
 
