@@ -1,8 +1,5 @@
 #include "recording/system_files.h"
 
-#ifndef NOMINMAX
-#define NOMINMAX
-#endif
 #include <fcntl.h>
 #include <io.h>
 #include <share.h>
