@@ -116,7 +116,7 @@ check_consumer codec_consumer
 if [ $with_recording = ON ]; then
   check_consumer recording_consumer
   test_recordings
-  program=${PCL_EXT_WINDOWS_PROGRAM:-$prefix/bin/pcl_ext.exe}
+  program=$prefix/bin/pcl_ext.exe
   if [ -e "$program" ]; then
     (cd "$out/recording_consumer" && check_program "$program")
   fi
