@@ -8,8 +8,12 @@
 #include <pcl/pcl_config.h>
 #endif
 
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <sys/utsname.h>
 #include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -41,6 +45,35 @@ processorName()
   return name.empty() ? "unknown" : name;
 }
 
+#ifdef _WIN32
+
+double
+memoryGigabytes()
+{
+  MEMORYSTATUSEX memory{};
+  memory.dwLength = sizeof(memory);
+  ::GlobalMemoryStatusEx(&memory);
+  return 1e-9 * static_cast<double>(memory.ullTotalPhys);
+}
+
+std::string
+systemName()
+{
+  return "Windows";
+}
+
+/** \brief Of the system and the program, as GetProcessTimes() returns them. */
+double
+cpuSeconds(const FILETIME& kernel, const FILETIME& user)
+{
+  double seconds = 0.0;
+  for (const FILETIME& time : {kernel, user})
+    seconds += 1e-7 * (4294967296.0 * time.dwHighDateTime + time.dwLowDateTime);
+  return seconds;
+}
+
+#else
+
 /** \brief Memory of the machine. */
 double
 memoryGigabytes()
@@ -66,6 +99,16 @@ systemName()
   return name + kernel.sysname + " " + kernel.release;
 }
 
+double
+clockSeconds(clockid_t clock)
+{
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+#endif
+
 std::string
 compilerName()
 {
@@ -83,22 +126,44 @@ std::string
 date()
 {
   const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
   std::array<char, 11> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%d", &parts);
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", std::gmtime(&now));
   return text.data();
 }
 
+} // namespace
+
+#ifdef _WIN32
+
 double
-clockSeconds(clockid_t clock)
+loadAverage()
 {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  return 0.0;
 }
 
-} // namespace
+double
+processCpuSeconds()
+{
+  FILETIME begin{}, end{}, kernel{}, user{};
+  ::GetProcessTimes(::GetCurrentProcess(), &begin, &end, &kernel, &user);
+  return cpuSeconds(kernel, user);
+}
+
+double
+threadCpuSeconds()
+{
+  FILETIME begin{}, end{}, kernel{}, user{};
+  ::GetThreadTimes(::GetCurrentThread(), &begin, &end, &kernel, &user);
+  return cpuSeconds(kernel, user);
+}
+
+double
+residentMegabytes()
+{
+  return 0.0; // not measured there
+}
+
+#else
 
 double
 loadAverage()
@@ -128,6 +193,8 @@ residentMegabytes()
   file >> total_pages >> resident_pages;
   return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
+
+#endif
 
 void
 restartPeakResident()

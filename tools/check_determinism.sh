@@ -4,7 +4,7 @@
 # run tests of what differs between processors: vectors, bits, the order of bytes.
 # Needs the groups `build`, `check` and `platforms` of tools/packages.txt.
 #
-# Then it builds the codec as a DLL for Windows, with a program that uses it as users do.
+# tools/check_windows.sh follows, where the expression does not leave it out.
 #
 # Usage: tools/check_determinism.sh [regular expression]
 # Only platforms whose line the expression matches; PCL_EXT_JOBS (2) at a time.
@@ -77,19 +77,6 @@ check() {
   echo "same bytes: $compiler ($lanes, $((SECONDS - start)) s)"
 }
 
-# What the macros of pcl_ext/export.h export must be all that a program needs.
-check_dll() {
-  local compiler="x86_64-w64-mingw32-g++-posix -std=c++17 -w -O1 -static -Iinclude -Isrc $eigen"
-  # shellcheck disable=SC2046,SC2086
-  printf '#include "%s"\n' $(find src/version.cpp src/{bytes,voxels,voxelizing,codec,stream,outliers} \
-    -name '*.cpp' ! -name '*_avx2.cpp' | sort) > "$out/library.cpp" &&
-    $compiler -I. -Dpcl_ext_codec_EXPORTS -shared "$out/library.cpp" $(find src/voxelizing -name '*_avx2.cpp') \
-      -lz -o "$out/pcl_ext_codec.dll" &&
-    $compiler test/package/codec_consumer/codec_consumer.cpp "$out/pcl_ext_codec.dll" -o "$out/consumer.exe" &&
-    $wine "$out/consumer.exe" || return 1
-  echo "a program uses the codec's DLL"
-}
-
 # Prints one line, or the whole output if something failed.
 report() {
   local log=$out/$BASHPID.log
@@ -108,5 +95,5 @@ while IFS='|' read -r lanes runner compiler; do
   report check "$lanes" "$runner" "${compiler# }" &
 done < <(grep -E "${1:-}" <<< "$platforms")
 wait
-report check_dll
+if grep -qE "${1:-}" <<< "check_windows"; then report tools/check_windows.sh; fi
 [ ! -e "$out/failed" ]

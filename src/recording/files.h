@@ -2,6 +2,8 @@
 
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/temporary_copy.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -14,12 +16,6 @@ constexpr char unfinished_suffix[] = ".unfinished";
 
 /** \brief The path that stands for the standard input or output. */
 constexpr char standard_stream[] = "-";
-
-/** \brief Writes bytes to a descriptor.
- * \return false if it takes no more of them; errno says why
- */
-bool
-writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count);
 
 /** \brief A file that is read at any offset. */
 class InputFile {
@@ -68,6 +64,7 @@ public:
 
 private:
   int descriptor_ = -1;
+  TemporaryFile copy_;    // of an input that cannot seek
   bool has_name_ = false; // it can be opened again
   std::uint64_t size_ = 0;
   std::string path_;

@@ -108,8 +108,10 @@ McapWriter::Implementation::~Implementation()
   if (!is_finished_)
     guarded([this] { return flush(); });
   std::error_code ignored;
-  if (!is_finished_ && chunks_.empty() && !paths_.unfinished.empty())
+  if (!is_finished_ && chunks_.empty() && !paths_.unfinished.empty()) {
+    file_ = OutputFile(); // Windows removes no open file
     fs::remove_all(paths_.unfinished, ignored);
+  }
 }
 
 /** \brief Keeps the first failure, which all later calls return. */

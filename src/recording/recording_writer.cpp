@@ -103,8 +103,10 @@ RecordingWriter::Implementation::~Implementation()
 {
   std::error_code ignored;
   if (has_file_of_frames_ && !is_finished_ && file_.position() == 0 &&
-      path_ != standard_stream)
+      path_ != standard_stream) {
+    file_ = OutputFile(); // Windows removes no open file
     fs::remove(path_ + unfinished_suffix, ignored);
+  }
 }
 
 RecordingStatus

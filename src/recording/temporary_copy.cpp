@@ -1,22 +1,27 @@
 #include "recording/temporary_copy.h"
 
-#include "recording/files.h"
-
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "recording/system_files.h"
 
 #include <array>
 #include <cerrno>
-#include <cstdint>
-#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <random>
+#include <system_error>
+#include <utility>
 
 namespace pcl_ext {
 namespace recording {
 
 namespace {
+
+namespace fs = std::filesystem;
+
+#ifdef __linux__
+constexpr bool needs_name = false; // to be opened again
+#else
+constexpr bool needs_name = true;
+#endif
 
 RecordingStatus
 failure(const std::string& what)
@@ -28,13 +33,15 @@ failure(const std::string& what)
 std::string
 whyRefused(int input, const std::string& name)
 {
-  if (::isatty(input) != 0)
-    return "'" + name + "' is a terminal: name a file, or pipe one into the program";
-  struct stat properties {};
-  if (::fstat(input, &properties) == 0 &&
-      (S_ISCHR(properties.st_mode) || S_ISBLK(properties.st_mode)))
-    return "'" + name + "' is a device: only files and pipes can be read";
-  return {};
+  FileType type{};
+  std::uint64_t size = 0;
+  if (!describeFile(input, type, size))
+    return {};
+  return type == FileType::Terminal
+             ? "'" + name + "' is a terminal: name a file, or pipe one into the program"
+         : type == FileType::Device
+             ? "'" + name + "' is a device: only files and pipes can be read"
+             : "";
 }
 
 RecordingStatus
@@ -45,16 +52,15 @@ copyAll(int input,
 {
   std::array<std::uint8_t, std::size_t{1} << 16> buffer;
   for (;;) {
-    // Unlike read() it returns after each signal, also one whose calls are restarted; a
+    // Unlike reading it ends with each signal, also one whose calls are restarted; a
     // signal that came before it is noticed after the timeout.
-    pollfd waited{input, POLLIN, 0};
     constexpr int timeout_ms = 200;
-    const int ready = ::poll(&waited, 1, timeout_ms);
+    const bool is_ready = waitForInput(input, timeout_ms);
     if (is_wanted && !is_wanted())
       return {RecordingCode::InputFailed, "interrupted while reading '" + name + "'"};
-    if (ready == 0)
+    if (!is_ready)
       continue;
-    const ssize_t count = ::read(input, buffer.data(), buffer.size());
+    const std::ptrdiff_t count = readNext(input, buffer.data(), buffer.size());
     if (count < 0 && (errno == EINTR || errno == EAGAIN))
       continue;
     if (count < 0)
@@ -68,28 +74,74 @@ copyAll(int input,
 
 } // namespace
 
+TemporaryFile::~TemporaryFile()
+{
+  if (!exists())
+    return;
+  closeFile(descriptor_);
+  std::error_code ignored;
+  if (needs_name)
+    fs::remove(path_, ignored);
+}
+
+TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
+{
+  *this = std::move(other);
+}
+
+TemporaryFile&
+TemporaryFile::operator=(TemporaryFile&& other) noexcept
+{
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(path_, other.path_);
+  return *this;
+}
+
+bool
+TemporaryFile::create()
+{
+  *this = TemporaryFile();
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  if (error) {
+    errno = error.default_error_condition().value();
+    return false;
+  }
+  std::random_device random;
+  int descriptor = -1;
+  do {
+    path_ = (folder / ("pcl_ext" + std::to_string(random()))).string();
+    descriptor = createNew(path_);
+  }
+  while (descriptor < 0 && errno == EEXIST);
+  if (descriptor < 0)
+    return false;
+  descriptor_ = descriptor;
+  if (needs_name)
+    return true;
+  fs::remove(path_, error);
+  path_ = pathOfOpenFile(descriptor_);
+  return true;
+}
+
 RecordingStatus
 copyToTemporaryFile(int input,
                     const std::string& name,
                     const std::function<bool()>& is_wanted,
                     const std::vector<std::uint8_t>& beginning,
-                    int& copy)
+                    TemporaryFile& copy)
 {
   if (const std::string reason = whyRefused(input, name); !reason.empty())
     return {RecordingCode::InputFailed, reason};
-  const char* folder = std::getenv("TMPDIR");
-  std::string path =
-      std::string(folder != nullptr ? folder : "/tmp") + "/pcl_extXXXXXX";
-  copy = ::mkostemp(path.data(), O_CLOEXEC);
-  if (copy < 0)
-    return failure("cannot make the temporary file '" + path + "' for '" + name + "'");
-  ::unlink(path.c_str());
-  const RecordingStatus status =
-      writeAll(copy, beginning.data(), beginning.size())
-          ? copyAll(input, name, is_wanted, copy)
+  TemporaryFile made;
+  if (!made.create())
+    return failure("cannot make a temporary file for '" + name + "'");
+  RecordingStatus status =
+      writeAll(made.descriptor(), beginning.data(), beginning.size())
+          ? copyAll(input, name, is_wanted, made.descriptor())
           : failure("cannot keep '" + name + "' in a temporary file");
-  if (!status.ok())
-    ::close(copy);
+  if (status.ok())
+    copy = std::move(made);
   return status;
 }
 

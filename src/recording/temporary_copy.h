@@ -11,8 +11,48 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Copies an input that cannot seek, such as a pipe, into a temporary file
- * without a name. Devices and terminals are refused, as they may have no end.
+/** \brief A temporary file, which is removed with this. On Linux it has no name, so that
+ * nothing is left of it if the program is killed. */
+class PCL_EXT_RECORDING_EXPORT TemporaryFile {
+public:
+  TemporaryFile() = default;
+  ~TemporaryFile();
+  TemporaryFile(TemporaryFile&& other) noexcept;
+  TemporaryFile&
+  operator=(TemporaryFile&& other) noexcept;
+
+  /** \brief Makes one.
+   * \return false if that fails; errno says why
+   */
+  bool
+  create();
+
+  bool
+  exists() const
+  {
+    return descriptor_ >= 0;
+  }
+
+  int
+  descriptor() const
+  {
+    return descriptor_;
+  }
+
+  /** \brief A path at which it can be opened. */
+  const std::string&
+  path() const
+  {
+    return path_;
+  }
+
+private:
+  int descriptor_ = -1;
+  std::string path_;
+};
+
+/** \brief Copies an input that cannot seek, such as a pipe, into a temporary file.
+ * Devices and terminals are refused, as they may have no end.
  *
  * It is exported for the program pcl_ext, which reads clouds, too, from pipes.
  * \param[in] input descriptor of the input
@@ -20,14 +60,14 @@ namespace recording {
  * \param[in] is_wanted is asked after signals and before each part; false ends the
  * copy. Empty: it is wanted
  * \param[in] beginning bytes of the input that were read already
- * \param[out] copy descriptor of the copy, which the caller closes
+ * \param[out] copy is empty after a failure
  */
 PCL_EXT_RECORDING_EXPORT RecordingStatus
 copyToTemporaryFile(int input,
                     const std::string& name,
                     const std::function<bool()>& is_wanted,
                     const std::vector<std::uint8_t>& beginning,
-                    int& copy);
+                    TemporaryFile& copy);
 
 } // namespace recording
 } // namespace pcl_ext

@@ -6,8 +6,10 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 namespace pcl_ext {
@@ -53,9 +55,11 @@ public:
       throw std::runtime_error("'" + path + "' cannot be read: " + reason);
     }
     size_ = static_cast<std::uint64_t>(status.st_size);
+    std::error_code ignored;
+    const auto changed =
+        std::filesystem::last_write_time(path, ignored).time_since_epoch();
     tag_ = '"' + std::to_string(status.st_size) + '-' +
-           std::to_string(status.st_mtim.tv_sec) + '-' +
-           std::to_string(status.st_mtim.tv_nsec) + '"';
+           std::to_string(changed.count()) + '"';
   }
 
   ~FileResource() override { ::close(descriptor_); }

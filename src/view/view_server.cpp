@@ -8,8 +8,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include <sys/socket.h>
-
 #include <csignal>
 #include <filesystem>
 #include <new>
@@ -254,10 +252,10 @@ ViewServer::Implementation::admit(tcp::socket socket)
   }
   ++refused_;
   // The buffer of a new connection has room for it.
-  ::send(socket.native_handle(),
-         too_many_connections,
-         sizeof(too_many_connections) - 1,
-         MSG_NOSIGNAL | MSG_DONTWAIT);
+  error_code ignored;
+  socket.non_blocking(true, ignored);
+  socket.write_some(
+      asio::buffer(too_many_connections, sizeof(too_many_connections) - 1), ignored);
 }
 
 void

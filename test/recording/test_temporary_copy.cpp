@@ -1,3 +1,4 @@
+#include "recording/system_files.h"
 #include "recording/temporary_copy.h"
 #include "support/recorded_streams.h"
 
@@ -18,16 +19,23 @@ TEST(TemporaryCopies, APipeIsCopiedToItsEnd)
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
   const std::string text = "frames";
+  const std::string whole = "a " + text;
   ASSERT_EQ(::write(ends[1], text.data(), text.size()), 6);
   ::close(ends[1]);
-  int copy = -1;
-  ASSERT_TRUE(copyToTemporaryFile(ends[0], "pipe", {}, {'a', ' '}, copy).ok());
-  ::close(ends[0]);
-  std::string read(16, ' ');
-  for (int i = 0; i < 2; ++i) // at any place, and again
-    EXPECT_EQ(::pread(copy, read.data(), read.size(), 0), 8);
-  EXPECT_EQ(read.substr(0, 8), "a frames");
-  ::close(copy);
+  std::string path;
+  {
+    TemporaryFile copy;
+    ASSERT_TRUE(copyToTemporaryFile(ends[0], "pipe", {}, {'a', ' '}, copy).ok());
+    ::close(ends[0]);
+    path = copy.path();
+    for (int i = 0; i < 2; ++i) // again
+      EXPECT_EQ(bytesOf(path), Bytes(whole.begin(), whole.end()));
+    std::vector<std::uint8_t> end(6);
+    EXPECT_TRUE(readAt(copy.descriptor(), 2, end.data(), end.size()));
+    EXPECT_EQ(std::string(end.begin(), end.end()), text);
+    EXPECT_FALSE(readAt(copy.descriptor(), 3, end.data(), end.size()));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST(TemporaryCopies, ACopyThatIsNotWantedEnds)
@@ -35,11 +43,12 @@ TEST(TemporaryCopies, ACopyThatIsNotWantedEnds)
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
   ASSERT_EQ(::write(ends[1], "x", 1), 1);
-  int copy = -1;
+  TemporaryFile copy;
   const RecordingStatus status = copyToTemporaryFile(
       ends[0], "pipe", [] { return false; }, {}, copy);
   EXPECT_EQ(status.code(), RecordingCode::InputFailed);
   EXPECT_NE(status.message().find("interrupted"), std::string::npos);
+  EXPECT_FALSE(copy.exists());
   ::close(ends[0]);
   ::close(ends[1]);
 }

@@ -7,10 +7,8 @@
 #include "console/console.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "console/terminal.h"
 #include "options/help_format.h"
-
-#include <poll.h>
-#include <unistd.h>
 
 #include <exception>
 #include <iostream>
@@ -115,8 +113,7 @@ finishOutput(const std::string& name, int status)
   if (std::cout)
     return status;
   // A reader that has enough, as head, is no failure to tell of.
-  pollfd output{STDOUT_FILENO, POLLOUT, 0};
-  if (::poll(&output, 1, 0) != 1 || (output.revents & POLLERR) == 0)
+  if (!isReaderGone())
     std::cerr << name << ": cannot write to the standard output\n";
   return status == all_done ? something_failed : status;
 }

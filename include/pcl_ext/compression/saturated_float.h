@@ -13,7 +13,8 @@ namespace detail {
 inline float
 saturatedFloat(double number)
 {
-  constexpr double largest = std::numeric_limits<float>::max();
+  // In brackets, as windows.h has a macro of that name.
+  constexpr double largest = (std::numeric_limits<float>::max)();
   return static_cast<float>(std::clamp(number, -largest, largest));
 }
 

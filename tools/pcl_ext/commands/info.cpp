@@ -51,10 +51,11 @@ describeTime(Time time)
   if (seconds < first_date)
     return formatted(seconds, 3) + " s";
   const auto whole_seconds = static_cast<std::time_t>(time.count() / 1000000000);
-  std::tm utc{};
-  gmtime_r(&whole_seconds, &utc);
+  const std::tm* const utc = std::gmtime(&whole_seconds);
+  if (utc == nullptr) // only for years that no clock has
+    return formatted(seconds, 3) + " s";
   char date[40];
-  std::strftime(date, sizeof(date), "%Y-%m-%d %H:%M:%S", &utc);
+  std::strftime(date, sizeof(date), "%Y-%m-%d %H:%M:%S", utc);
   char text[60];
   std::snprintf(text,
                 sizeof(text),

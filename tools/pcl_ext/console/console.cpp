@@ -1,12 +1,10 @@
 #include "console/console.h"
 
 #include "console/printable_text.h"
+#include "console/terminal.h"
 #include "inputs/standard_input.h"
 #include "measuring/markdown_table.h"
 #include "options/option_names.h"
-
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -42,16 +40,6 @@ minutesAndSeconds(double seconds)
   return text;
 }
 
-/** \brief Columns of the terminal of standard error. */
-std::size_t
-terminalWidth()
-{
-  constexpr std::size_t usual = 80;
-  winsize size{};
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col
-                                                                           : usual;
-}
-
 std::string
 bar(std::size_t done, std::size_t total)
 {
@@ -70,7 +58,7 @@ printError(const std::string& command, const std::string& message)
 }
 
 Console::Console(const std::string& command)
-: name_("pcl_ext " + command), is_terminal_(isatty(STDERR_FILENO) != 0)
+: name_("pcl_ext " + command), is_terminal_(isTerminal(StandardStream::Error))
 {}
 
 void
@@ -163,7 +151,9 @@ Console::show(Clock::time_point now)
     return;
   }
   // A line that the terminal breaks could not be overwritten.
-  const std::size_t width = terminalWidth() - 1;
+  constexpr std::size_t usual = 80;
+  const std::size_t columns = terminalWidth();
+  const std::size_t width = (columns > 1 ? columns : usual) - 1;
   const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
   if (bar_before.size() + text.size() <= width)
     text = bar_before + text;

@@ -1,13 +1,19 @@
 #include "console/interruption.h"
 
+#include <chrono>
 #include <csignal>
-#include <ctime>
 #include <initializer_list>
 
 namespace pcl_ext {
 namespace tools {
 
 namespace {
+
+#ifdef _WIN32
+constexpr int processor_time_is_over = -1; // there is no such signal
+#else
+constexpr int processor_time_is_over = SIGXCPU; // a soft limit
+#endif
 
 volatile std::sig_atomic_t is_interrupted = 0;
 volatile std::sig_atomic_t first_second = 0; // when the first signal came
@@ -16,14 +22,17 @@ volatile std::sig_atomic_t first_second = 0; // when the first signal came
 std::sig_atomic_t
 secondNow()
 {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<std::sig_atomic_t>(now.tv_sec);
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::sig_atomic_t>(
+      std::chrono::duration_cast<std::chrono::seconds>(now).count());
 }
 
 void
 noteInterruption(int signal)
 {
+#ifdef _WIN32
+  std::signal(signal, noteInterruption); // each signal takes its function away
+#endif
   constexpr std::sig_atomic_t patience_s = 2;
   if (is_interrupted == 0) {
     first_second = secondNow();
@@ -31,7 +40,8 @@ noteInterruption(int signal)
   }
   // The command timeout sends its signal twice at once, and the kernel SIGXCPU each
   // second.
-  else if (signal != SIGXCPU && secondNow() - first_second >= patience_s) {
+  else if (signal != processor_time_is_over &&
+           secondNow() - first_second >= patience_s) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }
@@ -42,12 +52,15 @@ noteInterruption(int signal)
 void
 catchInterruptions()
 {
+#ifdef _WIN32
+  for (const int signal : {SIGINT, SIGTERM, SIGBREAK})
+    std::signal(signal, noteInterruption);
+#else
   struct sigaction action {};
   action.sa_handler = noteInterruption;
   sigemptyset(&action.sa_mask);
   action.sa_flags = SA_RESTART;
-  // SIGXCPU: a soft limit on the time of the processor.
-  for (const int signal : {SIGINT, SIGTERM, SIGXCPU})
+  for (const int signal : {SIGINT, SIGTERM, processor_time_is_over})
     sigaction(signal, &action, nullptr);
   // After nohup it stays ignored.
   struct sigaction hangup {};
@@ -55,6 +68,7 @@ catchInterruptions()
     sigaction(SIGHUP, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN); // a limit on file sizes, which writing then reports
+#endif
 }
 
 bool

@@ -3,7 +3,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU set a flag instead of ending
+/** \brief From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU (on Windows Ctrl-C and
+ * Ctrl-Break) set a flag instead of ending
  * the program; one that comes two seconds later ends it. A pipe whose reader is gone,
  * and a file that may not become as large (ulimit -f), are errors of writing. */
 void

@@ -5,7 +5,11 @@
 #include "console/exit_status.h"
 #include "recording/mcap_reader.h"
 
+#ifdef _WIN32
+#include <io.h>
+#else
 #include <glob.h>
+#endif
 
 #include <algorithm>
 #include <filesystem>
@@ -51,6 +55,38 @@ bagsIn(const fs::path& folder)
   return bags;
 }
 
+#ifdef _WIN32
+/** \brief Only the last part of the pattern may have * and ?. */
+std::vector<std::string>
+pathsThatMatch(const fs::path& pattern)
+{
+  std::vector<std::string> paths;
+  _wfinddata_t found{};
+  const std::intptr_t search = ::_wfindfirst(pattern.c_str(), &found);
+  if (search == -1)
+    return paths;
+  do {
+    const fs::path name = found.name;
+    if (name != "." && name != "..")
+      paths.push_back((pattern.parent_path() / name).string());
+  }
+  while (::_wfindnext(search, &found) == 0);
+  ::_findclose(search);
+  return paths;
+}
+#else
+std::vector<std::string>
+pathsThatMatch(const std::string& pattern)
+{
+  glob_t found{};
+  std::vector<std::string> paths;
+  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  return paths;
+}
+#endif
+
 } // namespace
 
 std::vector<std::string>
@@ -58,11 +94,7 @@ pathsOf(const std::string& pattern)
 {
   if (pattern == "-" || fs::exists(pattern))
     return {pattern};
-  glob_t found{};
-  std::vector<std::string> paths;
-  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
-    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-  ::globfree(&found);
+  std::vector<std::string> paths = pathsThatMatch(pattern);
   std::sort(paths.begin(), paths.end(), clouds::comesBefore);
   if (paths.empty())
     throw std::runtime_error("there is no '" + pattern + "'");

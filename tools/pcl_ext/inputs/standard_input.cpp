@@ -1,12 +1,8 @@
 #include "inputs/standard_input.h"
 
 #include "console/interruption.h"
+#include "recording/system_files.h"
 #include "recording/temporary_copy.h"
-
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cctype>
 #include <cerrno>
@@ -19,6 +15,8 @@
 namespace pcl_ext {
 namespace tools {
 
+namespace fs = std::filesystem;
+
 namespace {
 
 constexpr const char* standard_input = "-";
@@ -27,27 +25,43 @@ constexpr const char* standard_input = "-";
  * only. */
 std::map<std::string, std::string> copies;
 
-std::string
-pathOfDescriptor(int descriptor)
-{
-  return "/proc/self/fd/" + std::to_string(descriptor);
-}
+/** \brief What is in these copies, until the program ends. */
+std::vector<recording::TemporaryFile> temporary_files;
 
 /** \brief Opens an input that is no regular file. A pipe without a writer is waited for
  * later, where an interruption ends it. */
 Descriptor
 openInput(const std::string& path)
 {
-  Descriptor descriptor(path == standard_input
-                            ? ::dup(STDIN_FILENO)
-                            : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  Descriptor descriptor(path == standard_input ? recording::duplicateStandard(0)
+                                               : recording::openToRead(path));
   if (descriptor.get() < 0)
     throw std::runtime_error("cannot open '" + shownName(path) +
                              "': " + std::strerror(errno));
-  if (path != standard_input)
-    ::fcntl(
-        descriptor.get(), F_SETFL, ::fcntl(descriptor.get(), F_GETFL) & ~O_NONBLOCK);
   return descriptor;
+}
+
+/** \brief The type of an input; that of the standard input by its descriptor. */
+fs::file_type
+typeOf(const std::string& path)
+{
+  std::error_code ignored;
+  if (path != standard_input)
+    return fs::status(path, ignored).type();
+  recording::FileType type{};
+  std::uint64_t size = 0;
+  if (!recording::describeFile(0, type, size))
+    return fs::file_type::none;
+  switch (type) {
+  case recording::FileType::Regular:
+    return fs::file_type::regular;
+  case recording::FileType::Folder:
+    return fs::file_type::directory;
+  case recording::FileType::Pipe:
+    return fs::file_type::fifo;
+  default:
+    return fs::file_type::unknown;
+  }
 }
 
 std::string
@@ -55,12 +69,13 @@ keepCopy(const std::string& path,
          const Descriptor& input,
          const std::vector<std::uint8_t>& beginning)
 {
-  int copy = -1;
+  recording::TemporaryFile copy;
   const recording::RecordingStatus status = recording::copyToTemporaryFile(
       input.get(), shownName(path), [] { return !isInterrupted(); }, beginning, copy);
   if (!status.ok())
     throw std::runtime_error(status.message());
-  return pathOfDescriptor(copy);
+  temporary_files.push_back(std::move(copy));
+  return temporary_files.back().path();
 }
 
 } // namespace
@@ -68,7 +83,7 @@ keepCopy(const std::string& path,
 Descriptor::~Descriptor()
 {
   if (number_ >= 0)
-    ::close(number_);
+    recording::closeFile(number_);
 }
 
 std::string
@@ -82,20 +97,18 @@ mustWaitFor(int descriptor)
 {
   // Who writes a file into the pipe is a little slower than who reads it.
   constexpr int timeout_ms = 10;
-  pollfd input{descriptor, POLLIN, 0};
-  return ::poll(&input, 1, timeout_ms) == 0;
+  return !recording::waitForInput(descriptor, timeout_ms);
 }
 
 std::size_t
 readPipe(int descriptor, std::uint8_t* bytes, std::size_t count)
 {
   while (!isInterrupted()) {
-    // Unlike read() it ends with a signal.
-    pollfd input{descriptor, POLLIN, 0};
+    // Unlike reading it ends with a signal.
     constexpr int timeout_ms = 200;
-    if (::poll(&input, 1, timeout_ms) <= 0)
+    if (!recording::waitForInput(descriptor, timeout_ms))
       continue;
-    const ssize_t read = ::read(descriptor, bytes, count);
+    const std::ptrdiff_t read = recording::readNext(descriptor, bytes, count);
     if (read >= 0)
       return static_cast<std::size_t>(read);
     if (errno != EINTR && errno != EAGAIN)
@@ -108,11 +121,8 @@ readPipe(int descriptor, std::uint8_t* bytes, std::size_t count)
 std::optional<Descriptor>
 mcapPipeOf(const std::string& path)
 {
-  struct stat properties {};
-  const int result = path == standard_input ? ::fstat(STDIN_FILENO, &properties)
-                                            : ::stat(path.c_str(), &properties);
-  const bool is_pipe =
-      result == 0 && (S_ISFIFO(properties.st_mode) || S_ISSOCK(properties.st_mode));
+  const fs::file_type type = typeOf(path);
+  const bool is_pipe = type == fs::file_type::fifo || type == fs::file_type::socket;
   if (!is_pipe || copies.count(path) != 0)
     return std::nullopt;
   constexpr char magic[] = "\x89MCAP0\r\n";
@@ -138,22 +148,22 @@ pathOfInput(const std::string& path)
 {
   if (const auto known = copies.find(path); known != copies.end())
     return known->second;
-  struct stat properties {};
-  const int result = path == standard_input ? ::fstat(STDIN_FILENO, &properties)
-                                            : ::stat(path.c_str(), &properties);
+  const fs::file_type type = typeOf(path);
   const bool is_file =
-      result == 0 && (S_ISREG(properties.st_mode) || S_ISDIR(properties.st_mode));
-  if (path != standard_input && (result != 0 || is_file))
+      type == fs::file_type::regular || type == fs::file_type::directory;
+  if (path != standard_input &&
+      (is_file || type == fs::file_type::none || type == fs::file_type::not_found))
     return path;
-  const std::string copy =
-      is_file ? pathOfDescriptor(STDIN_FILENO) : keepCopy(path, openInput(path), {});
+  std::string copy = is_file ? recording::pathOfOpenFile(0) : "";
+  if (copy.empty())
+    copy = keepCopy(path, openInput(path), {});
   return copies[path] = copy;
 }
 
 std::string
 streamNameOfInput(const std::string& path)
 {
-  return path == standard_input ? "stdin" : std::filesystem::path(path).stem().string();
+  return path == standard_input ? "stdin" : fs::path(path).stem().string();
 }
 
 std::string

@@ -52,9 +52,10 @@ parseNamedPose(const std::string& text)
   return {text.substr(0, equals), parsePose(text.substr(equals + 1))};
 }
 
-/** \brief True if a user means a stream; the slash at its beginning may be left out. */
+/** \brief True if the stream that a pose is given for is this one; the slash at its
+ * beginning may be left out. */
 bool
-isMeant(const std::string& given, const std::string& stream)
+isPoseOf(const std::string& given, const std::string& stream)
 {
   return given == stream || (!given.empty() && '/' + given == stream);
 }
@@ -373,7 +374,7 @@ EncodingOptions::checkStreams(const std::vector<std::string>& streams) const
     if (const std::string& given = name;
         !name.empty() &&
         std::none_of(streams.begin(), streams.end(), [&given](const auto& stream) {
-          return isMeant(given, stream);
+          return isPoseOf(given, stream);
         })) {
       std::string known;
       for (const std::string& stream : streams)
@@ -412,7 +413,7 @@ EncodingOptions::poseOf(const std::string& stream) const
 {
   WorldPose pose = WorldPose::Identity();
   for (const auto& [name, named_pose] : poses_)
-    if (isMeant(name, stream))
+    if (isPoseOf(name, stream))
       return named_pose;
     else if (name.empty())
       pose = named_pose;
@@ -423,7 +424,7 @@ bool
 EncodingOptions::hasPose(const std::string& stream) const
 {
   return std::any_of(poses_.begin(), poses_.end(), [&stream](const auto& pose) {
-    return pose.first.empty() || isMeant(pose.first, stream);
+    return pose.first.empty() || isPoseOf(pose.first, stream);
   });
 }
 

@@ -10,8 +10,6 @@
 #include "outputs/frame_output.h"
 #include "outputs/output_path.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -180,10 +178,11 @@ makeFolderBeside(const fs::path& path)
 {
   const std::string name = path.string() + unfinished_suffix;
   std::string folder = name;
-  for (unsigned int number = 1; ::mkdir(folder.c_str(), 0777) != 0; ++number) {
-    if (errno != EEXIST)
+  std::error_code error;
+  for (unsigned int number = 1; !fs::create_directory(folder, error); ++number) {
+    if (error && error != std::errc::file_exists)
       throw std::runtime_error("cannot create the folder '" + folder +
-                               "': " + std::strerror(errno));
+                               "': " + error.message());
     folder = name + '.' + std::to_string(number);
   }
   return folder;

@@ -2,11 +2,7 @@
 
 #include "console/exit_status.h"
 #include "console/printable_text.h"
-
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "recording/system_files.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -70,15 +66,13 @@ stateOf(const std::string& path)
 {
   InputState state;
   const auto add = [&state](const std::string& file) {
-    struct ::stat found {};
-    if (::stat(file.c_str(), &found) != 0)
+    std::int64_t changed_ns = 0;
+    if (!recording::lastChange(file, changed_ns))
       throwError("cannot read", file);
-    if (!S_ISREG(found.st_mode))
+    if (!fs::is_regular_file(file))
       return;
-    state.bytes += static_cast<std::uintmax_t>(found.st_size);
-    state.mtime_ns = std::max<std::int64_t>(
-        state.mtime_ns,
-        std::int64_t{1'000'000'000} * found.st_mtim.tv_sec + found.st_mtim.tv_nsec);
+    state.bytes += fs::file_size(file);
+    state.mtime_ns = std::max(state.mtime_ns, changed_ns);
   };
   if (!fs::is_directory(path))
     add(path);
@@ -100,22 +94,22 @@ Manifest::Manifest(const std::string& folder,
   if (error)
     throw std::runtime_error("cannot make the folder '" + folder +
                              "': " + error.message());
-  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  file_ = recording::openToWrite(path_);
+  if (file_ < 0 && errno == EBUSY)
+    throw UsageError("another run encodes bags into '" + folder +
+                     "': wait for its end, or name another folder");
   if (file_ < 0)
     throwError("cannot open", path_);
   try {
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-      throw UsageError("another run encodes bags into '" + folder +
-                       "': wait for its end, or name another folder");
     read();
   }
   catch (...) {
-    ::close(file_);
+    recording::closeFile(file_);
     throw;
   }
 }
 
-Manifest::~Manifest() { ::close(file_); }
+Manifest::~Manifest() { recording::closeFile(file_); }
 
 void
 Manifest::read()
@@ -136,8 +130,7 @@ Manifest::read()
       throw UsageError("'" + (fs::path(path_).parent_path() / output).string() +
                        "' was encoded with other options, '" + textIn(line, "options") +
                        "': name another folder, or encode all again with --overwrite");
-  if (::ftruncate(file_, static_cast<off_t>(end)) != 0 ||
-      ::lseek(file_, 0, SEEK_END) < 0)
+  if (!recording::truncateFile(file_, end))
     throwError("cannot write", path_);
 }
 
@@ -199,12 +192,9 @@ Manifest::append(const nlohmann::ordered_json& line)
 {
   const std::string text =
       line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  for (std::size_t at = 0; at < text.size();) {
-    const ssize_t count = ::write(file_, text.data() + at, text.size() - at);
-    if (count < 0 && errno != EINTR)
-      throwError("cannot write", path_);
-    at += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
-  }
+  if (!recording::writeAll(
+          file_, reinterpret_cast<const std::uint8_t*>(text.data()), text.size()))
+    throwError("cannot write", path_);
 }
 
 } // namespace tools

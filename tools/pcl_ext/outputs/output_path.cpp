@@ -1,9 +1,8 @@
 #include "outputs/output_path.h"
 
 #include "console/exit_status.h"
+#include "console/terminal.h"
 #include "recording/mcap_reader.h"
-
-#include <unistd.h>
 
 #include <filesystem>
 
@@ -45,7 +44,7 @@ checkOutput(const std::string& path)
 {
   refuseDevice(path);
   const OutputKind kind = kindOfOutput(path);
-  if (path == "-" && ::isatty(STDOUT_FILENO) != 0)
+  if (path == "-" && isTerminal(StandardStream::Output))
     throw UsageError("the standard output is a terminal, and frames are no text: "
                      "redirect it, as in -o - > x.pcxi");
   std::error_code ignored;

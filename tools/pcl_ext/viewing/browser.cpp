@@ -7,25 +7,34 @@
 #include <csignal>
 #include <cstdlib>
 
+extern char** environ; // no header of POSIX has it
+
 namespace pcl_ext {
 namespace tools {
 
 namespace {
 
+#ifndef __APPLE__
 bool
 isSet(const char* variable)
 {
   const char* const value = std::getenv(variable);
   return value != nullptr && *value != '\0';
 }
+#endif
 
 } // namespace
 
 bool
 openBrowser(const std::string& url)
 {
+#ifdef __APPLE__
+  std::string program = "open";
+#else
+  std::string program = "xdg-open";
   if (!isSet("DISPLAY") && !isSet("WAYLAND_DISPLAY"))
     return false;
+#endif
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -38,7 +47,6 @@ openBrowser(const std::string& url)
   sigaddset(&defaults, SIGPIPE);
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-  std::string program = "xdg-open";
   std::string argument = url;
   char* const arguments[] = {program.data(), argument.data(), nullptr};
   pid_t child = 0;

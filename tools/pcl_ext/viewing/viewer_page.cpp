@@ -2,6 +2,10 @@
 
 #include "console/interruption.h"
 
+#ifdef __APPLE__
+#include <mach-o/dyld.h>
+#endif
+
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -24,8 +28,16 @@ constexpr std::uint64_t bytes_of_a_megabyte = 1'000'000;
 fs::path
 installedPage()
 {
+#ifdef __APPLE__
+  std::array<char, 4096> name{};
+  auto size = static_cast<std::uint32_t>(name.size());
+  const fs::path program = ::_NSGetExecutablePath(name.data(), &size) == 0
+                               ? fs::weakly_canonical(name.data())
+                               : fs::path();
+#else
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
+#endif
   return (program.parent_path() / PCL_EXT_PAGE_FROM_PROGRAM).lexically_normal();
 }
 
