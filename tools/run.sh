@@ -61,8 +61,8 @@ done
 exec 3>&1 >&2
 bash "$root/tools/install_packages.sh" program
 [ -x "$program" ] || echo "Building in $build; this takes a few minutes the first time"
-cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
-  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF -DPCL_EXT_UNITY_BUILD=ON \
+cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_WITH_PCL=OFF -DPCL_EXT_BUILD_TOOLS=ON \
+  -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" --target pcl_ext_program -j "${PCL_EXT_JOBS:-2}"
 case "$1 $*" in

@@ -35,7 +35,7 @@ public:
   , errors_(folder / ("." + name + "_errors"))
   {
     writeBytes(errors_, {});
-    const std::string command = "cd '" + folder / "" + "' && P='" + PCL_EXT_PROGRAM +
+    const std::string command = "cd '" + folder / "" + "' && P='" + testedProgram() +
                                 "' && { " +
                                 (line.empty() ? "exec \"$P\" " + arguments : line) +
                                 "; } > '" + output_ + "' 2> '" + errors_ + "'";

@@ -43,10 +43,17 @@ withoutProgress(const std::string& text)
 
 } // namespace
 
+std::string
+testedProgram()
+{
+  const char* const other = std::getenv("PCL_EXT_PROGRAM");
+  return other != nullptr ? other : PCL_EXT_PROGRAM;
+}
+
 ProgramRun
 runShell(const TestFolder& folder, const std::string& line)
 {
-  const std::string command = "cd '" + folder / "" + "' && P='" + PCL_EXT_PROGRAM +
+  const std::string command = "cd '" + folder / "" + "' && P='" + testedProgram() +
                               "'; (" + line + ") > .output 2> .errors";
   const int result = std::system(command.c_str());
   return {WIFEXITED(result) ? WEXITSTATUS(result) : -1,

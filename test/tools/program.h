@@ -32,6 +32,11 @@ struct ProgramRun {
   std::string errors;
 };
 
+/** \brief The program that is tested: that of the environment variable PCL_EXT_PROGRAM, else
+ * that of this build. */
+std::string
+testedProgram();
+
 /** \brief Runs the program.
  * \param[in] folder working folder
  * \param[in] arguments as a shell takes them

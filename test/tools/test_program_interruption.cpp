@@ -48,7 +48,7 @@ TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
     ::close(ends[1]);
     ::close(STDERR_FILENO);
     ::open("/dev/null", O_WRONLY);
-    ::execl(PCL_EXT_PROGRAM,
+    ::execl(testedProgram().c_str(),
             "pcl_ext",
             "encode",
             input.c_str(),

@@ -137,7 +137,7 @@ TEST(ProgramLive, ASocketIsReadAsItComes)
     ::close(ends[1]);
     // If it waits for the end of the socket, this ends it.
     ::alarm(60);
-    ::execl(PCL_EXT_PROGRAM,
+    ::execl(testedProgram().c_str(),
             "pcl_ext",
             "encode",
             "-",

@@ -300,7 +300,7 @@ TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
   for (const std::string prefix : {"installed", "built"}) {
     fs::create_directories(folder / prefix + "/bin");
     fs::create_directories(folder / prefix + "/share/pcl_ext");
-    fs::copy_file(PCL_EXT_PROGRAM, folder / prefix + "/bin/pcl_ext");
+    fs::copy_file(testedProgram(), folder / prefix + "/bin/pcl_ext");
   }
   const auto expectCommand = [&](const std::string& prefix,
                                  const std::string& command) {

@@ -1,5 +1,7 @@
 #include "tools/view_process.h"
 
+#include "tools/program.h"
+
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -22,7 +24,7 @@ ViewProcess::ViewProcess(const TestFolder& folder,
   writeBytes(folder / "page.html",
              Bytes(view_page, view_page + std::strlen(view_page)));
   const std::string command = "cd '" + folder / "" + "' && exec env " + environment +
-                              " '" + PCL_EXT_PROGRAM + "' view --page page.html " +
+                              " '" + testedProgram() + "' view --page page.html " +
                               arguments + " 2> '" + errors_file_ + "'";
   int to_program[2];
   int from_program[2];

@@ -1,0 +1,120 @@
+"""Writes an SPDX 2.3 document of a release: its files, and what others wrote that is in them.
+
+Usage: list_contents.py VERSION FOLDER, in a clone; FOLDER/contents.spdx.json is written.
+"""
+
+import datetime
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+# Compiled into the wheel, from Debian's packages.
+IN_THE_WHEEL = {
+    "zlib1g-dev": ("zlib", "Zlib"),
+    "libzstd-dev": ("zstd", "BSD-3-Clause"),
+    "liblz4-dev": ("lz4", "BSD-2-Clause"),
+    "libeigen3-dev": ("Eigen", "MPL-2.0"),
+    "pybind11-dev": ("pybind11", "BSD-3-Clause"),
+}
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def file_entry(identifier, name, path):
+    checksums = [
+        {"algorithm": "SHA1", "checksumValue": hashlib.sha1(path.read_bytes()).hexdigest()},
+        {"algorithm": "SHA256", "checksumValue": digest(path)},
+    ]
+    return {
+        "SPDXID": identifier,
+        "fileName": f"./{name}",
+        "checksums": checksums,
+        "licenseConcluded": "BSD-3-Clause",
+        "copyrightText": "NOASSERTION",
+    }
+
+
+def package(identifier, name, version, licence, location="NOASSERTION"):
+    return {
+        "SPDXID": identifier,
+        "name": name,
+        "versionInfo": version,
+        "downloadLocation": location,
+        "filesAnalyzed": False,
+        "licenseConcluded": licence,
+        "licenseDeclared": licence,
+        "copyrightText": "NOASSERTION",
+    }
+
+
+def debian_version(name):
+    ask = ["dpkg-query", "-W", "-f", "${Version}", name]
+    return subprocess.run(ask, check=True, capture_output=True, text=True).stdout
+
+
+def npm_packages():
+    """Name, version and licence of what the viewer's page and the extension have in them."""
+    lock = json.loads((ROOT / "viewer/package-lock.json").read_text())
+    used = set(json.loads((ROOT / "viewer/package.json").read_text())["dependencies"])
+    for path, entry in sorted(lock["packages"].items()):
+        name = path.rpartition("node_modules/")[2]
+        if path.startswith("node_modules/") and not entry.get("dev") and not entry.get("link"):
+            used.discard(name)
+            yield name, entry["version"], entry.get("license", "NOASSERTION")
+    if used:
+        sys.exit(f"package-lock.json has no {used}")
+
+
+def main(version, folder):
+    listing = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True)
+    sources = [name for name in listing.stdout.decode().split("\0") if name]
+    artifacts = sorted(
+        path for path in folder.rglob("*") if path.is_file() and path.suffix != ".json")
+    packages = [package("SPDXRef-pcl-ext", "pcl_ext", version, "BSD-3-Clause")]
+    relations = []
+
+    def relate(one, kind, other):
+        relations.append({"spdxElementId": one, "relationshipType": kind, "relatedSpdxElement": other})
+
+    relate("SPDXRef-DOCUMENT", "DESCRIBES", "SPDXRef-pcl-ext")
+    files = []
+    for number, name in enumerate(sources):
+        files.append(file_entry(f"SPDXRef-source-{number}", f"source/{name}", ROOT / name))
+        relate("SPDXRef-pcl-ext", "CONTAINS", files[-1]["SPDXID"])
+    for number, path in enumerate(artifacts):
+        name = path.relative_to(folder).as_posix()
+        files.append(file_entry(f"SPDXRef-file-{number}", name, path))
+        relate(files[-1]["SPDXID"], "GENERATED_FROM", "SPDXRef-pcl-ext")
+    for number, (debian, (name, licence)) in enumerate(IN_THE_WHEEL.items()):
+        packages.append(
+            package(f"SPDXRef-wheel-{number}", name, debian_version(debian), licence))
+        relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-wheel-{number}")
+    for number, (name, of, licence) in enumerate(npm_packages()):
+        packages.append(package(f"SPDXRef-npm-{number}", name, of, licence))
+        relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-npm-{number}")
+    time = datetime.datetime.fromtimestamp(
+        int(os.environ["SOURCE_DATE_EPOCH"]), datetime.timezone.utc)
+    document = {
+        "spdxVersion": "SPDX-2.3",
+        "dataLicense": "CC0-1.0",
+        "SPDXID": "SPDXRef-DOCUMENT",
+        "name": f"pcl_ext-{version}",
+        "documentNamespace": f"https://pcl-ext.example/spdx/{version}/{digest(folder / f'pcl_ext-{version}.tar.gz')}",
+        "creationInfo": {
+            "created": time.strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "creators": ["Tool: pcl_ext/tools/list_contents.py"],
+        },
+        "packages": packages,
+        "files": files,
+        "relationships": relations,
+    }
+    (folder / "contents.spdx.json").write_text(json.dumps(document, indent=1) + "\n")
+
+
+main(sys.argv[1], pathlib.Path(sys.argv[2]))

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Makes what a release consists of, from a clone without changes, in build-release-files:
+#   pcl_ext-VERSION.tar.gz       the source, the same bytes each time
+#   *.deb                        Debian packages for the distribution that this runs on
+#   pcl_ext-VERSION-*.whl, pcl_ext-VERSION.tar.gz in python/: wheel and source distribution
+#   pcl_ext-codec-*.tgz          the codec in WebAssembly for npm
+#   viewer.html, pcl_ext-*.foxe  the viewer's page; the extension for Foxglove and Lichtblick
+#   *.symbols                    what the shared libraries export, with the outcome of abi.txt
+#   contents.spdx.json           every file of the source, and what is compiled into the others
+#   SHA256SUMS
+# The first run fetches packages of Debian and npm; later ones need no network.
+# Usage, as root or where the packages are installed: bash tools/release.sh [PREVIOUS]
+#   PREVIOUS   a folder with the .symbols of the last release, which this one must not break
+set -euo pipefail
+case ${1:-} in
+  --help | -h)
+    sed -n '2,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set '
+    exit 0
+    ;;
+esac
+root=$(cd "$(dirname "$0")/.." && pwd)
+previous=${1:+$(cd "$1" && pwd)}
+cd "$root"
+version=$(sed -n 's/^  VERSION \(.*\)$/\1/p' CMakeLists.txt)
+out=$root/build-release-files
+if [ -n "$(git status --porcelain)" ]; then
+  echo "release: the clone has changes that are not committed" >&2
+  exit 1
+fi
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+export SOURCE_DATE_EPOCH
+bash tools/install_packages.sh build package viewer python release
+rm -rf "$out"
+mkdir -p "$out/python"
+
+source_tarball() {
+  git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n > "$1"
+}
+source_tarball "$out/pcl_ext-$version.tar.gz"
+source_tarball "$out/again.tar.gz"
+cmp "$out/pcl_ext-$version.tar.gz" "$out/again.tar.gz"
+rm "$out/again.tar.gz"
+
+bash tools/package.sh
+cp build-package/packages/*.deb "$out"
+
+# Of a copy of the source, as setuptools leaves files there.
+mkdir build-release-files/source
+tar -xzf "$out/pcl_ext-$version.tar.gz" -C "$out/source" --strip-components=1
+(cd "$out/source" && /usr/bin/python3 -m build --no-isolation --outdir "$out/python" > "$out/python.log") ||
+  { cat "$out/python.log"; exit 1; }
+rm -rf "$out/source" "$out/python.log"
+
+bash viewer/build.sh "$out/viewer.html"
+npm pack ./viewer/codec --pack-destination "$out" --silent > /dev/null
+npm --prefix viewer/foxglove run --silent build
+cp viewer/foxglove/dist/*.foxe "$out"
+
+bash tools/check_abi.sh build-package/src "$out" ${previous:+"$previous"}
+python3 tools/list_contents.py "$version" "$out"
+(cd "$out" && find . -type f ! -name SHA256SUMS -printf '%P\n' | LC_ALL=C sort | xargs sha256sum > SHA256SUMS)
+ls -l "$out" "$out/python"
