@@ -1,0 +1,256 @@
+#include "clouds/cloud_files.h"
+#include "clouds/pcd_file.h"
+#include "clouds/ply_file.h"
+#include "support/recorded_streams.h"
+
+#include <pcl/conversions.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace clouds {
+namespace test {
+
+using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
+using Bytes = std::vector<std::uint8_t>;
+
+/** \brief Points of many digits, with some missing. */
+Points
+randomPoints(std::uint32_t width, std::uint32_t height, bool has_missing)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> number(-1e3f, 1e3f);
+  Points points(width, height);
+  for (auto& point : points) {
+    point.x = number(random);
+    point.y = number(random);
+    point.z = number(random);
+    point.rgba = static_cast<std::uint32_t>(random()) | 0xff000000u;
+    point.curvature = number(random);
+    if (has_missing && random() % 4 == 0)
+      point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+  }
+  points.is_dense = !has_missing;
+  return points;
+}
+
+/** \brief The same points without the gaps between PCL's fields. */
+pcl::PCLPointCloud2
+packed(const Points& points)
+{
+  pcl::PCLPointCloud2 from;
+  pcl::toPCLPointCloud2(points, from);
+  pcl::PCLPointCloud2 cloud = from;
+  cloud.point_step = 0;
+  for (auto& field : cloud.fields) {
+    field.offset = cloud.point_step;
+    cloud.point_step += 4;
+  }
+  cloud.row_step = cloud.width * cloud.point_step;
+  cloud.data.clear();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const auto& field : from.fields) {
+      const std::uint8_t* const begin = &from.data[i * from.point_step + field.offset];
+      cloud.data.insert(cloud.data.end(), begin, begin + 4);
+    }
+  return cloud;
+}
+
+/** \brief Expects the same bits, but of missing points and of normals, which are none here. */
+void
+expectSamePoints(const pcl::PCLPointCloud2& cloud, const Points& expected)
+{
+  Points points;
+  pcl::fromPCLPointCloud2(cloud, points);
+  ASSERT_EQ(points.width, expected.width);
+  ASSERT_EQ(points.height, expected.height);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    SCOPED_TRACE(i);
+    if (std::isnan(expected[i].x)) {
+      EXPECT_TRUE(std::isnan(points[i].x));
+      continue;
+    }
+    EXPECT_EQ(points[i].x, expected[i].x);
+    EXPECT_EQ(points[i].y, expected[i].y);
+    EXPECT_EQ(points[i].z, expected[i].z);
+    EXPECT_EQ(points[i].rgba & 0xffffffu, expected[i].rgba & 0xffffffu);
+    EXPECT_EQ(points[i].curvature, expected[i].curvature);
+  }
+}
+
+void
+writeBytes(const std::string& path, const Bytes& bytes)
+{
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+}
+
+TEST(CloudFiles, ReadWhatPclHasWritten)
+{
+  const recording::test::TestFolder folder;
+  for (const std::uint32_t height : {1u, 7u}) {
+    const Points points = randomPoints(31, height, height > 1);
+    pcl::io::savePCDFileASCII(folder / "ascii.pcd", points);
+    pcl::io::savePCDFileBinary(folder / "binary.pcd", points);
+    pcl::io::savePCDFileBinaryCompressed(folder / "compressed.pcd", points);
+    pcl::PCLPointCloud2 message;
+    pcl::toPCLPointCloud2(points, message);
+    pcl::PLYWriter().writeBinary(
+        folder / "binary.ply", message, {}, {1, 0, 0, 0}, false);
+    for (const std::string name : {"binary.pcd", "compressed.pcd", "binary.ply"}) {
+      SCOPED_TRACE(name);
+      pcl::PCLPointCloud2 cloud;
+      readCloud(folder / name, cloud);
+      expectSamePoints(cloud, points);
+    }
+    // PCL writes 8 digits.
+    pcl::PCLPointCloud2 text;
+    readCloud(folder / "ascii.pcd", text);
+    Points rounded;
+    pcl::fromPCLPointCloud2(text, rounded);
+    ASSERT_EQ(rounded.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!std::isnan(points[i].x)) {
+        EXPECT_NEAR(rounded[i].x, points[i].x, 1e-4f);
+        EXPECT_EQ(rounded[i].rgba & 0xffffffu, points[i].rgba & 0xffffffu);
+      }
+  }
+}
+
+TEST(CloudFiles, WriteWhatPclReads)
+{
+  const recording::test::TestFolder folder;
+  Viewpoint viewpoint;
+  viewpoint.origin << 0.1f, -2.5f, 1e-3f, 0.0f;
+  viewpoint.orientation = Eigen::Quaternionf(0.5f, 0.5f, -0.5f, 0.5f);
+  for (const std::uint32_t height : {1u, 7u}) {
+    const Points points = randomPoints(31, height, height > 1);
+    const pcl::PCLPointCloud2 cloud = packed(points);
+    for (const PcdStorage storage :
+         {PcdStorage::Binary, PcdStorage::Compressed, PcdStorage::Ascii}) {
+      SCOPED_TRACE(static_cast<int>(storage));
+      writeBytes(folder / "x.pcd", writePcd(cloud, viewpoint, storage));
+      pcl::PCLPointCloud2 read;
+      Eigen::Vector4f origin;
+      Eigen::Quaternionf orientation;
+      int version = 0;
+      ASSERT_EQ(
+          pcl::PCDReader().read(folder / "x.pcd", read, origin, orientation, version),
+          0);
+      expectSamePoints(read, points);
+      EXPECT_EQ(origin.head<3>(), viewpoint.origin.head<3>());
+      EXPECT_EQ(orientation.coeffs(), viewpoint.orientation.coeffs());
+    }
+    writeBytes(folder / "x.ply", writePly(cloud));
+    pcl::PCLPointCloud2 read;
+    ASSERT_EQ(pcl::PLYReader().read(folder / "x.ply", read), 0);
+    expectSamePoints(read, points);
+  }
+}
+
+TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
+{
+  const recording::test::TestFolder folder;
+  // Elements before and after, lists, alpha, numbers of 64 bits and the other order of bytes.
+  const std::string header =
+      "element camera 1\nproperty float focus\n"
+      "element strip 2\nproperty list uchar short parts\n"
+      "element vertex 2\nproperty double x\nproperty double y\n"
+      "property double z\nproperty uchar red\nproperty uchar green\n"
+      "property uchar blue\nproperty uchar alpha\nproperty short ring\n"
+      "element face 1\nproperty list uchar int vertex_indices\n"
+      "end_header\n";
+  const std::string text =
+      "ply\nformat ascii 1.0\ncomment made by hand\n" + header +
+      "1.5\n0\n2 7 8\n4500000.125 -2 3 1 2 3 4 -5\n1 2 3 255 0 7 9 6\n3 0 1 1\n";
+  std::string binary = "ply\nformat binary_big_endian 1.0\n" + header;
+  const auto add = [&binary](auto number) {
+    std::array<char, sizeof(number)> bytes{};
+    std::memcpy(bytes.data(), &number, sizeof(number));
+    binary.append(bytes.rbegin(), bytes.rend());
+  };
+  add(1.5f);
+  binary += std::string("\0\2\0\7\0\10", 6);
+  for (const double coordinate : {4500000.125, -2.0, 3.0})
+    add(coordinate);
+  binary += "\1\2\3\4";
+  add(std::int16_t{-5});
+  for (const double coordinate : {1.0, 2.0, 3.0})
+    add(coordinate);
+  binary += std::string("\xff\0\7\11", 4);
+  add(std::int16_t{6});
+  binary += std::string("\3\0\0\0\0\0\0\0\1\0\0\0\1", 13);
+  for (const std::string& content : {text, binary}) {
+    writeBytes(folder / "x.ply", Bytes(content.begin(), content.end()));
+    pcl::PCLPointCloud2 cloud;
+    readCloud(folder / "x.ply", cloud);
+    ASSERT_EQ(cloud.fields.size(), 5u);
+    EXPECT_EQ(cloud.fields[3].name, "rgba");
+    EXPECT_EQ(cloud.fields[4].name, "ring");
+    ASSERT_EQ(cloud.width, 2u);
+    double x = 0.0;
+    std::uint32_t colour = 0;
+    std::int16_t ring = 0;
+    std::memcpy(&x, cloud.data.data(), sizeof(x));
+    std::memcpy(&colour, &cloud.data[cloud.fields[3].offset], sizeof(colour));
+    std::memcpy(
+        &ring, &cloud.data[cloud.point_step + cloud.fields[4].offset], sizeof(ring));
+    EXPECT_EQ(x, 4500000.125);
+    EXPECT_EQ(colour, 0x04010203u);
+    EXPECT_EQ(ring, 6);
+  }
+}
+
+TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)
+{
+  const recording::test::TestFolder folder;
+  const pcl::PCLPointCloud2 image = packed(randomPoints(6, 4, true));
+  const std::pair<std::string, Bytes> files[] = {
+      {"a.pcd", writePcd(image, {}, PcdStorage::Binary)},
+      {"b.pcd", writePcd(image, {}, PcdStorage::Compressed)},
+      {"c.pcd", writePcd(image, {}, PcdStorage::Ascii)},
+      {"d.ply", writePly(image)}};
+  std::mt19937 random(3);
+  std::size_t refused = 0;
+  for (const auto& [name, whole] : files)
+    for (int i = 0; i < 1000; ++i) {
+      Bytes bytes = whole;
+      for (std::size_t changes = 1 + random() % 4; changes > 0; --changes) {
+        // Half of them in the header.
+        std::uint8_t& byte = bytes[random() % (random() % 2 == 0 ? 400 : bytes.size())];
+        byte = random() % 2 == 0 ? static_cast<std::uint8_t>(random())
+                                 : static_cast<std::uint8_t>('0' + random() % 10);
+      }
+      if (random() % 4 == 0)
+        bytes.resize(random() % bytes.size());
+      writeBytes(folder / name, bytes);
+      pcl::PCLPointCloud2 cloud;
+      try {
+        readCloud(folder / name, cloud);
+        EXPECT_EQ(cloud.data.size(),
+                  std::size_t{cloud.width} * cloud.height * cloud.point_step);
+        EXPECT_LE(cloud.data.size(), 176 * bytes.size());
+      }
+      catch (const std::runtime_error&) {
+        ++refused;
+      }
+    }
+  EXPECT_GT(refused, 1000u);
+}
+
+} // namespace test
+} // namespace clouds
+} // namespace pcl_ext
