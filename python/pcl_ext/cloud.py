@@ -59,7 +59,7 @@ class Cloud(np.ndarray):
         ImportError
             Without pandas.
         """
-        pandas = _package("pandas", "python3-pandas")
+        pandas = package("pandas", "python3-pandas")
         columns: dict[str, NDArray[Any]] = {}
         points = np.ravel(self)
         for name in points.dtype.names:
@@ -87,7 +87,7 @@ class Cloud(np.ndarray):
         ImportError
             Without Open3D.
         """
-        open3d = _package("open3d", "python3-open3d")
+        open3d = package("open3d", "python3-open3d")
         points = finite_points(self)
 
         def tensor(values: NDArray[Any]) -> Any:
@@ -153,7 +153,8 @@ def _unused(name: str, used: Any) -> str:
     return name
 
 
-def _package(name: str, debian_package: str) -> Any:
+def package(name: str, debian_package: str) -> Any:
+    """Imports a package that may be missing."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:

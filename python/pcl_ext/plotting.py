@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy as np
 
-from .cloud import finite_points, has_colours
+from .cloud import finite_points, has_colours, package
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,7 +60,7 @@ def plot_cloud(cloud: NDArray[Any], axes: Any = None) -> Any:
     if len(points):
         xyz = [points[axis] for axis in "xyz"]
         axes.scatter(*xyz, c=colours_of(points), s=1.5, linewidths=0)
-        axes.set_box_aspect([max(np.ptp(values), 0.1) for values in xyz], zoom=1.25)
+        axes.set_box_aspect([max(np.ptp(values), 0.1) for values in xyz], zoom=1.1)
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
     return axes
 
@@ -93,6 +93,7 @@ def plot_sizes(sizes: Sequence[int], number: Optional[int] = None, axes: Any = N
 
 
 def _new_figure() -> Any:
+    package("matplotlib", "python3-matplotlib")
     from matplotlib import pyplot
 
     return pyplot.figure()

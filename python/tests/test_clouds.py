@@ -116,7 +116,8 @@ def test_coordinates_of_maps_keep_their_precision(room):
 
 @pytest.mark.parametrize(
     "package, call",
-    [("pandas", pcl_ext.Cloud.to_pandas), ("open3d", pcl_ext.Cloud.to_open3d)])
+    [("pandas", pcl_ext.Cloud.to_pandas), ("open3d", pcl_ext.Cloud.to_open3d),
+     ("matplotlib", pcl_ext.Cloud.plot)])
 def test_packages_that_are_missing(coloured, monkeypatch, package, call):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ImportError, match=f"pip install {package}.*python3-{package}"):
