@@ -62,7 +62,7 @@ class Cloud(np.ndarray):
         pandas = package("pandas", "python3-pandas")
         columns: dict[str, NDArray[Any]] = {}
         points = np.ravel(self)
-        for name in points.dtype.names:
+        for name in points.dtype.names or ():
             values = points[name]
             for place, column in enumerate(_table(values).T):
                 title = name if values.ndim == 1 else f"{name}_{place}"
@@ -133,7 +133,7 @@ def finite_points(cloud: NDArray[Any]) -> NDArray[Any]:
 
 def has_colours(cloud: NDArray[Any]) -> bool:
     """Whether r, g, b are the colours, and not other fields of these names."""
-    fields = cloud.dtype.fields or {}
+    fields: Any = cloud.dtype.fields or {}
     return all(name in fields and fields[name][0] == np.uint8 for name in "rgb")
 
 
