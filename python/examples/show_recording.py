@@ -16,6 +16,8 @@ import sys
 import numpy as np
 
 import pcl_ext
+from pcl_ext.cloud import finite_points
+from pcl_ext.plotting import colours_of, plot_sizes
 
 
 class FolderOfFrames:
@@ -68,35 +70,6 @@ def frame_sizes(recording, stream):
     return [len(recording.read(stream, number).data) for number in range(count)]
 
 
-def colours_of(cloud):
-    """What the points are coloured by: their own colours, intensity or height."""
-    if "r" in cloud.dtype.names:
-        return np.column_stack([cloud[name] for name in "rgb"]) / 255
-    if "intensity" in cloud.dtype.names:
-        # Counts and shares have a few high values, which would hide the others.
-        top = np.percentile(cloud["intensity"], 95) if len(cloud) else 1
-        return np.minimum(cloud["intensity"], max(top, 1e-6))
-    return cloud["z"]
-
-
-def draw_cloud(axes, cloud, title):
-    axes.clear()
-    axes.set_title(title)
-    xyz = pcl_ext.positions(cloud)
-    if len(xyz):
-        axes.scatter(*xyz.T, c=colours_of(cloud), s=1.5, cmap="viridis", linewidths=0)
-        axes.set_box_aspect(np.maximum(np.ptp(xyz, axis=0), 0.1), zoom=1.25)
-    axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
-
-
-def draw_sizes(axes, sizes, number):
-    axes.clear()
-    axes.bar(range(len(sizes)), sizes, width=1.0, color="#9ecae1")
-    axes.bar([number], [sizes[number]], width=1.0, color="#08519c")
-    axes.xaxis.get_major_locator().set_params(integer=True)
-    axes.set(xlabel="frame", ylabel="bytes", xlim=(-0.5, len(sizes) - 0.5))
-
-
 def show_with_matplotlib(recording, stream, arguments, denoising):
     import matplotlib
 
@@ -113,13 +86,16 @@ def show_with_matplotlib(recording, stream, arguments, denoising):
     def draw(number):
         cloud = recording.frame(stream, number, **denoising)
         name = f"{recording.streams[stream].name}, frame {number}"
+        cloud_axes.clear()
         if cloud is None:
-            cloud = np.zeros(0, [("x", "f4"), ("y", "f4"), ("z", "f4")])
-            title = f"{name}: {recording.status.message}"
+            cloud_axes.set_title(f"{name}: {recording.status.message}")
         else:
-            title = f"{name}: {len(cloud):,} voxels, {sizes[number]:,} bytes"
-        draw_cloud(cloud_axes, cloud, title)
-        draw_sizes(size_axes, sizes, number)
+            cloud.plot(cloud_axes)
+            cloud_axes.set_title(
+                f"{name}: {len(cloud):,} voxels, {sizes[number]:,} bytes"
+            )
+        size_axes.clear()
+        plot_sizes(sizes, number, size_axes)
         figure.canvas.draw_idle()
 
     draw(arguments.frame)
@@ -149,11 +125,12 @@ def show_with_open3d(recording, stream, arguments, denoising):
         cloud = recording.frame(stream, number, **denoising)
         if cloud is None:
             continue
-        shown.points = open3d.utility.Vector3dVector(pcl_ext.positions(cloud))
-        colours = colours_of(cloud)
-        if colours.ndim == 1:
+        made = cloud.to_open3d().to_legacy()
+        if not made.has_colors():
+            colours = colours_of(finite_points(cloud))
             colours = np.repeat(colours[:, None] / max(colours.max(), 1e-6), 3, axis=1)
-        shown.colors = open3d.utility.Vector3dVector(colours)
+            made.colors = open3d.utility.Vector3dVector(colours)
+        shown.points, shown.colors = made.points, made.colors
         if number == arguments.frame:
             window.add_geometry(shown)
         else:

@@ -12,11 +12,19 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 
 from ._native import version as __version__
 from .bags import BagSummary, EncodingSummary, StreamSummary, encode_bag
+from .cloud import Cloud
 from .codec import CompressionWarning, Decoder, Encoder
 from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
 from .order import arrange_by_ring, sort_by_time
 from .outliers import OutlierRemoval, PointOutlierRemoval
-from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
+from .recording import (
+    Damage,
+    RecordedFrame,
+    RecordedStream,
+    Recording,
+    RecordingWarning,
+    open,
+)
 from .recording_writer import RecordingWriter
 from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
 from .status import Error, Status
@@ -24,6 +32,7 @@ from .temporal_filter import TemporalVoxelFilter
 
 __all__ = [
     "BagSummary",
+    "Cloud",
     "CloudStatistics",
     "CompressionWarning",
     "Damage",
@@ -40,6 +49,7 @@ __all__ = [
     "RecordedFrame",
     "RecordedStream",
     "Recording",
+    "RecordingWarning",
     "RecordingWriter",
     "Status",
     "StreamSummary",

@@ -25,13 +25,14 @@ from ._arguments import (
     native_filter,
     removal,
 )
+from .cloud import Cloud
 from .outliers import OutlierRemoval
 from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
 from .status import Error, Status
 from .temporal_filter import TemporalVoxelFilter
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from ._arguments import Buffer
 
@@ -464,7 +465,7 @@ class Decoder:
         outliers: Optional[OutlierRemoval] = None,
         min_intensity: Optional[float] = None,
         temporal_filter: Optional[TemporalVoxelFilter] = None,
-    ) -> Optional[NDArray[Any]]:
+    ) -> Optional[Cloud]:
         """Decodes the first frame in memory.
 
         It ends at ``statistics.skipped_bytes + statistics.bytes``, where the next call may
@@ -485,7 +486,7 @@ class Decoder:
 
         Returns
         -------
-        numpy.ndarray or None
+        Cloud or None
             One point at the centre of each voxel, or, if the frame has them, in rows and
             columns, with x, y, z of NaN where there is no point: a structured array with x,
             y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
@@ -508,7 +509,7 @@ class Decoder:
             native_filter(temporal_filter),
         )
         self._status = Status(code, message)
-        return cloud
+        return None if cloud is None else Cloud(cloud)
 
     @property
     def status(self) -> Status:

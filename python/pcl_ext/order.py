@@ -5,6 +5,8 @@ from typing import Any, Optional, Sequence, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .cloud import finite_points
+
 _MOST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 
@@ -52,8 +54,7 @@ def sort_by_time(
     ValueError
         Without these fields, or if a value of them is not a number.
     """
-    points = np.ravel(cloud)
-    points = points[np.all([np.isfinite(points[axis]) for axis in "xyz"], axis=0)]
+    points = finite_points(cloud)
     times = _field(points, time, ("t", "time", "timestamp", "time_stamp", "offset_time"))
     rings = _field(points, ring, ("ring", "channel", "line"))
     return points[np.lexsort((rings, times))]
@@ -125,7 +126,7 @@ def arrange_by_ring(
     rows, width = (needed if shape is None else most).astype(int)
     if rows * width > _MOST_PIXELS:
         raise ValueError(f"{rows} rows and {width} columns are more than {_MOST_PIXELS} pixels")
-    arranged = np.zeros((rows, width), points.dtype)
+    arranged = np.zeros_like(points, shape=(rows, width))
     for name in points.dtype.names or ():
         if np.issubdtype(points.dtype[name].base, np.floating):
             arranged[name] = np.nan

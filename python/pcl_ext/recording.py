@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import errno
+import heapq
 import math
 import os
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    Dict,
-    Iterator,
-    List,
-    NamedTuple,
-    Optional,
-    Tuple,
-    Union,
-)
+import warnings
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 from . import _native
 from ._arguments import (
@@ -27,12 +19,10 @@ from ._arguments import (
     removal,
     whole_number,
 )
+from .cloud import Cloud
 from .frames import FrameField
 from .outliers import OutlierRemoval
 from .status import Error, Status
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _NANOSECONDS = 1e9
 
@@ -68,6 +58,10 @@ class Damage(NamedTuple):
     offset: int  #: byte of the file at which it begins
     message: str  #: what is wrong there and what is lost
     file: str  #: path of the file
+
+
+class RecordingWarning(UserWarning):
+    """Clouds of a recording were left out, as it is damaged."""
 
 
 class Recording:
@@ -152,9 +146,52 @@ class Recording:
             Seconds, on the clock of `RecordedStream.first_time`; compared to the
             microsecond. 0 is the beginning.
         """
-        # A float of seconds may be above the time that it was made of.
-        earlier = math.floor(microseconds("time", time, END_OF_TIME) - 0.5)
-        self._native.seek(max(0, earlier) * 1000)
+        self._native.seek(_not_later("time", time))
+
+    def clouds(
+        self,
+        streams: Union[None, int, str, Iterable[Union[int, str]]] = None,
+        *,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+    ) -> Iterator[Tuple[float, str, Cloud]]:
+        """Decodes the clouds of streams in the order of their times, those of the same time
+        in the order of `streams` of the recording::
+
+            for time, stream, cloud in pcl_ext.open("cell.mcap").clouds():
+                print(time, stream, cloud.to_pandas().describe())
+
+        Neither `seek` nor an iteration over the recording has to do with it. Frames that
+        cannot be read or decoded are left out, with a `RecordingWarning` for the first one of
+        each stream, and for the first `damage` that is known before.
+
+        Parameters
+        ----------
+        streams : int, str or several of them, optional
+            Indices or names of streams in `streams`. Else all.
+        start, end : float, optional
+            Times as those of `RecordedStream.first_time`, seconds: from start on, and before
+            end; compared to the microsecond.
+
+        Returns
+        -------
+        iterator of (float, str, Cloud)
+            Time of recording, seconds; name of the stream; the cloud, as of `frame`.
+
+        Raises
+        ------
+        IndexError, KeyError
+            If there is no such stream.
+        """
+        if streams is None:
+            streams = range(len(self._streams))
+        elif isinstance(streams, str) or not isinstance(streams, Iterable):
+            streams = [streams]
+        return self._clouds(
+            sorted({self._index(stream) for stream in streams}),
+            0 if start is None else _not_later("start", start),
+            math.inf if end is None else _not_later("end", end),
+        )
 
     def read(self, stream: Union[int, str], number: int) -> RecordedFrame:
         """Reads a frame without decoding it.
@@ -191,7 +228,7 @@ class Recording:
         *,
         outliers: Optional[OutlierRemoval] = None,
         min_intensity: Optional[float] = None,
-    ) -> Optional[NDArray[Any]]:
+    ) -> Optional[Cloud]:
         """Decodes a frame. In order this takes no longer than `Decoder.decode`; any other
         frame is decoded from the I-frame before it on.
 
@@ -208,7 +245,7 @@ class Recording:
 
         Returns
         -------
-        numpy.ndarray or None
+        Cloud or None
             As `Decoder.decode`. None if the frame cannot be decoded: `status` says why.
 
         Raises
@@ -221,7 +258,7 @@ class Recording:
             index, number, removal(outliers), least_intensity(min_intensity)
         )
         self._status = Status(code, message)
-        return cloud
+        return None if cloud is None else Cloud(cloud)
 
     def frame_at(self, stream: Union[int, str], time: float) -> Optional[int]:
         """Number of the last frame of a stream that is not later than a time.
@@ -278,6 +315,30 @@ class Recording:
         """Bytes of the file or files."""
         return self._native.file_bytes()
 
+    def _clouds(
+        self, streams: List[int], start: int, end: float
+    ) -> Iterator[Tuple[float, str, Cloud]]:
+        for place in self.damage[:1]:
+            _warn(f"{place.file}: {place.message}")
+        warned = set()
+        for time, stream, number in heapq.merge(*map(self._places, streams)):
+            if time >= end:
+                return
+            if time < start:
+                continue
+            seconds, name = time / _NANOSECONDS, self._streams[stream].name
+            cloud, _, message = self._native.decode(stream, number, None, None)
+            if cloud is not None:
+                yield seconds, name, Cloud(cloud)
+            elif stream not in warned:
+                warned.add(stream)
+                _warn(f"frame {number} of {name} at {seconds:.6f} s is left out: {message}")
+
+    def _places(self, stream: int) -> Iterator[Tuple[int, int, int]]:
+        """Time, nanoseconds, stream and number of its frames."""
+        for number in range(self._streams[stream].frames):
+            yield self._native.time_of(stream, number), stream, number
+
     def _index(self, stream: Union[int, str], number: Optional[int] = None) -> int:
         if isinstance(stream, str):
             names = [known.name for known in self._streams]
@@ -333,6 +394,17 @@ def open(
         max_points=max_points,
         max_field_values=max_field_values,
     )
+
+
+def _not_later(name: str, time: float) -> int:
+    """Nanoseconds of a time of frames, or less than a microsecond before: a float of seconds
+    may be above the time that it was made of."""
+    return max(0, math.floor(microseconds(name, time, END_OF_TIME) - 0.5)) * 1000
+
+
+def _warn(message: str) -> None:
+    # Of the loop, below which are _clouds and this function.
+    warnings.warn(message, RecordingWarning, stacklevel=3)
 
 
 def _frame(values: Any) -> RecordedFrame:

@@ -1,7 +1,8 @@
-"""Installs the package with pip into a virtual environment and tests it there.
+"""Builds source distribution and wheel, installs the wheel with pip into a virtual environment
+and tests it there.
 
-Usage: install_with_pip.py FOLDER, which is made anew. Needs no network: the virtual
-environment sees the packages of the system.
+Usage: install_with_pip.py FOLDER, which is made anew; the wheel is in FOLDER/source/dist.
+Needs no network: the virtual environment sees the packages of the system.
 """
 
 import pathlib
@@ -10,8 +11,8 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# What MANIFEST.in puts into a source distribution.
-FILES = ("CMakeLists.txt", "LICENSE", "pyproject.toml", "setup.py")
+# What MANIFEST.in puts into a source distribution, from which the wheel is built.
+FILES = ("CMakeLists.txt", "LICENSE", "MANIFEST.in", "pyproject.toml", "setup.py")
 FOLDERS = ("cmake", "include", "python", "src")
 
 
@@ -23,13 +24,13 @@ def main(folder):
         shutil.copy(ROOT / name, source)
     for name in FOLDERS:
         shutil.copytree(ROOT / name, source / name)
+    build = [sys.executable, "-m", "build", "--no-isolation"]
+    subprocess.check_call(build, cwd=source)
+    (wheel,) = (source / "dist").glob("*.whl")
     python = folder / "venv" / "bin" / "python"
     venv = [sys.executable, "-m", "venv", "--system-site-packages", folder / "venv"]
     subprocess.check_call(venv)
-    offline = ["--no-build-isolation", "--no-deps", "--no-index"]
-    install = [python, "-m", "pip", "install", "--quiet", *offline, "."]
-    subprocess.check_call(install, cwd=source)
-    # From another folder, as the source has a package of the same name.
+    subprocess.check_call([python, "-m", "pip", "install", "--quiet", "--no-index", wheel])
     where = "import pathlib, pcl_ext; print(pathlib.Path(pcl_ext.__file__).parent)"
     package = subprocess.check_output([python, "-c", where], cwd=folder, text=True)
     if pathlib.Path(package.strip()).parents[3] != python.parents[1]:

@@ -1,6 +1,5 @@
 """The example of python/examples, without a window."""
 
-import importlib.util
 import pathlib
 import subprocess
 import sys
@@ -78,15 +77,3 @@ def test_wrong_command_lines(recording, tmp_path):
         done = show(*words, "--output", tmp_path / "picture.png")
         assert done.returncode != 0
         assert message in done.stderr and "Traceback" not in done.stderr
-
-
-def test_colours():
-    specification = importlib.util.spec_from_file_location("show_recording", EXAMPLE)
-    example = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(example)
-    points = np.zeros(4, [("x", "f4"), ("y", "f4"), ("z", "f4")])
-    points["z"] = range(4)
-    np.testing.assert_array_equal(example.colours_of(points), range(4))
-    coloured = np.zeros(1, [("z", "f4"), ("r", "u1"), ("g", "u1"), ("b", "u1")])
-    coloured["g"] = 255
-    np.testing.assert_array_equal(example.colours_of(coloured), [[0, 1, 0]])

@@ -98,6 +98,91 @@ def test_decoding_while_iterating(two_streams):
         np.testing.assert_array_equal(cloud, expected[frame.stream][frame.number])
 
 
+def test_clouds_of_streams_by_time(two_streams):
+    path, frames = two_streams
+    expected = [decoded(of_stream) for of_stream in frames]
+    in_order = [
+        (place.time, ("/left", "/right")[place.stream], expected[place.stream][place.number])
+        for place in pcl_ext.open(path)
+    ]
+
+    def assert_clouds(clouds, wanted):
+        seen = list(clouds)
+        assert [row[:2] for row in seen] == [row[:2] for row in wanted]
+        for (*_, cloud), (*_, decoded_by_hand) in zip(seen, wanted):
+            assert type(cloud) is pcl_ext.Cloud
+            np.testing.assert_array_equal(cloud, decoded_by_hand)
+
+    assert len(in_order) == 18
+    assert_clouds(pcl_ext.open(path).clouds(), in_order)
+    recording = pcl_ext.open(path)
+    right = [row for row in in_order if row[1] == "/right"]
+    assert_clouds(recording.clouds("/right"), right)
+    assert_clouds(recording.clouds(1), right)
+    assert_clouds(recording.clouds(["/right", 0, 1]), in_order)
+    assert_clouds(recording.clouds([]), [])
+    # From a P-frame on, and before the time of a frame.
+    start, end = in_order[7][0], in_order[12][0]
+    assert_clouds(recording.clouds(start=start, end=end), in_order[7:12])
+    assert_clouds(recording.clouds(start=start + 2e-6, end=end + 2e-6), in_order[8:13])
+    # Two at once, which an iteration over the recording does not disturb.
+    pairs = list(zip(recording.clouds(), recording.clouds(), recording))
+    assert [first[:2] for first, _, _ in pairs] == [row[:2] for row in in_order]
+    assert_clouds((second for _, second, _ in pairs), in_order)
+
+
+def test_clouds_of_the_same_time_follow_the_streams(room, tmp_path):
+    frame = frames_of(room, 1)[0]
+    with pcl_ext.RecordingWriter(tmp_path / "cell.mcap") as writer:
+        streams = [writer.add_stream(name) for name in ("/b", "/a")]
+        for time in (EPOCH, EPOCH + 1):
+            for stream in reversed(streams):
+                writer.append(stream, frame, time)
+    clouds = pcl_ext.open(tmp_path / "cell.mcap").clouds(["/a", "/b"])
+    assert [(time, name) for time, name, _ in clouds] == [
+        (EPOCH, "/b"), (EPOCH, "/a"), (EPOCH + 1, "/b"), (EPOCH + 1, "/a")]
+
+
+def test_clouds_that_are_damaged_are_left_out(room, tmp_path):
+    """A P-frame of the first stream is missing, as if it had been lost before."""
+    path = tmp_path / "cell.mcap"
+    frames = frames_of(room, 8)
+    with pcl_ext.RecordingWriter(path) as writer:
+        streams = [writer.add_stream("/left"), writer.add_stream("/right")]
+        for number, frame in enumerate(frames):
+            if number != 1:
+                writer.append(streams[0], frame, EPOCH + number)
+            writer.append(streams[1], frame, EPOCH + number)
+    with pytest.warns(pcl_ext.RecordingWarning) as warned:
+        seen = [(time - EPOCH, name) for time, name, _ in pcl_ext.open(path).clouds()]
+    assert [round(time) for time, name in seen if name == "/left"] == [0, 4, 5, 6, 7]
+    assert [round(time) for time, name in seen if name == "/right"] == list(range(8))
+    (warning,) = warned
+    assert "frame 1 of /left at 1700000002.123457 s" in str(warning.message)
+    assert warning.filename == __file__
+
+
+def test_clouds_of_a_file_that_was_cut_off(two_streams):
+    path, frames = two_streams
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) * 2 // 3])
+    with pytest.warns(pcl_ext.RecordingWarning, match="cell.mcap: .*the file ends"):
+        seen = list(pcl_ext.open(path).clouds("/left"))
+    assert 0 < len(seen) < 12
+    for (*_, cloud), expected in zip(seen, decoded(frames[0])):
+        np.testing.assert_array_equal(cloud, expected)
+
+
+def test_clouds_of_streams_that_are_none(two_streams):
+    recording = pcl_ext.open(two_streams[0])
+    for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError)):
+        with pytest.raises(error):
+            recording.clouds(streams)
+    for limit in ("start", "end"):
+        with pytest.raises(ValueError, match=f"{limit} is -1"):
+            recording.clouds(**{limit: -1})
+
+
 def test_noise_is_removed(two_streams):
     path, frames = two_streams
     recording = pcl_ext.open(path)

@@ -1,0 +1,166 @@
+"""Decoded clouds, and what other packages make of them."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+# What Open3D calls the coordinates and the colours.
+_NAMES_OF_OPEN3D = {"positions", "colors"}
+
+
+class Cloud(np.ndarray):
+    """A structured numpy array with a row for each point, as `Decoder.decode` returns it.
+
+    It is used as any array of numpy: ``cloud["x"]``, ``cloud[cloud["intensity"] > 2]``. Its
+    methods give it to other packages, which they import when they are called.
+
+    Parameters
+    ----------
+    points : array_like
+        Structured, with fields x, y, z and any others. Not copied.
+
+    Raises
+    ------
+    TypeError
+        If it has no fields x, y, z.
+    """
+
+    def __new__(cls, points: ArrayLike) -> Cloud:
+        array = np.asarray(points)
+        if not {"x", "y", "z"} <= set(array.dtype.names or ()):
+            raise TypeError(f"points of dtype {array.dtype} have no fields x, y, z")
+        return array.view(cls)
+
+    def __getitem__(self, index: Any) -> Any:
+        part = super().__getitem__(index)
+        # The values of a field are no cloud.
+        if isinstance(part, Cloud) and part.dtype.names is None:
+            return part.view(np.ndarray)
+        return part
+
+    def to_pandas(self) -> Any:
+        """Copies the cloud into a table of pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each point, a column for each field, in its dtype; of several values
+            a column each, as normal_0, normal_1. The rows of a cloud of rows and columns
+            follow each other; x, y, z of missing points are NaN.
+
+        Raises
+        ------
+        ImportError
+            Without pandas.
+        """
+        pandas = package("pandas", "python3-pandas")
+        columns: dict[str, NDArray[Any]] = {}
+        points = np.ravel(self)
+        for name in points.dtype.names or ():
+            values = points[name]
+            for place, column in enumerate(_table(values).T):
+                title = name if values.ndim == 1 else f"{name}_{place}"
+                columns[_unused(title, columns)] = column
+        return pandas.DataFrame(columns)
+
+    def to_open3d(self) -> Any:
+        """Copies the cloud into one of Open3D, whose tensors keep types and all fields.
+
+        ``cloud.to_open3d().to_legacy()`` is an ``open3d.geometry.PointCloud``, as
+        ``open3d.visualization.draw_geometries`` takes it.
+
+        Returns
+        -------
+        open3d.t.geometry.PointCloud
+            With the attributes positions, colors (uint8) of fields r, g, b, and each further
+            field under its name, in its dtype, of shape (N, values); fields called positions
+            or colors have "_" added. Missing points are left out.
+
+        Raises
+        ------
+        ImportError
+            Without Open3D.
+        """
+        open3d = package("open3d", "python3-open3d")
+        points = finite_points(self)
+
+        def tensor(values: NDArray[Any]) -> Any:
+            return open3d.core.Tensor(np.ascontiguousarray(_table(values)))
+
+        left = [name for name in points.dtype.names or () if name not in "xyz"]
+        made = open3d.t.geometry.PointCloud(tensor(_side_by_side(points, "xyz")))
+        if has_colours(points):
+            made.point["colors"] = tensor(_side_by_side(points, "rgb"))
+            left = [name for name in left if name not in "rgb"]
+        for name in left:
+            made.point[_unused(name, _NAMES_OF_OPEN3D)] = tensor(points[name])
+        return made
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the cloud with matplotlib, see `pcl_ext.plotting.plot_cloud`.
+
+        Parameters
+        ----------
+        axes : matplotlib axes, optional
+            Of the projection "3d". Else those of a new figure.
+
+        Returns
+        -------
+        matplotlib axes
+            For titles and so on. ``matplotlib.pyplot.show()`` shows them.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib.
+        """
+        from .plotting import plot_cloud
+
+        return plot_cloud(self, axes)
+
+
+def finite_points(cloud: NDArray[Any]) -> NDArray[Any]:
+    """A copy of the points whose coordinates are finite, of shape (N,)."""
+    points = np.ravel(cloud)
+    return points[np.all([np.isfinite(points[axis]) for axis in "xyz"], axis=0)]
+
+
+def has_colours(cloud: NDArray[Any]) -> bool:
+    """Whether r, g, b are the colours, and not other fields of these names."""
+    fields: Any = cloud.dtype.fields or {}
+    return all(name in fields and fields[name][0] == np.uint8 for name in "rgb")
+
+
+def _side_by_side(points: NDArray[Any], names: str) -> NDArray[Any]:
+    return np.stack([points[name] for name in names], axis=1)
+
+
+def _table(values: NDArray[Any]) -> NDArray[Any]:
+    """A row for each point, a column for each of its values."""
+    return values.reshape(len(values), int(np.prod(values.shape[1:])))
+
+
+def _unused(name: str, used: Any) -> str:
+    """A name as decoding makes it of one that is taken."""
+    while name in used:
+        name += "_"
+    return name
+
+
+def package(name: str, debian_package: str) -> Any:
+    """Imports a package that may be missing."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name:
+            raise  # The package is there, but what it needs is not.
+        raise ImportError(
+            f"{name} is missing: pip install {name}, or Debian's {debian_package}",
+            name=name,
+        ) from error

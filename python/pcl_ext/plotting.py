@@ -1,0 +1,99 @@
+"""Pictures of clouds and recordings with matplotlib.
+
+    recording = pcl_ext.open("cell.mcap")
+    recording.frame("/sensor_2", 40).plot()
+    matplotlib.pyplot.show()
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional, Sequence
+
+import numpy as np
+
+from .cloud import finite_points, has_colours, package
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def colours_of(cloud: NDArray[Any]) -> NDArray[Any]:
+    """What points are coloured by: their own colours, intensity or height.
+
+    Parameters
+    ----------
+    cloud : numpy.ndarray
+        As `Decoder.decode` returns it.
+
+    Returns
+    -------
+    numpy.ndarray
+        Red, green and blue of 0 to 1, of shape (N, 3), or a number for each point.
+    """
+    if has_colours(cloud):
+        return np.stack([cloud[name] for name in "rgb"], axis=-1) / 255
+    if "intensity" in (cloud.dtype.names or ()):
+        # Counts and shares have a few high values, which would hide the others.
+        top = np.nanpercentile(cloud["intensity"], 95) if len(cloud) else 1
+        return np.minimum(cloud["intensity"], max(top, 1e-6))
+    return cloud["z"]
+
+
+def plot_cloud(cloud: NDArray[Any], axes: Any = None) -> Any:
+    """Draws the points of a cloud in their colours, by intensity, or by height.
+
+    Parameters
+    ----------
+    cloud : numpy.ndarray
+        As `Decoder.decode` returns it. Missing points are left out.
+    axes : matplotlib axes, optional
+        Of the projection "3d". Else those of a new figure.
+
+    Returns
+    -------
+    matplotlib axes
+        With equal scales of x, y and z.
+    """
+    if axes is None:
+        axes = _new_figure().add_subplot(projection="3d")
+    points = finite_points(cloud)
+    if len(points):
+        xyz = [points[axis] for axis in "xyz"]
+        axes.scatter(*xyz, c=colours_of(points), s=1.5, linewidths=0)
+        axes.set_box_aspect([max(np.ptp(values), 0.1) for values in xyz], zoom=1.1)
+    axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+    return axes
+
+
+def plot_sizes(sizes: Sequence[int], number: Optional[int] = None, axes: Any = None) -> Any:
+    """Draws the bytes of frames as bars.
+
+    Parameters
+    ----------
+    sizes : sequence of int
+        Bytes of each frame: ``[len(frame.data) for frame in recording]``.
+    number : int, optional
+        A frame that is emphasized.
+    axes : matplotlib axes, optional
+        Else those of a new figure.
+
+    Returns
+    -------
+    matplotlib axes
+        For titles and so on.
+    """
+    if axes is None:
+        axes = _new_figure().add_subplot()
+    axes.bar(range(len(sizes)), sizes, width=1.0, color="#9ecae1")
+    if number is not None:
+        axes.bar([number], [sizes[number]], width=1.0, color="#08519c")
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.set(xlabel="frame", ylabel="bytes", xlim=(-0.5, len(sizes) - 0.5))
+    return axes
+
+
+def _new_figure() -> Any:
+    package("matplotlib", "python3-matplotlib")
+    from matplotlib import pyplot
+
+    return pyplot.figure()
