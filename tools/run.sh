@@ -12,8 +12,8 @@
 #   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
 # Without arguments: demo. After the first run COMMAND --help lists the options.
-# The first run takes about 6 minutes on a fresh Debian 12 with two cores: it installs 730
-# packages (2.7 GB with PCL) and builds in build-run. Later runs take seconds. The first view
+# The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 91
+# packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds. The first view
 # builds the viewer's page, too, for which it installs 370 more packages (0.3 GB).
 # Only what pcl_ext prints goes to the standard output.
 set -eu

@@ -403,7 +403,7 @@ MUTANTS = [
            "if (!placed_.empty() &&", "if (false && !placed_.empty() &&"),
     Mutant("src/outliers/lidar_image.cpp", "the columns of the first cloud are those of the stream",
            "|| count > width_points_ + width_points_ / 4", ""),
-    Mutant("src/filters/cloud_outlier_removal.cpp", "rows have no bytes between them",
+    Mutant("src/filters/cloud_outliers.cpp", "rows have no bytes between them",
            "point / cloud.width * cloud.row_step",
            "point / cloud.width * cloud.width * cloud.point_step"),
     Mutant(NODES + "sensor_node.cpp", "voxels of lidars are judged, too",
