@@ -4,10 +4,8 @@
 #include "clouds/file_stamps.h"
 #include "clouds/natural_order.h"
 #include "clouds/pcd_file.h"
-#include "clouds/point_fields.h"
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -125,124 +123,6 @@ private:
   std::vector<std::string> viewpoints_; // of the files
   std::string remark_;
   StampsOfFiles stamps_;
-};
-
-/** \brief A cloud of the cell as a sensor's driver sends it. */
-template <typename PointT>
-void
-toMessage(const pcl::PointCloud<PointT>& points, pcl::PCLPointCloud2& cloud)
-{
-  constexpr bool has_intensity = pcl::traits::has_intensity<PointT>::value;
-  std::vector<FileField> fields;
-  for (const char* name : {"x", "y", "z", "_", "intensity", "_"})
-    fields.push_back({name,
-                      name[0] == '_' ? FileField::Kind::Ignored : FileField::Kind::Real,
-                      sizeof(float),
-                      1});
-  fields.back().count = 3;
-  if (!has_intensity)
-    fields.resize(4);
-  startCloud(fields, points.width, points.height, cloud);
-  cloud.fields.erase(
-      std::remove_if(cloud.fields.begin(),
-                     cloud.fields.end(),
-                     [](const auto& field) { return field.name == "_"; }),
-      cloud.fields.end());
-  cloud.header = points.header;
-  cloud.is_dense = points.is_dense ? 1 : 0;
-  static_assert(sizeof(PointT) == (has_intensity ? 32 : 16), "the fields are others");
-  cloud.data.resize(points.size() * sizeof(PointT));
-  std::memcpy(cloud.data.data(), points.points.data(), cloud.data.size());
-}
-
-class CellSequence : public CloudSequence {
-public:
-  CellSequence(unsigned int sensor,
-               std::size_t frames,
-               std::uint32_t seed,
-               const cell::SensorMotion& motion)
-  : CloudSequence("cell_sensor_" + std::to_string(sensor))
-  , sensor_(sensor)
-  , frames_(frames)
-  , cell_(seed)
-  {
-    cell_.sensorPose(sensor); // throws if there is no such sensor
-    cell_.moveSensor(sensor, motion);
-  }
-
-  std::size_t
-  size() const override
-  {
-    return frames_;
-  }
-
-  Eigen::Isometry3d
-  sensorPose() const override
-  {
-    return cell_.sensorPose(sensor_);
-  }
-
-  Eigen::Isometry3d
-  sensorPoseAt(std::size_t index) const override
-  {
-    return cell_.sensorPose(sensor_, static_cast<std::uint32_t>(index));
-  }
-
-  void
-  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
-  {
-    cell_.capture(sensor_, static_cast<std::uint32_t>(index), frame_);
-    toMessage(frame_.cloud, cloud);
-  }
-
-private:
-  unsigned int sensor_;
-  std::size_t frames_;
-  cell::RobotCell cell_;
-  cell::CellFrame frame_;
-};
-
-class LidarSequence : public CloudSequence {
-public:
-  LidarSequence(std::size_t revolutions,
-                std::uint32_t seed,
-                const cell::SensorMotion& motion)
-  : CloudSequence("cell_sensor_" + std::to_string(cell::RobotCell::lidar))
-  , revolutions_(revolutions)
-  , cell_(seed)
-  {
-    cell_.moveSensor(cell::RobotCell::lidar, motion);
-  }
-
-  std::size_t
-  size() const override
-  {
-    return revolutions_;
-  }
-
-  Eigen::Isometry3d
-  sensorPose() const override
-  {
-    return cell_.lidarPose();
-  }
-
-  Eigen::Isometry3d
-  sensorPoseAt(std::size_t index) const override
-  {
-    return cell_.lidarPose(static_cast<std::uint32_t>(index));
-  }
-
-  void
-  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
-  {
-    cell_.captureLidar(static_cast<std::uint32_t>(index), frame_);
-    toMessage(frame_.cloud, cloud);
-  }
-
-private:
-  std::size_t revolutions_;
-  cell::RobotCell cell_;
-  cell::LidarFrame frame_;
 };
 
 bool
@@ -404,23 +284,6 @@ describeIgnored(const std::string& folder)
   const std::string of_files = describeNames(files, "other file");
   return of_folders + (of_folders.empty() || of_files.empty() ? "" : " and ") +
          of_files;
-}
-
-std::unique_ptr<CloudSequence>
-openCell(unsigned int sensor,
-         std::size_t frames,
-         std::uint32_t seed,
-         const cell::SensorMotion& motion)
-{
-  return std::make_unique<CellSequence>(sensor, frames, seed, motion);
-}
-
-std::unique_ptr<CloudSequence>
-openCellLidar(std::size_t revolutions,
-              std::uint32_t seed,
-              const cell::SensorMotion& motion)
-{
-  return std::make_unique<LidarSequence>(revolutions, seed, motion);
 }
 
 } // namespace clouds

@@ -40,7 +40,9 @@
 #define PCL_EXT_LINK_EXPORT PCL_EXT_DLL_IMPORT
 #endif
 
-#if defined(pcl_ext_EXPORTS)
+#if defined(PCL_EXT_WITHOUT_PCL) // part of the program itself
+#define PCL_EXT_EXPORT
+#elif defined(pcl_ext_EXPORTS)
 #define PCL_EXT_EXPORT PCL_EXT_DLL_EXPORT
 #else
 #define PCL_EXT_EXPORT PCL_EXT_DLL_IMPORT

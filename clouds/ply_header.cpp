@@ -1,0 +1,114 @@
+#include "clouds/ply_header.h"
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+using Kind = FileField::Kind;
+
+[[noreturn]] void
+fail(const std::string& reason)
+{
+  throw std::runtime_error(reason);
+}
+
+/** \brief A number of a PLY file by the name of its type; none: there is no such type. */
+std::optional<FileField>
+numberOf(const std::string& type)
+{
+  constexpr struct {
+    const char* name;
+    const char* other_name;
+    Kind kind;
+    std::uint64_t bytes;
+  } types[] = {{"char", "int8", Kind::Signed, 1},
+               {"uchar", "uint8", Kind::Unsigned, 1},
+               {"short", "int16", Kind::Signed, 2},
+               {"ushort", "uint16", Kind::Unsigned, 2},
+               {"int", "int32", Kind::Signed, 4},
+               {"uint", "uint32", Kind::Unsigned, 4},
+               {"float", "float32", Kind::Real, 4},
+               {"double", "float64", Kind::Real, 8}};
+  for (const auto& candidate : types)
+    if (type == candidate.name || type == candidate.other_name)
+      return FileField{"", candidate.kind, candidate.bytes, 1};
+  return std::nullopt;
+}
+
+void
+readProperty(const std::vector<std::string>& words, PlyElement& element)
+{
+  const bool is_list = words.size() == 5 && words[1] == "list";
+  std::optional<FileField> number =
+      is_list ? numberOf(words[3])
+              : numberOf(words.size() == 3 ? words[1] : std::string());
+  const std::optional<FileField> count = is_list ? numberOf(words[2]) : std::nullopt;
+  const bool has_integer_count = count && count->kind != Kind::Real;
+  if (element.name == "vertex" ? !number || is_list
+                               : !number || is_list != has_integer_count)
+    fail(element.name == "vertex"
+             ? "its header has a property of vertices that is no number"
+             : "its header has a property that PLY has not");
+  number->name = words.back();
+  constexpr std::size_t most_properties = 1000;
+  if (element.properties.size() == most_properties)
+    fail("its header has too many properties");
+  element.properties.push_back({*number, count});
+}
+
+/** \brief Reads a line of the header. */
+void
+readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
+{
+  if (words.empty())
+    return;
+  const auto sizeIn = [&words](const char* name) {
+    return countOf(name, words.size() == 3 ? words[2] : "");
+  };
+  if (words[0] == "format" && words.size() > 1) {
+    header.is_text = words[1] == "ascii";
+    header.is_big_endian = words[1] == "binary_big_endian";
+    if (!header.is_text && !header.is_big_endian && words[1] != "binary_little_endian")
+      fail("its header has the unknown format '" + shownText(words[1]) + "'");
+  }
+  else if (words[0] == "element") {
+    PlyElement element;
+    element.name = words.size() == 3 ? words[1] : "";
+    element.count =
+        countOf(element.name == "vertex" ? "number of vertices" : "number of elements",
+                words.back());
+    header.elements.push_back(element);
+  }
+  else if (words[0] == "property" && !header.elements.empty())
+    readProperty(words, header.elements.back());
+  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_cols")
+    header.columns = sizeIn("num_cols");
+  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_rows")
+    header.rows = sizeIn("num_rows");
+  header.has_end = words[0] == "end_header";
+}
+
+} // namespace
+
+PlyHeader
+readPlyHeader(std::istream& file)
+{
+  PlyHeader header;
+  std::string line;
+  constexpr int most_header_lines = 2000;
+  for (int i = 0; i < most_header_lines && !header.has_end && readLine(file, line);
+       ++i) {
+    header.bytes += line.size() + 1;
+    ++header.lines;
+    readHeaderLine(wordsOf(line), header);
+  }
+  if (!header.has_end)
+    fail("its header has no line end_header: it was cut off, or is no PLY file");
+  return header;
+}
+
+} // namespace clouds
+} // namespace pcl_ext

@@ -1,0 +1,49 @@
+/** \file
+ * \brief Headers of PLY files.
+ */
+#pragma once
+
+#include "clouds/text_points.h"
+
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace clouds {
+
+/** \brief A number of each element, or a list of numbers. */
+struct PlyProperty {
+  FileField field;                ///< of a list: its numbers
+  std::optional<FileField> count; ///< of a list: how many follow
+};
+
+/** \brief What a file has some of, such as vertices. */
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+/** \brief What comes before the elements. */
+struct PlyHeader {
+  bool is_text = false;
+  bool is_big_endian = false;
+  std::vector<PlyElement> elements;
+  std::uint64_t columns = 0; ///< of an image; 0: there are none
+  std::uint64_t rows = 0;
+  std::uint64_t bytes = 0; ///< of the header
+  std::uint64_t lines = 0; ///< of the header
+  bool has_end = false;
+};
+
+/** \brief Reads a header.
+ * \throws std::runtime_error with what is wrong
+ */
+PlyHeader
+readPlyHeader(std::istream& file);
+
+} // namespace clouds
+} // namespace pcl_ext
