@@ -326,7 +326,7 @@ fillCloud(const CloudFields& fields,
     if (vertex < 0)
       fields.setMissing(point);
     else if (begin + vertex_bytes <= vertices.size())
-      fields.copy(&vertices[begin], point);
+      fields.copy(vertices.data() + begin, point);
     else
       fail("its image has a vertex that is not there");
   }

@@ -161,7 +161,9 @@ transpose(const std::vector<FileField>& fields,
     const std::uint64_t bytes = field.bytes * field.count;
     for (std::uint64_t i = 0; i < points; ++i, column += bytes) {
       const std::size_t point = i * point_bytes + offset;
-      std::copy_n(&from[gather ? point : column], bytes, &to[gather ? column : point]);
+      std::copy_n(from.data() + (gather ? point : column),
+                  bytes,
+                  to.data() + (gather ? column : point));
     }
     offset += bytes;
   }
@@ -176,7 +178,7 @@ packedPoints(const pcl::PCLPointCloud2& cloud, const std::vector<FileField>& fie
   for (std::size_t i = 0; i < points; ++i)
     for (std::size_t number = 0; number < fields.size(); ++number) {
       const std::uint8_t* const begin =
-          &cloud.data[offsetOf(cloud, i) + cloud.fields[number].offset];
+          cloud.data.data() + offsetOf(cloud, i) + cloud.fields[number].offset;
       packed.insert(
           packed.end(), begin, begin + fields[number].bytes * fields[number].count);
     }

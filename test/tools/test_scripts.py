@@ -73,8 +73,8 @@ class Scripts(unittest.TestCase):
     def test_running_the_program_installs_nothing_for_tests_or_the_viewer(self):
         self.run_script("tools/run.sh", "info", "x.pcxi")
         installed = self.calls("apt-get -qq install -y")[0].split()
-        self.assertIn("libpcl-dev", installed)
-        self.assertFalse({"npm", "nodejs", "libgtest-dev"} & set(installed), installed)
+        self.assertIn("libcli11-dev", installed)
+        self.assertFalse({"libpcl-dev", "npm", "nodejs", "libgtest-dev"} & set(installed), installed)
 
     def test_the_page_is_built_where_it_is_missing_or_old(self):
         self.run_script("tools/run.sh", "info", "x.pcxi")
