@@ -4,10 +4,10 @@
 # pcl_ext/export.h export must be all that they need. Public headers are compiled after
 # windows.h with its macros. Needs the groups `build` and `platforms` of tools/packages.txt.
 #
-# Debian has no zstd and lz4 for mingw. Where a folder has both, in include and lib,
+# Debian has no zstd, lz4 and LZF for mingw. Where a folder has them, in include and lib,
 #   PCL_EXT_MINGW_PREFIX=FOLDER tools/check_windows.sh
-# builds recordings, too, runs their tests, and the program's info and verify if it was
-# built; PCL_EXT_PROGRAM is a native one, which must print the same.
+# builds recordings and the program, too, runs the tests of recordings, and the program's info
+# and verify; PCL_EXT_PROGRAM is a native one, which must print the same.
 # PCL_EXT_JOBS (2) at a time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -30,6 +30,7 @@ if [ -n "${PCL_EXT_MINGW_PREFIX:-}" ]; then with_recording=ON; fi
 copy_headers() {
   mkdir -p "$prefix"/{include,share/cmake,share/eigen3}
   cp -r /usr/include/{eigen3,nlohmann,CLI} "$prefix/include"
+  ln -s /usr/include/boost "$prefix/include/boost"
   cp -r /usr/share/cmake/{nlohmann_json,CLI11} "$prefix/share/cmake"
   cp -r /usr/share/eigen3/cmake "$prefix/share/eigen3"
 }
@@ -108,7 +109,8 @@ check_program() {
 copy_headers
 check_headers
 build . libraries -DCMAKE_INSTALL_PREFIX="$prefix" -DPCL_EXT_WITH_PCL=OFF \
-  -DPCL_EXT_WITH_RECORDING=$with_recording -DPCL_EXT_UNITY_BUILD=ON \
+  -DPCL_EXT_WITH_RECORDING=$with_recording -DPCL_EXT_BUILD_TOOLS=$with_recording \
+  -DPCL_EXT_WITH_VIEW=OFF -DPCL_EXT_WITH_LINK=OFF -DPCL_EXT_UNITY_BUILD=ON \
   -DPCL_EXT_WARNINGS_AS_ERRORS=ON
 cmake --install "$out/libraries" > /dev/null
 export WINEPATH="Z:$prefix/bin;Z:/usr/x86_64-w64-mingw32/lib"
@@ -116,8 +118,5 @@ check_consumer codec_consumer
 if [ $with_recording = ON ]; then
   check_consumer recording_consumer
   test_recordings
-  program=$prefix/bin/pcl_ext.exe
-  if [ -e "$program" ]; then
-    (cd "$out/recording_consumer" && check_program "$program")
-  fi
+  (cd "$out/recording_consumer" && check_program "$prefix/bin/pcl_ext.exe")
 fi
