@@ -1,7 +1,6 @@
 #include "clouds/cloud_sequence.h"
 #include "clouds/point_fields.h"
 
-#include <algorithm>
 #include <cstring>
 
 namespace pcl_ext {
@@ -16,23 +15,16 @@ toMessage(const pcl::PointCloud<PointT>& points, pcl::PCLPointCloud2& cloud)
 {
   constexpr bool has_intensity = pcl::traits::has_intensity<PointT>::value;
   std::vector<FileField> fields;
-  for (const char* name : {"x", "y", "z", "_", "intensity", "_"})
-    fields.push_back({name,
-                      name[0] == '_' ? FileField::Kind::Ignored : FileField::Kind::Real,
-                      sizeof(float),
-                      1});
-  fields.back().count = 3;
-  if (!has_intensity)
-    fields.resize(4);
+  for (const char* name : {"x", "y", "z", "intensity"})
+    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+  fields.resize(has_intensity ? 4 : 3);
   startCloud(fields, points.width, points.height, cloud);
-  cloud.fields.erase(
-      std::remove_if(cloud.fields.begin(),
-                     cloud.fields.end(),
-                     [](const auto& field) { return field.name == "_"; }),
-      cloud.fields.end());
+  if (has_intensity)
+    cloud.fields.back().offset = 4 * sizeof(float); // after the fourth float of a point
+  cloud.point_step = sizeof(PointT);
+  cloud.row_step = cloud.width * cloud.point_step;
   cloud.header = points.header;
   cloud.is_dense = points.is_dense ? 1 : 0;
-  static_assert(sizeof(PointT) == (has_intensity ? 32 : 16), "the fields are others");
   cloud.data.resize(points.size() * sizeof(PointT));
   std::memcpy(cloud.data.data(), points.points.data(), cloud.data.size());
 }

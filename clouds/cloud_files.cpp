@@ -24,12 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void
-fail(const std::string& reason)
-{
-  throw std::runtime_error(reason);
-}
-
 std::string
 extensionOf(const std::string& path)
 {

@@ -1,7 +1,7 @@
 #include "clouds/cloud_files.h"
+#include "clouds/file_text.h"
 #include "clouds/pcd_file.h"
 #include "clouds/point_fields.h"
-#include "clouds/text_points.h"
 
 #include <liblzf/lzf.h>
 
@@ -18,12 +18,6 @@ namespace clouds {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void
-fail(const std::string& reason)
-{
-  throw std::runtime_error(reason);
-}
 
 /** \brief The lines of a PCD header by their first words. */
 struct PcdLines {
@@ -109,7 +103,8 @@ pcdFields(const std::map<std::string, std::string>& values)
     field.bytes = countOf("SIZE", sizes[i]);
     field.count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
     constexpr std::uint64_t most_point_bytes = 1 << 20;
-    if (field.bytes == 0 || field.bytes > 8 || field.count > most_point_bytes ||
+    if (field.bytes == 0 || field.bytes > 8 || field.count == 0 ||
+        field.count > most_point_bytes ||
         (point_bytes += field.bytes * field.count) > most_point_bytes)
       fail("its header has no valid SIZE or COUNT");
     if (field.kind != Kind::Ignored && !hasDatatype(field))

@@ -9,12 +9,6 @@ namespace {
 
 using Kind = FileField::Kind;
 
-[[noreturn]] void
-fail(const std::string& reason)
-{
-  throw std::runtime_error(reason);
-}
-
 /** \brief A number of a PLY file by the name of its type; none: there is no such type. */
 std::optional<FileField>
 numberOf(const std::string& type)

@@ -1,7 +1,7 @@
+#include "clouds/file_text.h"
 #include "clouds/ply_file.h"
 #include "clouds/ply_header.h"
 #include "clouds/point_fields.h"
-#include "clouds/text_points.h"
 
 #include <algorithm>
 #include <array>
@@ -20,12 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Kind = FileField::Kind;
-
-[[noreturn]] void
-fail(const std::string& reason)
-{
-  throw std::runtime_error(reason);
-}
 
 /** \brief Reads the elements of a file one after the other. */
 class PlyReader {
@@ -98,12 +92,6 @@ public:
     return vertices;
   }
 
-  std::uint64_t
-  lines() const
-  {
-    return lines_;
-  }
-
   static std::vector<FileField>
   fieldsOf(const PlyElement& element)
   {
@@ -166,11 +154,13 @@ class CloudFields {
 public:
   explicit CloudFields(const std::vector<FileField>& properties)
   {
+    const bool has_colour = find(properties, "red") && find(properties, "green") &&
+                            find(properties, "blue");
     std::size_t offset = 0;
     for (const FileField& property : properties) {
-      if (isColourPart(property, "red"))
+      if (has_colour && isColourPart(property, "red"))
         addColour(properties);
-      else if (!isPartOfColour(property, properties)) {
+      else if (!has_colour || !isPartOfColour(property)) {
         fields_.push_back(property);
         sources_.push_back({{offset, 0, 0, 0}, 1});
       }
@@ -242,12 +232,10 @@ private:
   }
 
   static bool
-  isPartOfColour(const FileField& property, const std::vector<FileField>& properties)
+  isPartOfColour(const FileField& property)
   {
-    return (isColourPart(property, "green") || isColourPart(property, "blue") ||
-            isColourPart(property, "alpha")) &&
-           find(properties, "red") && find(properties, "green") &&
-           find(properties, "blue");
+    return isColourPart(property, "green") || isColourPart(property, "blue") ||
+           isColourPart(property, "alpha");
   }
 
   void
@@ -258,11 +246,6 @@ private:
     for (const char* name : {"blue", "green", "red", "alpha"})
       if (const auto offset = find(properties, name))
         source.offsets[source.parts++] = *offset;
-    if (!find(properties, "green") || !find(properties, "blue")) {
-      fields_.push_back({"red", Kind::Unsigned, 1, 1});
-      sources_.push_back({{*find(properties, "red"), 0, 0, 0}, 1});
-      return;
-    }
     const bool has_alpha = source.parts == 4;
     fields_.push_back(
         {has_alpha ? "rgba" : "rgb", has_alpha ? Kind::Unsigned : Kind::Real, 4, 1});
@@ -293,6 +276,10 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
   const std::uint64_t point_bytes = bytesOf(PlyReader::fieldsOf(vertices));
   const std::uint64_t least_bytes =
       header.is_text ? 2 * vertices.properties.size() : point_bytes;
+  constexpr std::uint64_t most_points = std::uint64_t{1} << 31;
+  if (vertices.count > most_points)
+    fail("its header promises " + std::to_string(vertices.count) +
+         " vertices, which is too many");
   if (vertices.count > bytes ||
       vertices.count * least_bytes > bytes + (header.is_text ? 1 : 0))
     fail("it was cut off, or its header is wrong: it promises " +
@@ -305,8 +292,8 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
     fail("num_cols x num_rows and the number of vertices in its header differ");
   // Each cell takes a byte of the file at least; empty ones become points, too.
   constexpr std::uint64_t most_times = 176;
-  if (grid != nullptr &&
-      (grid->count > bytes || grid->count * point_bytes > most_times * bytes))
+  if (grid != nullptr && (grid->count > bytes || grid->count > most_points ||
+                          grid->count * point_bytes > most_times * bytes))
     fail("its header promises an image that its points cannot fill");
 }
 
@@ -341,32 +328,37 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
   const PlyHeader header = readPlyHeader(file);
   const std::uint64_t all_bytes = fs::file_size(path);
   const std::uint64_t bytes = all_bytes - std::min(all_bytes, header.bytes);
+  const auto vertices =
+      std::find_if(header.elements.begin(),
+                   header.elements.end(),
+                   [](const PlyElement& element) { return element.name == "vertex"; });
+  if (vertices == header.elements.end())
+    fail("its header has no vertices");
+  checkSizes(header, *vertices, bytes);
+  const PlyElement* const grid_element = findGrid(header);
   PlyReader reader(file, header, bytes);
-  PlyElement vertices;
   std::vector<std::uint8_t> points;
   std::vector<std::int64_t> grid;
-  for (const PlyElement& element : header.elements)
-    if (element.name == "vertex" && vertices.name.empty()) {
-      vertices = element;
-      checkSizes(header, vertices, bytes);
-      points = reader.readVertices(vertices);
-    }
-    else if (&element == findGrid(header) && !vertices.name.empty())
-      grid = reader.readGrid(element);
-    else if (vertices.name.empty() || findGrid(header) != nullptr)
-      reader.skip(element);
-  const std::vector<FileField> properties = PlyReader::fieldsOf(vertices);
-  if (header.elements.empty() || header.elements.back().name == "vertex") {
+  for (auto element = header.elements.begin(); element != header.elements.end();
+       ++element)
+    if (element == vertices)
+      points = reader.readVertices(*element);
+    else if (&*element == grid_element && element > vertices)
+      grid = reader.readGrid(*element);
+    else if (element < vertices || grid_element != nullptr)
+      reader.skip(*element);
+  const std::vector<FileField> properties = PlyReader::fieldsOf(*vertices);
+  if (header.elements.back().name == "vertex") {
     if (header.is_text)
       checkNoLinesFollow(file);
-    else if (file.good())
+    else
       checkNoPointsFollow(all_bytes - static_cast<std::uint64_t>(file.tellg()),
                           bytesOf(properties));
   }
   const CloudFields fields(properties);
   const bool is_image = header.columns > 0 && header.rows > 0;
   startCloud(fields.fields(),
-             is_image ? header.columns : vertices.count,
+             is_image ? header.columns : vertices->count,
              is_image ? header.rows : 1,
              cloud);
   fillCloud(fields, points, bytesOf(properties), grid, cloud);

@@ -1,6 +1,6 @@
+#include "clouds/file_text.h"
 #include "clouds/ply_file.h"
 #include "clouds/point_fields.h"
-#include "clouds/text_points.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "clouds/text_points.h"
+#include "clouds/file_text.h"
 
 #include <pcl/PCLPointCloud2.h>
 

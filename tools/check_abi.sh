@@ -10,6 +10,7 @@ set -euo pipefail
 libraries=$1 out=$2 previous=${3:-}
 broken=no
 : > "$out/abi.txt"
+soname() { sed -n "s/.*soname='\([^']*\)'.*/\1/p" "$1" | head -n 1; }
 for library in "$libraries"/libpcl_ext*.so; do
   name=$(basename "$library" .so)
   # Without types, which need debug information: names, versions and sizes.
@@ -19,18 +20,24 @@ for library in "$libraries"/libpcl_ext*.so; do
     echo "$name: nothing to compare with" >> "$out/abi.txt"
     continue
   fi
-  soname() { sed -n "s/.*soname='\([^']*\)'.*/\1/p" "$1" | head -n 1; }
-  if abidiff "$before" "$out/$name.symbols" > "$out/difference" 2>&1; then
+  # Bits of its status: 1 and 2 it failed, 4 different, 8 incompatible.
+  status=0
+  abidiff "$before" "$out/$name.symbols" > "$out/difference" 2>&1 || status=$?
+  if [ $status -eq 0 ]; then
     echo "$name: compatible" >> "$out/abi.txt"
+  elif [ $((status & 11)) -eq 0 ]; then
+    echo "$name: compatible, with more symbols" >> "$out/abi.txt"
   elif [ "$(soname "$before")" != "$(soname "$out/$name.symbols")" ]; then
     echo "$name: different, and so is its SONAME" >> "$out/abi.txt"
-  # 8: incompatible; else symbols were added
-  elif abidiff "$before" "$out/$name.symbols" > /dev/null 2>&1 || [ $(($? & 8)) -eq 0 ]; then
-    echo "$name: compatible, with more symbols" >> "$out/abi.txt"
   else
     { echo "$name: INCOMPATIBLE"; cat "$out/difference"; } >> "$out/abi.txt"
     broken=yes
   fi
+done
+for before in ${previous:+"$previous"/*.symbols}; do
+  [ -e "$out/$(basename "$before")" ] && continue
+  echo "$(basename "$before" .symbols): GONE" >> "$out/abi.txt"
+  broken=yes
 done
 rm -f "$out/difference"
 cat "$out/abi.txt"

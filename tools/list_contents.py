@@ -12,8 +12,11 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-# Compiled into the wheel, from Debian's packages.
-IN_THE_WHEEL = {
+# Compiled into the wheel or the program, from Debian's packages.
+COMPILED_IN = {
+    "libboost-dev": ("Boost", "BSL-1.0"),
+    "libcli11-dev": ("CLI11", "BSD-3-Clause"),
+    "nlohmann-json3-dev": ("nlohmann_json", "MIT"),
     "zlib1g-dev": ("zlib", "Zlib"),
     "libzstd-dev": ("zstd", "BSD-3-Clause"),
     "liblz4-dev": ("lz4", "BSD-2-Clause"),
@@ -91,10 +94,10 @@ def main(version, folder):
         name = path.relative_to(folder).as_posix()
         files.append(file_entry(f"SPDXRef-file-{number}", name, path))
         relate(files[-1]["SPDXID"], "GENERATED_FROM", "SPDXRef-pcl-ext")
-    for number, (debian, (name, licence)) in enumerate(IN_THE_WHEEL.items()):
+    for number, (debian, (name, licence)) in enumerate(COMPILED_IN.items()):
         packages.append(
-            package(f"SPDXRef-wheel-{number}", name, debian_version(debian), licence))
-        relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-wheel-{number}")
+            package(f"SPDXRef-debian-{number}", name, debian_version(debian), licence))
+        relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-debian-{number}")
     for number, (name, of, licence) in enumerate(npm_packages()):
         packages.append(package(f"SPDXRef-npm-{number}", name, of, licence))
         relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-npm-{number}")

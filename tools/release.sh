@@ -29,7 +29,7 @@ if [ -n "$(git status --porcelain)" ]; then
 fi
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
-bash tools/install_packages.sh build package viewer python release
+bash tools/install_packages.sh build program package viewer python release
 rm -rf "$out"
 mkdir -p "$out/python"
 

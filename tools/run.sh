@@ -13,8 +13,8 @@
 #   demo                  frames of a simulated robot cell through all of it, into out/
 # Without arguments: demo. After the first run COMMAND --help lists the options.
 # The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 91
-# packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds. The first view
-# builds the viewer's page, too, for which it installs 370 more packages (0.3 GB).
+# packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds.
+# The first view builds the viewer's page, too, for which it installs more (0.3 GB).
 # Only what pcl_ext prints goes to the standard output.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)

@@ -249,6 +249,18 @@ TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)
       }
     }
   EXPECT_GT(refused, 1000u);
+  // Nothing to read, and no end of it.
+  const std::string endless[] = {
+      "ply\nformat ascii 1.0\nobj_info num_cols 4000000000\n"
+      "obj_info num_rows 4000000000\nend_header\n",
+      "VERSION 0.7\nFIELDS x y\nSIZE 4 4\nTYPE F F\nCOUNT 0 0\nWIDTH 2000000000\n"
+      "HEIGHT 1\nPOINTS 2000000000\nDATA binary_compressed\n" +
+          std::string(8, '\0')};
+  for (const std::string& text : endless) {
+    writeBytes(folder / "e.pcd", Bytes(text.begin(), text.end()));
+    pcl::PCLPointCloud2 cloud;
+    EXPECT_THROW(readCloud(folder / "e.pcd", cloud), std::runtime_error) << text;
+  }
 }
 
 } // namespace test

@@ -1,4 +1,4 @@
-#include "clouds/text_points.h"
+#include "clouds/file_text.h"
 
 #include <algorithm>
 #include <cctype>
@@ -128,8 +128,8 @@ readPoint(const std::string& line,
           std::uint64_t number,
           std::vector<std::uint8_t>& bytes)
 {
-  const auto fail = [number](const std::string& reason) {
-    throw std::runtime_error("line " + std::to_string(number) + reason);
+  const auto failAtLine = [number](const std::string& reason) {
+    fail("line " + std::to_string(number) + reason);
   };
   Words words(line);
   std::uint64_t count = 0;
@@ -137,21 +137,28 @@ readPoint(const std::string& line,
     for (std::uint64_t i = 0; i < field.count; ++i, ++count) {
       const std::string_view word = words.next();
       if (word.empty())
-        fail(" has " + std::to_string(count) +
-             " numbers, fewer than its header promises");
+        failAtLine(" has " + std::to_string(count) +
+                   " numbers, fewer than its header promises");
       if (!appendNumber(word, field, bytes))
-        fail(": '" + shownText(std::string(word)) + "' is no number of the field '" +
-             shownText(field.name) + "'" +
-             (word.find(',') != word.npos ? "; numbers are written as 1.5, and blanks "
-                                            "are between them"
-                                          : ""));
+        failAtLine(": '" + shownText(std::string(word)) +
+                   "' is no number of the field '" + shownText(field.name) + "'" +
+                   (word.find(',') != word.npos
+                        ? "; numbers are written as 1.5, and blanks "
+                          "are between them"
+                        : ""));
     }
   if (!words.next().empty())
-    fail(" has more than " + std::to_string(count) +
-         " numbers, which its header promises");
+    failAtLine(" has more than " + std::to_string(count) +
+               " numbers, which its header promises");
 }
 
 } // namespace
+
+void
+fail(const std::string& reason)
+{
+  throw std::runtime_error(reason);
+}
 
 std::uint64_t
 bytesOf(const std::vector<FileField>& fields)
@@ -190,7 +197,7 @@ countOf(const std::string& name, const std::string& text)
   constexpr std::size_t most_digits = 18;
   if (text.empty() || text.size() > most_digits ||
       text.find_first_not_of("0123456789") != std::string::npos)
-    throw std::runtime_error("its header has no valid " + name);
+    fail("its header has no valid " + name);
   return std::stoull(text);
 }
 
@@ -223,10 +230,9 @@ readTextPoints(std::istream& file,
   for (std::uint64_t point = 0; point < points;) {
     ++number;
     if (!readLine(file, line))
-      throw std::runtime_error(
-          line.empty() ? "it was cut off: it has " + std::to_string(point) +
-                             " lines of points, not " + std::to_string(points)
-                       : "line " + std::to_string(number) + " is too long");
+      fail(line.empty() ? "it was cut off: it has " + std::to_string(point) +
+                              " lines of points, not " + std::to_string(points)
+                        : "line " + std::to_string(number) + " is too long");
     if (line.empty() && may_have_empty_lines)
       continue;
     readPoint(line, fields, number, bytes);
@@ -240,16 +246,16 @@ checkNoLinesFollow(std::istream& file)
   std::string line;
   while (readLine(file, line))
     if (line.find_first_not_of(" \t\r") != std::string::npos)
-      throw std::runtime_error("lines follow the points that its header promises: '" +
-                               shownText(line) + "'");
+      fail("lines follow the points that its header promises: '" + shownText(line) +
+           "'");
 }
 
 void
 checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes)
 {
   if (point_bytes > 0 && further_bytes >= point_bytes)
-    throw std::runtime_error(std::to_string(further_bytes) +
-                             " bytes follow the points that its header promises");
+    fail(std::to_string(further_bytes) +
+         " bytes follow the points that its header promises");
 }
 
 } // namespace clouds

@@ -1,5 +1,5 @@
 /** \file
- * \brief Points that files have as text.
+ * \brief Text in files of clouds: the words of headers, and points.
  */
 #pragma once
 
@@ -10,6 +10,10 @@
 
 namespace pcl_ext {
 namespace clouds {
+
+/** \brief Throws std::runtime_error: a file cannot be read. */
+[[noreturn]] void
+fail(const std::string& reason);
 
 /** \brief A field of points in a file: numbers that follow each other. */
 struct FileField {
