@@ -129,7 +129,7 @@ private:
     std::cout << "\nThe frames are in " << recording_
               << ", the decoded and the denoised clouds beside it. Next:\n  " << command
               << " info " << recording_ << "\n  " << command << " decode " << recording_
-              << " -o clouds --remove-outliers\n";
+              << " -o decoded --remove-outliers\n";
     if (!example.empty())
       std::cout << "  pcl_viewer " << example << '\n';
   }
