@@ -144,7 +144,7 @@ class BuildWithCMake(build_ext):
         tell("pcl_ext: compiling, which takes some minutes")
         run(["cmake", "-S", ROOT, "-B", build, *definitions])
         run(
-            ["cmake", "--build", build, "--target", "pcl_ext_python"]
+            ["cmake", "--build", build, "--config", "Release", "--target", "pcl_ext_python"]
             + [
                 "--parallel",
                 os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count())),

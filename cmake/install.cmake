@@ -1,5 +1,5 @@
 # What `cmake --install` puts where, and how find_package(pcl_ext) and pkg-config find it.
-# The components library, dev and tools are packages of their own, see packages.cmake.
+# The components library, dev, tools and python are packages of their own, see debian/rules.
 include(CMakePackageConfigHelpers)
 
 set(PCL_EXT_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ext)
@@ -20,8 +20,6 @@ function(pcl_ext_install target file)
     FILE ${file}.cmake
     DESTINATION ${PCL_EXT_CONFIG_DIR}
     COMPONENT dev)
-  get_target_property(directory ${target} BINARY_DIR)
-  set_property(GLOBAL APPEND PROPERTY PCL_EXT_LIBRARY_DIRS ${directory})
 endfunction()
 pcl_ext_install(pcl_ext_codec pcl_ext-codec-targets)
 if(PCL_EXT_WITH_RECORDING)

@@ -7,7 +7,9 @@
 # Debian has no zstd, lz4 and LZF for mingw. Where a folder has them, in include and lib,
 #   PCL_EXT_MINGW_PREFIX=FOLDER tools/check_windows.sh
 # builds recordings and the program, too, runs the tests of recordings, and the program's info
-# and verify; PCL_EXT_PROGRAM is a native one, which must print the same.
+# and verify; PCL_EXT_PROGRAM is a native one, which must print the same. With
+# PCL_EXT_WINDOWS_PYTHON, a folder with include and libs of a Python for Windows, the Python module
+# is built for it, too, and not run.
 # PCL_EXT_JOBS (2) at a time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -33,6 +35,11 @@ copy_headers() {
   ln -s /usr/include/boost "$prefix/include/boost"
   cp -r /usr/share/cmake/{nlohmann_json,CLI11} "$prefix/share/cmake"
   cp -r /usr/share/eigen3/cmake "$prefix/share/eigen3"
+}
+
+copy_pybind11() {
+  cp -r /usr/include/pybind11 "$prefix/include"
+  cp -r /usr/lib/cmake/pybind11 "$prefix/share/cmake"
 }
 
 check_headers() {
@@ -108,11 +115,22 @@ check_program() {
 
 copy_headers
 check_headers
+python=()
+if [ -n "${PCL_EXT_WINDOWS_PYTHON:-}" ]; then
+  copy_pybind11
+  python=(-DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3
+    -DPython3_INCLUDE_DIR="$PCL_EXT_WINDOWS_PYTHON/include"
+    -DPython3_LIBRARY="$(echo "$PCL_EXT_WINDOWS_PYTHON"/libs/python3?*.lib)")
+fi
 build . libraries -DCMAKE_INSTALL_PREFIX="$prefix" -DPCL_EXT_WITH_PCL=OFF \
   -DPCL_EXT_WITH_RECORDING=$with_recording -DPCL_EXT_BUILD_TOOLS=$with_recording \
   -DPCL_EXT_WITH_VIEW=OFF -DPCL_EXT_WITH_LINK=OFF -DPCL_EXT_UNITY_BUILD=ON \
-  -DPCL_EXT_WARNINGS_AS_ERRORS=ON
+  -DPCL_EXT_WARNINGS_AS_ERRORS=ON ${python[@]+"${python[@]}"}
 cmake --install "$out/libraries" > /dev/null
+if [ ${#python[@]} -gt 0 ]; then
+  x86_64-w64-mingw32-objdump -p "$out"/libraries/python/pcl_ext/_native* | grep PyInit__native
+  echo "the Python module is linked with DLLs"
+fi
 export WINEPATH="Z:$prefix/bin;Z:/usr/x86_64-w64-mingw32/lib"
 check_consumer codec_consumer
 if [ $with_recording = ON ]; then

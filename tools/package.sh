@@ -1,39 +1,47 @@
-#!/bin/sh
-# Installs what is missing, builds the Debian packages and checks them with lintian. They are
-# for the distribution that this runs on, and lie in build-package/packages afterwards.
+#!/usr/bin/env bash
+# Installs what is missing, makes the Debian source package of the last commit, builds the binary
+# packages of it, for the distribution that this runs on, and checks all with lintian. They lie in
+# build-package/packages afterwards, and are the same bytes each time.
 # Usage: bash tools/package.sh
-set -eu
+set -euo pipefail
 case ${1:-} in
   --help | -h)
-    sed -n '2,4s/^# //p' "$0"
+    sed -n '2,5s/^# //p' "$0"
     exit 0
     ;;
 esac
-root=$(cd "$(dirname "$0")/.." && pwd)
-build=$root/build-package
+cd "$(dirname "$0")/.."
+root=$PWD
+version=$(sed -n 's/^  VERSION \(.*\)$/\1/p' CMakeLists.txt)
+packages=$root/build-package/packages
+source=$root/build-package/pcl-ext-$version
 
-bash "$root/tools/install_packages.sh" build package viewer
-# The packages are the same bytes each time: their files have the time of the last commit.
+bash tools/install_packages.sh build package viewer
 umask 022
-if time=$(git -C "$root" log -1 --format=%ct 2> /dev/null); then
-  export SOURCE_DATE_EPOCH="$time"
-fi
-# The compiler gets the flags that the tests run with, the linker those of the distribution.
-linker_flags=$(DEB_BUILD_MAINT_OPTIONS=hardening=+bindnow dpkg-buildflags --get LDFLAGS)
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
-  -DCMAKE_SHARED_LINKER_FLAGS="$linker_flags" -DCMAKE_MODULE_LINKER_FLAGS="$linker_flags" \
-  -DCMAKE_EXE_LINKER_FLAGS="$linker_flags" -DPCL_EXT_BUILD_TESTS=OFF \
-  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF \
-  -DPCL_EXT_BUILD_VIEWER=ON -DPCL_EXT_UNITY_BUILD=ON \
-  -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
-  ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
-cmake --build "$build" -j "${PCL_EXT_JOBS:-2}"
-rm -f "$build"/packages/*.deb
-cd "$build"
-if ! cpack > cpack.log 2>&1; then
-  cat cpack.log
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+export SOURCE_DATE_EPOCH
+rm -rf build-package
+mkdir -p "$packages" "$source/page"
+git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n > \
+  "$packages/pcl-ext_$version.orig.tar.gz"
+tar -xzf "$packages/pcl-ext_$version.orig.tar.gz" -C "$source" --strip-components=1
+bash viewer/build.sh "$source/page/viewer.html"
+tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$SOURCE_DATE_EPOCH" \
+  -C "$source" -c page | gzip -9 -n > "$packages/pcl-ext_$version.orig-page.tar.gz"
+
+# What is built is what is in the source package.
+cd "$packages"
+dpkg-source -b "$source"
+rm -r "$source"
+dpkg-source -x ./*.dsc "$source"
+cd "$source"
+log=$root/build-package/build.log
+if ! DEB_BUILD_OPTIONS="noautodbgsym parallel=${PCL_EXT_JOBS:-2}" \
+  dpkg-buildpackage -b -us -uc > "$log" 2>&1; then
+  tail -n 60 "$log"
   exit 1
 fi
+mv ../*.deb "$packages"
 # Root may run it, too, as a container has no one else.
-lintian --allow-root --fail-on error packages/*.deb
-ls -l packages/*.deb
+lintian --allow-root --fail-on error,warning "$packages"/*.dsc "$packages"/*.deb
+ls -l "$packages"

@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # Makes what a release consists of, from a clone without changes, in build-release-files:
 #   pcl_ext-VERSION.tar.gz       the source, the same bytes each time
-#   *.deb                        Debian packages for the distribution that this runs on
+#   debian/                      Debian source package (.dsc), and of it packages for the
+#                                distribution that this runs on
 #   pcl_ext-VERSION-*.whl, pcl_ext-VERSION.tar.gz in python/: wheel and source distribution
 #   pcl_ext-codec-*.tgz          the codec in WebAssembly for npm
 #   viewer.html, pcl_ext-*.foxe  the viewer's page; the extension for Foxglove and Lichtblick
-#   *.symbols                    what the shared libraries export, with the outcome of abi.txt
+#   abi/                         what the shared libraries export; abi.txt: what has changed
 #   contents.spdx.json           every file of the source, and what is compiled into the others
 #   SHA256SUMS
 # The first run fetches packages of Debian and npm; later ones need no network.
 # Usage, as root or where the packages are installed: bash tools/release.sh [PREVIOUS]
-#   PREVIOUS   a folder with the .symbols of the last release, which this one must not break
+#   PREVIOUS   the folder abi of the last release, which this one must not break
 set -euo pipefail
 case ${1:-} in
   --help | -h)
@@ -33,16 +34,12 @@ bash tools/install_packages.sh build program package viewer python release
 rm -rf "$out"
 mkdir -p "$out/python"
 
-source_tarball() {
-  git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n > "$1"
-}
-source_tarball "$out/pcl_ext-$version.tar.gz"
-source_tarball "$out/again.tar.gz"
-cmp "$out/pcl_ext-$version.tar.gz" "$out/again.tar.gz"
-rm "$out/again.tar.gz"
-
 bash tools/package.sh
-cp build-package/packages/*.deb "$out"
+cp -r build-package/packages "$out/debian"
+# The source package's first archive is that of the release. Made again it must be the same bytes.
+cp "$out/debian/pcl-ext_$version.orig.tar.gz" "$out/pcl_ext-$version.tar.gz"
+git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n |
+  cmp - "$out/pcl_ext-$version.tar.gz"
 
 # Of a copy of the source, as setuptools leaves files there.
 mkdir build-release-files/source
@@ -51,12 +48,13 @@ tar -xzf "$out/pcl_ext-$version.tar.gz" -C "$out/source" --strip-components=1
   { cat "$out/python.log"; exit 1; }
 rm -rf "$out/source" "$out/python.log"
 
-bash viewer/build.sh "$out/viewer.html"
+tar -xOf "$out"/debian/*.orig-page.tar.gz page/viewer.html > "$out/viewer.html"
 npm pack ./viewer/codec --pack-destination "$out" --silent > /dev/null
 npm --prefix viewer/foxglove run --silent build
 cp viewer/foxglove/dist/*.foxe "$out"
 
-bash tools/check_abi.sh build-package/src "$out" ${previous:+"$previous"}
+mkdir "$out/abi"
+bash tools/check_abi.sh build-package/pcl-ext-*/obj-*/src "$out/abi" ${previous:+"$previous"}
 python3 tools/list_contents.py "$version" "$out"
 (cd "$out" && find . -type f ! -name SHA256SUMS -printf '%P\n' | LC_ALL=C sort | xargs sha256sum > SHA256SUMS)
-ls -l "$out" "$out/python"
+ls -lR "$out"

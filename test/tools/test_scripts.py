@@ -1,7 +1,9 @@
-"""The scripts that install, build and run, with stand-ins for the commands that change the machine."""
+"""Metadata that agree, and the scripts that install, build and run, with stand-ins for the commands
+that change the machine."""
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -27,6 +29,51 @@ chmod +x "$HERE/build-run/tools/bin/pcl_ext" """
 BUILD_VIEWER = """echo "a page" | tee -a "$LOG"
 mkdir -p "$HERE/viewer/dist"
 touch "$HERE/viewer/dist/viewer.html" """
+
+
+# Files with this project's version, and where it stands there.
+VERSIONS = {
+    "package.xml": "<version>(.*)</version>",
+    "debian/changelog": r"^pcl-ext \((.*)-",
+    "ros/package.xml": "<version>(.*)</version>",
+    "ros2/pcl_ext_ros/CMakeLists.txt": "^project.* VERSION (\\S*)",
+    "ros2/pcl_ext_ros/package.xml": "<version>(.*)</version>",
+    "ros2/pcl_ext_ros_common/CMakeLists.txt": "^project.* VERSION (\\S*)",
+    "ros2/pcl_ext_ros_common/package.xml": "<version>(.*)</version>",
+    "ros2/pcl_ext_point_cloud_transport/CMakeLists.txt": "^project.* VERSION (\\S*)",
+    "ros2/pcl_ext_point_cloud_transport/package.xml": "<version>(.*)</version>",
+    "viewer/package.json": '^  "version": "(.*)"',
+    "viewer/codec/package.json": '^  "version": "(.*)"',
+    "viewer/foxglove/package.json": '^  "version": "(.*)"',
+    "CHANGELOG.md": "^## (\\S*)",
+}
+
+
+class Metadata(unittest.TestCase):
+    def first(self, pattern, name):
+        found = re.search(pattern, (ROOT / name).read_text(), re.MULTILINE)
+        self.assertIsNotNone(found, name)
+        return found[1]
+
+    def test_all_files_have_the_same_version(self):
+        version = self.first(r"^  VERSION (\S*)$", "CMakeLists.txt")
+        for name, pattern in VERSIONS.items():
+            with self.subTest(name):
+                self.assertEqual(self.first(pattern, name), version)
+
+    def test_debian_package_of_the_libraries_has_the_number_of_their_soname(self):
+        major, minor, _ = self.first(r"^  VERSION (\S*)$", "CMakeLists.txt").split(".")
+        package = f"libpcl-ext{major}.{minor}"
+        self.assertEqual(self.first("^Package: (libpcl-ext[0-9.]+)$", "debian/control"), package)
+        self.assertEqual(self.first("library,(.*)[)]$", "debian/rules"), package)
+
+    def test_what_debian_packages_are_built_with_is_in_the_list_of_packages(self):
+        needed = self.first(r"^Build-Depends:\n((?: .*\n)+)", "debian/control")
+        listed = (ROOT / "tools/packages.txt").read_text().split()
+        for package in re.findall(r"^ ([a-z0-9-]+)", needed, re.MULTILINE):
+            # Other packages provide these two.
+            if not package.startswith(("debhelper-compat", "dh-sequence")):
+                self.assertIn(package, listed)
 
 
 class Scripts(unittest.TestCase):
