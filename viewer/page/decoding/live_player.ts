@@ -1,5 +1,6 @@
 import type { Codec, DecoderLimits } from "@pcl_ext/codec";
 
+import { headBytes } from "../recordings/frame_places";
 import { FrameBatches } from "./frame_batches";
 import type { DecodingSettings, FromWorker } from "./messages";
 import type { BufferPool } from "./packed_voxels";
@@ -91,7 +92,7 @@ export class LivePlayer {
     const time = this.sortedTime(stream.index, header.getBigInt64(8, true));
     const bytes = new Uint8Array(message, liveHeaderBytes);
     const number = stream.frames++;
-    const { status, description } = this.codec.describeFrame(bytes.subarray(0, 2048), this.limits);
+    const { status, description } = this.codec.describeFrame(bytes.subarray(0, headBytes), this.limits);
     const isIFrame = status.ok && description !== null && description.kind === "I";
     this.batches.add(stream.index, {
       stream: stream.index,

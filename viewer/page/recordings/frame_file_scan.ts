@@ -2,10 +2,9 @@ import type { Codec, FrameDescription } from "@pcl_ext/codec";
 
 import { BlockReader } from "./byte_source";
 import type { ByteSource } from "./byte_source";
-import { limitsOfIndexing } from "./frame_places";
+import { headBytes, limitsOfIndexing } from "./frame_places";
 import type { RecordingListener } from "./frame_places";
 
-const headerBytes = 2048;
 const magics = ["PCXI", "<HEAD>"].map((word) => new TextEncoder().encode(word));
 const longestMagic = 6;
 
@@ -37,7 +36,7 @@ export class FrameFileScan {
 
   /** Nanoseconds of the first frame; null: it has no time, or the file does not begin with a frame. */
   async firstTime(): Promise<bigint | null> {
-    const head = await this.blocks.bytesAt(0, Math.min(headerBytes, this.source.size));
+    const head = await this.blocks.bytesAt(0, Math.min(headBytes, this.source.size));
     const { status, description } = this.codec.describeFrame(head, limitsOfIndexing);
     return status.ok && description?.stamp != null ? description.stamp * 1000n : null;
   }
@@ -78,7 +77,7 @@ export class FrameFileScan {
   /** Bytes of the frame at a place; null with a problem if there is none, else if the file ends early. */
   private async sizeAt(at: number): Promise<{ bytes: number | null; problem: string | null }> {
     const rest = this.source.size - at;
-    for (let atHand = Math.min(headerBytes, rest); ; atHand = Math.min(rest, atHand * 4)) {
+    for (let atHand = Math.min(headBytes, rest); ; atHand = Math.min(rest, atHand * 4)) {
       try {
         const bytes = this.codec.frameSize(await this.blocks.bytesAt(at, atHand), limitsOfIndexing);
         if (bytes !== null) return { bytes, problem: null };
@@ -109,7 +108,7 @@ export class FrameFileScan {
   }
 
   private async addFrame(at: number, bytes: number): Promise<void> {
-    const head = await this.blocks.bytesAt(at, Math.min(bytes, headerBytes));
+    const head = await this.blocks.bytesAt(at, Math.min(bytes, headBytes));
     const { status, description } = this.codec.describeFrame(head, limitsOfIndexing);
     if (this.frames++ === 0)
       this.stream = this.listener.addStream({ name: this.source.name.replace(/\.[^.]*$/, ""), metadata: {} });

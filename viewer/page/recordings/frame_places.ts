@@ -1,6 +1,10 @@
 /** Limits for looking at frames without decoding them: those of decoding are Codec.recordingLimits. */
 export const limitsOfIndexing = { maxFrameBytes: 2 ** 28, maxVoxels: 2 ** 32 - 1, maxPoints: 2 ** 32 - 1 };
 
+/** Of a frame, with its header: one with a lidar's rows and columns has some 20 bytes for each row. Frames of the
+ * published layout are decoded to be described where all their bytes are given, so that not more are. */
+export const headBytes = 2 ** 14;
+
 /** Where a frame's message or bytes lie. */
 export interface FramePlace {
   /** Of the recording's files. */

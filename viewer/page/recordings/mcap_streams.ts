@@ -2,7 +2,7 @@ import type { McapTypes } from "@mcap/core";
 import type { Codec } from "@pcl_ext/codec";
 
 import { readCompressedCloud } from "./cdr";
-import { limitsOfIndexing } from "./frame_places";
+import { headBytes, limitsOfIndexing } from "./frame_places";
 import type { FramePlace, RecordingListener } from "./frame_places";
 import * as records from "./mcap_records";
 import { isStaticTopic, isTransformType, readTransforms } from "./transform_messages";
@@ -84,7 +84,7 @@ export class McapStreams {
     channel.format ??= cloud.format;
     if (!isOurs(cloud.format)) return;
     channel.stream ??= this.streamOf(file, channel);
-    const { status, description } = this.codec.describeFrame(cloud.frame.subarray(0, 2048), limitsOfIndexing);
+    const { status, description } = this.codec.describeFrame(cloud.frame.subarray(0, headBytes), limitsOfIndexing);
     this.listener.addFrame({
       stream: channel.stream,
       place,
