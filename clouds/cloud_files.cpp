@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -61,32 +62,51 @@ readKitti(const std::string& path, pcl::PCLPointCloud2& cloud)
   toLittleEndian(fields, cloud.data);
 }
 
+/** \brief Whether a point has coordinates that no sensor measures: a huge one, or nothing but
+ * tiny ones; none: it has none that are finite and not 0, as those of missing points. */
+std::optional<bool>
+isOdd(const std::uint8_t* point, const std::vector<std::uint32_t>& offsets)
+{
+  constexpr float largest = 1e9f;
+  constexpr float smallest = 1e-20f;
+  bool is_huge = false;
+  bool is_tiny = true;
+  bool is_there = false;
+  for (const std::uint32_t offset : offsets) {
+    float coordinate = 0.0f;
+    std::memcpy(&coordinate, point + offset, sizeof(coordinate));
+    const float length = std::abs(coordinate);
+    if (!std::isfinite(length) || length == 0.0f)
+      continue;
+    is_there = true;
+    is_huge |= length > largest;
+    is_tiny &= length < smallest;
+  }
+  return is_there ? std::optional<bool>(is_huge || is_tiny) : std::nullopt;
+}
+
 /** \brief Refuses coordinates that no sensor measures, as those of bytes in the wrong order
  * are. */
 void
 checkCoordinates(const pcl::PCLPointCloud2& cloud)
 {
-  const auto field = std::find_if(
-      cloud.fields.begin(), cloud.fields.end(), [](const pcl::PCLPointField& other) {
-        return other.name == "x" && other.datatype == pcl::PCLPointField::FLOAT32;
-      });
-  if (field == cloud.fields.end() || cloud.point_step == 0)
+  std::vector<std::uint32_t> offsets;
+  for (const pcl::PCLPointField& field : cloud.fields)
+    if ((field.name == "x" || field.name == "y" || field.name == "z") &&
+        field.datatype == pcl::PCLPointField::FLOAT32)
+      offsets.push_back(field.offset);
+  if (offsets.empty() || cloud.point_step == 0)
     return;
   constexpr std::size_t most_checked = 4096;
-  constexpr float largest = 1e9f;
-  constexpr float smallest = 1e-20f;
   std::size_t checked = 0;
   std::size_t odd = 0;
-  for (std::size_t at = field->offset;
-       at + sizeof(float) <= cloud.data.size() && checked < most_checked;
-       at += cloud.point_step) {
-    float x = 0.0f;
-    std::memcpy(&x, &cloud.data[at], sizeof(x));
-    if (!std::isfinite(x) || x == 0.0f) // no echo, for some drivers inf
-      continue;
-    ++checked;
-    odd += std::abs(x) > largest || std::abs(x) < smallest ? 1 : 0;
-  }
+  for (std::size_t at = 0;
+       at + cloud.point_step <= cloud.data.size() && checked < most_checked;
+       at += cloud.point_step)
+    if (const std::optional<bool> is_odd = isOdd(&cloud.data[at], offsets)) {
+      ++checked;
+      odd += *is_odd ? 1 : 0;
+    }
   if (odd > 0 && 2 * odd >= checked)
     fail("its coordinates are no lengths: the bytes of its numbers may be in the wrong "
          "order, or its fields are others than its header tells");
@@ -121,6 +141,8 @@ kindOf(const std::string& path)
       {"FIELDS ", FileKind::Pcd},
       {"ply\n", FileKind::Ply},
       {"ply\r", FileKind::Ply},
+      {"ply ", FileKind::Ply},
+      {"ply\t", FileKind::Ply},
       {"\x89MCAP", FileKind::Mcap},
       {"#ROSBAG", FileKind::Ros1Bag},
       {"SQLite format 3", FileKind::Sqlite},

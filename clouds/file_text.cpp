@@ -191,12 +191,18 @@ wordsOf(const std::string& line)
   return words;
 }
 
+bool
+isCount(const std::string& text)
+{
+  constexpr std::size_t most_digits = 18;
+  return !text.empty() && text.size() <= most_digits &&
+         text.find_first_not_of("0123456789") == std::string::npos;
+}
+
 std::uint64_t
 countOf(const std::string& name, const std::string& text)
 {
-  constexpr std::size_t most_digits = 18;
-  if (text.empty() || text.size() > most_digits ||
-      text.find_first_not_of("0123456789") != std::string::npos)
+  if (!isCount(text))
     fail("its header has no valid " + name);
   return std::stoull(text);
 }
@@ -204,7 +210,7 @@ countOf(const std::string& name, const std::string& text)
 bool
 readLine(std::istream& file, std::string& line)
 {
-  constexpr std::size_t longest = std::size_t{1} << 16;
+  constexpr std::size_t longest = std::size_t{1} << 24;
   line.clear();
   for (int next = file.get(); next != std::char_traits<char>::eof();
        next = file.get()) {

@@ -33,9 +33,16 @@ bytesOf(const std::vector<FileField>& fields);
 std::string
 shownText(std::string text);
 
+/** \brief Most bytes of a header, so that files without one are known early. */
+constexpr std::uint64_t most_header_bytes = std::uint64_t{1} << 20;
+
 /** \brief The words of a line. */
 std::vector<std::string>
 wordsOf(const std::string& line);
+
+/** \brief Whether a text is a number that countOf() takes. */
+bool
+isCount(const std::string& text);
 
 /** \brief A number of a header.
  * \throws std::runtime_error if it is none, or too large for a cloud
@@ -44,7 +51,7 @@ std::uint64_t
 countOf(const std::string& name, const std::string& text);
 
 /** \brief Reads a line; a file of no lines is not read as one.
- * \return false at the end, and if the line is longer than 64 KiB
+ * \return false at the end, and if the line is longer than 16 MiB
  */
 bool
 readLine(std::istream& file, std::string& line);

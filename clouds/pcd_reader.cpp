@@ -52,22 +52,21 @@ readPcdLines(const std::string& path)
   std::ifstream file(path, std::ios::binary);
   PcdLines lines;
   std::string line;
-  constexpr int most_header_lines = 100;
-  for (int i = 0; i < most_header_lines && readLine(file, line); ++i) {
+  while (lines.bytes < most_header_bytes && readLine(file, line)) {
     lines.bytes += line.size() + 1;
     ++lines.lines;
-    if (!line.empty() && line.back() == '\r')
-      line.pop_back();
-    if (line.empty() || line.front() == '#')
+    const std::vector<std::string> words = wordsOf(line);
+    if (words.empty() || words[0].front() == '#')
       continue;
-    const std::size_t space = line.find(' ');
-    const std::string name = line.substr(0, space);
-    if (!isKnownWord(name) || space == std::string::npos) {
+    if (!isKnownWord(words[0]) || words.size() == 1) {
       lines.unknown_line = line;
       continue;
     }
-    lines.values[name == "COLUMNS" ? "FIELDS" : name] = line.substr(space + 1);
-    if (name == "DATA")
+    std::string& value = lines.values[words[0] == "COLUMNS" ? "FIELDS" : words[0]];
+    value = words[1];
+    for (std::size_t i = 2; i < words.size(); ++i)
+      value += ' ' + words[i];
+    if (words[0] == "DATA")
       return lines;
   }
   return std::nullopt;
@@ -100,6 +99,8 @@ pcdFields(const std::map<std::string, std::string>& values)
                  : types[i] == "I" ? Kind::Signed
                  : types[i] == "U" ? Kind::Unsigned
                                    : Kind::Real;
+    if (types[i] != "I" && types[i] != "U" && types[i] != "F")
+      fail("its header has the unknown TYPE '" + shownText(types[i]) + "'");
     field.bytes = countOf("SIZE", sizes[i]);
     field.count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
     constexpr std::uint64_t most_point_bytes = 1 << 20;
@@ -131,8 +132,14 @@ contentOf(const std::optional<PcdLines>& lines)
   if (!lines->unknown_line.empty())
     fail("its header has a line that PCD has not: '" + shownText(lines->unknown_line) +
          "'");
-  const auto& values = lines->values;
-  for (const char* name : {"FIELDS", "SIZE", "TYPE", "WIDTH", "HEIGHT"})
+  std::map<std::string, std::string> values = lines->values;
+  // As for PCL: without rows the points are one, without columns POINTS tells how many.
+  if (values.count("HEIGHT") == 0) {
+    if (values.count("WIDTH") == 0 && values.count("POINTS") != 0)
+      values["WIDTH"] = values["POINTS"];
+    values["HEIGHT"] = "1";
+  }
+  for (const char* name : {"FIELDS", "SIZE", "TYPE", "WIDTH"})
     if (values.count(name) == 0)
       fail(std::string("its header has no line ") + name);
   PcdContent content;
@@ -147,8 +154,7 @@ contentOf(const std::optional<PcdLines>& lines)
       countOf("POINTS", values.at("POINTS")) != content.width * content.height)
     fail("WIDTH x HEIGHT and POINTS in its header differ");
   content.fields = pcdFields(values);
-  std::string storage = values.at("DATA");
-  storage.erase(storage.find_last_not_of(" \t") + 1);
+  const std::string& storage = values.at("DATA");
   if (storage != "ascii" && storage != "binary" && storage != "binary_compressed")
     fail("its points are stored as '" + shownText(storage) +
          "', which is none of ascii, binary and binary_compressed");

@@ -53,21 +53,28 @@ readProperty(const std::vector<std::string>& words, PlyElement& element)
   element.properties.push_back({*number, count});
 }
 
+void
+readFormat(const std::vector<std::string>& words, PlyHeader& header)
+{
+  if (header.has_format)
+    fail("its header has two lines format");
+  if (words.size() != 3 || words[2] != "1.0")
+    fail("its header has no line format with the version 1.0");
+  header.has_format = true;
+  header.is_text = words[1] == "ascii";
+  header.is_big_endian = words[1] == "binary_big_endian";
+  if (!header.is_text && !header.is_big_endian && words[1] != "binary_little_endian")
+    fail("its header has the unknown format '" + shownText(words[1]) + "'");
+}
+
 /** \brief Reads a line of the header. */
 void
 readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
 {
   if (words.empty())
     return;
-  const auto sizeIn = [&words](const char* name) {
-    return countOf(name, words.size() == 3 ? words[2] : "");
-  };
-  if (words[0] == "format" && words.size() > 1) {
-    header.is_text = words[1] == "ascii";
-    header.is_big_endian = words[1] == "binary_big_endian";
-    if (!header.is_text && !header.is_big_endian && words[1] != "binary_little_endian")
-      fail("its header has the unknown format '" + shownText(words[1]) + "'");
-  }
+  if (words[0] == "format")
+    readFormat(words, header);
   else if (words[0] == "element") {
     PlyElement element;
     element.name = words.size() == 3 ? words[1] : "";
@@ -78,29 +85,49 @@ readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
   }
   else if (words[0] == "property" && !header.elements.empty())
     readProperty(words, header.elements.back());
-  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_cols")
-    header.columns = sizeIn("num_cols");
-  else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_rows")
-    header.rows = sizeIn("num_rows");
+  else if (words[0] == "obj_info" && words.size() == 3 && isCount(words[2])) {
+    if (words[1] == "num_cols")
+      header.columns = countOf(words[1], words[2]);
+    if (words[1] == "num_rows")
+      header.rows = countOf(words[1], words[2]);
+  }
   header.has_end = words[0] == "end_header";
 }
 
 } // namespace
+
+std::string
+plyNameToField(const std::string& property)
+{
+  for (const char* axis : {"x", "y", "z"})
+    if (property == std::string("n") + axis)
+      return std::string("normal_") + axis;
+  return property;
+}
+
+std::string
+fieldNameToPly(const std::string& field)
+{
+  for (const char* axis : {"x", "y", "z"})
+    if (field == std::string("normal_") + axis)
+      return std::string("n") + axis;
+  return field;
+}
 
 PlyHeader
 readPlyHeader(std::istream& file)
 {
   PlyHeader header;
   std::string line;
-  constexpr int most_header_lines = 2000;
-  for (int i = 0; i < most_header_lines && !header.has_end && readLine(file, line);
-       ++i) {
+  while (header.bytes < most_header_bytes && !header.has_end && readLine(file, line)) {
     header.bytes += line.size() + 1;
     ++header.lines;
     readHeaderLine(wordsOf(line), header);
   }
   if (!header.has_end)
     fail("its header has no line end_header: it was cut off, or is no PLY file");
+  if (!header.has_format)
+    fail("its header has no line format");
   return header;
 }
 

@@ -29,15 +29,24 @@ struct PlyElement {
 
 /** \brief What comes before the elements. */
 struct PlyHeader {
+  bool has_format = false;
   bool is_text = false;
   bool is_big_endian = false;
   std::vector<PlyElement> elements;
-  std::uint64_t columns = 0; ///< of an image; 0: there are none
+  std::uint64_t columns = 0; ///< of an image, as a remark tells; 0: there are none
   std::uint64_t rows = 0;
   std::uint64_t bytes = 0; ///< of the header
   std::uint64_t lines = 0; ///< of the header
   bool has_end = false;
 };
+
+/** \brief The name that PCL gives the field of a property: normals have other ones. */
+std::string
+plyNameToField(const std::string& property);
+
+/** \brief The name of a field's property. */
+std::string
+fieldNameToPly(const std::string& field);
 
 /** \brief Reads a header.
  * \throws std::runtime_error with what is wrong

@@ -42,7 +42,7 @@ public:
     else if (has_list)
       for (std::uint64_t i = 0; i < element.count; ++i)
         skipOne(element);
-    else if (element.count <= bytes_)
+    else if (element.properties.empty() || element.count <= bytes_)
       skipBytes(element.count * bytesOf(fieldsOf(element)));
     else
       fail("it was cut off, or its header is wrong");
@@ -75,19 +75,13 @@ public:
   readGrid(const PlyElement& element)
   {
     std::vector<std::int64_t> vertices(element.count, -1);
-    const PlyProperty& list = element.properties[0];
     for (std::int64_t& vertex : vertices) {
-      if (header_.is_text) {
-        std::string line;
-        readLine(file_, line);
-        const std::vector<std::string> words = wordsOf(line);
-        if (words.size() > 1)
-          vertex = static_cast<std::int64_t>(countOf("number of a vertex", words[1]));
-        continue;
-      }
-      const std::uint64_t count = readInteger(*list.count);
-      for (std::uint64_t i = 0; i < count; ++i)
-        vertex = static_cast<std::int64_t>(readInteger(list.field));
+      const std::vector<std::uint64_t> cell =
+          header_.is_text ? readTextCell() : readBinaryCell(element.properties[0]);
+      if (cell.size() != (cell[0] == 0 ? 1u : 2u) || cell[0] > 1)
+        fail("its image has a cell that is neither empty nor the number of a vertex");
+      if (cell[0] == 1)
+        vertex = static_cast<std::int64_t>(cell[1]);
     }
     return vertices;
   }
@@ -102,6 +96,30 @@ public:
   }
 
 private:
+  /** \brief A list with the number of its numbers before them. */
+  std::vector<std::uint64_t>
+  readTextCell()
+  {
+    std::string line;
+    if (!readLine(file_, line))
+      fail("it was cut off in its image");
+    std::vector<std::uint64_t> numbers;
+    for (const std::string& word : wordsOf(line))
+      numbers.push_back(countOf("number in its image", word));
+    if (numbers.empty())
+      fail("its image has an empty line");
+    return numbers;
+  }
+
+  std::vector<std::uint64_t>
+  readBinaryCell(const PlyProperty& list)
+  {
+    std::vector<std::uint64_t> numbers = {readInteger(*list.count)};
+    if (numbers[0] == 1)
+      numbers.push_back(readInteger(list.field));
+    return numbers;
+  }
+
   void
   read(std::uint8_t* bytes, std::size_t size)
   {
@@ -125,7 +143,7 @@ private:
                                : property.field.bytes);
   }
 
-  /** \brief Below 2^32; of a negative number another one. */
+  /** \brief A number of a list, or how many it has: below 2^32. */
   std::uint64_t
   readInteger(const FileField& field)
   {
@@ -134,7 +152,9 @@ private:
     std::uint64_t number = 0;
     for (std::size_t i = 0; i < field.bytes; ++i)
       number = number << 8 | bytes[header_.is_big_endian ? i : field.bytes - 1 - i];
-    return number & 0xffffffffu;
+    if (field.kind == Kind::Signed && (number >> (8 * field.bytes - 1)) != 0)
+      fail("it has a list with a negative number of numbers, or of a vertex");
+    return number;
   }
 
   std::istream& file_;
@@ -162,6 +182,7 @@ public:
         addColour(properties);
       else if (!has_colour || !isPartOfColour(property)) {
         fields_.push_back(property);
+        fields_.back().name = plyNameToField(property.name);
         sources_.push_back({{offset, 0, 0, 0}, 1});
       }
       offset += property.bytes;
@@ -262,9 +283,9 @@ findGrid(const PlyHeader& header)
 {
   for (const PlyElement& element : header.elements)
     if (element.name == "range_grid" && element.properties.size() == 1 &&
-        element.properties[0].count && header.columns > 0 &&
-        header.columns <= element.count && header.rows <= element.count &&
-        header.columns * header.rows == element.count)
+        element.properties[0].count && element.properties[0].field.kind != Kind::Real &&
+        header.columns > 0 && header.columns <= element.count &&
+        header.rows <= element.count && header.columns * header.rows == element.count)
       return &element;
   return nullptr;
 }
@@ -286,15 +307,22 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
          std::to_string(vertices.count) + " vertices, and has " +
          std::to_string(bytes) + " bytes of them");
   const PlyElement* const grid = findGrid(header);
-  if (grid == nullptr && (header.columns > 0 || header.rows > 0) &&
-      (header.columns > vertices.count || header.rows > vertices.count ||
-       header.columns * header.rows != vertices.count))
-    fail("num_cols x num_rows and the number of vertices in its header differ");
   // Each cell takes a byte of the file at least; empty ones become points, too.
   constexpr std::uint64_t most_times = 176;
   if (grid != nullptr && (grid->count > bytes || grid->count > most_points ||
                           grid->count * point_bytes > most_times * bytes))
     fail("its header promises an image that its points cannot fill");
+}
+
+/** \brief Whether the points have rows and columns. Without a range_grid the remark that tells
+ * them must be right. */
+bool
+isImage(const PlyHeader& header, std::uint64_t vertices)
+{
+  return header.columns > 0 && header.rows > 0 &&
+         (findGrid(header) != nullptr ||
+          (header.columns <= vertices && header.rows <= vertices &&
+           header.columns * header.rows == vertices));
 }
 
 void
@@ -356,7 +384,7 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
                           bytesOf(properties));
   }
   const CloudFields fields(properties);
-  const bool is_image = header.columns > 0 && header.rows > 0;
+  const bool is_image = isImage(header, vertices->count);
   startCloud(fields.fields(),
              is_image ? header.columns : vertices->count,
              is_image ? header.rows : 1,

@@ -1,5 +1,6 @@
 #include "clouds/file_text.h"
 #include "clouds/ply_file.h"
+#include "clouds/ply_header.h"
 #include "clouds/point_fields.h"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ propertiesOf(const FileField& field)
     throw std::runtime_error("PLY has no such numbers as those of the field '" +
                              shownText(field.name) + "'");
   return "property " + (field.kind == Kind::Unsigned ? "u" + type : type) + ' ' +
-         field.name + '\n';
+         fieldNameToPly(field.name) + '\n';
 }
 
 /** \brief Whether the coordinates of a point are finite. */

@@ -26,9 +26,9 @@ SIZE = (3.4, 2.2)  # inches, at 200 dots an inch
 
 
 def rows(title):
-    """The rows of a table of doc/benchmarks.md, each a list of its cells."""
+    """The rows of the table after a line of doc/benchmarks.md, each a list of its cells."""
     text = (DOC / "benchmarks.md").read_text()
-    lines = text[text.index(f"### {title}\n"):].splitlines()
+    lines = text[text.index(f"\n{title}") + 1:].splitlines()
     table = [line for line in lines[1:lines.index("", next(
         i for i, line in enumerate(lines) if line.startswith("|")))] if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table[2:]]
@@ -60,8 +60,8 @@ def bars(axes, names, values, unit):
 
 
 def draw_switch():
-    """PCL's class and ours at 4 cm: milliseconds of both directions."""
-    cells = {row[1]: row for row in rows("Efforts against the published layout and PCL, robot cell")
+    """PCL's class, in its fastest run, and ours at 4 cm: milliseconds of both directions."""
+    cells = {row[1]: row for row in rows("The run of that day in which PCL's class was fastest")
              if row[0] == "4 cm, count"}
     figure, both = plt.subplots(2, 1, figsize=SIZE, layout="constrained")
     for axes, column, title in zip(both, (6, 7), ("encode a frame", "decode a frame")):
@@ -76,7 +76,7 @@ def draw_shrink():
     """Every point of recorded clouds to 1 cm: kilobytes a frame."""
     figure, both = plt.subplots(2, 1, figsize=SIZE, layout="constrained")
     for axes, stream in zip(both, ("ouster_os0", "kinect_v1")):
-        (row,) = (row for row in rows("All points, kB a frame")
+        (row,) = (row for row in rows("### All points, kB a frame\n")
                   if row[0].startswith(stream) and row[1] == "1 cm")
         names = ("zstd -19", "Draco", "pcl_ext")
         bars(axes, names, [number(row[9]), number(row[6]), number(row[3])], "kB")
@@ -85,8 +85,8 @@ def draw_shrink():
 
 
 def draw_watch():
-    """The viewer's page, smaller."""
-    subprocess.run(["cwebp", "-quiet", "-q", "80", "-resize", "680", "0", DOC / "viewer_page.webp", "-o",
+    """The middle of the viewer's page."""
+    subprocess.run(["cwebp", "-quiet", "-q", "80", "-crop", "40", "58", "900", "580", "-resize", "680", "0", DOC / "viewer_page.webp", "-o",
                     DOC / "first_page" / "watch.webp"], check=True)
 
 
@@ -104,7 +104,8 @@ def draw_map(clouds):
     voxels = np.unique(np.round(np.concatenate(clouds) / 0.04).astype(int), axis=0) * 0.04
     figure = plt.figure(figsize=SIZE)
     axes = figure.add_axes((-0.22, -0.3, 1.44, 1.6), projection="3d")
-    axes.scatter(*voxels.T, c=voxels[:, 2], cmap="viridis", s=0.5, marker="s", linewidths=0, rasterized=True)
+    axes.scatter(*voxels.T, c=voxels[:, 2], cmap="viridis", s=1.2, marker="s", linewidths=0, depthshade=False,
+                 rasterized=True)
     axes.set_box_aspect(np.ptp(voxels, axis=0))
     axes.view_init(elev=35, azim=-60)
     axes.set_axis_off()

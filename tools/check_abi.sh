@@ -8,6 +8,10 @@
 # Exit status 1 if a symbol is gone or has changed, unless the number of the ABI in the libraries'
 # names is another one: CONTRIBUTING.md, "Versions", has what each number promises.
 set -euo pipefail
+if [ $# -lt 2 ]; then
+  sed -n '2,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set ' >&2
+  exit 2
+fi
 libraries=$1 out=$2 previous=${3:-}
 headers=$(dirname "$0")/../include/pcl_ext
 work=$(mktemp -d)

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$1"
 [ node_modules/.package-lock.json -nt package-lock.json ] && exit 0
-if ! log=$(npm ci --ignore-scripts --no-audit --no-fund 2>&1); then
+if ! log=$(npm ci --prefer-offline --ignore-scripts --no-audit --no-fund 2>&1); then
   echo "npm cannot fetch what $PWD/package-lock.json lists:" \
     "$(grep -m 1 'reason:' <<< "$log" || head -n 1 <<< "$log")" >&2
   exit 1

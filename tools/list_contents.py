@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-# Compiled into the wheel or the program, from Debian's packages.
+# Compiled into something of a release, from Debian's packages.
 COMPILED_IN = {
     "libboost-dev": ("Boost", "BSL-1.0"),
     "libcli11-dev": ("CLI11", "BSD-3-Clause"),
@@ -22,11 +22,39 @@ COMPILED_IN = {
     "liblz4-dev": ("lz4", "BSD-2-Clause"),
     "libeigen3-dev": ("Eigen", "MPL-2.0"),
     "pybind11-dev": ("pybind11", "BSD-3-Clause"),
+    "libstdc++6": ("libstdc++", "GPL-3.0-or-later WITH GCC-exception-3.1"),
+    "libc++-dev-wasm32": ("libc++", "Apache-2.0 WITH LLVM-exception"),
+    "wasi-libc": ("wasi-libc", "Apache-2.0 WITH LLVM-exception AND MIT"),
+}
+# What Debian's packages of this project are linked with.
+LINKED_WITH = {
+    "liblzf-dev": ("LibLZF", "BSD-2-Clause"),
+    "libnats-dev": ("NATS C client", "Apache-2.0"),
+    "liboctomap-dev": ("OctoMap", "BSD-3-Clause"),
+    "libpcl-dev": ("Point Cloud Library", "BSD-3-Clause"),
+}
+# Of what is not source alone: its licences besides BSD-3-Clause, by the end or a part of its name.
+WASM = ("Apache-2.0 WITH LLVM-exception", "MIT", "MPL-2.0", "Zlib")
+LICENCES = {
+    ".whl": ("BSD-2-Clause", "GPL-3.0-or-later WITH GCC-exception-3.1", "MPL-2.0", "Zlib"),
+    ".html": (*WASM, "ISC"),
+    ".foxe": WASM,
+    ".tgz": WASM,
+    "orig-page": (*WASM, "ISC"),
+    "pcl-ext-tools_": (*WASM, "BSL-1.0", "ISC"),
+    "libpcl-ext0": ("BSL-1.0", "MIT", "MPL-2.0"),
+    "python3-pcl-ext": ("MPL-2.0",),
 }
 
 
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def licence_of(name):
+    """Of a file of the release."""
+    others = next((licences for part, licences in LICENCES.items() if part in name), ())
+    return " AND ".join(sorted({"BSD-3-Clause", *others}))
 
 
 def file_entry(identifier, name, path):
@@ -38,9 +66,16 @@ def file_entry(identifier, name, path):
         "SPDXID": identifier,
         "fileName": f"./{name}",
         "checksums": checksums,
-        "licenseConcluded": "BSD-3-Clause",
+        "licenseConcluded": licence_of(name),
+        "licenseInfoInFiles": ["NOASSERTION"],
         "copyrightText": "NOASSERTION",
     }
+
+
+def verification_code(files):
+    """Of a package's files, as SPDX 2.3 computes it (7.9.5)."""
+    digests = sorted(entry["checksums"][0]["checksumValue"] for entry in files)
+    return {"packageVerificationCodeValue": hashlib.sha1("".join(digests).encode()).hexdigest()}
 
 
 def package(identifier, name, version, licence, location="NOASSERTION"):
@@ -90,14 +125,20 @@ def main(version, folder):
     for number, name in enumerate(sources):
         files.append(file_entry(f"SPDXRef-source-{number}", f"source/{name}", ROOT / name))
         relate("SPDXRef-pcl-ext", "CONTAINS", files[-1]["SPDXID"])
+    packages[0] |= {
+        "filesAnalyzed": True,
+        "packageVerificationCode": verification_code(files),
+        "licenseInfoFromFiles": ["NOASSERTION"],
+    }
     for number, path in enumerate(artifacts):
         name = path.relative_to(folder).as_posix()
         files.append(file_entry(f"SPDXRef-file-{number}", name, path))
         relate(files[-1]["SPDXID"], "GENERATED_FROM", "SPDXRef-pcl-ext")
-    for number, (debian, (name, licence)) in enumerate(COMPILED_IN.items()):
-        packages.append(
-            package(f"SPDXRef-debian-{number}", name, debian_version(debian), licence))
-        relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-debian-{number}")
+    for kind, libraries in (("STATIC_LINK", COMPILED_IN), ("DYNAMIC_LINK", LINKED_WITH)):
+        for debian, (name, licence) in libraries.items():
+            identifier = "SPDXRef-debian-" + debian.replace("+", "x")
+            packages.append(package(identifier, name, debian_version(debian), licence))
+            relate("SPDXRef-pcl-ext", kind, identifier)
     for number, (name, of, licence) in enumerate(npm_packages()):
         packages.append(package(f"SPDXRef-npm-{number}", name, of, licence))
         relate("SPDXRef-pcl-ext", "DEPENDS_ON", f"SPDXRef-npm-{number}")

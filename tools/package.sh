@@ -22,7 +22,7 @@ SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 rm -rf build-package
 mkdir -p "$packages" "$source/page"
-git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n > \
+git -c tar.umask=0022 archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n > \
   "$packages/pcl-ext_$version.orig.tar.gz"
 tar -xzf "$packages/pcl-ext_$version.orig.tar.gz" -C "$source" --strip-components=1
 bash viewer/build.sh "$source/page/viewer.html"

@@ -9,9 +9,12 @@
 #   abi/                         what the shared libraries export; abi.txt: what has changed
 #   contents.spdx.json           every file of the source, and what is compiled into the others
 #   SHA256SUMS
-# The first run fetches packages of Debian and npm; later ones need no network.
-# Usage, as root or where the packages are installed: bash tools/release.sh [PREVIOUS]
+# Packages of Debian and npm are fetched once; later runs on the machine, also from another clone,
+# need no network.
+# Usage, as root or where the packages are installed: bash tools/release.sh PREVIOUS | --first
 #   PREVIOUS   the folder abi of the last release, which this one must not break
+#   --first    there is none
+# Who gets a release checks it with: sha256sum --check SHA256SUMS
 set -euo pipefail
 case ${1:-} in
   --help | -h)
@@ -20,7 +23,18 @@ case ${1:-} in
     ;;
 esac
 root=$(cd "$(dirname "$0")/.." && pwd)
-previous=${1:+$(cd "$1" && pwd)}
+previous=
+case ${1:-} in
+  --first) ;;
+  '')
+    echo "release: name the folder abi of the last release, or --first; see --help" >&2
+    exit 2
+    ;;
+  *)
+    previous=$(cd "$1" && pwd)
+    ls "$previous"/*.abi.xz > /dev/null
+    ;;
+esac
 cd "$root"
 version=$(sed -n 's/^  VERSION \(.*\)$/\1/p' CMakeLists.txt)
 out=$root/build-release-files
@@ -38,7 +52,7 @@ bash tools/package.sh
 cp -r build-package/packages "$out/debian"
 # The source package's first archive is that of the release. Made again it must be the same bytes.
 cp "$out/debian/pcl-ext_$version.orig.tar.gz" "$out/pcl_ext-$version.tar.gz"
-git archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n |
+git -c tar.umask=0022 archive --format=tar --prefix="pcl_ext-$version/" HEAD | gzip -9 -n |
   cmp - "$out/pcl_ext-$version.tar.gz"
 
 # Of a copy of the source, as setuptools leaves files there.
@@ -58,3 +72,10 @@ bash tools/check_abi.sh build-package/pcl-ext-*/obj-*/src "$out/abi" ${previous:
 python3 tools/list_contents.py "$version" "$out"
 (cd "$out" && find . -type f ! -name SHA256SUMS -printf '%P\n' | LC_ALL=C sort | xargs sha256sum > SHA256SUMS)
 ls -lR "$out"
+# What no script can decide.
+if grep -q "^## $version (unreleased)" CHANGELOG.md; then
+  echo "release: CHANGELOG.md says that $version is unreleased: this is a trial"
+fi
+if ! git tag --points-at HEAD | grep -q .; then
+  echo "release: the commit has no tag yet"
+fi

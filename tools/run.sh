@@ -8,11 +8,12 @@
 #   cut IN -o OUT         a part of a recording
 #   merge IN... -o OUT    the streams of several recordings
 #   view IN | --cell      a recording, or the robot cell live, in a browser
+#   send IN, receive      the streams of a site, over a NATS server; keep: it keeps them
 #   advise IN...          which voxel edge and effort suit clouds
 #   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
 # Without arguments: demo. After the first run COMMAND --help lists the options.
-# The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 91
+# The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 93
 # packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds.
 # The first view builds the viewer's page, too, for which it installs more (0.3 GB).
 # Only what pcl_ext prints goes to the standard output.
@@ -34,7 +35,7 @@ esac
 
 # Before the packages and the build, which take minutes.
 case $1 in
-  encode | decode | info | verify | cut | merge | view | advise | benchmark | demo) ;;
+  encode | decode | info | verify | cut | merge | view | send | receive | keep | advise | benchmark | demo) ;;
   --version) ;;
   *)
     echo "There is no command '$1'; see bash tools/run.sh --help" >&2

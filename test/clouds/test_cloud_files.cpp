@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -38,6 +39,8 @@ randomPoints(std::uint32_t width, std::uint32_t height, bool has_missing)
     point.y = number(random);
     point.z = number(random);
     point.rgba = static_cast<std::uint32_t>(random()) | 0xff000000u;
+    point.normal_x = number(random);
+    point.normal_z = number(random);
     point.curvature = number(random);
     if (has_missing && random() % 4 == 0)
       point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
@@ -68,7 +71,7 @@ packed(const Points& points)
   return cloud;
 }
 
-/** \brief Expects the same bits, but of missing points and of normals, which are none here. */
+/** \brief Expects the same bits, but of missing points. */
 void
 expectSamePoints(const pcl::PCLPointCloud2& cloud, const Points& expected)
 {
@@ -86,6 +89,8 @@ expectSamePoints(const pcl::PCLPointCloud2& cloud, const Points& expected)
     EXPECT_EQ(points[i].y, expected[i].y);
     EXPECT_EQ(points[i].z, expected[i].z);
     EXPECT_EQ(points[i].rgba & 0xffffffu, expected[i].rgba & 0xffffffu);
+    EXPECT_EQ(points[i].normal_x, expected[i].normal_x);
+    EXPECT_EQ(points[i].normal_z, expected[i].normal_z);
     EXPECT_EQ(points[i].curvature, expected[i].curvature);
   }
 }
@@ -212,6 +217,110 @@ TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
     EXPECT_EQ(colour, 0x04010203u);
     EXPECT_EQ(ring, 6);
   }
+}
+
+TEST(CloudFiles, HeadersMayBeWrittenInOtherWays)
+{
+  const recording::test::TestFolder folder;
+  const std::string points = "1 2 3\n4 5 6\n";
+  const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+  const std::string vertices = "element vertex 2\nproperty float x\nproperty float y\n"
+                               "property float z\nend_header\n" +
+                               points;
+  const std::string format = "format ascii 1.0\n";
+  std::string comments;
+  for (int i = 0; i < 150; ++i)
+    comments += "# a remark\n";
+  const std::string files[] = {
+      "VERSION .7\n" + fields + "WIDTH 2 \nHEIGHT\t1\nPOINTS  2\nDATA  ascii \n" +
+          points,
+      "VERSION .7\r\n" + fields + "\t WIDTH 2\nDATA ascii\n" + points,
+      "VERSION .7\n" + fields + "POINTS 2\nDATA ascii\n" + points,
+      "# .PCD\n" + comments + fields + "WIDTH 2\nHEIGHT 1\nDATA ascii\n" + points,
+      "# .PCD\n#" + std::string(70000, '-') + '\n' + fields +
+          "WIDTH 2\nHEIGHT 1\nDATA ascii\n" + points,
+      "ply \n" + format + vertices,
+      "ply\n" + format + "comment " + std::string(70000, '-') + '\n' + vertices,
+      "ply\n" + format + "obj_info num_cols = 2\nobj_info num_rows 1\n" + vertices,
+      "ply\n" + format + "obj_info num_cols 7\nobj_info num_rows 7\n" + vertices};
+  for (const std::string& file : files) {
+    SCOPED_TRACE(file.substr(0, 200));
+    writeBytes(folder / "x.pcd", Bytes(file.begin(), file.end()));
+    pcl::PCLPointCloud2 cloud;
+    ASSERT_NO_THROW(readCloud(folder / "x.pcd", cloud));
+    EXPECT_EQ(cloud.width, 2u);
+    EXPECT_EQ(cloud.height, 1u);
+    std::array<float, 6> numbers{};
+    ASSERT_EQ(cloud.data.size(), sizeof(numbers));
+    std::memcpy(numbers.data(), cloud.data.data(), sizeof(numbers));
+    EXPECT_EQ(numbers, (std::array<float, 6>{1, 2, 3, 4, 5, 6}));
+  }
+}
+
+TEST(CloudFiles, WhatContradictsItselfIsRefused)
+{
+  const recording::test::TestFolder folder;
+  const std::string vertices = "element vertex 2\nproperty float x\nproperty float y\n"
+                               "property float z\n";
+  const std::string points = "1 2 3\n4 5 6\n";
+  const std::string image =
+      "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 2\n" + vertices +
+      "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n" +
+      points;
+  const std::pair<std::string, std::string> files[] = {
+      {"ply\n" + vertices + "end_header\n" + points, "no line format"},
+      {"ply\nformat ascii 1.0\nformat binary_little_endian 1.0\n" + vertices +
+           "end_header\n" + points,
+       "two lines format"},
+      {"ply\nformat ascii 9.9\n" + vertices + "end_header\n" + points, "version 1.0"},
+      {image + "1 0\n1 1\n0\n", "cut off in its image"},
+      {image + "1 0\n2 1 1\n0\n0\n", "neither empty nor"},
+      {image + "1 0\n1\n0\n0\n", "neither empty nor"},
+      {image + "1 0\n1 2\n0\n0\n", "a vertex that is not there"},
+      {"ply\nformat binary_little_endian 1.0\nelement strip 1\n"
+       "property list char uchar parts\n" +
+           vertices + "end_header\n\xff" + std::string(300, '\0'),
+       "negative"},
+      {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F X\nWIDTH 2\nDATA ascii\n" +
+           points,
+       "unknown TYPE 'X'"}};
+  for (const auto& [file, reason] : files) {
+    SCOPED_TRACE(file);
+    writeBytes(folder / "x.ply", Bytes(file.begin(), file.end()));
+    pcl::PCLPointCloud2 cloud;
+    try {
+      readCloud(folder / "x.ply", cloud);
+      ADD_FAILURE() << "is read";
+    }
+    catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(reason), std::string::npos)
+          << error.what();
+    }
+  }
+}
+
+TEST(CloudFiles, OnlyCloudsWithoutLengthsAreTakenForDamaged)
+{
+  const recording::test::TestFolder folder;
+  // A wall in the plane x = 0, with a number that is as good as 0.
+  Points wall(100, 1);
+  for (std::size_t i = 0; i < wall.size(); ++i)
+    wall[i].y = static_cast<float>(i);
+  wall[3].x = 1e-21f;
+  Bytes bytes = writePcd(packed(wall), {}, PcdStorage::Binary);
+  writeBytes(folder / "x.pcd", bytes);
+  pcl::PCLPointCloud2 cloud;
+  ASSERT_NO_THROW(readCloud(folder / "x.pcd", cloud));
+  // The same with each float in the other order, as of a writer for other machines.
+  const std::string begin = "DATA binary\n";
+  const auto found =
+      std::search(bytes.begin(), bytes.end(), begin.begin(), begin.end());
+  for (auto at = found + static_cast<std::ptrdiff_t>(begin.size());
+       at + 4 <= bytes.end();
+       at += 4)
+    std::reverse(at, at + 4);
+  writeBytes(folder / "x.pcd", bytes);
+  EXPECT_THROW(readCloud(folder / "x.pcd", cloud), std::runtime_error);
 }
 
 TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)

@@ -234,7 +234,7 @@ TEST_F(ProgramFields, AreInTheRatio)
         static_cast<double>(decode(folder_ / "x.pcxi").at(0).frames.at(0).bytes.size());
     std::ostringstream ratio;
     ratio << "ratio " << std::fixed << std::setprecision(1) << 600 * of_point / bytes
-          << " to " << std::setprecision(0) << of_point << " bytes a point";
+          << " against " << std::setprecision(0) << of_point << " bytes a point";
     EXPECT_NE(encoded.output.find(ratio.str()), std::string::npos)
         << encoded.output << ratio.str();
   }

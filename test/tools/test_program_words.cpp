@@ -95,7 +95,7 @@ TEST(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
   expectText(output, text(bytes, 0) + " bytes (" + text(bytes / 0.75, 0) + " bytes/s)");
   expectText(output,
              "ratio " + text(16.0 * static_cast<double>(points) / bytes, 1) +
-                 " to 16 bytes a point");
+                 " against 16 bytes a point");
 }
 
 TEST(ProgramEncode, CloudThatSeemsToBeInMillimetresIsNoticed)

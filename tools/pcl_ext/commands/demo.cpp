@@ -77,7 +77,7 @@ public:
     printDenoising(reports, std::cout);
     printTemporalFilter(reports, std::cout);
     if (output_)
-      printNextSteps(clouds_->lastFile());
+      printNextSteps();
     if (!ending.empty())
       console_.remark(recording_ + ending);
     return isInterrupted() ? interrupted : all_done;
@@ -121,7 +121,7 @@ private:
   }
 
   void
-  printNextSteps(const std::string& example) const
+  printNextSteps() const
   {
     // tools/run.sh says how it is called.
     const char* const given = std::getenv("PCL_EXT_COMMAND");
@@ -129,9 +129,8 @@ private:
     std::cout << "\nThe frames are in " << recording_
               << ", the decoded and the denoised clouds beside it. Next:\n  " << command
               << " info " << recording_ << "\n  " << command << " decode " << recording_
-              << " -o decoded --remove-outliers\n";
-    if (!example.empty())
-      std::cout << "  pcl_viewer " << example << '\n';
+              << " -o decoded --remove-outliers\n  " << command << " view " << recording_
+              << '\n';
   }
 
   DemoOptions options_;

@@ -59,7 +59,7 @@ describeEncoded(const EncodedSums& sums,
                               : static_cast<double>(sums.point_bytes) / encoded_points;
   text += ", ratio " +
           formatted(of_point * encoded_points / static_cast<double>(sums.bytes), 1) +
-          " to " + formatted(of_point, 0) + " bytes a point" +
+          " against " + formatted(of_point, 0) + " bytes a point" +
           (options.codec().fields.empty() ? "" : " of the clouds");
   if (sums.judged_points > 0)
     text += ", " + formatted(static_cast<double>(sums.point_outliers), 0) + " of " +

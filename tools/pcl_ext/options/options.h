@@ -189,7 +189,7 @@ addOverwrite(CLI::App& app, bool& may_replace)
 {
   return app.add_flag("--overwrite",
                       may_replace,
-                      "replace OUT, if it is a file; decode: the clouds in it");
+                      "replace OUT, if it is a file, or the clouds in it");
 }
 
 /** \brief Adds the input of a command, and the output, which are required. */

@@ -304,12 +304,12 @@ CloudFolder::write(std::size_t stream,
     writeFile((unfinished_ / name).string(), bytesOfFile(cloud, format_, viewpoint));
   }
   catch (const std::exception& error) {
-    if (last_.empty())
+    if (!has_written_)
       throw;
     throw std::runtime_error(error.what() + ("; what was written until then is in '" +
                                              keepUnfinished().string() + "'"));
   }
-  last_ = name;
+  has_written_ = true;
 }
 
 fs::path

@@ -68,13 +68,6 @@ public:
   std::string
   finish();
 
-  /** \brief The file that was written last, in its place; empty if there is none. */
-  std::string
-  lastFile() const
-  {
-    return last_.empty() ? std::string() : (path_ / last_).string();
-  }
-
 private:
   std::vector<std::filesystem::path>
   earlierClouds() const;
@@ -92,7 +85,7 @@ private:
   CloudFormat format_;
   bool may_replace_;
   std::vector<std::string> folders_;
-  std::filesystem::path last_; // in path_
+  bool has_written_ = false;
 };
 
 } // namespace tools
