@@ -6,6 +6,28 @@ export interface CompressedCloud {
   readonly format: string;
 }
 
+/** Why a message cannot be decoded, or null. The decoder would take another type than bytes for a failure of its own,
+ * and begin anew.
+ * @param message what an application gives, a CompressedCloud or anything else
+ */
+export function faultOf(message: unknown): { kind: "Message" | "Format"; problem: string } | null {
+  const { header, compressed_data: data, format } = fieldsOf(message);
+  if (typeof format !== "string") return { kind: "Message", problem: "a message has no format" };
+  if (!/^pcl_ext(\/|$)/.test(format)) return { kind: "Format", problem: `format ‘${format}’ is not of pcl_ext` };
+  const { stamp, frame_id: frameId } = fieldsOf(header);
+  const { sec, nsec } = fieldsOf(stamp);
+  if (typeof frameId !== "string" || typeof sec !== "number" || typeof nsec !== "number")
+    return { kind: "Message", problem: "a message has no header with stamp and frame_id" };
+  // By name, as the bytes may come from another realm, with another Uint8Array.
+  if (Object.prototype.toString.call(data) !== "[object Uint8Array]" || (data as Uint8Array).length === 0)
+    return { kind: "Message", problem: "a message has no bytes of type Uint8Array" };
+  return null;
+}
+
+function fieldsOf(value: unknown): Readonly<Record<string, unknown>> {
+  return typeof value === "object" && value !== null ? (value as Record<string, unknown>) : {};
+}
+
 export interface Time {
   readonly sec: number;
   readonly nsec: number;

@@ -29,27 +29,35 @@ export function packPoints(voxels: Voxels, decoder: Decoder): PackedPoints | nul
   const isFar = needsDoubles(voxels.grid);
   const positions = isFar ? positionsInGrid(voxels) : voxels.positions;
   const columns = new Map<string, Column>();
-  ["x", "y", "z"].forEach((name, first) => columns.set(name, { type: "float32", values: positions, first, step: 3 }));
+  const add = (name: string, column: Column) => columns.set(freeName(name, columns), column);
+  ["x", "y", "z"].forEach((name, first) => add(name, { type: "float32", values: positions, first, step: 3 }));
   const { count, intensities, colours, pointCounts } = voxels;
-  if (intensities) columns.set("intensity", { type: "float32", values: intensities });
+  // As when clouds are decoded natively, a field takes the place of an intensity of its name.
+  const hasIntensityField = voxels.fields.some(({ name, count: values }) => name === "intensity" && values === 1);
+  if (intensities && !hasIntensityField) add("intensity", { type: "float32", values: intensities });
   if (colours) {
     ["red", "green", "blue"].forEach((name, first) =>
-      columns.set(name, { type: "uint8", values: colours, first, step: 3 }),
+      add(name, { type: "uint8", values: colours, first, step: 3 }),
     );
-    columns.set("alpha", { type: "uint8", values: new Uint8Array(count).fill(255) });
+    add("alpha", { type: "uint8", values: new Uint8Array(count).fill(255) });
   }
-  if (pointCounts) columns.set("point_count", { type: "uint32", values: pointCounts });
+  if (pointCounts) add("point_count", { type: "uint32", values: pointCounts });
   for (const [index, field] of voxels.fields.entries())
     for (let i = 0; i < field.count; ++i) {
       const name = field.count === 1 ? field.name : `${field.name}_${i}`;
       const { values } = decoder.fieldValues(index, i);
       if (!values) return null;
-      // As when clouds are decoded natively, a field takes the place of an intensity of its name.
-      if (!/^[xyz]$/.test(name)) columns.set(name, { type: field.type, values });
+      add(name, { type: field.type, values });
     }
   const [x, y, z] = isFar ? lowerCorner(voxels.grid) : [0, 0, 0];
   const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
   return { pose, ...interleave(columns, count) };
+}
+
+/** A name that no column has: "_" is added to one that is taken, as decoding in Python does. */
+function freeName(name: string, columns: ReadonlyMap<string, Column>): string {
+  while (columns.has(name)) name += "_";
+  return name;
 }
 
 function interleave(columns: Map<string, Column>, count: number): Omit<PackedPoints, "pose"> {

@@ -1,15 +1,19 @@
-import type { Codec, Decoder, DecoderLimits, Status } from "@pcl_ext/codec";
+import { Codec, type Decoder, type DecoderLimits, type StatusCode, type Voxels } from "@pcl_ext/codec";
 
 import type { PackedPoints } from "./messages";
 import { packPoints } from "./packed_points";
+import type { RecentClouds } from "./recent_clouds";
 
-const mostRecent = 8;
-const mostRecentBytes = 2 ** 26;
+interface Problem {
+  readonly code: StatusCode | "FurtherBytes";
+  readonly message: string;
+}
 
-/** The points of a frame, or why there are none. */
-export type Decoded =
-  | { readonly points: PackedPoints; readonly status: null }
-  | { readonly points: null; readonly status: Pick<Status, "code" | "message"> };
+/** The points of a frame, or null; why there are none, or what is not shown of the bytes. */
+export interface Decoded {
+  readonly points: PackedPoints | null;
+  readonly problem: Problem | null;
+}
 
 /** Decodes the frames of a topic in whatever order they come.
  *
@@ -19,45 +23,40 @@ export type Decoded =
  * do not disturb those that follow the last one.
  */
 export class TopicDecoder {
+  /** Of the topic alone, so that it has a memory of its own, and what exhausts that disturbs no other topic. */
+  private readonly codec: Codec;
   private decoder: Decoder;
   private readonly limits: DecoderLimits;
-  /** The last frames, as each panel that shows a topic has its messages converted. */
-  private readonly recent: { frame: Uint8Array; points: PackedPoints }[] = [];
 
-  constructor(private readonly codec: Codec) {
-    this.limits = codec.recordingLimits(Infinity);
-    this.decoder = codec.createDecoder(this.limits);
+  /** @throws RangeError if there is no memory for it */
+  constructor(
+    module: WebAssembly.Module,
+    private readonly recent: RecentClouds,
+  ) {
+    this.codec = Codec.loadNow(module);
+    this.limits = this.codec.recordingLimits(Infinity);
+    this.decoder = this.codec.createDecoder(this.limits);
   }
 
-  decode(frame: Uint8Array): Decoded {
-    const known = this.recent.find((other) => areEqual(other.frame, frame));
-    if (known) return { points: known.points, status: null };
-    const { status, description } = this.codec.describeFrame(frame, this.limits);
-    if (!description) return { points: null, status };
+  /** @throws RangeError if there is no memory for the points */
+  decode(bytes: Uint8Array): Decoded {
+    const known = this.recent.find(this, bytes);
+    if (known) return { points: known, problem: null };
+    const { status, description } = this.codec.describeFrame(bytes, this.limits);
+    if (!description) return { points: null, problem: status };
     if (description.format === "published" && description.kind === "P")
-      return { points: null, status: { code: "UnsupportedVersion", message: noPublishedPFrames } };
-    let result = this.decoder.decode(frame, { coded: true });
+      return { points: null, problem: { code: "UnsupportedVersion", message: noPublishedPFrames } };
+    let result = this.decoder.decode(bytes, { coded: true });
     if (result.status.code === "OldFrame" && description.kind === "I") {
       this.decoder.free();
       this.decoder = this.codec.createDecoder(this.limits);
-      result = this.decoder.decode(frame, { coded: true });
+      result = this.decoder.decode(bytes, { coded: true });
     }
-    if (!result.voxels) return { points: null, status: result.status };
+    if (!result.voxels) return { points: null, problem: result.status };
     const points = packPoints(result.voxels, this.decoder);
-    if (!points) return { points: null, status: { code: "OutOfMemory", message: "out of memory" } };
-    this.remember(frame, points);
-    return { points, status: null };
-  }
-
-  private remember(frame: Uint8Array, points: PackedPoints): void {
-    // A copy, as the bytes may be part of a much larger chunk of the recording.
-    this.recent.unshift({ frame: frame.slice(), points });
-    let bytes = 0;
-    const isKept = (entry: { points: PackedPoints }, i: number): boolean => {
-      bytes += entry.points.data.length;
-      return i === 0 || (i < mostRecent && bytes <= mostRecentBytes);
-    };
-    this.recent.splice(0, Infinity, ...this.recent.filter(isKept));
+    if (!points) return { points: null, problem: { code: "OutOfMemory", message: "out of memory" } };
+    this.recent.remember(this, bytes, points);
+    return { points, problem: furtherBytes(bytes, result.voxels) };
   }
 }
 
@@ -65,6 +64,9 @@ const noPublishedPFrames =
   "P-frames of the published layout have no checksum, so that one may be taken for that of another stream; only I-frames " +
   "are shown. Encode the clouds with stream version 1";
 
-function areEqual(a: Uint8Array, b: Uint8Array): boolean {
-  return a.length === b.length && a.every((byte, i) => byte === b[i]);
+/** As the nodes do, only the first frame of a message is decoded; they do not say so. */
+function furtherBytes(bytes: Uint8Array, frame: Voxels): Problem | null {
+  const further = bytes.length - frame.bytes;
+  if (further === 0) return null;
+  return { code: "FurtherBytes", message: `a message has ${further} bytes beside its first frame, which are not shown` };
 }
