@@ -23,7 +23,7 @@ export function startApplication() {
     alerts,
     /** What a panel gets of a message. */
     convert(topic, message, schemaName = ros2Name) {
-      const event = { topic, schemaName, receiveTime: message.header.stamp, message, sizeInBytes: 0 };
+      const event = { topic, schemaName, receiveTime: { sec: 0, nsec: 0 }, message, sizeInBytes: 0 };
       const { converter } = converters.find(({ fromSchemaName }) => fromSchemaName === schemaName);
       return converter(message, event, {}, { emitAlert: (alert, id) => alerts.push({ ...alert, id }) });
     },

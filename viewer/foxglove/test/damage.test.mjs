@@ -1,6 +1,7 @@
 /** Damaged and foreign messages show nothing, and nothing else is wrong for them. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { runInNewContext } from "node:vm";
 
 import { isSame, messageOf, startApplication } from "./application.mjs";
 import { cellStreams, randomNumbers, streamOf } from "./recordings.mjs";
@@ -58,6 +59,43 @@ test("clouds in other formats are left to others, and named once", () => {
     assert.equal(application.convert(`/${format}`, messageOf(frames[0], { format })), undefined);
   assert.deepEqual(application.alerts.map(({ message }) => message.split(":")[0]), ["/draco", "/pcl_extra", "/"]);
   assert.ok(application.convert("/points", messageOf(frames[0], { format: "pcl_ext" })));
+});
+
+test("a message that is no CompressedPointCloud2 shows nothing, is told once, and disturbs no other topic", () => {
+  const intact = messageOf(frames[0]);
+  const detached = frames[0].slice();
+  structuredClone(detached, { transfer: [detached.buffer] });
+  const bytes = [undefined, null, "frame", [...frames[0]], frames[0].slice().buffer, new DataView(frames[0].slice().buffer),
+    new Uint16Array(10), detached, new Uint8Array(0)];
+  const malformed = [undefined, null, 5, {}, ...bytes.map((data) => ({ ...intact, compressed_data: data })),
+    { ...intact, format: undefined }, { ...intact, header: undefined }, { ...intact, header: {} },
+    { ...intact, header: { stamp: intact.header.stamp } }, { ...intact, header: { stamp: null, frame_id: "map" } }];
+  const application = startApplication();
+  assert.ok(application.convert("/intact", intact));
+  for (const [i, message] of malformed.entries()) {
+    for (let time = 0; time < 2; ++time) assert.equal(application.convert(`/${i}`, message), undefined, `message ${i}`);
+    const next = application.convert("/intact", messageOf(frames[1 + (i % 5)]));
+    assert.ok(isSame(next, voxels[1 + (i % 5)]), `after message ${i}`);
+  }
+  assert.deepEqual(application.alerts.map(({ message }) => message.split(":")[0]), malformed.map((_, i) => `/${i}`));
+  for (const { message } of application.alerts) assert.match(message, /: a message has no (format|header|bytes)/);
+});
+
+test("bytes of other realms are bytes", () => {
+  const data = runInNewContext("Uint8Array.from(bytes)", { bytes: [...frames[0]] });
+  assert.ok(!(data instanceof Uint8Array));
+  assert.ok(isSame(startApplication().convert("/points", messageOf(data)), voxels[0]));
+});
+
+test("of a message with several frames the first one is shown, as in the nodes, and the others are told", () => {
+  const application = startApplication();
+  assert.ok(application.convert("/points", messageOf(frames[0])));
+  const both = Uint8Array.from([...frames[1], ...frames[2]]);
+  for (let time = 0; time < 2; ++time) assert.ok(isSame(application.convert("/points", messageOf(both)), voxels[1]));
+  assert.equal(application.convert("/points", messageOf(frames[3])), undefined);
+  assert.ok(isSame(application.convert("/points", messageOf(frames[2])), voxels[2]));
+  const further = `/points: a message has ${frames[2].length} bytes beside its first frame, which are not shown`;
+  assert.deepEqual(application.alerts.map(({ message }) => message), [further]);
 });
 
 test("where the application takes no alerts they go to the console", (t) => {

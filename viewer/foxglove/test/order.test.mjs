@@ -82,6 +82,16 @@ test("a repeated message has the header that it came with", () => {
   assert.deepEqual([again.timestamp.sec, again.frame_id], [9, "odom"]);
 });
 
+test("a cloud whose bytes a panel transferred is decoded again, or not shown, but is not empty", () => {
+  const application = startApplication();
+  const { frames, voxels } = first;
+  const transfer = ({ data }) => structuredClone(data, { transfer: [data.buffer] });
+  for (const i of [0, 1, 2]) transfer(application.convert("/points", messageOf(frames[i])));
+  assert.equal(application.convert("/points", messageOf(frames[2])), undefined);
+  for (const i of [0, 1, 2, 3]) assert.ok(isSame(application.convert("/points", messageOf(frames[i])), voxels[i]));
+  assert.deepEqual(application.alerts, []);
+});
+
 test("a consumer that reads ahead while another one plays", () => {
   const application = startApplication();
   const expectation = new Expectation(first);
