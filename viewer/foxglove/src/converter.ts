@@ -4,7 +4,7 @@ import { TopicDecoder, type Decoded } from "./topic_decoder";
 
 /** Each topic takes a memory of its own, which only grows. */
 const mostTopics = 32;
-const mostTold = 1000;
+const mostNames = 1000;
 
 /** The fourth argument of a converter in Lichtblick; Foxglove has none. */
 export interface ConverterContext {
@@ -16,6 +16,9 @@ export class Converter {
   /** By topic; the one that was used last is the last. */
   private readonly decoders = new Map<string, TopicDecoder>();
   private readonly recent = new RecentClouds();
+  /** Topics that had to make room for others. */
+  private readonly leftOut = new Set<string>();
+  /** Topics with the kinds of their problems. */
   private readonly told = new Set<string>();
 
   /** @param module the codec's, which the topics share */
@@ -25,53 +28,62 @@ export class Converter {
    * @param message what the application read as a CompressedPointCloud2, of which nothing is certain
    */
   convert(message: unknown, topic: string, context?: ConverterContext): PointCloud | undefined {
-    const tell = (kind: string, problem: string) => this.tell(`${topic} ${kind}`, `${topic}: ${problem}`, context);
+    const tell = (kind: string, problem: string) => this.tell(topic, kind, problem, context);
     const fault = faultOf(message);
     if (fault) {
       tell(fault.kind, fault.problem);
       return undefined;
     }
+    if (this.leftOut.has(topic))
+      tell("LeftOut", `${mostTopics} topics are kept at most; of this one there is nothing until its next I-frame`);
     const { header, compressed_data: bytes } = message as CompressedCloud;
-    const { points, problem } = this.decode(bytes, topic, context);
+    const { points, problem } = this.decode(bytes, topic);
     // After a seek there is nothing to tell.
     if (problem && problem.code !== "MissingReference" && problem.code !== "OldFrame") tell(problem.code, problem.message);
     return points ? { timestamp: header.stamp, frame_id: header.frame_id, ...points } : undefined;
   }
 
-  private decode(bytes: Uint8Array, topic: string, context?: ConverterContext): Decoded {
+  private decode(bytes: Uint8Array, topic: string): Decoded {
     try {
-      return this.decoderOf(topic, context).decode(bytes);
+      return this.decoderOf(topic).decode(bytes);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       return { points: null, problem: { code: "OutOfMemory", message: "out of memory" } };
     }
   }
 
-  private decoderOf(topic: string, context?: ConverterContext): TopicDecoder {
+  private decoderOf(topic: string): TopicDecoder {
     const known = this.decoders.get(topic);
     if (known) this.decoders.delete(topic);
-    else if (this.decoders.size >= mostTopics) this.dropOldestTopic(context);
+    else if (this.decoders.size >= mostTopics) this.leaveOutOldest();
     const decoder = known ?? new TopicDecoder(this.module, this.recent);
     this.decoders.set(topic, decoder);
     return decoder;
   }
 
-  private dropOldestTopic(context?: ConverterContext): void {
+  private leaveOutOldest(): void {
     const [oldest] = this.decoders;
     if (!oldest) return;
     const [topic, decoder] = oldest;
     this.decoders.delete(topic);
     this.recent.forget(decoder);
-    this.tell("topics", `more than ${mostTopics} topics: of one that was left out there is nothing until its next I-frame`, context);
+    addName(this.leftOut, topic);
   }
 
-  /** Tells a problem once. */
-  private tell(id: string, message: string, context?: ConverterContext): void {
+  /** Tells a kind of problem of a topic once. */
+  private tell(topic: string, kind: string, problem: string, context?: ConverterContext): void {
+    const id = `${topic} ${kind}`;
     if (this.told.has(id)) return;
-    this.told.add(id);
-    const [oldest] = this.told;
-    if (this.told.size > mostTold && oldest !== undefined) this.told.delete(oldest);
+    addName(this.told, id);
+    const message = `${topic}: ${problem}`;
     if (context?.emitAlert) context.emitAlert({ severity: "warn", message }, id);
     else console.warn(message);
   }
+}
+
+/** Adds a name to some, of which the oldest is forgotten if they become too many. */
+function addName(names: Set<string>, name: string): void {
+  names.add(name);
+  const [oldest] = names;
+  if (names.size > mostNames && oldest !== undefined) names.delete(oldest);
 }

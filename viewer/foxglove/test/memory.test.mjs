@@ -88,11 +88,12 @@ test("of 100 topics the last 32 are kept, the others begin again with their next
   }
   assert.equal(memories.length, 100);
   assert.equal((await alive(memories)).length, 32);
+  assert.deepEqual(application.alerts, []); // another recording may have other topics
   for (let topic = 69; topic < 100; ++topic) assert.ok(isSame(show(topic, 1), voxels[1]), `topic ${topic}`);
   assert.equal(isIFrame.indexOf(true, 1), 6);
   assert.deepEqual([1, 5, 6, 7].map((i) => show(68, i) !== undefined), [false, false, true, true]);
-  assert.equal(application.alerts.length, 1);
-  assert.match(application.alerts[0].message, /^more than 32 topics/);
+  assert.deepEqual(application.alerts.map(({ message }) => message),
+    ["/68: 32 topics are kept at most; of this one there is nothing until its next I-frame"]);
 });
 
 test("the clouds that are kept have 256 MiB at most, and those of topics with small ones stay", async () => {
