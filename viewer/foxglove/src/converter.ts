@@ -4,6 +4,7 @@ import { TopicDecoder, type Decoded } from "./topic_decoder";
 
 /** Each topic takes a memory of its own, which only grows. */
 const mostTopics = 32;
+/** Of topics that were left out, and of problems that were told. */
 const mostNames = 1000;
 
 /** The fourth argument of a converter in Lichtblick; Foxglove has none. */
