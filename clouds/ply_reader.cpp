@@ -307,22 +307,15 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
          std::to_string(vertices.count) + " vertices, and has " +
          std::to_string(bytes) + " bytes of them");
   const PlyElement* const grid = findGrid(header);
+  if (grid == nullptr && header.columns > 0 && header.rows > 0 &&
+      (header.columns > vertices.count || header.rows > vertices.count ||
+       header.columns * header.rows != vertices.count))
+    fail("num_cols x num_rows and the number of vertices in its header differ");
   // Each cell takes a byte of the file at least; empty ones become points, too.
   constexpr std::uint64_t most_times = 176;
   if (grid != nullptr && (grid->count > bytes || grid->count > most_points ||
                           grid->count * point_bytes > most_times * bytes))
     fail("its header promises an image that its points cannot fill");
-}
-
-/** \brief Whether the points have rows and columns. Without a range_grid the remark that tells
- * them must be right. */
-bool
-isImage(const PlyHeader& header, std::uint64_t vertices)
-{
-  return header.columns > 0 && header.rows > 0 &&
-         (findGrid(header) != nullptr ||
-          (header.columns <= vertices && header.rows <= vertices &&
-           header.columns * header.rows == vertices));
 }
 
 void
@@ -384,7 +377,7 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
                           bytesOf(properties));
   }
   const CloudFields fields(properties);
-  const bool is_image = isImage(header, vertices->count);
+  const bool is_image = header.columns > 0 && header.rows > 0;
   startCloud(fields.fields(),
              is_image ? header.columns : vertices->count,
              is_image ? header.rows : 1,

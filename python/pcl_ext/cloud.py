@@ -18,7 +18,8 @@ class Cloud(np.ndarray):
     """A structured numpy array with a row for each point, as `Decoder.decode` returns it.
 
     It is used as any array of numpy: ``cloud["x"]``, ``cloud[cloud["intensity"] > 2]``. Its
-    methods give it to other packages, which they import when they are called.
+    methods give it to other packages, which they import when they are called. What functions of
+    numpy make of it may be a plain array: ``pcl_ext.Cloud(numpy.concatenate([a, b]))``.
 
     Parameters
     ----------
@@ -33,8 +34,7 @@ class Cloud(np.ndarray):
 
     def __new__(cls, points: ArrayLike) -> Cloud:
         array = np.asarray(points)
-        if not {"x", "y", "z"} <= set(array.dtype.names or ()):
-            raise TypeError(f"points of dtype {array.dtype} have no fields x, y, z")
+        _check_fields(array)
         return array.view(cls)
 
     def __getitem__(self, index: Any) -> Any:
@@ -59,6 +59,7 @@ class Cloud(np.ndarray):
         ImportError
             Without pandas.
         """
+        _check_fields(self)
         pandas = package("pandas", "python3-pandas")
         columns: dict[str, NDArray[Any]] = {}
         points = np.ravel(self)
@@ -87,6 +88,7 @@ class Cloud(np.ndarray):
         ImportError
             Without Open3D.
         """
+        _check_fields(self)
         open3d = package("open3d", "python3-open3d")
         points = finite_points(self)
 
@@ -123,6 +125,12 @@ class Cloud(np.ndarray):
         from .plotting import plot_cloud
 
         return plot_cloud(self, axes)
+
+
+def _check_fields(array: NDArray[Any]) -> None:
+    """A view of a cloud, or what was computed of it, may have other fields."""
+    if not {"x", "y", "z"} <= set(array.dtype.names or ()):
+        raise TypeError(f"points of dtype {array.dtype} have no fields x, y, z")
 
 
 def finite_points(cloud: NDArray[Any]) -> NDArray[Any]:

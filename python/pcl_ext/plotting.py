@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy as np
 
-from .cloud import finite_points, has_colours, package
+from .cloud import Cloud, finite_points, has_colours, package
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,9 +33,11 @@ def colours_of(cloud: NDArray[Any]) -> NDArray[Any]:
     if has_colours(cloud):
         return np.stack([cloud[name] for name in "rgb"], axis=-1) / 255
     if "intensity" in (cloud.dtype.names or ()):
-        # Counts and shares have a few high values, which would hide the others.
-        top = np.nanpercentile(cloud["intensity"], 95) if len(cloud) else 1
-        return np.minimum(cloud["intensity"], max(top, 1e-6))
+        # Points without an intensity are as those of the lowest. Counts and shares have a few
+        # high values, which would hide the others.
+        values = np.nan_to_num(cloud["intensity"].astype(float), nan=0.0)
+        top = np.percentile(values, 95) if len(values) else 1
+        return np.minimum(values, max(top, 1e-6))
     return cloud["z"]
 
 
@@ -53,10 +55,17 @@ def plot_cloud(cloud: NDArray[Any], axes: Any = None) -> Any:
     -------
     matplotlib axes
         With equal scales of x, y and z.
+
+    Raises
+    ------
+    TypeError
+        If the cloud has no fields x, y, z, or the axes are others.
     """
     if axes is None:
         axes = _new_figure().add_subplot(projection="3d")
-    points = finite_points(cloud)
+    elif getattr(axes, "name", None) != "3d":
+        raise TypeError('axes are not of the projection "3d"')
+    points = finite_points(Cloud(cloud))
     if len(points):
         xyz = [points[axis] for axis in "xyz"]
         axes.scatter(*xyz, c=colours_of(points), s=1.5, linewidths=0)

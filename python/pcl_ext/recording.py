@@ -163,7 +163,8 @@ class Recording:
 
         Neither `seek` nor an iteration over the recording has to do with it. Frames that
         cannot be read or decoded are left out, with a `RecordingWarning` for the first one of
-        each stream, and for the first `damage` that is known before.
+        each stream and for their number at the end. There is one before for the first `damage`
+        that is known, or if the recording `is_unfinished`, so that clouds may be missing.
 
         Parameters
         ----------
@@ -182,15 +183,21 @@ class Recording:
         ------
         IndexError, KeyError
             If there is no such stream.
+        ValueError
+            If start or end is given, and a stream has no times.
         """
         if streams is None:
             streams = range(len(self._streams))
-        elif isinstance(streams, str) or not isinstance(streams, Iterable):
+        elif isinstance(streams, (str, bytes)) or not isinstance(streams, Iterable):
             streams = [streams]
+        indices = sorted({self._index(stream) for stream in streams})
+        for index in indices:
+            if not (start is None and end is None or self._streams[index].has_times):
+                raise ValueError(f"{self._streams[index].name} has no times for start and end")
         return self._clouds(
-            sorted({self._index(stream) for stream in streams}),
+            indices,
             0 if start is None else _not_later("start", start),
-            math.inf if end is None else _not_later("end", end),
+            math.inf if end in (None, math.inf) else _not_later("end", end),
         )
 
     def read(self, stream: Union[int, str], number: int) -> RecordedFrame:
@@ -215,8 +222,8 @@ class Recording:
         Error
             If the file is damaged there.
         """
-        index = self._index(stream, number)
-        frame, code, message = self._native.read(index, number)
+        index = self._index(stream)
+        frame, code, message = self._native.read(index, self._number(index, number))
         if frame is None:
             raise Error(message, code)
         return _frame(frame)
@@ -253,9 +260,12 @@ class Recording:
         IndexError, KeyError
             If there is no such frame or stream.
         """
-        index = self._index(stream, number)
+        index = self._index(stream)
         cloud, code, message = self._native.decode(
-            index, number, removal(outliers), least_intensity(min_intensity)
+            index,
+            self._number(index, number),
+            removal(outliers),
+            least_intensity(min_intensity),
         )
         self._status = Status(code, message)
         return None if cloud is None else Cloud(cloud)
@@ -288,8 +298,8 @@ class Recording:
         number : int
             Number of the frame in its stream, from 0.
         """
-        index = self._index(stream, number)
-        return self._native.time_of(index, number) / _NANOSECONDS
+        index = self._index(stream)
+        return self._native.time_of(index, self._number(index, number)) / _NANOSECONDS
 
     def close(self) -> None:
         """Closes the file."""
@@ -320,26 +330,32 @@ class Recording:
     ) -> Iterator[Tuple[float, str, Cloud]]:
         for place in self.damage[:1]:
             _warn(f"{place.file}: {place.message}")
-        warned = set()
+        if self.is_unfinished and not self.damage:
+            _warn("the recording has no orderly end: its last clouds may be missing")
+        lost = dict.fromkeys(streams, 0)
         for time, stream, number in heapq.merge(*map(self._places, streams)):
             if time >= end:
-                return
+                break
             if time < start:
                 continue
             seconds, name = time / _NANOSECONDS, self._streams[stream].name
             cloud, _, message = self._native.decode(stream, number, None, None)
             if cloud is not None:
                 yield seconds, name, Cloud(cloud)
-            elif stream not in warned:
-                warned.add(stream)
+                continue
+            lost[stream] += 1
+            if lost[stream] == 1:
                 _warn(f"frame {number} of {name} at {seconds:.6f} s is left out: {message}")
+        for stream, count in lost.items():
+            if count > 1:
+                _warn(f"{count} frames of {self._streams[stream].name} were left out")
 
     def _places(self, stream: int) -> Iterator[Tuple[int, int, int]]:
         """Time, nanoseconds, stream and number of its frames."""
         for number in range(self._streams[stream].frames):
             yield self._native.time_of(stream, number), stream, number
 
-    def _index(self, stream: Union[int, str], number: Optional[int] = None) -> int:
+    def _index(self, stream: Union[int, str]) -> int:
         if isinstance(stream, str):
             names = [known.name for known in self._streams]
             if stream not in names:
@@ -348,10 +364,14 @@ class Recording:
         stream = whole_number("stream", stream)
         if not 0 <= stream < len(self._streams):
             raise IndexError(f"stream is {stream}; there are {len(self._streams)}")
-        frames = self._streams[stream].frames
-        if number is not None and not 0 <= whole_number("number", number) < frames:
-            raise IndexError(f"number is {number}; the stream has {frames} frames")
         return stream
+
+    def _number(self, stream: int, number: int) -> int:
+        frames = self._streams[stream].frames
+        number = whole_number("number", number)
+        if not 0 <= number < frames:
+            raise IndexError(f"number is {number}; the stream has {frames} frames")
+        return number
 
 
 def open(

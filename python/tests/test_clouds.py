@@ -114,6 +114,13 @@ def test_coordinates_of_maps_keep_their_precision(room):
     assert cloud.to_open3d().point["positions"].dtype == open3d.core.float64
 
 
+def test_views_with_other_fields_are_no_clouds(coloured):
+    bytes_of_it = np.ascontiguousarray(coloured).view("u1")
+    for call in (pcl_ext.Cloud.to_pandas, pcl_ext.Cloud.to_open3d, pcl_ext.Cloud.plot):
+        with pytest.raises(TypeError, match="no fields x, y, z"):
+            call(bytes_of_it.view(pcl_ext.Cloud))
+
+
 @pytest.mark.parametrize(
     "package, call",
     [("pandas", pcl_ext.Cloud.to_pandas), ("open3d", pcl_ext.Cloud.to_open3d),
@@ -139,6 +146,8 @@ def test_a_plot(coloured, organised):
     assert organised.plot(mine) is mine
     assert len(mine.collections[0].get_offsets()) == 10
     coloured[:0].plot(mine)
+    with pytest.raises(TypeError, match="projection"):
+        coloured.plot(pyplot.figure().add_subplot())
     bars = plot_sizes([300, 20, 40], 1).patches
     assert [bar.get_height() for bar in bars] == [300, 20, 40, 20]
     assert bars[3].get_facecolor() != bars[1].get_facecolor()
@@ -152,6 +161,9 @@ def test_colours():
     coloured = np.zeros(1, [("z", "f4"), ("r", "u1"), ("g", "u1"), ("b", "u1")])
     coloured["g"] = 255
     np.testing.assert_array_equal(colours_of(coloured), [[0, 1, 0]])
+    # Those without an intensity are shown, too.
+    points = np.array([(1.0,), (np.nan,)], [("intensity", "f4")])
+    np.testing.assert_allclose(colours_of(points), [0.95, 0])
     # Reflectances that are called so.
     fields = np.zeros(1, [("z", "f4"), ("r", "f4"), ("g", "f4"), ("b", "f4")])
     np.testing.assert_array_equal(colours_of(fields), [0])

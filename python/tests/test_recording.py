@@ -157,9 +157,10 @@ def test_clouds_that_are_damaged_are_left_out(room, tmp_path):
         seen = [(time - EPOCH, name) for time, name, _ in pcl_ext.open(path).clouds()]
     assert [round(time) for time, name in seen if name == "/left"] == [0, 4, 5, 6, 7]
     assert [round(time) for time, name in seen if name == "/right"] == list(range(8))
-    (warning,) = warned
-    assert "frame 1 of /left at 1700000002.123457 s" in str(warning.message)
-    assert warning.filename == __file__
+    first, total = warned
+    assert "frame 1 of /left at 1700000002.123457 s" in str(first.message)
+    assert str(total.message) == "2 frames of /left were left out"
+    assert {warning.filename for warning in warned} == {__file__}
 
 
 def test_clouds_of_a_file_that_was_cut_off(two_streams):
@@ -173,9 +174,39 @@ def test_clouds_of_a_file_that_was_cut_off(two_streams):
         np.testing.assert_array_equal(cloud, expected)
 
 
+def test_clouds_of_a_file_that_was_cut_off_between_records(room, tmp_path):
+    """Nothing of what is there is damaged."""
+    path = tmp_path / "cell.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("/left")
+        for number, frame in enumerate(frames_of(room, 8)):
+            writer.append(stream, frame, EPOCH + number)
+    whole = path.read_bytes()
+    ends, at = [], 8  # of records, after the magic
+    while at < len(whole) - 8:
+        at += 9 + int.from_bytes(whole[at + 1 : at + 9], "little")
+        ends.append(at)
+    opcodes = [whole[begin] for begin in [8, *ends[:-1]]]
+    path.write_bytes(whole[: ends[opcodes.index(7)]])  # after the first index of messages
+    with pytest.warns(pcl_ext.RecordingWarning, match="no orderly end") as warned:
+        assert len(list(pcl_ext.open(path).clouds())) == 8
+    assert len(warned) == 1
+
+
+def test_times_of_streams_without_times(room, tmp_path):
+    path = tmp_path / "frames.pcxi"
+    encoder = pcl_ext.Encoder(0.1)
+    path.write_bytes(b"".join(encoder.encode(room) for _ in range(3)))
+    recording = pcl_ext.open(path)
+    assert len(list(recording.clouds())) == 3
+    for limits in ({"start": 1}, {"end": 1}):
+        with pytest.raises(ValueError, match="frames has no times for start and end"):
+            recording.clouds(**limits)
+
+
 def test_clouds_of_streams_that_are_none(two_streams):
     recording = pcl_ext.open(two_streams[0])
-    for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError)):
+    for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError), (b"/left", TypeError)):
         with pytest.raises(error):
             recording.clouds(streams)
     for limit in ("start", "end"):

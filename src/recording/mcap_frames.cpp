@@ -119,14 +119,37 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
     return std::tie(first.chunk, first.offset) < std::tie(second.chunk, second.offset);
   };
   std::sort(frames.begin(), frames.end(), isBeforeInFile);
-  std::vector<Time> last(streams_.size(), Time::min());
-  for (IndexedFrame& frame : frames)
-    frame.time = last[frame.stream] = std::max(last[frame.stream], frame.time);
+  makeTimesRise(frames);
   std::sort(
       frames.begin(), frames.end(), [&](const IndexedFrame& a, const IndexedFrame& b) {
         return a.time != b.time ? a.time < b.time : isBeforeInFile(a, b);
       });
   takeFrames(std::move(frames));
+}
+
+/** \brief Gives frames that seem to be before an earlier one of their stream its time, as after
+ * the clock was set back. A single frame that is after the next ones, as where a byte of the
+ * index is damaged, gets the time of the next one instead.
+ * \param[in,out] frames in the order of the file
+ */
+void
+McapFrames::makeTimesRise(std::vector<IndexedFrame>& frames) const
+{
+  std::vector<Time> times_after(streams_.size(), Time::max());
+  std::vector<IndexedFrame*> middle_frames(streams_.size(), nullptr);
+  for (auto before = frames.rbegin(); before != frames.rend(); ++before) {
+    Time& after = times_after[before->stream];
+    IndexedFrame*& middle = middle_frames[before->stream];
+    if (middle != nullptr) {
+      if (middle->time > after && before->time <= after)
+        middle->time = after;
+      after = middle->time;
+    }
+    middle = &*before;
+  }
+  std::vector<Time> previous(streams_.size(), Time::min());
+  for (IndexedFrame& frame : frames)
+    frame.time = previous[frame.stream] = std::max(previous[frame.stream], frame.time);
 }
 
 RecordingStatus

@@ -115,7 +115,9 @@ RecordingWriter::Implementation::open(const std::string& path)
   path_ = path;
   has_file_of_frames_ = isFileOfFrames(path);
   std::error_code ignored;
-  if (!has_file_of_frames_)
+  if (path.empty())
+    status_ = {RecordingCode::OutputFailed, "a recording needs the name of a file"};
+  else if (!has_file_of_frames_)
     status_ = mcap_.open(path, "ros2");
   else if (fs::is_directory(path, ignored))
     status_ = {RecordingCode::OutputFailed, "'" + path + "' is a folder"};

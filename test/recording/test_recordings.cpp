@@ -203,6 +203,21 @@ TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)
   }
 }
 
+TEST(Recordings, ATimeThatIsOutOfLineDoesNotMoveTheOnesAfterIt)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 20, 10)};
+  std::vector<KnownFrame>& frames = streams.front().frames;
+  const Time right = frames[7].time;
+  frames[7].time += std::chrono::seconds(1);
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  for (std::size_t i = 0; i < 20; ++i)
+    EXPECT_EQ(reader.timeOf(0, i), i == 7 ? frames[8].time : frames[i].time) << i;
+  EXPECT_EQ(reader.frameAt(0, right), 6u);
+}
+
 TEST(Recordings, ALatePFrameDoesNotEndTheHistory)
 {
   const TestFolder folder;
