@@ -16,6 +16,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <sstream>
@@ -96,7 +97,8 @@ TEST(ScalarFieldCoding, FieldsOfAllTypes)
   const auto cloud = makeCloud();
   Compression<PointOfManyTypes> encoder;
   encoder.setScalarFields(
-      {"signed_byte", "byte", "signed_short", "ring", "signed_int", "label", "time"});
+      {"signed_byte", "byte", "signed_short", "ring", "signed_int", "label", "time"},
+      8);
   auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
   ASSERT_EQ(decoded.size(), cloud.size());
   std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
@@ -122,7 +124,7 @@ TEST(ScalarFieldCoding, LargeRange)
     cloud[i].label = i % 2 == 0 ? 0 : std::numeric_limits<std::uint32_t>::max();
   cloud[50].label = 1000000000;
   Compression<PointOfManyTypes> encoder;
-  encoder.setScalarFields({"label", "signed_int"});
+  encoder.setScalarFields({"label", "signed_int"}, 8);
   auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
   std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
     return a.signed_int < b.signed_int;
@@ -132,6 +134,54 @@ TEST(ScalarFieldCoding, LargeRange)
     EXPECT_NEAR(decoded[i].label, cloud[i].label, i == 50 ? step / 2 + 1 : 0.0);
 }
 
+// Whole numbers are exact in double, too, also far from 0, and a value that is not
+// finite takes nothing from the others.
+TEST(ScalarFieldCoding, WholeNumbersOfDouble)
+{
+  for (const double lowest : {-77.0, 9007199254740992.0 - 300})
+    for (const int range : {99, 100, 255, 300})
+      for (const bool all_finite : {true, false}) {
+        SCOPED_TRACE(testing::Message() << lowest << ' ' << range << ' ' << all_finite);
+        auto cloud = makeCloud();
+        for (std::size_t i = 0; i < cloud.size(); ++i)
+          cloud[i].time = lowest + static_cast<double>(i);
+        cloud[99].time = lowest + range;
+        if (!all_finite)
+          cloud[1].time = std::numeric_limits<double>::infinity();
+        Compression<PointOfManyTypes> encoder;
+        encoder.setScalarFields({"time", "time", "signed_int"}, range < 256 ? 9 : 16);
+        auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
+        ASSERT_EQ(decoded.size(), cloud.size());
+        std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
+          return a.signed_int < b.signed_int;
+        });
+        for (std::size_t i = 0; i < cloud.size(); ++i) {
+          if (std::isfinite(cloud[i].time))
+            EXPECT_EQ(decoded[i].time, cloud[i].time);
+          else
+            EXPECT_TRUE(std::isnan(decoded[i].time));
+        }
+      }
+}
+
+// The range of these values is infinite in double.
+TEST(ScalarFieldCoding, WholeRangeOfDouble)
+{
+  const double most = std::numeric_limits<double>::max();
+  auto cloud = makeCloud();
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    cloud[i].time = i % 2 == 0 ? -most : most;
+  Compression<PointOfManyTypes> encoder;
+  encoder.setScalarFields({"time", "signed_int"});
+  auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
+  ASSERT_EQ(decoded.size(), cloud.size());
+  std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
+    return a.signed_int < b.signed_int;
+  });
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_EQ(decoded[i].time, cloud[i].time);
+}
+
 TEST(ScalarFieldCoding, FieldsThatAreNotCoded)
 {
   const auto cloud = makeCloud();
@@ -139,6 +189,11 @@ TEST(ScalarFieldCoding, FieldsThatAreNotCoded)
   none.setScalarFields({});
   others.setScalarFields({"x", "y", "z", "rgb", "no such field"});
   EXPECT_EQ(encode(none, cloud), encode(others, cloud));
+
+  Compression<PointOfManyTypes> once, twice;
+  once.setScalarFields({"ring"});
+  twice.setScalarFields({"ring", "no such field", "ring"});
+  EXPECT_EQ(encode(once, cloud), encode(twice, cloud));
 }
 
 TEST(ScalarFieldCoding, DecoderOfAnotherPointType)
@@ -153,7 +208,7 @@ TEST(ScalarFieldCoding, DecoderOfAnotherPointType)
     return a.intensity < b.intensity;
   });
   for (std::size_t i = 0; i < decoded.size(); ++i)
-    EXPECT_NEAR(decoded[i].intensity, 0.5 * static_cast<double>(i), 49.5 / 255 / 2);
+    EXPECT_NEAR(decoded[i].intensity, 0.5 * static_cast<double>(i), 49.5 / 65535 / 2);
 }
 
 int
