@@ -226,6 +226,17 @@ startOfContent(std::uint32_t steps)
          name + asBytes(1.0) + asBytes(2.0) + asBytes(steps);
 }
 
+using Table = std::array<std::uint32_t, 257>;
+
+/** A table of frequencies, added up, in which all bytes are equally frequent. */
+Table
+makeFrequencies()
+{
+  Table table;
+  std::iota(table.begin(), table.end(), 0u);
+  return table;
+}
+
 /** Decodes damaged fields together with a whole frame of 4 points in 2 voxels. */
 void
 expectNoIntensities(const std::string& fields)
@@ -382,8 +393,9 @@ TEST(ScalarFieldCoding, SmallRangeNeedsOneByte)
   auto of_8_bits = makeEncoder<pcl::PointXYZI>(false);
   auto of_16_bits = makeEncoder<pcl::PointXYZI>(false);
   of_8_bits.setScalarFields({"intensity"}, 8);
-  EXPECT_EQ(encode(of_8_bits, makeRow(intensities, 4)),
-            encode(of_16_bits, makeRow(intensities, 4)));
+  const std::string bytes = encode(of_8_bits, makeRow(intensities, 4));
+  EXPECT_EQ(encode(of_16_bits, makeRow(intensities, 4)), bytes);
+  EXPECT_LT(fieldsOf(bytes).size(), 3u * 1028u); // each byte of a level has a table
 }
 
 TEST(ScalarFieldCoding, AveragesOfWholeNumbersAreRounded)
@@ -515,6 +527,7 @@ TEST(ScalarFieldCoding, FieldsThatEndTooEarly)
 
 TEST(ScalarFieldCoding, FieldsWithImpossibleCounts)
 {
+  const std::string frequencies = asBytes(makeFrequencies());
   const std::string no_levels = asBytes(std::uint64_t{0});
   for (const std::uint64_t count : {std::uint64_t{1},
                                     std::uint64_t{1000},
@@ -529,6 +542,9 @@ TEST(ScalarFieldCoding, FieldsWithImpossibleCounts)
       expectNoIntensities(makeFields(content + asBytes(count)));
       expectNoIntensities(makeFields(content + asBytes(count) + no_levels));
       expectNoIntensities(makeFields(content + no_levels + asBytes(count)));
+      if (count > 1)
+        expectNoIntensities(makeFields(content + asBytes(count) + frequencies +
+                                       std::string(5000, '\0')));
     }
 
   // numbers of fields and sizes of names and fields
@@ -545,9 +561,7 @@ TEST(ScalarFieldCoding, FieldsWithImpossibleCounts)
 
 TEST(ScalarFieldCoding, FieldsWithImpossibleFrequencies)
 {
-  using Table = std::array<std::uint32_t, 257>;
-  Table growing;
-  std::iota(growing.begin(), growing.end(), 0u);
+  const Table growing = makeFrequencies();
   Table zeros{}, first_is_not_0 = growing, too_large = growing, two_equal = growing,
                  falling = growing;
   std::iota(first_is_not_0.begin(), first_is_not_0.end(), 1u);
