@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -194,6 +195,26 @@ TEST(ScalarFieldCoding, FieldsThatAreNotCoded)
   once.setScalarFields({"ring"});
   twice.setScalarFields({"ring", "no such field", "ring"});
   EXPECT_EQ(encode(once, cloud), encode(twice, cloud));
+}
+
+// If one field cannot be read, those before it are not decoded either.
+TEST(ScalarFieldCoding, LastFieldEndsTooEarly)
+{
+  Compression<PointOfManyTypes> encoder;
+  encoder.setScalarFields({"ring", "label"});
+  const std::string bytes = encode(encoder, makeCloud());
+  const std::size_t header = bytes.find("<PCL-OCT-COMPRESSED>");
+  const std::size_t start_of_size = std::strlen("<PCL-OCT-SCALAR-FIELDS>");
+  std::string fields = bytes.substr(0, header - 1);
+  const auto size =
+      static_cast<std::uint32_t>(fields.size() - start_of_size - sizeof(std::uint32_t));
+  std::memcpy(&fields[start_of_size], &size, sizeof(size));
+  const auto decoded = decode<PointOfManyTypes>(fields + bytes.substr(header));
+  EXPECT_EQ(decoded.size(), 100u);
+  for (const auto& point : decoded) {
+    EXPECT_EQ(point.ring, 0u);
+    EXPECT_EQ(point.label, 0u);
+  }
 }
 
 TEST(ScalarFieldCoding, DecoderOfAnotherPointType)
