@@ -1,10 +1,10 @@
 /*
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *  Written for the Point Cloud Library (PCL), www.pointclouds.org
- *  Copyright (c) 2026, the pcl_ext authors
+ *  Point Cloud Library (PCL) - www.pointclouds.org
+ *  Copyright (c) 2014-, Open Perception Inc.
  *
- *  All rights reserved.
+ *  All rights reserved
  */
 
 #include <pcl/octree/octree.h>

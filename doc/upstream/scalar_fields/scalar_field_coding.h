@@ -1,10 +1,10 @@
 /*
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *  Written for the Point Cloud Library (PCL), www.pointclouds.org
- *  Copyright (c) 2026, the pcl_ext authors
+ *  Point Cloud Library (PCL) - www.pointclouds.org
+ *  Copyright (c) 2014-, Open Perception Inc.
  *
- *  All rights reserved.
+ *  All rights reserved
  */
 
 #pragma once
@@ -12,6 +12,7 @@
 #include <pcl/common/io.h> // for getFields
 #include <pcl/common/point_tests.h>
 #include <pcl/compression/entropy_range_coder.h>
+#include <pcl/console/print.h>
 #include <pcl/PCLPointField.h>
 #include <pcl/point_cloud.h>
 #include <pcl/type_traits.h> // for asEnum_v
@@ -21,6 +22,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -38,10 +40,12 @@ namespace octree {
  * points of a voxel are coded one by one, and it has several, each of them has its
  * difference to that average, too.
  *
- * Values are integers on a scale between the lowest and the highest value of the frame.
- * A value that is neither NaN nor infinite is decoded with an error of at most half a
- * step. In a field of integers it is rounded, and so exact if the range is below
- * 2^bit_depth. Other values become NaN and do not count in averages.
+ * Values become levels: whole numbers of steps above the lowest value of the frame.
+ * Where all values of a field are whole numbers and their range is at most
+ * 2^bit_depth - 1, the step is 1: values are exact, averages are rounded to whole
+ * numbers. Otherwise the step is the range divided by 2^bit_depth - 1, and the error of
+ * a value or average is at most half of it. Values that are NaN or infinite become NaN
+ * and do not count in averages. If there are any, there is one step less.
  *
  * The coded fields precede the header of their frame, behind an identifier of their
  * own. A decoder that does not know them passes over them while it looks for the
@@ -60,18 +64,37 @@ public:
   /** \brief Text that precedes the coded fields of a frame. */
   static constexpr const char* identifier = "<PCL-OCT-SCALAR-FIELDS>";
 
+  /** \brief Select the field intensity, if PointT has it, with 16 bits. */
+  ScalarFieldCoding()
+  {
+    CodedField coded;
+    if (findField("intensity", coded.field))
+      encoded_.push_back(coded);
+  }
+
   /** \brief Select the fields to encode.
-   * \param[in] names names of fields; those that PointT does not have are left out
-   * \param[in] bit_depth bits of a value, from 2 to 16
+   * \param[in] names names of fields; those that PointT does not have, or that cannot
+   * be coded, are left out with a warning
+   * \param[in] bit_depth most bits of a value; less than 2 are changed to 2 and more
+   * than 16 to 16, with a warning
    */
   void
   setFields(const std::vector<std::string>& names, unsigned char bit_depth)
   {
     bit_depth_ = std::clamp<unsigned char>(bit_depth, 2, 16);
+    if (bit_depth_ != bit_depth)
+      PCL_WARN("[pcl::octree::ScalarFieldCoding::setFields] bit_depth has to be from 2 "
+               "to 16, but is %d! Using %d.\n",
+               static_cast<int>(bit_depth),
+               static_cast<int>(bit_depth_));
     encoded_.clear();
     for (const std::string& name : names) {
       CodedField coded;
-      if (findField(name, coded.field))
+      if (!findField(name, coded.field))
+        PCL_WARN("[pcl::octree::ScalarFieldCoding::setFields] The point type has no "
+                 "field '%s' that can be coded! Leaving it out.\n",
+                 name.c_str());
+      else if (!contains(encoded_, name))
         encoded_.push_back(coded);
     }
   }
@@ -155,38 +178,55 @@ public:
   void
   initializeDecoding()
   {
+    block_.clear();
     decoded_.clear();
   }
 
-  /** \brief Read the fields of a frame from a stream that stands behind the identifier.
-   * If they cannot be read, or PointT does not have them, no values are decoded.
-   * \param[in,out] stream binary input stream
-   * \param[in] coder entropy coder
+  /** \brief Read the fields of a frame, without decoding them, from a stream that
+   * stands behind the identifier.
+   * \param[in,out] stream binary input stream; fails if it ends before the fields do
    * \return number of bytes read
    */
   std::uint64_t
-  decodeFromStream(std::istream& stream, StaticRangeCoder& coder)
+  readFromStream(std::istream& stream)
+  {
+    block_ = readBytes(stream, read<std::uint32_t>(stream));
+    if (!stream) {
+      block_.clear();
+      return 0;
+    }
+    return std::strlen(identifier) + sizeof(std::uint32_t) + block_.size();
+  }
+
+  /** \brief Decode the fields that were read. If they end too early, have more values
+   * than there can be, or a frequency table that StaticRangeCoder cannot decode with,
+   * no values are decoded. Other damage is not noticed and leads to wrong values.
+   * \param[in] coder entropy coder
+   * \param[in] max_count most points that the frame can have
+   */
+  void
+  decodeFields(StaticRangeCoder& coder, std::uint64_t max_count)
   {
     decoded_.clear();
-    const std::string bytes = readBytes(stream, read<std::uint32_t>(stream));
-    if (!stream)
-      return 0;
-    std::istringstream content(bytes);
+    if (block_.empty())
+      return;
+    std::istringstream content(block_);
+    block_.clear();
     const auto field_count = read<std::uint32_t>(content);
-    for (std::uint32_t i = 0; i < field_count && content; ++i) {
+    for (std::uint32_t i = 0; i < field_count; ++i) {
       CodedField coded;
       const std::string name = readBytes(content, read<std::uint32_t>(content));
       coded.lowest = read<double>(content);
       coded.highest = read<double>(content);
       coded.steps = read<std::uint32_t>(content);
-      readLevels(content, coded.averages, coded.steps, coder);
-      readLevels(content, coded.differences, coded.steps, coder);
-      if (findField(name, coded.field))
+      if (!readLevels(content, coded.averages, coded.steps, coder, max_count) ||
+          !readLevels(content, coded.differences, coded.steps, coder, max_count)) {
+        decoded_.clear();
+        return;
+      }
+      if (findField(name, coded.field) && !contains(decoded_, name))
         decoded_.push_back(std::move(coded));
     }
-    if (!content)
-      decoded_.clear();
-    return std::strlen(identifier) + sizeof(std::uint32_t) + bytes.size();
   }
 
   /** \brief Set the fields of the points of the next voxel. Points for which the stream
@@ -270,6 +310,14 @@ protected:
     return false;
   }
 
+  static bool
+  contains(const std::vector<CodedField>& fields, const std::string& name)
+  {
+    return std::any_of(fields.begin(), fields.end(), [&name](const CodedField& coded) {
+      return coded.field.name == name;
+    });
+  }
+
   static double
   getValue(const PointT& point, const pcl::PCLPointField& field)
   {
@@ -299,13 +347,14 @@ protected:
     });
   }
 
-  /** \brief Set the scale of a field to the range of its values in a cloud. */
+  /** \brief Set the scale of a field by its values in a cloud. */
   void
   findScale(const PointCloud& cloud, CodedField& coded) const
   {
     coded.lowest = std::numeric_limits<double>::max();
     coded.highest = std::numeric_limits<double>::lowest();
     bool all_finite = true;
+    bool all_whole = true;
     for (const PointT& point : cloud) {
       if (!pcl::isFinite(point)) // not in the octree
         continue;
@@ -313,6 +362,7 @@ protected:
       if (std::isfinite(value)) {
         coded.lowest = std::min(coded.lowest, value);
         coded.highest = std::max(coded.highest, value);
+        all_whole = all_whole && value == std::floor(value);
       }
       else
         all_finite = false;
@@ -322,7 +372,15 @@ protected:
 
     // there are 2^bit_depth_ levels, of which one may be needed for what is not finite
     coded.steps = (1u << bit_depth_) - (all_finite ? 1 : 2);
-    if (halfRange(coded) == 0.0)
+    const double range = coded.highest - coded.lowest;
+    if (all_whole && range <= coded.steps) {
+      coded.steps = static_cast<std::uint32_t>(range);
+      // With 255 steps of 1 the level of what is not finite would need a second byte,
+      // which a level has from 256 steps on: steps of 1/2, which are exact, too.
+      if (coded.steps == 255 && !all_finite)
+        coded.steps = 510;
+    }
+    else if (halfRange(coded) == 0.0)
       coded.steps = 0;
   }
 
@@ -353,6 +411,10 @@ protected:
       return std::numeric_limits<double>::quiet_NaN();
     if (coded.steps == 0)
       return coded.lowest;
+    const double range = coded.highest - coded.lowest;
+    if (range <= coded.steps) // in this order whole numbers are exact
+      return coded.lowest + range * level / coded.steps;
+    // the range can be infinite
     const double position = static_cast<double>(level) / coded.steps;
     return (1.0 - position) * coded.lowest + position * coded.highest;
   }
@@ -430,35 +492,67 @@ protected:
     }
   }
 
-  static void
+  /** \brief Read levels.
+   * \return false if there are more than max_count or they cannot be read
+   */
+  static bool
   readLevels(std::istream& stream,
              std::vector<std::uint16_t>& levels,
              std::uint32_t steps,
-             StaticRangeCoder& coder)
+             StaticRangeCoder& coder,
+             std::uint64_t max_count)
   {
-    const auto size = read<std::uint64_t>(stream);
-    if (size > static_cast<std::uint64_t>(std::numeric_limits<index_t>::max()))
-      stream.setstate(std::ios::failbit);
-    if (!stream || size == 0)
-      return;
-    levels.assign(static_cast<std::size_t>(size), 0);
-    std::vector<char> bytes(levels.size());
+    const auto count = read<std::uint64_t>(stream);
+    if (!stream || count > max_count)
+      return false;
+    if (count == 0)
+      return true;
+    std::vector<char> bytes;
     for (int byte = 0; byte < levelBytes(steps); ++byte) {
+      if (!hasFrequencyTable(stream))
+        return false;
+      levels.resize(static_cast<std::size_t>(count), 0);
+      bytes.resize(levels.size());
+      // does not look at the state of the stream
       coder.decodeStreamToCharVector(stream, bytes);
+      if (!stream)
+        return false;
       for (std::size_t i = 0; i < levels.size(); ++i)
         levels[i] |= static_cast<std::uint16_t>(static_cast<std::uint8_t>(bytes[i])
                                                 << (8 * byte));
     }
+    return true;
+  }
+
+  /** \brief Whether the next bytes are a frequency table as StaticRangeCoder writes
+   * them: 0, then growing to less than 2^16. With others its decoder can divide by 0 or
+   * never return. The stream still stands before the table then.
+   */
+  static bool
+  hasFrequencyTable(std::istream& stream)
+  {
+    std::array<std::uint32_t, 257> table;
+    const auto begin = stream.tellg();
+    stream.read(reinterpret_cast<char*>(table.data()), sizeof(table));
+    if (!stream)
+      return false;
+    stream.seekg(begin);
+    const auto unordered =
+        std::adjacent_find(table.begin(), table.end(), std::greater_equal<>());
+    return table.front() == 0 && table.back() < (1u << 16) && unordered == table.end();
   }
 
   /** \brief Fields to encode, with their values in the current frame. */
   std::vector<CodedField> encoded_;
 
+  /** \brief Fields of the current frame that were read but are not decoded yet. */
+  std::string block_;
+
   /** \brief Decoded fields of the current frame. */
   std::vector<CodedField> decoded_;
 
-  /** \brief Bits of an encoded value. */
-  unsigned char bit_depth_{8};
+  /** \brief Most bits of an encoded value. */
+  unsigned char bit_depth_{16};
 };
 
 } // namespace octree

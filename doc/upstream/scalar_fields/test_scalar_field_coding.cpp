@@ -1,14 +1,15 @@
 /*
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *  Written for the Point Cloud Library (PCL), www.pointclouds.org
- *  Copyright (c) 2026, the pcl_ext authors
+ *  Point Cloud Library (PCL) - www.pointclouds.org
+ *  Copyright (c) 2014-, Open Perception Inc.
  *
- *  All rights reserved.
+ *  All rights reserved
  */
 
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/compression/octree_pointcloud_compression.h>
+#include <pcl/console/print.h>
 #include <pcl/test/gtest.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -165,9 +166,11 @@ makeRow(const std::vector<float>& intensities, std::size_t points_per_voxel)
 std::vector<float>
 roundTripOfRow(const std::vector<float>& intensities,
                bool voxel_grid,
-               std::size_t points_per_voxel)
+               std::size_t points_per_voxel,
+               unsigned char bit_depth = 16)
 {
   auto encoder = makeEncoder<pcl::PointXYZI>(voxel_grid);
+  encoder.setScalarFields({"intensity"}, bit_depth);
   Compression<pcl::PointXYZI> decoder;
   const auto cloud =
       decode(decoder, encode(encoder, makeRow(intensities, points_per_voxel)));
@@ -183,6 +186,70 @@ roundTripOfRow(const std::vector<float>& intensities,
                  decoded.begin(),
                  [](const auto& point) { return point.second; });
   return decoded;
+}
+
+/** The coded fields of a frame, with their identifier and size. */
+std::string
+fieldsOf(const std::string& bytes)
+{
+  return bytes.substr(0, bytes.find(header_identifier));
+}
+
+/** A frame without its fields. */
+std::string
+frameOf(const std::string& bytes)
+{
+  return bytes.substr(bytes.find(header_identifier));
+}
+
+template <typename T>
+std::string
+asBytes(const T& value)
+{
+  return {reinterpret_cast<const char*>(&value), sizeof(value)};
+}
+
+/** Coded fields of the given content. */
+std::string
+makeFields(const std::string& content)
+{
+  return "<PCL-OCT-SCALAR-FIELDS>" +
+         asBytes(static_cast<std::uint32_t>(content.size())) + content;
+}
+
+/** The start of a content: the field intensity up to the count of its averages. */
+std::string
+startOfContent(std::uint32_t steps)
+{
+  const std::string name = "intensity";
+  return asBytes(std::uint32_t{1}) + asBytes(static_cast<std::uint32_t>(name.size())) +
+         name + asBytes(1.0) + asBytes(2.0) + asBytes(steps);
+}
+
+using Table = std::array<std::uint32_t, 257>;
+
+/** A table of frequencies, added up, in which all bytes are equally frequent. */
+Table
+makeFrequencies()
+{
+  Table table;
+  std::iota(table.begin(), table.end(), 0u);
+  return table;
+}
+
+/** Decodes damaged fields together with a whole frame of 4 points in 2 voxels. */
+void
+expectNoIntensities(const std::string& fields)
+{
+  for (const bool voxel_grid : {false, true}) {
+    auto encoder = makeEncoder<pcl::PointXYZI>(voxel_grid);
+    const auto bytes = encode(encoder, makeRow({1.0f, 2.0f, 3.0f, 4.5f}, 2));
+    Compression<pcl::PointXYZI> decoder;
+    const auto decoded = decode(decoder, fields + frameOf(bytes));
+    EXPECT_EQ(decoded.size(), voxel_grid ? 2u : 4u);
+    for (const auto& point : decoded)
+      EXPECT_EQ(point.intensity, 0.0f);
+  }
 }
 
 std::uint64_t
@@ -239,7 +306,7 @@ TEST(ScalarFieldCoding, IntensitiesInAllProfiles)
       const GridCloud cloud = makeGridCloud(resolution, random);
       const std::string bytes = encode(encoder, cloud.points);
       intra_frames += isIntraFrame(bytes);
-      expectIntensities(cloud, decode(decoder, bytes), resolution, voxel_grid, 8);
+      expectIntensities(cloud, decode(decoder, bytes), resolution, voxel_grid, 16);
     }
     EXPECT_GT(intra_frames, 0);
     EXPECT_LT(intra_frames, 5);
@@ -267,12 +334,76 @@ TEST(ScalarFieldCoding, BitDepth)
   }
 }
 
-TEST(ScalarFieldCoding, WholeNumbersUpTo255AreExact)
+TEST(ScalarFieldCoding, WholeNumbersAreExact)
+{
+  for (const auto& [lowest, highest, bit_depth] :
+       std::vector<std::array<int, 3>>{{0, 255, 8},
+                                       {0, 200, 8},
+                                       {0, 254, 8},
+                                       {-100, 100, 8},
+                                       {5, 5, 8},
+                                       {0, 3, 2},
+                                       {0, 255, 16},
+                                       {0, 254, 16},
+                                       {-100, 100, 16},
+                                       {16000000, 16000511, 9},
+                                       {28005, 45830, 16},
+                                       {0, 65535, 16}}) {
+    SCOPED_TRACE(testing::Message() << lowest << " to " << highest);
+    std::vector<float> intensities;
+    for (int value = lowest; value < highest; value += (highest - lowest) / 300 + 1)
+      intensities.push_back(static_cast<float>(value));
+    while (intensities.size() % 4 != 0 || intensities.empty())
+      intensities.push_back(static_cast<float>(highest));
+    const auto bits = static_cast<unsigned char>(bit_depth);
+    EXPECT_EQ(roundTripOfRow(intensities, true, 1, bits), intensities);
+    EXPECT_EQ(roundTripOfRow(intensities, false, 4, bits), intensities);
+
+    if (bit_depth == 16 && highest - lowest < 65535) { // one more level is needed
+      intensities[1] = nan_value;
+      auto decoded = roundTripOfRow(intensities, false, 4, bits);
+      ASSERT_EQ(decoded.size(), intensities.size());
+      EXPECT_TRUE(std::isnan(decoded[1]));
+      decoded[1] = intensities[1] = 0.0f;
+      EXPECT_EQ(decoded, intensities);
+    }
+  }
+}
+
+// The intensities of issue 6272.
+TEST(ScalarFieldCoding, WholeNumbersOf16Bits)
+{
+  const std::vector<float> intensities{
+      29512, 29206, 34296, 45830, 35847, 28070, 28005, 31260, 34471};
+  EXPECT_EQ(roundTripOfRow(intensities, false, 1), intensities);
+  EXPECT_EQ(roundTripOfRow(intensities, false, 3), intensities);
+  EXPECT_EQ(roundTripOfRow(intensities, true, 1), intensities);
+  const auto decoded = roundTripOfRow(intensities, true, 1, 8);
+  ASSERT_EQ(decoded.size(), intensities.size());
+  EXPECT_NE(decoded, intensities);
+  for (std::size_t i = 0; i < intensities.size(); ++i)
+    EXPECT_NEAR(decoded[i], intensities[i], 17825.0 / 255 / 2 + 0.01);
+}
+
+// The number of bits is the most that is used.
+TEST(ScalarFieldCoding, SmallRangeNeedsOneByte)
 {
   std::vector<float> intensities(256);
   std::iota(intensities.begin(), intensities.end(), 0.0f);
-  EXPECT_EQ(roundTripOfRow(intensities, true, 1), intensities);
-  EXPECT_EQ(roundTripOfRow(intensities, false, 4), intensities);
+  auto of_8_bits = makeEncoder<pcl::PointXYZI>(false);
+  auto of_16_bits = makeEncoder<pcl::PointXYZI>(false);
+  of_8_bits.setScalarFields({"intensity"}, 8);
+  const std::string bytes = encode(of_8_bits, makeRow(intensities, 4));
+  EXPECT_EQ(encode(of_16_bits, makeRow(intensities, 4)), bytes);
+  EXPECT_LT(fieldsOf(bytes).size(), 3u * 1028u); // each byte of a level has a table
+}
+
+TEST(ScalarFieldCoding, AveragesOfWholeNumbersAreRounded)
+{
+  EXPECT_EQ(roundTripOfRow({10.0f, 11.5f, 20.0f, 20.25f}, true, 2).size(), 2u);
+  EXPECT_NEAR(roundTripOfRow({10.0f, 11.5f, 20.0f, 20.25f}, true, 2)[0], 10.75f, 1e-3f);
+  EXPECT_EQ(roundTripOfRow({10.0f, 12.0f, 20.0f, 23.0f, 24.0f, 24.0f}, true, 2),
+            (std::vector<float>{11.0f, 22.0f, 24.0f}));
 }
 
 TEST(ScalarFieldCoding, ConstantIntensities)
@@ -369,18 +500,95 @@ TEST(ScalarFieldCoding, StreamThatEndsBeforeTheHeader)
   }
 }
 
+// Fields that are cut off, with and without the right size, before a whole frame.
+TEST(ScalarFieldCoding, FieldsThatEndTooEarly)
+{
+  for (const std::size_t points_per_voxel : {1, 2}) {
+    auto encoder = makeEncoder<pcl::PointXYZI>(false);
+    const std::string bytes =
+        encode(encoder, makeRow({1.0f, 2.5f, nan_value, 4.0f}, points_per_voxel));
+    const std::string fields = fieldsOf(bytes);
+    const std::size_t start = makeFields("").size();
+    ASSERT_GT(fields.size(), start + 2 * 1028);
+    for (std::size_t size = start; size < fields.size(); ++size)
+      expectNoIntensities(makeFields(fields.substr(start, size - start)));
+    const std::size_t start_of_size = start - sizeof(std::uint32_t);
+    for (std::size_t size = 0; size < start_of_size; ++size)
+      expectNoIntensities(fields.substr(0, size));
+
+    // the frame is taken for the rest of the fields
+    for (std::size_t size = start_of_size; size < fields.size(); ++size) {
+      Compression<pcl::PointXYZI> decoder;
+      EXPECT_TRUE(decode(decoder, fields.substr(0, size) + frameOf(bytes)).empty());
+    }
+    EXPECT_EQ(makeFields(fields.substr(start)), fields);
+  }
+}
+
+TEST(ScalarFieldCoding, FieldsWithImpossibleCounts)
+{
+  const std::string frequencies = asBytes(makeFrequencies());
+  const std::string no_levels = asBytes(std::uint64_t{0});
+  for (const std::uint64_t count : {std::uint64_t{1},
+                                    std::uint64_t{1000},
+                                    std::uint64_t{1} << 20,
+                                    (std::uint64_t{1} << 31) - 1,
+                                    std::uint64_t{1} << 31,
+                                    std::uint64_t{1} << 40,
+                                    std::numeric_limits<std::uint64_t>::max()})
+    for (const std::uint32_t steps : {0u, 255u, 65535u, 0xFFFFFFFFu}) {
+      SCOPED_TRACE(testing::Message() << count << " levels of " << steps << " steps");
+      const std::string content = startOfContent(steps);
+      expectNoIntensities(makeFields(content + asBytes(count)));
+      expectNoIntensities(makeFields(content + asBytes(count) + no_levels));
+      expectNoIntensities(makeFields(content + no_levels + asBytes(count)));
+      if (count > 1)
+        expectNoIntensities(makeFields(content + asBytes(count) + frequencies +
+                                       std::string(5000, '\0')));
+    }
+
+  // numbers of fields and sizes of names and fields
+  const std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+  expectNoIntensities(makeFields(asBytes(most)));
+  expectNoIntensities(makeFields(asBytes(most) + std::string(5000, '\0')));
+  expectNoIntensities(makeFields(asBytes(std::uint32_t{1}) + asBytes(most)));
+  expectNoIntensities(
+      makeFields(asBytes(std::uint32_t{1}) + asBytes(most) + std::string(5000, 'a')));
+  Compression<pcl::PointXYZI> decoder;
+  EXPECT_TRUE(
+      decode(decoder, makeFields("").substr(0, 23) + asBytes(most) + "abc").empty());
+}
+
+TEST(ScalarFieldCoding, FieldsWithImpossibleFrequencies)
+{
+  const Table growing = makeFrequencies();
+  Table zeros{}, first_is_not_0 = growing, too_large = growing, two_equal = growing,
+                 falling = growing;
+  std::iota(first_is_not_0.begin(), first_is_not_0.end(), 1u);
+  too_large.back() = 1u << 16;
+  two_equal[200] = two_equal[201];
+  std::reverse(falling.begin(), falling.end());
+  const auto content_with = [](const Table& table) {
+    const std::string levels =
+        asBytes(std::uint64_t{2}) + asBytes(table) + std::string(20, '\0');
+    return startOfContent(255) + levels + asBytes(std::uint64_t{0});
+  };
+  for (const Table& table : {zeros, first_is_not_0, too_large, two_equal, falling})
+    expectNoIntensities(makeFields(content_with(table)));
+
+  // a right table at the end
+  const std::string levels = asBytes(std::uint64_t{2}) + asBytes(growing);
+  for (const std::size_t size : {0, 1, 2, 3})
+    expectNoIntensities(
+        makeFields(startOfContent(255) + levels + std::string(size, '\0')));
+}
+
 TEST(ScalarFieldCoding, FieldsOfAnotherFrame)
 {
   for (const bool voxel_grid : {false, true}) {
     const auto bytes_of_row = [voxel_grid](std::size_t voxels, std::size_t points) {
       auto encoder = makeEncoder<pcl::PointXYZI>(voxel_grid);
       return encode(encoder, makeRow(std::vector<float>(voxels * points, 5), points));
-    };
-    const auto fields = [](const std::string& bytes) {
-      return bytes.substr(0, bytes.find(header_identifier));
-    };
-    const auto frame = [](const std::string& bytes) {
-      return bytes.substr(bytes.find(header_identifier));
     };
     const auto count_intensities = [](const Cloud<pcl::PointXYZI>& cloud) {
       return std::count_if(cloud.begin(), cloud.end(), [](const auto& point) {
@@ -392,19 +600,51 @@ TEST(ScalarFieldCoding, FieldsOfAnotherFrame)
     const std::string single_points = bytes_of_row(3, 1);
 
     Compression<pcl::PointXYZI> decoder;
-    auto decoded = decode(decoder, fields(one_voxel) + frame(three_voxels));
+    auto decoded = decode(decoder, fieldsOf(one_voxel) + frameOf(three_voxels));
     EXPECT_EQ(decoded.size(), voxel_grid ? 3u : 9u);
     EXPECT_EQ(count_intensities(decoded), voxel_grid ? 1 : 3);
 
-    decoded = decode(decoder, fields(single_points) + frame(three_voxels));
+    decoded = decode(decoder, fieldsOf(single_points) + frameOf(three_voxels));
     EXPECT_EQ(decoded.size(), voxel_grid ? 3u : 9u);
     EXPECT_EQ(count_intensities(decoded), voxel_grid ? 3 : 0);
 
-    decoded = decode(decoder, fields(three_voxels) + frame(one_voxel));
-    EXPECT_EQ(count_intensities(decoded), voxel_grid ? 1 : 3);
+    // more values than the frame has points are for another frame
+    decoded = decode(decoder, fieldsOf(three_voxels) + frameOf(one_voxel));
+    EXPECT_EQ(decoded.size(), voxel_grid ? 1u : 3u);
+    EXPECT_EQ(count_intensities(decoded), voxel_grid ? 1 : 0);
     // what is left is not for the next frame
-    EXPECT_EQ(count_intensities(decode(decoder, frame(three_voxels))), 0);
+    EXPECT_EQ(count_intensities(decode(decoder, frameOf(three_voxels))), 0);
+
+    // also if the stream ended between the fields and their frame
+    EXPECT_TRUE(decode(decoder, fieldsOf(three_voxels)).empty());
+    EXPECT_EQ(count_intensities(decode(decoder, frameOf(three_voxels))), 0);
   }
+}
+
+TEST(ScalarFieldCoding, WarningsOfSetScalarFields)
+{
+  std::vector<std::string> warnings;
+  pcl::console::setCallback([&warnings](const pcl::console::LogRecord& record) {
+    if (record.level == pcl::console::L_WARN)
+      warnings.push_back(record.message);
+  });
+  Compression<pcl::PointXYZI> compression;
+  Compression<pcl::PointXYZ> without_intensity;
+  compression.setScalarFields({"intensity"});
+  compression.setScalarFields({"intensity"}, 2);
+  compression.setScalarFields({"intensity"}, 16);
+  compression.setScalarFields({});
+  EXPECT_TRUE(warnings.empty());
+  compression.setScalarFields({"intensity", "ring"});
+  without_intensity.setScalarFields({"intensity", "x"});
+  compression.setScalarFields({"intensity"}, 1);
+  compression.setScalarFields({"intensity"}, 17);
+  pcl::console::setCallback(nullptr);
+  const std::vector<std::string> expected{
+      "'ring'", "'intensity'", "'x'", "is 1! Using 2.", "is 17! Using 16."};
+  ASSERT_EQ(warnings.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_NE(warnings[i].find(expected[i]), std::string::npos) << warnings[i];
 }
 
 int

@@ -1,10 +1,10 @@
 /*
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *  Written for the Point Cloud Library (PCL), www.pointclouds.org
- *  Copyright (c) 2026, the pcl_ext authors
+ *  Point Cloud Library (PCL) - www.pointclouds.org
+ *  Copyright (c) 2014-, Open Perception Inc.
  *
- *  All rights reserved.
+ *  All rights reserved
  */
 
 #define PCL_NO_PRECOMPILE // for a point type of our own
@@ -16,7 +16,9 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -96,7 +98,8 @@ TEST(ScalarFieldCoding, FieldsOfAllTypes)
   const auto cloud = makeCloud();
   Compression<PointOfManyTypes> encoder;
   encoder.setScalarFields(
-      {"signed_byte", "byte", "signed_short", "ring", "signed_int", "label", "time"});
+      {"signed_byte", "byte", "signed_short", "ring", "signed_int", "label", "time"},
+      8);
   auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
   ASSERT_EQ(decoded.size(), cloud.size());
   std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
@@ -122,7 +125,7 @@ TEST(ScalarFieldCoding, LargeRange)
     cloud[i].label = i % 2 == 0 ? 0 : std::numeric_limits<std::uint32_t>::max();
   cloud[50].label = 1000000000;
   Compression<PointOfManyTypes> encoder;
-  encoder.setScalarFields({"label", "signed_int"});
+  encoder.setScalarFields({"label", "signed_int"}, 8);
   auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
   std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
     return a.signed_int < b.signed_int;
@@ -132,6 +135,54 @@ TEST(ScalarFieldCoding, LargeRange)
     EXPECT_NEAR(decoded[i].label, cloud[i].label, i == 50 ? step / 2 + 1 : 0.0);
 }
 
+// Whole numbers are exact in double, too, also far from 0, and a value that is not
+// finite takes nothing from the others.
+TEST(ScalarFieldCoding, WholeNumbersOfDouble)
+{
+  for (const double lowest : {-77.0, 9007199254740992.0 - 300})
+    for (const int range : {99, 100, 255, 300})
+      for (const bool all_finite : {true, false}) {
+        SCOPED_TRACE(testing::Message() << lowest << ' ' << range << ' ' << all_finite);
+        auto cloud = makeCloud();
+        for (std::size_t i = 0; i < cloud.size(); ++i)
+          cloud[i].time = lowest + static_cast<double>(i);
+        cloud[99].time = lowest + range;
+        if (!all_finite)
+          cloud[1].time = std::numeric_limits<double>::infinity();
+        Compression<PointOfManyTypes> encoder;
+        encoder.setScalarFields({"time", "time", "signed_int"}, range < 256 ? 9 : 16);
+        auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
+        ASSERT_EQ(decoded.size(), cloud.size());
+        std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
+          return a.signed_int < b.signed_int;
+        });
+        for (std::size_t i = 0; i < cloud.size(); ++i) {
+          if (std::isfinite(cloud[i].time))
+            EXPECT_EQ(decoded[i].time, cloud[i].time);
+          else
+            EXPECT_TRUE(std::isnan(decoded[i].time));
+        }
+      }
+}
+
+// The range of these values is infinite in double.
+TEST(ScalarFieldCoding, WholeRangeOfDouble)
+{
+  const double most = std::numeric_limits<double>::max();
+  auto cloud = makeCloud();
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    cloud[i].time = i % 2 == 0 ? -most : most;
+  Compression<PointOfManyTypes> encoder;
+  encoder.setScalarFields({"time", "signed_int"});
+  auto decoded = decode<PointOfManyTypes>(encode(encoder, cloud));
+  ASSERT_EQ(decoded.size(), cloud.size());
+  std::sort(decoded.begin(), decoded.end(), [](const auto& a, const auto& b) {
+    return a.signed_int < b.signed_int;
+  });
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_EQ(decoded[i].time, cloud[i].time);
+}
+
 TEST(ScalarFieldCoding, FieldsThatAreNotCoded)
 {
   const auto cloud = makeCloud();
@@ -139,6 +190,31 @@ TEST(ScalarFieldCoding, FieldsThatAreNotCoded)
   none.setScalarFields({});
   others.setScalarFields({"x", "y", "z", "rgb", "no such field"});
   EXPECT_EQ(encode(none, cloud), encode(others, cloud));
+
+  Compression<PointOfManyTypes> once, twice;
+  once.setScalarFields({"ring"});
+  twice.setScalarFields({"ring", "no such field", "ring"});
+  EXPECT_EQ(encode(once, cloud), encode(twice, cloud));
+}
+
+// If one field cannot be read, those before it are not decoded either.
+TEST(ScalarFieldCoding, LastFieldEndsTooEarly)
+{
+  Compression<PointOfManyTypes> encoder;
+  encoder.setScalarFields({"ring", "label"});
+  const std::string bytes = encode(encoder, makeCloud());
+  const std::size_t header = bytes.find("<PCL-OCT-COMPRESSED>");
+  const std::size_t start_of_size = std::strlen("<PCL-OCT-SCALAR-FIELDS>");
+  std::string fields = bytes.substr(0, header - 1);
+  const auto size =
+      static_cast<std::uint32_t>(fields.size() - start_of_size - sizeof(std::uint32_t));
+  std::memcpy(&fields[start_of_size], &size, sizeof(size));
+  const auto decoded = decode<PointOfManyTypes>(fields + bytes.substr(header));
+  EXPECT_EQ(decoded.size(), 100u);
+  for (const auto& point : decoded) {
+    EXPECT_EQ(point.ring, 0u);
+    EXPECT_EQ(point.label, 0u);
+  }
 }
 
 TEST(ScalarFieldCoding, DecoderOfAnotherPointType)
@@ -153,7 +229,7 @@ TEST(ScalarFieldCoding, DecoderOfAnotherPointType)
     return a.intensity < b.intensity;
   });
   for (std::size_t i = 0; i < decoded.size(); ++i)
-    EXPECT_NEAR(decoded[i].intensity, 0.5 * static_cast<double>(i), 49.5 / 255 / 2);
+    EXPECT_NEAR(decoded[i].intensity, 0.5 * static_cast<double>(i), 49.5 / 65535 / 2);
 }
 
 int
