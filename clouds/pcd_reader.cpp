@@ -3,7 +3,9 @@
 #include "clouds/pcd_file.h"
 #include "clouds/point_fields.h"
 
+extern "C" { // of which not every version of the header takes care
 #include <liblzf/lzf.h>
+}
 
 #include <algorithm>
 #include <filesystem>

@@ -1,7 +1,9 @@
 #include "clouds/pcd_file.h"
 #include "clouds/point_fields.h"
 
+extern "C" { // of which not every version of the header takes care
 #include <liblzf/lzf.h>
+}
 
 #include <array>
 #include <charconv>
