@@ -1,6 +1,7 @@
 #include "clouds/ply_header.h"
 
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace clouds {
@@ -8,6 +9,10 @@ namespace clouds {
 namespace {
 
 using Kind = FileField::Kind;
+
+/** \brief Names in PLY files, and those of PCL's fields. */
+constexpr std::pair<const char*, const char*> normals[] = {
+    {"nx", "normal_x"}, {"ny", "normal_y"}, {"nz", "normal_z"}};
 
 /** \brief A number of a PLY file by the name of its type; none: there is no such type. */
 std::optional<FileField>
@@ -99,18 +104,18 @@ readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
 std::string
 plyNameToField(const std::string& property)
 {
-  for (const char* axis : {"x", "y", "z"})
-    if (property == std::string("n") + axis)
-      return std::string("normal_") + axis;
+  for (const auto& [ply_name, field_name] : normals)
+    if (property == ply_name)
+      return field_name;
   return property;
 }
 
 std::string
 fieldNameToPly(const std::string& field)
 {
-  for (const char* axis : {"x", "y", "z"})
-    if (field == std::string("normal_") + axis)
-      return std::string("n") + axis;
+  for (const auto& [ply_name, field_name] : normals)
+    if (field == field_name)
+      return ply_name;
   return field;
 }
 

@@ -128,7 +128,7 @@ build . libraries -DCMAKE_INSTALL_PREFIX="$prefix" -DPCL_EXT_WITH_PCL=OFF \
   -DPCL_EXT_WARNINGS_AS_ERRORS=ON ${python[@]+"${python[@]}"}
 cmake --install "$out/libraries" > /dev/null
 if [ ${#python[@]} -gt 0 ]; then
-  x86_64-w64-mingw32-objdump -p "$out"/libraries/python/pcl_ext/_native* | grep PyInit__native
+  x86_64-w64-mingw32-objdump -p "$out"/libraries/python/pcl_ext/_native.cpython* | grep PyInit__native
   echo "the Python module is linked with DLLs"
 fi
 export WINEPATH="Z:$prefix/bin;Z:/usr/x86_64-w64-mingw32/lib"

@@ -536,7 +536,7 @@ MUTANTS = [
            "reread_ > rereads * file_.size() + more_rereads", "false",
            "a bound on time, for files that are made to reach it"),
     Mutant(RECORDING + "mcap_frames.cpp", "frames are sorted by a clock that was set back",
-           "std::max(last[frame.stream], frame.time)", "frame.time"),
+           "std::max(previous[frame.stream], frame.time)", "frame.time"),
     Mutant(RECORDING + "mcap_frames.cpp", "channels of one topic have one name",
            "(use > 1 ? \"#\" + std::to_string(use) : \"\")", "\"\""),
     Mutant(RECORDING + "mcap/chunk_cache.cpp", "decompressed chunks are all kept",
