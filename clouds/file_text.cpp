@@ -208,15 +208,14 @@ countOf(const std::string& name, const std::string& text)
 }
 
 bool
-readLine(std::istream& file, std::string& line)
+readLine(std::istream& file, std::string& line, std::uint64_t most)
 {
-  constexpr std::size_t longest = std::size_t{1} << 24;
   line.clear();
   for (int next = file.get(); next != std::char_traits<char>::eof();
        next = file.get()) {
     if (next == '\n')
       return true;
-    if (line.size() == longest)
+    if (line.size() == most)
       return false;
     line += static_cast<char>(next);
   }

@@ -50,11 +50,14 @@ isCount(const std::string& text);
 std::uint64_t
 countOf(const std::string& name, const std::string& text);
 
+/** \brief Most bytes of a line. */
+constexpr std::uint64_t most_line_bytes = std::uint64_t{1} << 24;
+
 /** \brief Reads a line; a file of no lines is not read as one.
- * \return false at the end, and if the line is longer than 16 MiB
+ * \return false at the end, and if the line is longer than so many bytes
  */
 bool
-readLine(std::istream& file, std::string& line);
+readLine(std::istream& file, std::string& line, std::uint64_t most = most_line_bytes);
 
 /** \brief Reads lines of points, which must have the numbers that the header promises.
  * \param[in] file at the first of the lines

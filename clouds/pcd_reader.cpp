@@ -3,7 +3,7 @@
 #include "clouds/pcd_file.h"
 #include "clouds/point_fields.h"
 
-extern "C" { // of which not every version of the header takes care
+extern "C" { // which some versions of lzf.h lack
 #include <liblzf/lzf.h>
 }
 
@@ -54,7 +54,8 @@ readPcdLines(const std::string& path)
   std::ifstream file(path, std::ios::binary);
   PcdLines lines;
   std::string line;
-  while (lines.bytes < most_header_bytes && readLine(file, line)) {
+  while (lines.bytes < most_header_bytes &&
+         readLine(file, line, most_header_bytes - lines.bytes)) {
     lines.bytes += line.size() + 1;
     ++lines.lines;
     const std::vector<std::string> words = wordsOf(line);

@@ -1,7 +1,7 @@
 #include "clouds/pcd_file.h"
 #include "clouds/point_fields.h"
 
-extern "C" { // of which not every version of the header takes care
+extern "C" { // which some versions of lzf.h lack
 #include <liblzf/lzf.h>
 }
 

@@ -124,7 +124,8 @@ readPlyHeader(std::istream& file)
 {
   PlyHeader header;
   std::string line;
-  while (header.bytes < most_header_bytes && !header.has_end && readLine(file, line)) {
+  while (header.bytes < most_header_bytes && !header.has_end &&
+         readLine(file, line, most_header_bytes - header.bytes)) {
     header.bytes += line.size() + 1;
     ++header.lines;
     readHeaderLine(wordsOf(line), header);

@@ -104,8 +104,11 @@ private:
     if (!readLine(file_, line))
       fail("it was cut off in its image");
     std::vector<std::uint64_t> numbers;
-    for (const std::string& word : wordsOf(line))
-      numbers.push_back(countOf("number in its image", word));
+    for (const std::string& word : wordsOf(line)) {
+      if (!isCount(word))
+        fail("its image has '" + shownText(word) + "' in place of a number");
+      numbers.push_back(countOf("number", word));
+    }
     if (numbers.empty())
       fail("its image has an empty line");
     return numbers;
@@ -321,6 +324,7 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
 void
 fillCloud(const CloudFields& fields,
           const std::vector<std::uint8_t>& vertices,
+          std::uint64_t vertex_count,
           std::uint64_t vertex_bytes,
           const std::vector<std::int64_t>& grid,
           pcl::PCLPointCloud2& cloud)
@@ -330,11 +334,11 @@ fillCloud(const CloudFields& fields,
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t vertex = grid.empty() ? static_cast<std::int64_t>(i) : grid[i];
     std::uint8_t* const point = cloud.data.data() + i * cloud.point_step;
-    const std::size_t begin = static_cast<std::size_t>(vertex) * vertex_bytes;
     if (vertex < 0)
       fields.setMissing(point);
-    else if (begin + vertex_bytes <= vertices.size())
-      fields.copy(vertices.data() + begin, point);
+    else if (static_cast<std::uint64_t>(vertex) < vertex_count)
+      fields.copy(vertices.data() + static_cast<std::size_t>(vertex) * vertex_bytes,
+                  point);
     else
       fail("its image has a vertex that is not there");
   }
@@ -382,7 +386,7 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
              is_image ? header.columns : vertices->count,
              is_image ? header.rows : 1,
              cloud);
-  fillCloud(fields, points, bytesOf(properties), grid, cloud);
+  fillCloud(fields, points, vertices->count, bytesOf(properties), grid, cloud);
 }
 
 } // namespace clouds

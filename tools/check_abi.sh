@@ -5,8 +5,9 @@
 #   LIBRARIES  folder with libpcl_ext*.so that have debug information
 #   OUTPUT     folder for a file LIBRARY.abi.xz of each, as abidw writes it, and for abi.txt
 #   PREVIOUS   folder with the .abi.xz of the last release
-# Exit status 1 if a symbol is gone or has changed, unless the number of the ABI in the libraries'
-# names is another one: CONTRIBUTING.md, "Versions", has what each number promises.
+# Exit status 1 if a symbol or a public type is gone or has changed, unless the number of the ABI in
+# the libraries' names is another one; also if a library is gone, has no types or cannot be compared.
+# CONTRIBUTING.md, "Versions", has what each number promises.
 set -euo pipefail
 if [ $# -lt 2 ]; then
   sed -n '2,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set ' >&2
@@ -32,7 +33,7 @@ for library in "$libraries"/libpcl_ext*.so; do
     continue
   fi
   xz -dc "$previous/$name.abi.xz" > "$work/before"
-  # Its status tells also that it failed.
+  # abidiff also returns another status than 0 if it cannot compare.
   if abidiff --no-added-syms "$work/before" "$work/now" > "$work/difference" 2>&1; then
     echo "$name: compatible" >> "$out/abi.txt"
   elif [ "$(soname "$work/before")" != "$(soname "$work/now")" ]; then

@@ -8,8 +8,8 @@
 #   PCL_EXT_MINGW_PREFIX=FOLDER tools/check_windows.sh
 # builds recordings and the program, too, runs the tests of recordings, and the program's info
 # and verify; PCL_EXT_PROGRAM is a native one, which must print the same. With
-# PCL_EXT_WINDOWS_PYTHON, a folder with include and libs of a Python for Windows, the Python module
-# is built for it, too, and not run.
+# PCL_EXT_WINDOWS_PYTHON, a folder with include and libs of a Python for Windows, and pybind11-dev
+# the Python module is built for it, too, and not run.
 # PCL_EXT_JOBS (2) at a time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -39,7 +39,7 @@ copy_headers() {
 
 copy_pybind11() {
   cp -r /usr/include/pybind11 "$prefix/include"
-  cp -r /usr/lib/cmake/pybind11 "$prefix/share/cmake"
+  cp -rL "$(pybind11-config --cmakedir)" "$prefix/share/cmake"
 }
 
 check_headers() {
@@ -117,6 +117,10 @@ copy_headers
 check_headers
 python=()
 if [ -n "${PCL_EXT_WINDOWS_PYTHON:-}" ]; then
+  if [ $with_recording = OFF ]; then
+    echo "check_windows: the Python module needs PCL_EXT_MINGW_PREFIX, too" >&2
+    exit 2
+  fi
   copy_pybind11
   python=(-DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3
     -DPython3_INCLUDE_DIR="$PCL_EXT_WINDOWS_PYTHON/include"

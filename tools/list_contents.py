@@ -1,6 +1,7 @@
 """Writes an SPDX 2.3 document of a release: its files, and what others wrote that is in them.
 
 Usage: list_contents.py VERSION FOLDER, in a clone; FOLDER/contents.spdx.json is written.
+Needs SOURCE_DATE_EPOCH, and Debian's packages that are named below. tools/release.sh calls it.
 """
 
 import datetime
@@ -8,6 +9,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -33,16 +35,16 @@ LINKED_WITH = {
     "liboctomap-dev": ("OctoMap", "BSD-3-Clause"),
     "libpcl-dev": ("Point Cloud Library", "BSD-3-Clause"),
 }
-# Of what is not source alone: its licences besides BSD-3-Clause, by the end or a part of its name.
+# Of what is not source alone: its licences besides BSD-3-Clause, by a part of its name.
 WASM = ("Apache-2.0 WITH LLVM-exception", "MIT", "MPL-2.0", "Zlib")
 LICENCES = {
-    ".whl": ("BSD-2-Clause", "GPL-3.0-or-later WITH GCC-exception-3.1", "MPL-2.0", "Zlib"),
-    ".html": (*WASM, "ISC"),
-    ".foxe": WASM,
-    ".tgz": WASM,
+    r"\.whl": ("BSD-2-Clause", "GPL-3.0-or-later WITH GCC-exception-3.1", "MPL-2.0", "Zlib"),
+    r"viewer\.html": (*WASM, "ISC"),
+    r"\.foxe": WASM,
+    r"\.tgz": WASM,
     "orig-page": (*WASM, "ISC"),
     "pcl-ext-tools_": (*WASM, "BSL-1.0", "ISC"),
-    "libpcl-ext0": ("BSL-1.0", "MIT", "MPL-2.0"),
+    "libpcl-ext[0-9]": ("BSL-1.0", "MIT", "MPL-2.0"),
     "python3-pcl-ext": ("MPL-2.0",),
 }
 
@@ -52,12 +54,12 @@ def digest(path):
 
 
 def licence_of(name):
-    """Of a file of the release."""
-    others = next((licences for part, licences in LICENCES.items() if part in name), ())
+    """Of a file that was made of the source."""
+    others = next((licences for part, licences in LICENCES.items() if re.search(part, name)), ())
     return " AND ".join(sorted({"BSD-3-Clause", *others}))
 
 
-def file_entry(identifier, name, path):
+def file_entry(identifier, name, path, licence="BSD-3-Clause"):
     checksums = [
         {"algorithm": "SHA1", "checksumValue": hashlib.sha1(path.read_bytes()).hexdigest()},
         {"algorithm": "SHA256", "checksumValue": digest(path)},
@@ -66,7 +68,7 @@ def file_entry(identifier, name, path):
         "SPDXID": identifier,
         "fileName": f"./{name}",
         "checksums": checksums,
-        "licenseConcluded": licence_of(name),
+        "licenseConcluded": licence,
         "licenseInfoInFiles": ["NOASSERTION"],
         "copyrightText": "NOASSERTION",
     }
@@ -120,6 +122,9 @@ def main(version, folder):
     def relate(one, kind, other):
         relations.append({"spdxElementId": one, "relationshipType": kind, "relatedSpdxElement": other})
 
+    for part in LICENCES:
+        if not any(re.search(part, path.name) for path in artifacts):
+            sys.exit(f"list_contents.py: no file of the release has '{part}' in its name")
     relate("SPDXRef-DOCUMENT", "DESCRIBES", "SPDXRef-pcl-ext")
     files = []
     for number, name in enumerate(sources):
@@ -132,7 +137,7 @@ def main(version, folder):
     }
     for number, path in enumerate(artifacts):
         name = path.relative_to(folder).as_posix()
-        files.append(file_entry(f"SPDXRef-file-{number}", name, path))
+        files.append(file_entry(f"SPDXRef-file-{number}", name, path, licence_of(name)))
         relate(files[-1]["SPDXID"], "GENERATED_FROM", "SPDXRef-pcl-ext")
     for kind, libraries in (("STATIC_LINK", COMPILED_IN), ("DYNAMIC_LINK", LINKED_WITH)):
         for debian, (name, licence) in libraries.items():

@@ -16,6 +16,10 @@ version=$(sed -n 's/^  VERSION \(.*\)$/\1/p' CMakeLists.txt)
 packages=$root/build-package/packages
 source=$root/build-package/pcl-ext-$version
 
+if [ -n "$(git status --porcelain)" ]; then
+  echo "package: the clone has changes that are not committed" >&2
+  exit 1
+fi
 bash tools/install_packages.sh build package viewer
 umask 022
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)

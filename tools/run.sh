@@ -8,7 +8,9 @@
 #   cut IN -o OUT         a part of a recording
 #   merge IN... -o OUT    the streams of several recordings
 #   view IN | --cell      a recording, or the robot cell live, in a browser
-#   send IN, receive      the streams of a site, over a NATS server; keep: it keeps them
+#   send IN               streams to a site, over a NATS server
+#   receive               the streams of a site: to record, show, merge or map them
+#   keep                  makes the server keep the frames of a site
 #   advise IN...          which voxel edge and effort suit clouds
 #   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
@@ -67,8 +69,8 @@ cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_WITH_PCL=OFF -DPCL_EXT_BUILD_TOO
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" --target pcl_ext_program -j "${PCL_EXT_JOBS:-2}"
 case "$1 $*" in
-  "view "*" --page"*) ;; # the user has one
-  "view "*)
+  "view "*" --page"* | "receive "*" --page"*) ;; # the user has one
+  "view "* | "receive "*" --view"*)
     page=$root/viewer/dist/viewer.html
     if ! [ -e "$page" ] ||
       [ -n "$(find "$root/viewer/page" "$root/viewer/codec/src" "$root/src" "$root/include" \

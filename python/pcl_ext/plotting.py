@@ -33,11 +33,14 @@ def colours_of(cloud: NDArray[Any]) -> NDArray[Any]:
     if has_colours(cloud):
         return np.stack([cloud[name] for name in "rgb"], axis=-1) / 255
     if "intensity" in (cloud.dtype.names or ()):
+        values = cloud["intensity"].astype(float)
+        known = values[np.isfinite(values)]
+        if len(known) == 0:
+            return np.zeros(len(values))
         # Points without an intensity are as those of the lowest. Counts and shares have a few
         # high values, which would hide the others.
-        values = np.nan_to_num(cloud["intensity"].astype(float), nan=0.0)
-        top = np.percentile(values, 95) if len(values) else 1
-        return np.minimum(values, max(top, 1e-6))
+        values = np.where(np.isnan(values), np.min(known), values)
+        return np.clip(values, np.min(known), max(np.percentile(known, 95), 1e-6))
     return cloud["z"]
 
 
@@ -61,11 +64,11 @@ def plot_cloud(cloud: NDArray[Any], axes: Any = None) -> Any:
     TypeError
         If the cloud has no fields x, y, z, or the axes are others.
     """
+    points = finite_points(Cloud(cloud))
     if axes is None:
         axes = _new_figure().add_subplot(projection="3d")
     elif getattr(axes, "name", None) != "3d":
         raise TypeError('axes are not of the projection "3d"')
-    points = finite_points(Cloud(cloud))
     if len(points):
         xyz = [points[axis] for axis in "xyz"]
         axes.scatter(*xyz, c=colours_of(points), s=1.5, linewidths=0)

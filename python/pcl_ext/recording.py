@@ -61,7 +61,7 @@ class Damage(NamedTuple):
 
 
 class RecordingWarning(UserWarning):
-    """Clouds of a recording were left out, as it is damaged."""
+    """Clouds of a recording are missing or may be, as it is damaged or has no orderly end."""
 
 
 class Recording:
@@ -163,8 +163,9 @@ class Recording:
 
         Neither `seek` nor an iteration over the recording has to do with it. Frames that
         cannot be read or decoded are left out, with a `RecordingWarning` for the first one of
-        each stream and for their number at the end. There is one before for the first `damage`
-        that is known, or if the recording `is_unfinished`, so that clouds may be missing.
+        each stream, and at the end for their number where it is above 1. There is one before
+        for the first `damage` that is known, or if the recording `is_unfinished`, so that clouds
+        may be missing.
 
         Parameters
         ----------
@@ -172,7 +173,7 @@ class Recording:
             Indices or names of streams in `streams`. Else all.
         start, end : float, optional
             Times as those of `RecordedStream.first_time`, seconds: from start on, and before
-            end; compared to the microsecond.
+            end, which may be math.inf; compared to the microsecond.
 
         Returns
         -------
@@ -186,6 +187,8 @@ class Recording:
         ValueError
             If start or end is given, and a stream has no times.
         """
+        if end == math.inf:
+            end = None
         if streams is None:
             streams = range(len(self._streams))
         elif isinstance(streams, (str, bytes)) or not isinstance(streams, Iterable):
@@ -197,7 +200,7 @@ class Recording:
         return self._clouds(
             indices,
             0 if start is None else _not_later("start", start),
-            math.inf if end in (None, math.inf) else _not_later("end", end),
+            math.inf if end is None else _not_later("end", end),
         )
 
     def read(self, stream: Union[int, str], number: int) -> RecordedFrame:

@@ -162,8 +162,9 @@ def test_colours():
     coloured["g"] = 255
     np.testing.assert_array_equal(colours_of(coloured), [[0, 1, 0]])
     # Those without an intensity are shown, too.
-    points = np.array([(1.0,), (np.nan,)], [("intensity", "f4")])
-    np.testing.assert_allclose(colours_of(points), [0.95, 0])
+    points = np.array([(-20.0,), (-5.0,), (np.nan,), (np.inf,)], [("intensity", "f4")])
+    np.testing.assert_allclose(colours_of(points), [-20, -5, -20, 1e-6])
+    np.testing.assert_array_equal(colours_of(points[2:3]), [0])
     # Reflectances that are called so.
     fields = np.zeros(1, [("z", "f4"), ("r", "f4"), ("g", "f4"), ("b", "f4")])
     np.testing.assert_array_equal(colours_of(fields), [0])

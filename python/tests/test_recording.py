@@ -206,7 +206,8 @@ def test_times_of_streams_without_times(room, tmp_path):
 
 def test_clouds_of_streams_that_are_none(two_streams):
     recording = pcl_ext.open(two_streams[0])
-    for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError), (b"/left", TypeError)):
+    for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError),
+                           (b"/left", TypeError)):
         with pytest.raises(error):
             recording.clouds(streams)
     for limit in ("start", "end"):

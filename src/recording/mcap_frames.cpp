@@ -128,8 +128,9 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
 }
 
 /** \brief Gives frames that seem to be before an earlier one of their stream its time, as after
- * the clock was set back. A single frame that is after the next ones, as where a byte of the
- * index is damaged, gets the time of the next one instead.
+ * the clock was set back. A single frame that is after the next one, which is not before the
+ * frame in front of it, gets the time of the next one instead: a byte of its index is damaged.
+ * Of the first frame of a stream that is not known.
  * \param[in,out] frames in the order of the file
  */
 void

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -267,6 +268,11 @@ TEST(CloudFiles, WhatContradictsItselfIsRefused)
       "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 2\n" + vertices +
       "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n" +
       points;
+  // Of 20 bytes a vertex, with which places become small again in numbers of 64 bits.
+  const std::string wide_image =
+      "ply\nformat ascii 1.0\nobj_info num_cols 1\nobj_info num_rows 1\n" + vertices +
+      "property float a\nproperty float b\nelement range_grid 1\n"
+      "property list uchar int vertex_indices\nend_header\n1 2 3 4 5\n6 7 8 9 10\n";
   const std::pair<std::string, std::string> files[] = {
       {"ply\n" + vertices + "end_header\n" + points, "no line format"},
       {"ply\nformat ascii 1.0\nformat binary_little_endian 1.0\n" + vertices +
@@ -277,6 +283,11 @@ TEST(CloudFiles, WhatContradictsItselfIsRefused)
       {image + "1 0\n2 1 1\n0\n0\n", "neither empty nor"},
       {image + "1 0\n1\n0\n0\n", "neither empty nor"},
       {image + "1 0\n1 2\n0\n0\n", "a vertex that is not there"},
+      {wide_image + "1 922337203685477580\n", "a vertex that is not there"},
+      {image + "1 0\n1 -1\n0\n0\n", "'-1' in place of a number"},
+      {"ply\nformat ascii 1.0\ncomment " + std::string(1 << 20, '-') + '\n' + vertices +
+           "end_header\n" + points,
+       "no line end_header"},
       {"ply\nformat binary_little_endian 1.0\nelement strip 1\n"
        "property list char uchar parts\n" +
            vertices + "end_header\n\xff" + std::string(300, '\0'),
@@ -315,12 +326,30 @@ TEST(CloudFiles, OnlyCloudsWithoutLengthsAreTakenForDamaged)
   const std::string begin = "DATA binary\n";
   const auto found =
       std::search(bytes.begin(), bytes.end(), begin.begin(), begin.end());
+  ASSERT_NE(found, bytes.end());
   for (auto at = found + static_cast<std::ptrdiff_t>(begin.size());
        at + 4 <= bytes.end();
        at += 4)
     std::reverse(at, at + 4);
   writeBytes(folder / "x.pcd", bytes);
   EXPECT_THROW(readCloud(folder / "x.pcd", cloud), std::runtime_error);
+}
+
+TEST(CloudFiles, NormalsHaveTheNamesOfPlyThereAndOfPclHere)
+{
+  const recording::test::TestFolder folder;
+  const Bytes bytes = writePly(packed(randomPoints(3, 1, false)));
+  const std::string file(bytes.begin(), bytes.end());
+  for (const std::string axis : {"x", "y", "z"})
+    EXPECT_NE(file.find("property float n" + axis + "\n"), std::string::npos);
+  writeBytes(folder / "x.ply", bytes);
+  pcl::PCLPointCloud2 cloud;
+  readCloud(folder / "x.ply", cloud);
+  std::set<std::string> names;
+  for (const pcl::PCLPointField& field : cloud.fields)
+    names.insert(field.name);
+  for (const std::string axis : {"x", "y", "z"})
+    EXPECT_EQ(names.count("normal_" + axis), 1u);
 }
 
 TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)

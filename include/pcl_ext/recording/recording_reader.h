@@ -107,7 +107,8 @@ public:
   frameAt(std::size_t stream, Time time) const;
 
   /** \brief Time of a frame, without reading it; that of the frame before in its stream
-   * if the clock was set back between them. Orders the frames of all streams. */
+   * if the clock was set back between them, and of the one after it if it alone is later
+   * than that. Orders the frames of all streams. */
   Time
   timeOf(std::size_t stream, std::size_t number) const;
 

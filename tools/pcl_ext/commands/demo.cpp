@@ -129,8 +129,8 @@ private:
     std::cout << "\nThe frames are in " << recording_
               << ", the decoded and the denoised clouds beside it. Next:\n  " << command
               << " info " << recording_ << "\n  " << command << " decode " << recording_
-              << " -o decoded --remove-outliers\n  " << command << " view " << recording_
-              << '\n';
+              << " -o decoded --remove-outliers\n  " << command << " view "
+              << recording_ << '\n';
   }
 
   DemoOptions options_;

@@ -107,9 +107,10 @@ printDenoising(const std::vector<DemoReport>& reports, std::ostream& output)
   }
   output << "\nDenoising, shares of the voxels:\n";
   table.print(output);
-  output << "threshold: a voxel of fewer points is removed, as in the paper; far surfaces "
-            "go with the noise.\noutlier filter: also what lies around a voxel decides. "
-            "noise: voxels without a point of a\nsurface, known in the robot cell.\n";
+  output
+      << "threshold: a voxel of fewer points is removed, as in the paper; far surfaces "
+         "go with the noise.\noutlier filter: also what lies around a voxel decides. "
+         "noise: voxels without a point of a\nsurface, known in the robot cell.\n";
 }
 
 void

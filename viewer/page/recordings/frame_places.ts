@@ -1,8 +1,8 @@
 /** Limits for looking at frames without decoding them: those of decoding are Codec.recordingLimits. */
 export const limitsOfIndexing = { maxFrameBytes: 2 ** 28, maxVoxels: 2 ** 32 - 1, maxPoints: 2 ** 32 - 1 };
 
-/** Of a frame, with its header: one with a lidar's rows and columns has some 20 bytes for each row. Frames of the
- * published layout are decoded to be described where all their bytes are given, so that not more are. */
+/** Bytes at the beginning of a frame that hold its header: with a lidar's rows and columns some 20 for each row. Not the
+ * whole frame, as one of the published layout that is given whole is decoded to describe it. */
 export const headBytes = 2 ** 14;
 
 /** Where a frame's message or bytes lie. */
