@@ -86,7 +86,8 @@ def draw_shrink():
 
 def draw_watch():
     """The middle of the viewer's page."""
-    subprocess.run(["cwebp", "-quiet", "-q", "80", "-crop", "40", "58", "900", "580", "-resize", "680", "0", DOC / "viewer_page.webp", "-o",
+    middle = ["-crop", "40", "58", "900", "580", "-resize", "680", "0"]
+    subprocess.run(["cwebp", "-quiet", "-q", "80", *middle, DOC / "viewer_page.webp", "-o",
                     DOC / "first_page" / "watch.webp"], check=True)
 
 
