@@ -29,14 +29,15 @@ TEST(SimulatedLink, SendsOneFrameAfterTheOther)
   EXPECT_DOUBLE_EQ(link.waitAt(2.0), 0.0);
 }
 
-/** \brief The integral of the rate from begin to end is what was sent. */
+/** \brief The integral of the rate from begin to end is what was sent, also where it
+ * begins before a drop of the rate, and within one. */
 TEST(SimulatedLink, FollowsItsTrace)
 {
   constexpr std::size_t bytes = 100'000;
   const RateTrace trace = RateTrace::wireless("wireless", 1e6, 20.0, 7);
   EXPECT_FALSE(trace.isSteady());
   bool drops = false;
-  for (const double begin : {0.0, 3.21, 7.775, 19.0}) {
+  for (const double begin : {0.0, 1.9, 5.0, 7.775, 19.0}) {
     const double end = trace.endOf(begin, bytes);
     constexpr int steps = 1'000'000;
     double bits = 0.0;
@@ -99,9 +100,11 @@ TEST(ShownQuality, LargeVoxelsShowWhatIsNearTheirCentres)
   QualityJudge judge(0.02);
   judge.add(cloudOfThree());
   EXPECT_EQ(judge.judge(voxelsAround(0.04, {1.01, 2.01})).surface_percent, 100.0);
+  // The centre is at 1, 1, 1.
+  EXPECT_EQ(judge.judge(voxelsAround(0.08, {1.01})).surface_percent, 50.0);
   // The centre is at 1.04, 1.04, 1.04.
-  EXPECT_EQ(judge.judge(voxelsAround(0.08, {1.01})).surface_percent, 0.0);
-  EXPECT_EQ(judge.judge(voxelsAround(0.08, {1.01})).noise_percent, 0.0);
+  EXPECT_EQ(judge.judge(voxelsAround(0.16, {1.01})).surface_percent, 0.0);
+  EXPECT_EQ(judge.judge(voxelsAround(0.16, {1.01})).noise_percent, 0.0);
 }
 
 TEST(ShownQuality, SurfacesOfTheLastTenFramesAreNoNoise)
