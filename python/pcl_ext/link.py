@@ -209,6 +209,8 @@ class FramePublisher:
         """True once after a receiver has requested an I-frame of a stream.
 
         Parameters
+        To be asked before each frame: it is never true for two frames in a row.
+
         ----------
         stream : int
             What `add_stream` returned.

@@ -2,6 +2,7 @@
  * \brief The module pcl_ext._link: frames over NATS for the classes of pcl_ext.link, which
  * have the documentation. Outcomes are returned as tuples with the name of their code.
  */
+#include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/link/frame_publisher.h>
 #include <pcl_ext/link/frame_subscriber.h>
 
@@ -112,17 +113,22 @@ public:
   publish(std::size_t stream, const py::object& data, std::int64_t nanoseconds)
   {
     const ByteView bytes(data);
-    return outcome(withoutGil([&] {
+    const link::LinkStatus status = withoutGil([&] {
       return publisher_.publish(
           stream, link::Time(nanoseconds), bytes.data(), bytes.size());
-    }));
+    });
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (const auto found = requests_.find(stream); found != requests_.end())
+      found->second.countFrame();
+    return outcome(status);
   }
 
   bool
   wantsIFrame(std::size_t stream)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return requests_.erase(stream) > 0;
+    const auto found = requests_.find(stream);
+    return found != requests_.end() && found->second.take();
   }
 
   bool
@@ -152,11 +158,11 @@ private:
   request(std::size_t stream)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    requests_[stream] = true;
+    requests_[stream].add();
   }
 
   std::mutex mutex_;
-  std::map<std::size_t, bool> requests_; // of streams that were not told of yet
+  std::map<std::size_t, io::IFrameRequests> requests_; // of streams that had some
   link::FramePublisher publisher_;
 };
 

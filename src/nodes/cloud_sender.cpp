@@ -1,7 +1,7 @@
+#include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 
 #include "bytes/exceptions.h"
-#include "nodes/i_frame_requests.h"
 #include "nodes/stamp_gaps.h"
 
 #include <algorithm>
@@ -199,7 +199,7 @@ private:
   bool has_intensities_ = false;   // of the clouds of node_
   std::string frame_of_last_transform_;
   std::string left_out_; // see describeLeftOut(); of the last cloud
-  IFrameRequests requests_;
+  io::IFrameRequests requests_;
   std::size_t receivers_ = 0; // of the last cloud
   StampGaps stamp_gaps_;
   SenderHealth health_; // except for that of node_

@@ -33,20 +33,26 @@ struct PublisherStatistics {
  * pcl_ext::link::LinkSettings settings;
  * settings.servers = "nats://centre:4222";
  * settings.site = "cell";
+ * pcl_ext::io::IFrameRequests requests; // at most every second frame is an I-frame
  * pcl_ext::link::FramePublisher publisher(
- *     settings, [&](std::size_t) { wants_i_frame = true; });
+ *     settings, [&](std::size_t) { requests.add(); });
  * std::size_t stream = 0;
  * auto status = publisher.connect();
  * if (status.ok())
  *   status = publisher.addStream("/sensor_1", {}, stream);
  * // each frame:
+ * if (requests.take())
+ *   encoder.requestIFrame();
+ * encoder.encode(voxels, std::nullopt, bytes);
+ * requests.countFrame();
  * status = publisher.publish(stream, time, bytes.data(), bytes.size());
  * \endcode
  */
 class PCL_EXT_LINK_EXPORT FramePublisher {
 public:
   /** \brief Called when a receiver needs an I-frame of a stream, which its encoder is to
-   * make the next frame. Called by other threads; must not throw. */
+   * make the next frame, see io::IFrameRequests. Called by other threads; must not
+   * throw. */
   using RequestIFrame = std::function<void(std::size_t stream)>;
 
   /** \param[in] settings checked by connect()

@@ -46,14 +46,16 @@ LiveCell::Sensor::publish(std::uint32_t frame,
 {
   sequence->read(frame, cloud);
   cloud.header.stamp += start;
-  if (wants_i_frame.exchange(false))
+  if (requests.take())
     encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
   const std::chrono::microseconds time(cloud.header.stamp);
   const bool has_frame = encoder.encode(cloud, name, bytes, time);
   figures.addCloud(stream, encoder.statistics());
-  if (has_frame) // else --max-rate had no room for it
-    output.publish(stream, time, std::move(bytes));
+  if (!has_frame) // --max-rate had no room for it
+    return;
+  requests.countFrame();
+  output.publish(stream, time, std::move(bytes));
 }
 
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)

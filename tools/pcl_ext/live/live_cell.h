@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/compression/i_frame_requests.h>
+
 #include "clouds/cloud_sequence.h"
 #include "live/live_output.h"
 #include "live/sender_figures.h"
@@ -34,11 +36,12 @@ public:
    */
   LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed);
 
-  /** \brief Makes the next frame of a stream an I-frame. Called by any thread. */
+  /** \brief Makes the next frame of a stream an I-frame, but not two in a row. Called by
+   * any thread. */
   void
   requestIFrame(std::size_t stream)
   {
-    sensors_[stream]->wants_i_frame = true;
+    sensors_[stream]->requests.add();
     figures_.addRequest(stream);
   }
 
@@ -77,7 +80,7 @@ private:
     std::unique_ptr<clouds::CloudSequence> sequence;
     std::string name; ///< of the stream
     StreamEncoder encoder;
-    std::atomic<bool> wants_i_frame{false};
+    io::IFrameRequests requests;
     std::size_t stream = 0; ///< in the output
     pcl::PCLPointCloud2 cloud;
   };

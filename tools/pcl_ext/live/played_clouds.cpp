@@ -14,7 +14,7 @@ PlayedClouds::requestIFrame(std::size_t stream)
 {
   figures_.addRequest(stream);
   if (stream < requests_.size())
-    requests_[stream] = true;
+    requests_[stream].add();
 }
 
 void
@@ -50,7 +50,7 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
   if (failure.empty())
     try {
       if (stream.number && *stream.number < requests_.size() &&
-          requests_[*stream.number].exchange(false))
+          requests_[*stream.number].take())
         stream.encoder.requestIFrame();
       if (!stream.encoder.encode(
               cloud.cloud, cloud.source, bytes, cloud.message.log_time))
@@ -73,6 +73,8 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
         output.addStream(name, options_.metadataOf(name, stream.encoder.law()));
     figures_.addStream(*stream.number, name);
   }
+  if (*stream.number < requests_.size())
+    requests_[*stream.number].countFrame();
   figures_.addCloud(*stream.number, stream.encoder.statistics());
   output.publish(*stream.number, cloud.message.log_time, std::move(bytes));
   ++frames_;

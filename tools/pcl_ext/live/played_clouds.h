@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/compression/i_frame_requests.h>
+
 #include "inputs/cloud_input.h"
 #include "live/live_output.h"
 #include "live/real_time.h"
@@ -9,7 +11,6 @@
 #include "streams/stream_encoder.h"
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -34,8 +35,8 @@ public:
   : options_(options), input_(input), failures_(failures)
   {}
 
-  /** \brief Makes the next frame of a stream of the output an I-frame. Called by any
-   * thread. */
+  /** \brief Makes the next frame of a stream of the output an I-frame, but not two in a
+   * row. Called by any thread. */
   void
   requestIFrame(std::size_t stream);
 
@@ -91,7 +92,7 @@ private:
   FrameFailures& failures_;
   std::deque<Stream> streams_; // those of the input
   static constexpr std::size_t most_requests = 4096;
-  std::array<std::atomic<bool>, most_requests> requests_{}; // by number in the output
+  std::array<io::IFrameRequests, most_requests> requests_; // by number in the output
   SenderFigures figures_;
   std::size_t frames_ = 0;
   std::size_t failed_clouds_ = 0;

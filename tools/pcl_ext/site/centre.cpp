@@ -158,10 +158,11 @@ Centre::publish(const nodes::MergedFrame& merged)
   for (const nodes::MergedSource& source : merged.sources)
     if (!source.stamp)
       ++missing_[source.name];
-  if (wants_i_frame_.exchange(false))
+  if (requests_.take())
     grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
   throwUnlessOk(grid_->encoder.encode(merged.voxels, merged.time, "", bytes));
+  requests_.countFrame();
   for (const Output& output : outputs_)
     output.output->publish(output.stream, merged.time, bytes);
   ++merged_frames_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/merged_frame_encoder.h>
 #include <pcl_ext/nodes/merging_centre.h>
@@ -9,7 +10,6 @@
 #include "site/centre_map.h"
 #include "site/frame_taker.h"
 
-#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -57,11 +57,12 @@ public:
   void
   addOutput(LiveOutput& output);
 
-  /** \brief Makes the next merged frame an I-frame. Called by any thread. */
+  /** \brief Makes the next merged frame an I-frame, but not two in a row. Called by any
+   * thread. */
   void
   requestIFrame()
   {
-    wants_i_frame_ = true;
+    requests_.add();
   }
 
   void
@@ -125,7 +126,7 @@ private:
   Console& console_;
   mutable std::mutex grid_mutex_; // guards the pointer, which other threads read
   std::unique_ptr<Grid> grid_;    // null until the first frame, if that tells its edge
-  std::atomic<bool> wants_i_frame_{false};
+  io::IFrameRequests requests_;
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
   std::map<std::string, std::size_t> missing_; // see missing()

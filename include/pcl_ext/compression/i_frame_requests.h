@@ -2,17 +2,19 @@
 
 #include <pcl_ext/version.h>
 
+#include <atomic>
 #include <cstddef>
 
 namespace pcl_ext {
-namespace nodes {
+namespace io {
 
 /** \brief Decides when requests for I-frames are passed on to an encoder. A request
  * that arrives right after an I-frame on request may be older than that frame: it waits
- * until one more frame is sent, so that requests never cause two I-frames in a row. */
+ * until one more frame is sent, so that requests never cause two I-frames in a row,
+ * however many come. Members other than add() are for one thread at a time. */
 class IFrameRequests {
 public:
-  /** \brief A receiver requests an I-frame. */
+  /** \brief A receiver requests an I-frame. Called by any thread. */
   void
   add()
   {
@@ -50,9 +52,9 @@ public:
 private:
   static constexpr std::size_t frames_to_wait = 2;
 
-  bool is_due_ = false;
+  std::atomic<bool> is_due_{false};
   std::size_t frames_since_ = frames_to_wait; // since a request was passed on
 };
 
-} // namespace nodes
+} // namespace io
 } // namespace pcl_ext
