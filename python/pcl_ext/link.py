@@ -68,6 +68,7 @@ class StreamStatistics(NamedTuple):
     frames_dropped: int
     frames_skipped: int
     frames_late: int
+    frames_damaged: int
     messages_invalid: int
     i_frame_requests: int
     publishers: int
@@ -208,9 +209,9 @@ class FramePublisher:
     def wants_i_frame(self, stream: int) -> bool:
         """True once after a receiver has requested an I-frame of a stream.
 
-        Parameters
         To be asked before each frame: it is never true for two frames in a row.
 
+        Parameters
         ----------
         stream : int
             What `add_stream` returned.

@@ -113,14 +113,20 @@ class RecordingWriter:
         Raises
         ------
         ValueError
-            If the bytes are not exactly one frame; nothing is written then.
+            If the bytes are not exactly one frame, or the time is not in range; nothing is
+            written then. P-frames that need the missing one are refused, too, until the next
+            I-frame.
         Error
             If the file takes no more bytes.
         """
-        nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
         index = whole_number("stream", stream)
         if index < 0:
             raise ValueError(f"stream is {index}; it must be what add_stream returned")
+        try:
+            nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
+        except ValueError:
+            self._native.append(index, data, -1)  # is refused, and known to be missing
+            raise
         check_recording(*self._native.append(index, data, nanoseconds))
 
     def flush(self) -> None:

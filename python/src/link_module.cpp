@@ -236,6 +236,7 @@ public:
                                     stream.frames_dropped,
                                     stream.frames_skipped,
                                     stream.frames_late,
+                                    stream.frames_damaged,
                                     stream.messages_invalid,
                                     stream.i_frame_requests,
                                     stream.publishers));

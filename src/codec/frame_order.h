@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
 #include <array>
@@ -16,7 +17,7 @@ namespace io {
  * Frames are numbered modulo 2^32. A sender begins with an I-frame of number 1 each
  * time it starts. doc/bitstream.md has the rules ("Old frames").
  */
-class FrameOrder {
+class PCL_EXT_CODEC_EXPORT FrameOrder {
 public:
   /** \param[in] are_numbers_sure true if a checksum protects the frame number; else the
    * number may be damaged, and only copies of I-frames count as old

@@ -5,45 +5,86 @@
 namespace pcl_ext {
 namespace link {
 
+namespace {
+
+/** \brief True if a checksum tells a frame from others, see io::FrameOrder::decoded(). */
 bool
-FollowedStream::accept(const FrameHeader& header, const FrameKind& frame)
+isIdentifiable(const io::FrameDescription& frame)
 {
-  if (publisher_ != header.publisher) {
-    // Another run of the publisher, or a second one. It begins anew with an I-frame; until
-    // then the frames of the one before may go on.
-    if (publisher_ && !frame.is_i_frame) {
-      ++statistics.frames_skipped;
-      ++frames_of_another_;
-      return false;
-    }
-    publisher_ = header.publisher;
-    ++statistics.publishers;
-    number_ = header.number - 1;
-    last_.reset();
-  }
-  if (header.number <= number_) {
-    ++statistics.frames_late;
+  return frame.voxels > 0 || frame.stamp || frame.stamp_difference;
+}
+
+} // namespace
+
+void
+FollowedStream::begin(std::uint64_t publisher, std::uint32_t number)
+{
+  publisher_ = publisher;
+  ++statistics.publishers;
+  number_ = number - 1;
+  order_ = io::FrameOrder(true);
+  chain_.breakOff();
+}
+
+bool
+FollowedStream::isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
+{
+  const std::uint32_t advance = number - number_;
+  return advance == 0 || order_.isOld(number, checksum, is_i_frame) ||
+         (!is_i_frame && advance > most_lost);
+}
+
+bool
+FollowedStream::accept(const FrameHeader& header, const WholeFrame& frame)
+{
+  const bool is_i_frame = frame.description.is_i_frame;
+  const bool is_of_another = publisher_ != header.publisher;
+  // Another run of the publisher, or a second one. It begins anew with an I-frame; until
+  // then the frames of the one before may go on.
+  if (is_of_another && publisher_ && !is_i_frame) {
+    ++statistics.frames_skipped;
+    ++frames_of_another_;
     return false;
   }
-  const std::uint64_t lost = header.number - number_ - 1;
-  statistics.frames_lost += lost;
-  number_ = header.number;
-  const bool continues = lost == 0 && last_ && frame.number == *last_ + 1;
-  if (!frame.is_i_frame && !continues) {
-    last_.reset();
+  const auto number = static_cast<std::uint32_t>(header.number);
+  const std::uint32_t checksum =
+      io::checksumOf(frame.description, frame.bytes, frame.size);
+  if (!is_of_another && isLate(number, checksum, is_i_frame)) {
+    ++statistics.frames_late;
+    ++late_in_a_row_;
+    return false;
+  }
+  const bool begins = is_of_another || number - number_ > most_lost;
+  const bool is_next = !begins && number == number_ + 1;
+  const auto place = chain_.placeOf(frame.description, frame.bytes, frame.size);
+  if (place == io::FrameChain::Place::Damaged) {
+    ++statistics.frames_damaged;
+    // Elsewhere its number is not to be trusted.
+    if (is_next) {
+      number_ = number;
+      chain_.breakOff();
+    }
+    return false;
+  }
+  if (begins)
+    begin(header.publisher, number);
+  statistics.frames_lost += number - number_ - 1;
+  number_ = number;
+  order_.decoded(number, checksum, isIdentifiable(frame.description));
+  if (!is_i_frame && (!is_next || place == io::FrameChain::Place::Gap)) {
+    chain_.breakOff();
     ++statistics.frames_skipped;
     return false;
   }
-  last_ = frame.number;
-  requests_in_a_row_ = 0;
-  frames_of_another_ = 0;
+  chain_.follow(frame.description, frame.bytes, frame.size);
+  requests_in_a_row_ = frames_of_another_ = late_in_a_row_ = 0;
   return true;
 }
 
 void
 FollowedStream::drop()
 {
-  last_.reset();
+  chain_.breakOff();
   ++statistics.frames_dropped;
 }
 

@@ -2,8 +2,10 @@
 
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include "codec/frame_order.h"
 #include "link/frame_headers.h"
-#include "link/frame_kind.h"
+#include "link/whole_frame.h"
+#include "stream/frame_chain.h"
 
 #include <chrono>
 #include <cstdint>
@@ -22,18 +24,19 @@ public:
    * \return true if it can be decoded after those that were accepted before
    */
   bool
-  accept(const FrameHeader& header, const FrameKind& frame);
+  accept(const FrameHeader& header, const WholeFrame& frame);
 
   /** \brief An accepted frame was not kept: the next one cannot be decoded. */
   void
   drop();
 
-  /** \brief True if no frame can be decoded before the next I-frame; also if frames come
-   * from another publisher alone, whose I-frame was lost. */
+  /** \brief True if no frame can be decoded before the next I-frame; also if all frames
+   * that come are of another publisher, or late, as after a number that was too high. */
   bool
   needsIFrame() const
   {
-    return !last_ || frames_of_another_ >= most_of_another;
+    return !chain_.isWhole() || frames_of_another_ >= most_in_a_row ||
+           late_in_a_row_ >= most_in_a_row;
   }
 
   /** \brief True if an I-frame is to be requested now; counts it.
@@ -46,14 +49,28 @@ public:
   LinkStreamStatistics statistics;
 
 private:
-  static constexpr unsigned int most_of_another = 3;
+  static constexpr unsigned int most_in_a_row = 3;
+
+  /** \brief More frames are not lost: the numbers are of another count. */
+  static constexpr std::uint32_t most_lost = 1u << 24;
+
+  /** \brief True if a frame of the same publisher is not to be used. */
+  bool
+  isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
+
+  /** \brief Begins to count the frames of a publisher. */
+  void
+  begin(std::uint64_t publisher, std::uint32_t number);
 
   std::optional<std::uint64_t> publisher_;
-  unsigned int frames_of_another_ = 0; // since the last accepted one
-  std::uint64_t number_ = 0;           // of the last frame that arrived
-  std::optional<std::uint32_t> last_; // the encoder's number of the last accepted frame
-  Clock::time_point next_request_{};
+  std::uint32_t number_ = 0; // of its last frame, modulo 2^32
+  io::FrameOrder order_{true};
+  io::FrameChain chain_;
+  // Since the last accepted frame:
+  unsigned int frames_of_another_ = 0;
+  unsigned int late_in_a_row_ = 0;
   unsigned int requests_in_a_row_ = 0;
+  Clock::time_point next_request_{};
 };
 
 } // namespace link

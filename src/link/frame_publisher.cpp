@@ -2,9 +2,9 @@
 
 #include "link/connection.h"
 #include "link/frame_headers.h"
-#include "link/frame_kind.h"
 #include "link/guarded.h"
 #include "link/subjects.h"
+#include "link/whole_frame.h"
 
 #include <algorithm>
 #include <deque>
@@ -207,8 +207,8 @@ FramePublisher::Implementation::publish(std::size_t stream,
                                         const std::uint8_t* frame,
                                         std::size_t size)
 {
-  const auto kind = frameKindOf(frame, size);
-  if (!kind)
+  const auto whole = wholeFrameOf(frame, size);
+  if (!whole)
     return {LinkCode::InvalidArgument, "the bytes are not exactly one frame"};
   const std::lock_guard<std::mutex> lock(mutex_);
   if (stream >= streams_.size())
@@ -222,8 +222,8 @@ FramePublisher::Implementation::publish(std::size_t stream,
     status = connection_.statusOf(NATS_CONNECTION_DISCONNECTED);
   else {
     MessageHandle message;
-    const natsStatus made =
-        makeMessage(published, header, kind->is_i_frame, frame, size, message);
+    const natsStatus made = makeMessage(
+        published, header, whole->description.is_i_frame, frame, size, message);
     status =
         made == NATS_OK ? send(published, message, size) : connection_.statusOf(made);
   }

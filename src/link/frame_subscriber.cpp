@@ -3,10 +3,10 @@
 #include "link/connection.h"
 #include "link/followed_stream.h"
 #include "link/frame_headers.h"
-#include "link/frame_kind.h"
 #include "link/guarded.h"
 #include "link/replay.h"
 #include "link/subjects.h"
+#include "link/whole_frame.h"
 
 #include <algorithm>
 #include <condition_variable>
@@ -64,7 +64,10 @@ class FrameSubscriber::Implementation {
 public:
   explicit Implementation(const SubscriberSettings& settings)
   : settings_(settings), connection_(settings.link, nullptr)
-  {}
+  {
+    if (settings.replay_from)
+      replay_.emplace();
+  }
 
   LinkStatus
   connect();
@@ -117,7 +120,7 @@ private:
 
   const SubscriberSettings settings_;
   Connection connection_;
-  std::optional<Replay> replay_;
+  std::optional<Replay> replay_; // in place of subscriptions
   std::atomic<bool> is_stopped_{false};
 
   mutable std::mutex mutex_; // guards what follows
@@ -151,10 +154,8 @@ FrameSubscriber::Implementation::connect()
     return status;
   if (LinkStatus status = connection_.open(); !status.ok())
     return status;
-  if (settings_.replay_from) {
-    replay_.emplace();
+  if (replay_)
     return replay_->open(connection_, *settings_.replay_from);
-  }
   std::vector<std::string> all;
   if (settings_.streams.empty())
     all.push_back(settings_.link.site + ".*.frames");
@@ -214,7 +215,7 @@ FrameSubscriber::Implementation::receive(natsMsg* message)
   const char* text = nullptr;
   natsMsgHeader_Get(message, frame_header, &text);
   const auto header = text != nullptr ? parseFrameHeader(text) : std::nullopt;
-  const auto frame = header ? frameKindOf(bytes, size) : std::nullopt;
+  const auto frame = header ? wholeFrameOf(bytes, size) : std::nullopt;
 
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!subject) {
@@ -229,7 +230,7 @@ FrameSubscriber::Implementation::receive(natsMsg* message)
   else if (!frame)
     ++stream->statistics.messages_invalid;
   else if (stream->accept(*header, *frame))
-    append(*stream, subject->stream, *header, frame->is_i_frame, message);
+    append(*stream, subject->stream, *header, frame->description.is_i_frame, message);
   else if (stream->needsIFrame())
     requestIFrame(subject->stream, *stream);
 }
@@ -302,6 +303,7 @@ FrameSubscriber::Implementation::next(LinkFrame& frame,
   if (connection_.get() == nullptr)
     return {LinkCode::NotConnected, "frames arrive after connect()"};
   const auto end = std::chrono::steady_clock::now() + timeout;
+  bool is_asked = false; // the server, for what it keeps
   std::unique_lock<std::mutex> lock(mutex_);
   while (!takeWaiting(frame)) {
     if (connection_.isClosed())
@@ -309,12 +311,15 @@ FrameSubscriber::Implementation::next(LinkFrame& frame,
     if (is_stopped_)
       return {LinkCode::NoFrame, "no frame comes after stop()"};
     const auto now = std::chrono::steady_clock::now();
-    if (replay_) {
+    if (replay_ && (now < end || !is_asked)) {
+      is_asked = true;
       lock.unlock();
       MessageHandle message;
-      if (LinkStatus status = replay_->next(end - now, message); !status.ok())
+      const LinkStatus status = replay_->next(end - now, message);
+      if (status.ok())
+        receive(message.get());
+      else if (status.code() != LinkCode::NoFrame)
         return status;
-      receive(message.get());
       lock.lock();
       continue;
     }
@@ -336,6 +341,7 @@ FrameSubscriber::Implementation::statistics() const
     statistics.streams.push_back(stream.statistics);
   statistics.reconnections = connection_.reconnections();
   statistics.violations = connection_.violations();
+  statistics.replay_pending = replay_ ? replay_->pending() : 0;
   return statistics;
 }
 

@@ -31,6 +31,9 @@ constexpr StreamCounter stream_counters[] = {
     {"frames_late",
      "Frames that came late or twice.",
      &LinkStreamStatistics::frames_late},
+    {"frames_damaged",
+     "Frames whose checksum is wrong.",
+     &LinkStreamStatistics::frames_damaged},
     {"messages_invalid",
      "Messages that are no frames.",
      &LinkStreamStatistics::messages_invalid},
@@ -38,7 +41,7 @@ constexpr StreamCounter stream_counters[] = {
      "Requests for I-frames sent.",
      &LinkStreamStatistics::i_frame_requests},
     {"publishers",
-     "Changes of publisher, the first one included.",
+     "How often a publisher began, the first time included.",
      &LinkStreamStatistics::publishers}};
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace link {
@@ -52,58 +53,183 @@ openJetStream(const Connection& connection, JetStreamHandle& stream)
 
 } // namespace
 
-Replay::~Replay() { natsSubscription_Destroy(subscription_); }
-
 LinkStatus
 Replay::open(const Connection& connection, Time from)
 {
-  const std::string& site = connection.settings().site;
+  connection_ = &connection;
   if (const natsStatus status = openJetStream(connection, stream_); status != NATS_OK)
     return jetStreamFailure(connection, status, jsErrCode(0));
+  jsErrCode error = jsErrCode(0);
+  jsStreamInfo* kept = nullptr;
+  const natsStatus status = js_GetStreamInfo(
+      &kept, stream_.get(), connection.settings().site.c_str(), nullptr, &error);
+  if (status != NATS_OK)
+    return jetStreamFailure(connection, status, error);
+  last_ = kept->State.LastSeq;
+  pending_ = last_; // at most
+  jsStreamInfo_Destroy(kept);
+  jsConsumerConfig config;
+  jsConsumerConfig_Init(&config);
+  config.DeliverPolicy = from > Time(0) ? js_DeliverByStartTime : js_DeliverAll;
+  config.OptStartTime = from.count();
+  return begin(config);
+}
+
+LinkStatus
+Replay::begin(jsConsumerConfig config)
+{
+  // While it is not asked for messages; one that is gone is made anew.
+  constexpr std::chrono::nanoseconds longest_silence = std::chrono::minutes(5);
+  const std::string& site = connection_->settings().site;
+  config.AckPolicy = js_AckNone;
+  config.MemoryStorage = true;
+  config.InactiveThreshold = longest_silence.count();
   jsSubOptions options;
   jsSubOptions_Init(&options);
   options.Stream = site.c_str();
-  options.Ordered = true;
-  options.Config.DeliverPolicy = from > Time(0) ? js_DeliverByStartTime : js_DeliverAll;
-  options.Config.OptStartTime = from.count();
+  options.Config = config;
   jsErrCode error = jsErrCode(0);
   const std::string subject = site + ".>";
-  const natsStatus status = js_SubscribeSync(
-      &subscription_, stream_.get(), subject.c_str(), nullptr, &options, &error);
+  natsStatus status = js_PullSubscribe(&subscription_,
+                                       stream_.get(),
+                                       subject.c_str(),
+                                       nullptr,
+                                       nullptr,
+                                       &options,
+                                       &error);
+  // What is asked for at once is bounded.
+  if (status == NATS_OK)
+    status = natsSubscription_SetPendingLimits(subscription_, -1, -1);
   if (status != NATS_OK)
-    return jetStreamFailure(connection, status, error);
-  jsConsumerInfo* consumer = nullptr;
-  if (natsSubscription_GetConsumerInfo(&consumer, subscription_, nullptr, &error) ==
-      NATS_OK) {
-    // What was delivered meanwhile is not pending.
-    is_at_end_ = consumer->NumPending == 0 && consumer->Delivered.Stream == 0;
-    jsConsumerInfo_Destroy(consumer);
-  }
+    return jetStreamFailure(*connection_, status, error);
+  delivered_ = 0;
+  last_arrival_ = Clock::now();
+  updatePending();
   return {};
+}
+
+LinkStatus
+Replay::beginAnew()
+{
+  end();
+  // One that cannot be received is left out at last.
+  constexpr unsigned int tries = 2;
+  ++failures_;
+  jsConsumerConfig config;
+  jsConsumerConfig_Init(&config);
+  config.DeliverPolicy = js_DeliverByStartSequence;
+  config.OptStartSeq = number_ + 1 + (failures_ > tries ? failures_ - tries : 0);
+  return begin(config);
+}
+
+void
+Replay::end()
+{
+  batch_.clear();
+  if (subscription_ == nullptr)
+    return;
+  // Which deletes the consumer; the server does it later, too.
+  if (connection_->isConnected())
+    natsSubscription_Unsubscribe(subscription_);
+  natsSubscription_Destroy(subscription_);
+  subscription_ = nullptr;
+}
+
+bool
+Replay::updatePending()
+{
+  jsConsumerInfo* consumer = nullptr;
+  if (natsSubscription_GetConsumerInfo(&consumer, subscription_, nullptr, nullptr) !=
+      NATS_OK)
+    return false;
+  pending_ = last_ > number_
+                 ? std::min<std::uint64_t>(consumer->NumPending, last_ - number_)
+                 : 0;
+  jsConsumerInfo_Destroy(consumer);
+  return true;
+}
+
+LinkStatus
+Replay::fetch(std::chrono::milliseconds timeout)
+{
+  constexpr int most_messages = 64;
+  constexpr std::int64_t most_bytes = 4 << 20;
+  constexpr std::chrono::seconds patience{1};
+  const LinkStatus nothing{LinkCode::NoFrame, "no frame came in time"};
+  if (!connection_->isConnected()) {
+    constexpr std::chrono::milliseconds longest_wait{100}; // it may be there again
+    nats_Sleep(std::min(timeout, longest_wait).count());
+    return nothing;
+  }
+  if (subscription_ == nullptr)
+    if (LinkStatus status = beginAnew(); !status.ok())
+      return connection_->isConnected() ? status : nothing;
+  jsFetchRequest request;
+  jsFetchRequest_Init(&request);
+  request.Batch = is_next_alone_ ? 1 : most_messages;
+  request.MaxBytes = is_next_alone_ ? 0 : most_bytes;
+  request.Expires = std::min<std::chrono::nanoseconds>(timeout, patience).count();
+  request.NoWait = true; // less than these, if there are not as many
+  natsMsgList list{};
+  const natsStatus status =
+      natsSubscription_FetchRequest(&list, subscription_, &request);
+  for (int i = 0; i < list.Count; ++i)
+    batch_.emplace_back(std::exchange(list.Msgs[i], nullptr));
+  natsMsgList_Destroy(&list);
+  if (status == NATS_OK) {
+    is_next_alone_ = false;
+    last_arrival_ = Clock::now();
+    return {};
+  }
+  if (status == NATS_ERR && !is_next_alone_)
+    is_next_alone_ = true;
+  else if (status != NATS_TIMEOUT && status != NATS_NOT_FOUND)
+    end();
+  else if (Clock::now() - last_arrival_ >= patience) {
+    // What was to come, or the consumer, may be gone.
+    last_arrival_ = Clock::now();
+    if (!updatePending())
+      end();
+  }
+  return nothing;
+}
+
+bool
+Replay::follow(natsMsg* message)
+{
+  jsMsgMetaData* position = nullptr;
+  if (natsMsg_GetMetaData(&position, message) != NATS_OK)
+    return false;
+  const jsSequencePair number = position->Sequence;
+  const std::uint64_t pending = position->NumPending;
+  jsMsgMetaData_Destroy(position);
+  if (number.Consumer != delivered_ + 1)
+    return false;
+  delivered_ = number.Consumer;
+  number_ = number.Stream;
+  failures_ = 0;
+  pending_ = last_ > number_ ? std::min(pending, last_ - number_) : 0;
+  return true;
 }
 
 LinkStatus
 Replay::next(std::chrono::nanoseconds timeout, MessageHandle& message)
 {
-  if (is_at_end_)
+  if (pending_ == 0)
     return {LinkCode::EndOfReplay, "all frames that the server keeps were received"};
   const auto milliseconds =
-      std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
-  natsMsg* received = nullptr;
-  const natsStatus status = natsSubscription_NextMsg(
-      &received, subscription_, std::max<std::int64_t>(1, milliseconds));
-  if (status == NATS_TIMEOUT || status == NATS_MISSED_HEARTBEAT)
-    return {LinkCode::NoFrame, "no frame came in time"};
-  if (status != NATS_OK)
-    return {LinkCode::Closed,
-            std::string("the replay has ended early: ") + natsStatus_GetText(status)};
-  message.reset(received);
-  jsMsgMetaData* position = nullptr;
-  if (natsMsg_GetMetaData(&position, received) == NATS_OK) {
-    is_at_end_ = position->NumPending == 0;
-    jsMsgMetaData_Destroy(position);
-  }
-  return {};
+      std::chrono::duration_cast<std::chrono::milliseconds>(timeout);
+  if (batch_.empty())
+    if (LinkStatus status = fetch(std::max(milliseconds, std::chrono::milliseconds(1)));
+        !status.ok())
+      return status;
+  message = std::move(batch_.front());
+  batch_.pop_front();
+  if (follow(message.get()))
+    return {};
+  // Some were lost with a connection.
+  end();
+  return {LinkCode::NoFrame, "no frame came in time"};
 }
 
 namespace {

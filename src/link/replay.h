@@ -2,17 +2,21 @@
 
 #include "link/connection.h"
 
+#include <atomic>
 #include <chrono>
+#include <cstdint>
+#include <deque>
 
 namespace pcl_ext {
 namespace link {
 
 /** \brief Reads the frames of a site that a server keeps, in the order of their arrival.
- * For one thread at a time. */
+ * They are pulled as they are taken: at most some megabytes wait. For one thread at a
+ * time. */
 class Replay {
 public:
   Replay() = default;
-  ~Replay();
+  ~Replay() { end(); }
   Replay(const Replay&) = delete;
   Replay&
   operator=(const Replay&) = delete;
@@ -25,15 +29,60 @@ public:
   open(const Connection& connection, Time from);
 
   /** \brief The next message.
-   * \return EndOfReplay after the last one; NoFrame if none came in time
+   * \return EndOfReplay after the last one of those that were kept when it began; NoFrame
+   * if none came in time
    */
   LinkStatus
   next(std::chrono::nanoseconds timeout, MessageHandle& message);
 
+  /** \brief How many messages are still to come. Called by any thread. */
+  std::uint64_t
+  pending() const
+  {
+    return pending_;
+  }
+
 private:
+  using Clock = std::chrono::steady_clock;
+
+  /** \brief Makes the server's consumer.
+   * \param[in] config where it begins
+   */
+  LinkStatus
+  begin(jsConsumerConfig config);
+
+  /** \brief Begins after the last message that came. */
+  LinkStatus
+  beginAnew();
+
+  /** \brief Drops the server's consumer and what came of it. */
+  void
+  end();
+
+  /** \brief Lets some messages come. */
+  LinkStatus
+  fetch(std::chrono::milliseconds timeout);
+
+  /** \brief Asks how many messages are to come; false if the server does not tell. */
+  bool
+  updatePending();
+
+  /** \brief Takes the place of a message into account; false if others are missing before
+   * it. */
+  bool
+  follow(natsMsg* message);
+
+  const Connection* connection_ = nullptr;
   JetStreamHandle stream_;
   natsSubscription* subscription_ = nullptr;
-  bool is_at_end_ = false;
+  std::deque<MessageHandle> batch_; // that came and were not taken
+  bool is_next_alone_ = false;      // it is larger than a batch may be
+  std::uint64_t last_ = 0;          // number in the server's stream, of the last one
+  std::uint64_t number_ = 0;        // of the one that came last
+  std::uint64_t delivered_ = 0;     // by the consumer
+  std::atomic<std::uint64_t> pending_{0};
+  unsigned int failures_ = 0; // since a message came
+  Clock::time_point last_arrival_{};
 };
 
 } // namespace link

@@ -7,6 +7,7 @@
 #include "recording/guarded.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#include "stream/frame_chain.h"
 
 #include <filesystem>
 #include <set>
@@ -37,6 +38,8 @@ struct WrittenStream {
   PointCloudMessage message; // with the layout of the decoded clouds
   std::size_t channel = 0;
   std::uint32_t frames = 0;
+  io::FrameChain chain; // of the recorded frames
+  bool has_gap = false; // the last frame was not recorded
 };
 
 void
@@ -81,6 +84,13 @@ public:
   finish(ExistingFile existing);
 
 private:
+  RecordingStatus
+  appendFrame(WrittenStream& stream,
+              bool has_gap,
+              Time time,
+              const std::uint8_t* bytes,
+              std::size_t size);
+
   RecordingStatus
   appendMessage(WrittenStream& stream,
                 Time time,
@@ -203,6 +213,20 @@ RecordingWriter::Implementation::append(std::size_t stream,
     return status_;
   if (stream >= streams_.size())
     return {RecordingCode::InvalidArgument, "a frame of an unknown stream"};
+  WrittenStream& written = streams_[stream];
+  const bool has_gap = std::exchange(written.has_gap, true); // also if this one throws
+  const RecordingStatus status = appendFrame(written, has_gap, time, bytes, size);
+  written.has_gap = !status.ok();
+  return status;
+}
+
+RecordingStatus
+RecordingWriter::Implementation::appendFrame(WrittenStream& stream,
+                                             bool has_gap,
+                                             Time time,
+                                             const std::uint8_t* bytes,
+                                             std::size_t size)
+{
   if (time.count() < 0)
     return {RecordingCode::InvalidArgument, "a frame of a negative time"};
   const io::FrameSize frame_size = io::frameSize(bytes, size, limitsOfReading());
@@ -213,12 +237,19 @@ RecordingWriter::Implementation::append(std::size_t stream,
                 (frame_size.status.ok() ? "it has " + std::to_string(frame_size.known) +
                                               " bytes, not " + std::to_string(size)
                                         : frame_size.status.message())};
+  if (has_gap &&
+      stream.chain.placeOf(frame, bytes, size) != io::FrameChain::Place::Next)
+    return {RecordingCode::InvalidArgument,
+            "a frame that needs one before it that was not recorded"};
   RecordingStatus status;
   if (has_file_of_frames_)
     status = status_ = file_.write(bytes, size);
   else
-    status = appendMessage(streams_[stream], time, frame, bytes, size);
-  streams_[stream].frames += status.ok() ? 1 : 0;
+    status = appendMessage(stream, time, frame, bytes, size);
+  if (!status.ok())
+    return status;
+  ++stream.frames;
+  stream.chain.follow(frame, bytes, size);
   return status;
 }
 

@@ -424,6 +424,25 @@ writeVersion1Frame(const Version1Header& header,
   return checksum;
 }
 
+std::uint32_t
+version1ChecksumOf(const std::uint8_t* bytes)
+{
+  constexpr std::size_t begin = version1_magic_size + 1;
+  MemoryBuffer buffer(bytes + begin, checksum_end - begin);
+  return ByteSource(buffer, checksum_end - begin).u32();
+}
+
+bool
+holdsVersion1Checksum(const std::uint8_t* bytes,
+                      std::size_t size,
+                      std::uint32_t reference_checksum)
+{
+  return size >= checksum_end &&
+         chainedChecksum(reference_checksum,
+                         bytes + checksum_end,
+                         size - checksum_end) == version1ChecksumOf(bytes);
+}
+
 CompressionStatus
 readVersion1Header(ByteSource& source,
                    const DecoderLimits& limits,

@@ -85,6 +85,22 @@ writeVersion1Frame(const Version1Header& header,
                    std::uint32_t reference_checksum,
                    std::vector<std::uint8_t>& bytes);
 
+/** \brief The checksum in the header of a frame.
+ * \param[in] bytes a frame of stream version 1, with all of its header
+ */
+std::uint32_t
+version1ChecksumOf(const std::uint8_t* bytes);
+
+/** \brief Whether the checksum in the header of a frame is that of its bytes.
+ * \param[in] bytes exactly one frame of stream version 1
+ * \param[in] size number of bytes
+ * \param[in] reference_checksum as for writeVersion1Frame()
+ */
+bool
+holdsVersion1Checksum(const std::uint8_t* bytes,
+                      std::size_t size,
+                      std::uint32_t reference_checksum);
+
 /** \brief Reads and checks a frame header after the magic bytes.
  * \param[in,out] source after the magic bytes
  * \param[in] limits bounds on time and memory

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -54,13 +55,17 @@ public:
                LinkCode::Ok);
   }
 
-  /** \brief Encodes a frame, publishes it and waits until the server has it. */
+  /** \brief Encodes a frame, publishes it and waits until the server has it.
+   * \param[in] change of its bytes before it is published; may be empty
+   */
   LinkStatus
-  publish()
+  publish(const std::function<void(Bytes&)>& change = {})
   {
     if (wants_i_frame_.exchange(false))
       source_.requestIFrame();
     frames_.push_back(source_.next());
+    if (change)
+      change(frames_.back());
     const LinkStatus status = publisher_.publish(stream_,
                                                  timeOf(frames_.size() - 1),
                                                  frames_.back().data(),

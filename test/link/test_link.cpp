@@ -207,6 +207,32 @@ TEST(Link, NeverMixesTwoPublishersOfOneStream)
   }
 }
 
+TEST(Link, LeavesDamagedFramesOutAndAsksForAnIFrame)
+{
+  const NatsServer server;
+  Receiver receiver(settingsOf(server));
+  Sensor sensor(settingsOf(server));
+  const auto publish = [&](bool is_damaged) {
+    return sensor.publish([is_damaged](Bytes& frame) {
+      if (is_damaged)
+        frame.back() ^= 0x10;
+    });
+  };
+  for (const bool is_damaged : {false, false, true})
+    expectCode(publish(is_damaged), LinkCode::Ok);
+  ASSERT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
+  for (const bool is_damaged : {false, false})
+    expectCode(publish(is_damaged), LinkCode::Ok);
+  for (const std::size_t frame : {0u, 1u, 3u, 4u}) {
+    ASSERT_TRUE(receiver.take());
+    EXPECT_EQ(receiver.frames.back().bytes, sensor.frames()[frame]);
+  }
+  const LinkStreamStatistics statistics = receiver.statisticsOf("/sensor_1");
+  EXPECT_EQ(statistics.frames, 4u);
+  EXPECT_EQ(statistics.frames_damaged, 1u);
+  EXPECT_EQ(statistics.frames_lost + statistics.frames_skipped, 0u);
+}
+
 TEST(Link, LeavesMessagesOutThatAreNoFrames)
 {
   const NatsServer server;
@@ -287,6 +313,43 @@ TEST(Link, DividesStreamsAsTheServerDoes)
   EXPECT_EQ(frames.size(), streams); // each of one part
   for (const auto& [name, parts_of_it] : frames)
     EXPECT_EQ(parts_of_it, 1u) << name;
+}
+
+TEST(Link, ReplaysMessagesOfAnySizeAndGoesOnAfterARestart)
+{
+  NatsServer server("max_payload: 8MB\njetstream { store_dir: \"FOLDER\" }");
+  KeptFrames kept;
+  expectCode(keepFrames(settingsOf(server), {}, kept), LinkCode::Ok);
+  Sensor sensor(settingsOf(server));
+  Stranger stranger(server);
+  constexpr std::size_t count = 200;
+  constexpr std::size_t large = 4; // messages, which are no frames
+  for (std::size_t i = 0; i < count; ++i) {
+    sensor.publish();
+    if (i % (count / large) == 0)
+      stranger.publish("cell./sensor_1.frames", "1 a 1 5", Bytes(7'000'000, 0xa5));
+  }
+  ASSERT_TRUE(waitFor([&] {
+    expectCode(keepFrames(settingsOf(server), {}, kept), LinkCode::Ok);
+    return kept.messages == count + large;
+  }));
+  SubscriberSettings settings;
+  settings.link = settingsOf(server);
+  settings.replay_from = Time(0);
+  Receiver replay(settings);
+  EXPECT_EQ(replay.subscriber.statistics().replay_pending, count + large);
+  for (std::size_t i = 0; i < count / 2; ++i)
+    ASSERT_TRUE(replay.take());
+  server.stop();
+  server.start();
+  while (replay.take())
+    ;
+  EXPECT_EQ(replay.frames.size(), count);
+  EXPECT_EQ(replay.statisticsOf("/sensor_1").messages_invalid, large);
+  EXPECT_EQ(replay.statisticsOf("/sensor_1").frames_lost, 0u);
+  EXPECT_EQ(replay.subscriber.statistics().replay_pending, 0u);
+  LinkFrame frame;
+  expectCode(replay.subscriber.next(frame, milliseconds(0)), LinkCode::EndOfReplay);
 }
 
 TEST(Link, ReplaysWhatTheServerKeeps)

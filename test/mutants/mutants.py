@@ -27,10 +27,14 @@ VOXELIZING = "src/voxelizing/"
 
 MUTANTS = [
     # A site.
-    Mutant(LINK + "followed_stream.cpp", "a frame after a gap is accepted",
-           "const bool continues = lost == 0 && last_", "const bool continues = last_"),
-    Mutant(LINK + "followed_stream.cpp", "a second publisher goes on with the stream of the first",
-           "if (publisher_ && !frame.is_i_frame) {", "if (false) {"),
+    Mutant(STREAM + "frame_chain.cpp", "a frame with a wrong checksum is the next one",
+           "holdsVersion1Checksum(bytes, size, reference)", "true"),
+    Mutant(LINK + "followed_stream.cpp", "a P-frame of a second publisher ends the stream of the first",
+           "if (is_of_another && publisher_ && !is_i_frame) {", "if (false) {"),
+    Mutant(LINK + "followed_stream.h", "late frames never cause a request",
+           "late_in_a_row_ >= most_in_a_row", "false"),
+    Mutant(RECORDING + "recording_writer.cpp", "P-frames after a frame that was refused are recorded",
+           "if (has_gap &&\n", "if (false &&\n"),
     Mutant(LINK + "frame_publisher.cpp", "frames that are not sent are not counted",
            "publisher_, ++published.frames, time", "publisher_, published.frames += connection_.isConnected() ? 1 : 0, time"),
     Mutant(LINK + "frame_subscriber.cpp", "frames that wait have no limit",

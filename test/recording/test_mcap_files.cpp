@@ -341,6 +341,45 @@ TEST(RecordingWriter, RefusesWhatIsNotOneFrame)
   }
 }
 
+TEST(RecordingWriter, AfterARefusedFrameOnlyThoseThatCanBeDecodedAreRecorded)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 30, 10);
+  for (const char* name : {"a.pcxi", "a.mcap"}) {
+    RecordingWriter writer;
+    std::size_t number = 0;
+    ASSERT_TRUE(writer.open(folder / name).ok());
+    ASSERT_TRUE(writer.addStream({"/a", "", {}}, number).ok());
+    std::size_t recorded = 0;
+    for (std::size_t i = 0; i < stream.frames.size(); ++i) {
+      const auto& frame = stream.frames[i];
+      // What is not a frame of the stream leaves no gap, ...
+      if (i == 4) {
+        EXPECT_EQ(
+            writer
+                .append(number, frame.time, frame.bytes.data(), frame.bytes.size() - 1)
+                .code(),
+            RecordingCode::InvalidArgument);
+      }
+      // ... one that is missing does, until the next I-frame.
+      const bool is_refused = i == 13;
+      const RecordingStatus status = writer.append(number,
+                                                   is_refused ? Time(-1) : frame.time,
+                                                   frame.bytes.data(),
+                                                   frame.bytes.size());
+      EXPECT_EQ(status.code(),
+                i >= 13 && i < 20 ? RecordingCode::InvalidArgument : RecordingCode::Ok)
+          << i << ": " << status.message();
+      recorded += status.ok() ? 1 : 0;
+    }
+    EXPECT_EQ(recorded, 23u);
+    ASSERT_TRUE(writer.finish().ok());
+    const ReadRecording read = readAll(folder / name, {stream});
+    EXPECT_EQ(read.decoded[0], recorded);
+    EXPECT_EQ(read.failed, 0u);
+  }
+}
+
 TEST(RecordingReader, NamesTheCloudsOfABagWithoutCompressedOnes)
 {
   const TestFolder folder;

@@ -1,10 +1,7 @@
 /** \file
  * \brief pcl_ext send, receive and keep with a real NATS server.
  */
-#include <pcl_ext/link/frame_publisher.h>
-
-#include "support/nats_server.h"
-#include "tools/background_program.h"
+#include "tools/site_program.h"
 #include "view/clients.h"
 
 #include <gtest/gtest.h>
@@ -21,28 +18,9 @@ namespace test {
 
 namespace fs = std::filesystem;
 using link::test::freePort;
-using link::test::NatsServer;
+using recording::Time;
 
 namespace {
-
-/** \brief Options that name a server and a site. */
-std::string
-at(const NatsServer& server, const std::string& site = "cell")
-{
-  return " --server " + server.url() + " --site " + site + " ";
-}
-
-/** \brief Starts a receiver, and returns when frames that are sent arrive. */
-class Receiving : public BackgroundProgram {
-public:
-  Receiving(const TestFolder& folder,
-            const std::string& name,
-            const std::string& arguments)
-  : BackgroundProgram(folder, name, "receive" + arguments)
-  {
-    waitForError("receiving from site");
-  }
-};
 
 /** \brief Expects that a recording has all frames of two streams, byte for byte. */
 void

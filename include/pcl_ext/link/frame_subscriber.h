@@ -25,8 +25,9 @@ struct SubscriberSettings {
   std::optional<unsigned int> partition;
 
   /** \brief Frames that the server keeps, from this time of their arrival on, in place
-   * of live ones; they come as fast as they are taken, and no I-frames are requested.
-   * 0: all that it keeps. See keepFrames(). */
+   * of live ones; they come as fast as they are taken, up to the last one that is kept
+   * when it begins, and no I-frames are requested. 0: all that it keeps. See
+   * keepFrames(). */
   std::optional<Time> replay_from;
 
   /** \brief Bytes of frames that may wait for next(), at least 1. Further frames are
@@ -60,9 +61,10 @@ struct LinkStreamStatistics {
   std::uint64_t frames_dropped = 0;   ///< next() was called too rarely
   std::uint64_t frames_skipped = 0;   ///< could not be decoded after a gap
   std::uint64_t frames_late = 0;      ///< repeated, or older than their predecessor
+  std::uint64_t frames_damaged = 0;   ///< their checksum is wrong
   std::uint64_t messages_invalid = 0; ///< no frames of this library
   std::uint64_t i_frame_requests = 0; ///< sent
-  std::uint64_t publishers = 0;       ///< changes of publisher, the first one included
+  std::uint64_t publishers = 0;       ///< how often one began, the first time included
 };
 
 /** \brief Figures of a FrameSubscriber, since it was made. */
@@ -72,14 +74,19 @@ struct SubscriberStatistics {
   std::uint64_t messages_of_too_many = 0;    ///< of streams beyond max_streams
   std::uint64_t violations = 0;              ///< what the server did not permit
   std::uint64_t reconnections = 0;
+  std::uint64_t replay_pending = 0; ///< messages that a replay has still to bring
 };
 
 /** \brief Receives the frames of a site's streams.
  *
- * A stream's frames come in the order of its publisher, and only those that can be
- * decoded: from an I-frame on without a gap. After a gap, and for a stream that is new,
- * an I-frame is requested, and the frames before it are skipped. Frames of two
- * publishers of one stream never follow each other without an I-frame between them.
+ * A stream's frames come in the order of its publisher: from an I-frame on without a
+ * gap, and only those whose checksum is right, which includes that of the frame before.
+ * After a gap or a damaged frame, and for a stream that is new, an I-frame is requested,
+ * and the frames before it are skipped. Frames of two publishers of one stream never
+ * follow each other without an I-frame between them. Late frames are left out; where
+ * nothing else comes, as after a number that was too high, the stream begins anew with
+ * an I-frame. What is not seen without decoding is a payload that no encoder writes,
+ * with the right checksum, and damage in the published layout, which has none.
  * All members are thread-safe; nothing throws.
  * \code
  * pcl_ext::link::SubscriberSettings settings;

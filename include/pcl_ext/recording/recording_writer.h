@@ -66,12 +66,12 @@ public:
 
   /** \brief Appends the next frame of a stream.
    * \param[in] stream number of addStream()
-   * \param[in] time of the cloud; not negative; not used by .pcxi, whose frames have
-   * the stamp that they were encoded with
+   * \param[in] time of the cloud; not negative; not used by .pcxi, whose frames
+   * have the stamp that they were encoded with
    * \param[in] bytes one frame, of either format
    * \param[in] size number of bytes
-   * \return InvalidArgument if the bytes are not exactly one frame; nothing is written
-   * then
+   * \return InvalidArgument if time or bytes are not as above; nothing is written then,
+   * and P-frames that need the missing one are refused, too, until the next I-frame
    */
   RecordingStatus
   append(std::size_t stream, Time time, const std::uint8_t* bytes, std::size_t size);

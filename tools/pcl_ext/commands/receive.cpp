@@ -15,6 +15,7 @@
 #include "options/options.h"
 #include "options/text_values.h"
 #include "site/centre.h"
+#include "site/replay_progress.h"
 #include "site/rotated_recording.h"
 #include "site/site_view.h"
 
@@ -68,11 +69,21 @@ public:
     openTakers();
     throwUnlessOk(subscriber_->connect());
     console_.remark("receiving from site " + options_.link.link.site + "; Ctrl-C ends");
+    if (options_.centre.is_replay)
+      replay_.emplace(*subscriber_, console_);
     receiveAll();
-    for (FrameTaker* const taker : takers_)
+    if (replay_)
+      replay_->show();
+    console_.endProgress();
+    for (FrameTaker* const taker : takers_) {
       taker->finish();
+      has_failed_ |= taker->hasLeftOut();
+    }
     events_.print(console_);
     report();
+    // A replay has an end of its own.
+    if (isInterrupted() && replay_)
+      return interrupted;
     return has_failed_ ? something_failed : all_done;
   }
 
@@ -150,12 +161,16 @@ private:
     while (is_taken && (!end || Clock::now() < *end)) {
       is_taken = takeNext(patience);
       if (!end && is_over())
-        end = Clock::now() + last_patience;
+        end = replay_ ? Clock::now() : Clock::now() + last_patience;
       // Not for each of thousands of frames, but in a replay, whose time they are.
-      if (Clock::now() < next_work && !options_.centre.is_replay)
+      const bool is_due = Clock::now() >= next_work;
+      if (is_due || replay_)
+        for (FrameTaker* const taker : takers_)
+          taker->work();
+      if (!is_due)
         continue;
-      for (FrameTaker* const taker : takers_)
-        taker->work();
+      if (replay_)
+        replay_->show();
       events_.print(console_);
       remarkOnSilence(Clock::now() - start);
       next_work = Clock::now() + patience / 2;
@@ -164,7 +179,7 @@ private:
     // What is counted is taken, too.
     do
       takeNext(std::chrono::milliseconds(0));
-    while (has_taken_frame_ && !options_.centre.is_replay);
+    while (has_taken_frame_);
   }
 
   /** \brief Takes the next frame, if there is one in time.
@@ -235,6 +250,8 @@ private:
         "site " + options_.link.link.site + ": " + counted(frames, "frame") + " of " +
         counted(all.streams.size(), "stream") + ", " +
         measuring::formatted(static_cast<double>(bytes) / megabyte, 2) + " MB";
+    if (replay_ && replay_->pending() > 0)
+      line += "; " + counted(replay_->pending(), "kept frame") + " not replayed";
     if (centre_ && merged_)
       line += "; " + counted(merged_->statistics().frames, "merged frame");
     console_.summary(line);
@@ -271,9 +288,11 @@ private:
     add(stream.frames_lost, "lost on the way");
     add(stream.frames_dropped, "dropped, as this machine is too slow");
     add(stream.frames_late, "late or repeated");
+    add(stream.frames_damaged, "with a wrong checksum");
     add(stream.messages_invalid, "messages that are no frames");
     // The first ones are skipped always.
-    if (stream.frames == 0 || stream.frames_lost + stream.frames_dropped > 0)
+    if (stream.frames == 0 ||
+        stream.frames_lost + stream.frames_dropped + stream.frames_damaged > 0)
       add(stream.frames_skipped, "skipped until an I-frame came");
     return faults;
   }
@@ -283,6 +302,7 @@ private:
   Events events_;
   // Before those that request I-frames of it.
   std::unique_ptr<link::FrameSubscriber> subscriber_;
+  std::optional<ReplayProgress> replay_; // none: frames come live
   std::optional<RotatedRecording> recording_;
   std::unique_ptr<LinkOutput> merged_;
   std::optional<Centre> centre_;

@@ -3,6 +3,8 @@
 #include "console/interruption.h"
 #include "inputs/recording_input.h"
 #include "live/real_time.h"
+#include "stream/frame_chain.h"
+#include "streams/frame_failures.h"
 
 #include <utility>
 #include <vector>
@@ -22,12 +24,25 @@ playRecording(recording::RecordingReader& reader,
     numbers.push_back(output.addStream(stream.name, stream.metadata));
   RealTime pace;
   recording::RecordedFrame frame;
+  std::vector<io::FrameChain> chains(numbers.size()); // of what was published
+  FrameFailures failures([&console](const std::string& line) { console.error(line); });
+  bool is_whole = true;
   while (!isInterrupted()) {
     const auto status = reader.next(frame);
     if (status.code() == recording::RecordingCode::EndOfRecording)
       break;
     if (!status.ok())
       continue; // it is among the damage
+    if (chains[frame.stream].take(frame.description,
+                                  frame.bytes.data(),
+                                  frame.bytes.size()) != io::FrameChain::Place::Next) {
+      failures.add(reader.streams()[frame.stream].name,
+                   frame.number,
+                   "",
+                   "left out, as a frame before it is missing or it is damaged");
+      is_whole = false;
+      continue;
+    }
     const bool has_time = reader.streams()[frame.stream].has_times;
     const auto time =
         has_time
@@ -40,9 +55,10 @@ playRecording(recording::RecordingReader& reader,
       output.publish(numbers[frame.stream], time, std::move(frame.bytes));
   }
   output.end();
+  failures.finish();
   for (const recording::RecordingDamage& damage : reader.damage())
     console.error(describe(damage));
-  return reader.damage().empty();
+  return is_whole && reader.damage().empty();
 }
 
 } // namespace tools

@@ -10,10 +10,11 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Passes on the frames of a recording at the pace of their times.
+/** \brief Passes on the frames of a recording at the pace of their times, but those that
+ * cannot be decoded after those before them.
  * \param[in] rate frames a second, where the recording has no times
  * \param[in] meanwhile called about 20 times a second
- * \return false if some could not be read
+ * \return false if some were left out
  * \throws std::runtime_error
  */
 bool

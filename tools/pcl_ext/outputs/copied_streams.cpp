@@ -139,17 +139,25 @@ void
 CopiedStreams::copyFrame(std::size_t number, const RecordingInput::Item& item)
 {
   const Input& input = inputs_[number];
+  Stream& stream = streams_[*input.streams[item.stream]];
   const auto read = input.recording->read(item, frame_);
   if (!read.ok() || !frame_.description.status.ok()) {
+    stream.chain.breakOff();
     lose(input, item, read.ok() ? frame_.description.status.message() : read.message());
     return;
   }
-  Stream& stream = streams_[*input.streams[item.stream]];
-  const bool is_i_frame = frame_.description.is_i_frame;
-  stream.is_begun = is_i_frame || (stream.is_begun && stream.input == number);
+  if (stream.input != number)
+    stream.chain.breakOff();
   stream.input = number;
-  if (!stream.is_begun) {
-    lose(input, item, "it needs a frame before it that is not in the recording");
+  using Place = io::FrameChain::Place;
+  const Place place =
+      stream.chain.take(frame_.description, frame_.bytes.data(), frame_.bytes.size());
+  if (place != Place::Next) {
+    lose(input,
+         item,
+         place == Place::Damaged
+             ? "its checksum is wrong"
+             : "it needs a frame before it that is not in the recording");
     return;
   }
   ++frames_;
@@ -157,7 +165,7 @@ CopiedStreams::copyFrame(std::size_t number, const RecordingInput::Item& item)
   if (item.has_message && output_.isBag()) {
     throwUnlessOk(input.recording->read(item, message_));
     message_.channel = stream.number;
-    output_.copy(message_, is_i_frame);
+    output_.copy(message_, frame_.description.is_i_frame);
     return;
   }
   written_.message.log_time = written_.message.publish_time = item.time;

@@ -3,6 +3,7 @@
 #include "console/console.h"
 #include "inputs/recording_input.h"
 #include "outputs/frame_output.h"
+#include "stream/frame_chain.h"
 #include "streams/frame_failures.h"
 
 #include <cstddef>
@@ -37,7 +38,8 @@ public:
   void
   addInput(RecordingInput& input, const std::string& prefix);
 
-  /** \brief Copies what next() of an input found; what cannot be read is reported.
+  /** \brief Copies what next() of an input found; what cannot be read, or not be decoded
+   * without a frame that is missing, is reported.
    * \param[in] input number of the addInput()
    */
   void
@@ -55,7 +57,7 @@ private:
     std::string name;
     std::size_t number = 0; ///< in the output
     std::size_t input = 0;  ///< of the last frame
-    bool is_begun = false;  ///< by this input, with an I-frame
+    io::FrameChain chain;   ///< of the frames of this input
   };
 
   struct Input {

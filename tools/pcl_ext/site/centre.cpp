@@ -3,11 +3,13 @@
 #include <pcl_ext/compression/frame_description.h>
 
 #include "console/exit_status.h"
+#include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/stream_metadata.h"
 #include "streams/stream_decoder.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -122,11 +124,14 @@ void
 Centre::take(const link::LinkFrame& frame)
 {
   if (!grid_) {
-    // The first frame that comes is an I-frame.
-    const io::FrameDescription first = io::describeFrame(
-        frame.bytes.data(), frame.bytes.size(), decoderLimits(options_));
-    if (!first.status.ok())
-      return;
+    // The first frame that comes is an I-frame. Whether it is too large to be decoded is
+    // found, and told, when that is tried.
+    io::DecoderLimits limits = decoderLimits(options_);
+    limits.max_frame_bytes = std::max(limits.max_frame_bytes, frame.bytes.size());
+    limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
+    limits.max_points = std::numeric_limits<std::uint32_t>::max();
+    const io::FrameDescription first =
+        io::describeFrame(frame.bytes.data(), frame.bytes.size(), limits);
     std::ostringstream remark;
     remark << "voxels have the edge of those of " << frame.stream << ", "
            << first.grid.resolution << " m; --resolution sets another";
@@ -139,6 +144,14 @@ Centre::take(const link::LinkFrame& frame)
     found = streams_.emplace(frame.stream, addStream(frame)).first;
   if (found->second) // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
+}
+
+bool
+Centre::hasLeftOut() const
+{
+  return std::any_of(streams_.begin(), streams_.end(), [](const auto& stream) {
+    return !stream.second;
+  });
 }
 
 void
@@ -173,7 +186,7 @@ Centre::finish()
 {
   if (!grid_)
     return;
-  if (options_.is_replay) {
+  if (options_.is_replay && !isInterrupted()) {
     // What is held for streams that have ended.
     latest_time_ += options_.schedule.max_wait;
     work();

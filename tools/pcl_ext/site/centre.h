@@ -74,6 +74,9 @@ public:
   void
   finish() override;
 
+  bool
+  hasLeftOut() const override;
+
   /** \brief How many merged frames a stream was missing in, as its last one was too old;
    * by the names of the streams. */
   const std::map<std::string, std::size_t>&

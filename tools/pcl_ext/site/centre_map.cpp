@@ -3,6 +3,7 @@
 #include <pcl_ext/nodes/impl/merged_map.h>
 
 #include "console/exit_status.h"
+#include "console/interruption.h"
 #include "streams/stream_decoder.h"
 
 #include <array>
@@ -37,7 +38,7 @@ public:
   {
     constexpr std::chrono::seconds interval{1};
     using std::chrono::abs;
-    if (!options_.waits && last_time_ && abs(time - *last_time_) < interval)
+    if (last_time_ && abs(time - *last_time_) < interval)
       return;
     if (update_.valid()) {
       if (update_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
@@ -48,7 +49,7 @@ public:
     update_ = std::async(std::launch::async,
                          [this, &node, sensors = sensors_] { insert(node, sensors); });
     if (options_.waits)
-      update_.get();
+      waitForUpdate();
   }
 
   void
@@ -61,12 +62,22 @@ public:
     is_ending_ = false;
     last_write_ = std::chrono::steady_clock::now();
     constexpr std::chrono::seconds most_time{2};
-    if (last_duration_ < most_time)
+    if (last_duration_ < most_time && !(options_.waits && isInterrupted()))
       insert(node, sensors_);
     console_.summary(write());
   }
 
 private:
+  /** \brief Waits for the update, which ends early if the program is interrupted. */
+  void
+  waitForUpdate()
+  {
+    constexpr std::chrono::milliseconds patience{20};
+    while (update_.wait_for(patience) != std::future_status::ready)
+      is_ending_ = isInterrupted();
+    update_.get();
+  }
+
   using Sensors = std::map<std::string, std::optional<std::array<double, 3>>>;
 
   void

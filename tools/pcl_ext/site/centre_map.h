@@ -19,8 +19,8 @@ struct CentreMapOptions {
 };
 
 /** \brief Feeds the map, where the program was built with OctoMap: with the latest frames,
- * once a second, by a thread of its own, as that may take longer than from one merged frame
- * to the next. */
+ * once a second of the clouds' time, by a thread of its own, as that may take longer than
+ * from one merged frame to the next. */
 class CentreMap {
 public:
   /** \param[in] resolution metres
@@ -38,7 +38,7 @@ public:
   addStream(const std::string& name, const StreamMetadata& metadata);
 
   /** \brief Inserts the latest frames, unless that was done within the last second, or is
-   * still being done; in a replay, always. Writes the map once a minute.
+   * still being done, which a replay waits for. Writes the map once a minute.
    * \param[in] node must outlive this
    * \param[in] time of the clouds
    * \throws std::runtime_error if it could not be written
@@ -46,7 +46,8 @@ public:
   void
   update(const nodes::CentralNode& node, nodes::Time time);
 
-  /** \brief Inserts the last frames, unless that takes long, and writes the map.
+  /** \brief Inserts the last frames, unless that takes long or the program is
+   * interrupted, and writes the map.
    * \throws std::runtime_error
    */
   void

@@ -23,6 +23,13 @@ public:
   virtual void
   finish()
   {}
+
+  /** \brief Whether frames were left out, which was told. */
+  virtual bool
+  hasLeftOut() const
+  {
+    return false;
+  }
 };
 
 } // namespace tools

@@ -41,6 +41,7 @@ RotatedRecording::RotatedRecording(const Output& output,
 , rotation_(rotation)
 , request_i_frame_(std::move(request_i_frame))
 , console_(console)
+, failures_([&console](const std::string& line) { console.error(line); })
 {
   if (kindOfOutput(output.path) == OutputKind::Folder || output.path == "-")
     throw UsageError("-o is '" + output.path +
@@ -96,36 +97,34 @@ RotatedRecording::rotate()
 }
 
 void
-RotatedRecording::refuse(const std::string& stream,
-                         const recording::RecordingStatus& status)
+RotatedRecording::leaveOut(const std::string& stream, const std::string& reason)
 {
-  // A full disk ends the recording; a stream that cannot be recorded does not.
-  if (status.code() != recording::RecordingCode::InvalidArgument)
-    throwUnlessOk(status);
-  if (refused_.insert(stream).second)
-    console_.error(stream + ": it is not recorded: " + status.message());
+  failures_.add(stream, arrived_[stream] - 1, "", "it is not recorded: " + reason);
+  has_left_out_ = true;
+  request_i_frame_(stream);
 }
 
 void
 RotatedRecording::append(File& file, const link::LinkFrame& frame)
 {
+  // A full disk ends the recording; a frame that cannot be recorded does not.
+  const auto check = [&](const recording::RecordingStatus& status) {
+    if (status.code() == recording::RecordingCode::InvalidArgument)
+      leaveOut(frame.stream, status.message());
+    else
+      throwUnlessOk(status);
+    return status.ok();
+  };
   auto found = file.streams.find(frame.stream);
   if (found == file.streams.end()) {
     std::size_t number = 0;
-    const auto added =
-        file.writer.addStream({frame.stream, "", frame.metadata}, number);
-    if (!added.ok()) {
-      refuse(frame.stream, added);
+    if (!check(file.writer.addStream({frame.stream, "", frame.metadata}, number)))
       return;
-    }
     found = file.streams.emplace(frame.stream, number).first;
   }
-  const auto status = file.writer.append(
-      found->second, frame.time, frame.bytes.data(), frame.bytes.size());
-  if (!status.ok()) {
-    refuse(frame.stream, status);
+  if (!check(file.writer.append(
+          found->second, frame.time, frame.bytes.data(), frame.bytes.size())))
     return;
-  }
   ++file.frames;
   file.bytes += frame.bytes.size();
 }
@@ -133,16 +132,17 @@ RotatedRecording::append(File& file, const link::LinkFrame& frame)
 void
 RotatedRecording::take(const link::LinkFrame& frame)
 {
+  ++arrived_[frame.stream];
   if (isRotationDue())
     rotate();
   if (before_ && !frame.is_i_frame && before_->streams.count(frame.stream) > 0) {
     append(*before_, frame);
     return;
   }
-  // What could not be decoded in this file alone comes only if its I-frame did not come in
-  // time.
-  if (!frame.is_i_frame && current_->streams.count(frame.stream) == 0)
+  if (!frame.is_i_frame && current_->streams.count(frame.stream) == 0) {
+    leaveOut(frame.stream, "no I-frame has come for this file");
     return;
+  }
   append(*current_, frame);
   if (before_) {
     before_->streams.erase(frame.stream);
@@ -184,6 +184,7 @@ RotatedRecording::complete(std::optional<File>& file)
 void
 RotatedRecording::finish()
 {
+  failures_.finish();
   complete(before_);
   complete(current_);
 }

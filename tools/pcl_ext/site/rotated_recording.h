@@ -5,6 +5,7 @@
 #include "console/console.h"
 #include "outputs/output_path.h"
 #include "site/frame_taker.h"
+#include "streams/frame_failures.h"
 
 #include <chrono>
 #include <cstddef>
@@ -12,7 +13,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 
 namespace pcl_ext {
@@ -39,7 +39,8 @@ public:
 
   /** \param[in] output path of the file; with a rotation each has the time of its beginning
    * in its name
-   * \param[in] request_i_frame of a stream that goes to another file
+   * \param[in] request_i_frame of a stream that goes to another file, or has a frame that
+   * cannot be recorded
    * \param[in] console prints which files are complete; must outlive this
    */
   RotatedRecording(const Output& output,
@@ -55,6 +56,12 @@ public:
 
   void
   finish() override;
+
+  bool
+  hasLeftOut() const override
+  {
+    return has_left_out_;
+  }
 
 private:
   using Clock = std::chrono::steady_clock;
@@ -82,9 +89,9 @@ private:
   void
   append(File& file, const link::LinkFrame& frame);
 
-  /** \brief Tells once of a stream that it cannot be recorded. */
+  /** \brief Tells of a frame that is not recorded, and requests an I-frame. */
   void
-  refuse(const std::string& stream, const recording::RecordingStatus& status);
+  leaveOut(const std::string& stream, const std::string& reason);
 
   void
   complete(std::optional<File>& file);
@@ -93,7 +100,9 @@ private:
   const Rotation rotation_;
   const RequestIFrame request_i_frame_;
   Console& console_;
-  std::set<std::string> refused_; // streams that were told of
+  FrameFailures failures_;
+  bool has_left_out_ = false;
+  std::map<std::string, std::size_t> arrived_; // frames by stream, recorded or not
   std::optional<File> current_;
   std::optional<File> before_; // until its streams have an I-frame
   Clock::time_point last_flush_{};

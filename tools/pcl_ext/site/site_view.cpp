@@ -7,6 +7,7 @@
 #include "viewing/started_server.h"
 #include "viewing/viewer_page.h"
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -49,6 +50,14 @@ public:
   finish() override
   {
     output_.end();
+  }
+
+  bool
+  hasLeftOut() const override
+  {
+    return std::any_of(numbers_.begin(), numbers_.end(), [](const auto& number) {
+      return !number.second;
+    });
   }
 
 private:

@@ -9,16 +9,17 @@
 namespace pcl_ext {
 namespace link {
 
-/** \brief What the followers of a stream need to know of a frame. */
-struct FrameKind {
-  bool is_i_frame = false;
-  std::uint32_t number = 0; ///< in the encoder's stream
+/** \brief Bytes that are exactly one frame, and what its header tells. */
+struct WholeFrame {
+  io::FrameDescription description;
+  const std::uint8_t* bytes = nullptr; ///< not owned
+  std::size_t size = 0;
 };
 
 /** \brief Looks at bytes that are to be exactly one frame, without decoding it; nothing if
  * they are not. */
-std::optional<FrameKind>
-frameKindOf(const std::uint8_t* bytes, std::size_t count);
+std::optional<WholeFrame>
+wholeFrameOf(const std::uint8_t* bytes, std::size_t size);
 
 } // namespace link
 } // namespace pcl_ext

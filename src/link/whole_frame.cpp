@@ -1,4 +1,4 @@
-#include "link/frame_kind.h"
+#include "link/whole_frame.h"
 
 #include <pcl_ext/compression/frame_decoder.h>
 
@@ -7,21 +7,21 @@
 namespace pcl_ext {
 namespace link {
 
-std::optional<FrameKind>
-frameKindOf(const std::uint8_t* bytes, std::size_t count)
+std::optional<WholeFrame>
+wholeFrameOf(const std::uint8_t* bytes, std::size_t size)
 {
   // The limits are those of whoever decodes the frame.
   io::DecoderLimits limits;
   limits.max_frame_bytes = std::numeric_limits<std::uint32_t>::max();
   limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
   limits.max_points = std::numeric_limits<std::uint32_t>::max();
-  const io::FrameSize size = io::frameSize(bytes, count, limits);
-  if (!size.status.ok() || size.known != count)
+  const io::FrameSize known = io::frameSize(bytes, size, limits);
+  if (!known.status.ok() || known.known != size)
     return std::nullopt;
-  const io::FrameDescription frame = io::describeFrame(bytes, count, limits);
-  if (!frame.status.ok())
+  WholeFrame frame{io::describeFrame(bytes, size, limits), bytes, size};
+  if (!frame.description.status.ok())
     return std::nullopt;
-  return FrameKind{frame.is_i_frame, frame.frame_number};
+  return frame;
 }
 
 } // namespace link

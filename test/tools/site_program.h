@@ -1,0 +1,83 @@
+/** \file
+ * \brief pcl_ext send and receive with a real NATS server.
+ */
+#pragma once
+
+#include <pcl_ext/link/frame_publisher.h>
+
+#include "support/nats_server.h"
+#include "tools/background_program.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+using link::test::NatsServer;
+
+/** \brief Options that name a server and a site. */
+inline std::string
+at(const NatsServer& server, const std::string& site = "cell")
+{
+  return " --server " + server.url() + " --site " + site + " ";
+}
+
+/** \brief Starts a receiver, and returns when frames that are sent arrive. */
+class Receiving : public BackgroundProgram {
+public:
+  Receiving(const TestFolder& folder,
+            const std::string& name,
+            const std::string& arguments)
+  : BackgroundProgram(folder, name, "receive" + arguments)
+  {
+    waitForError("receiving from site");
+  }
+};
+
+/** \brief A publisher with one stream, /sensor, of site cell. */
+class SitePublisher {
+public:
+  explicit SitePublisher(const NatsServer& server)
+  : publisher_(settingsOf(server), [this](std::size_t) { wants_i_frame_ = true; })
+  {
+    EXPECT_TRUE(publisher_.connect().ok());
+    EXPECT_TRUE(publisher_.addStream("/sensor", {}, stream_).ok());
+  }
+
+  void
+  publish(recording::Time time, const Bytes& frame)
+  {
+    const auto status = publisher_.publish(stream_, time, frame.data(), frame.size());
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_TRUE(publisher_.flush(std::chrono::seconds(20)));
+  }
+
+  /** \brief True if an I-frame was requested since the last call. */
+  bool
+  takeRequest()
+  {
+    return wants_i_frame_.exchange(false);
+  }
+
+  static link::LinkSettings
+  settingsOf(const NatsServer& server)
+  {
+    link::LinkSettings settings;
+    settings.servers = server.url();
+    settings.site = "cell";
+    return settings;
+  }
+
+private:
+  std::atomic<bool> wants_i_frame_{false};
+  std::size_t stream_ = 0;
+  link::FramePublisher publisher_;
+};
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,124 @@
+/** \file
+ * \brief Frames of a site that are damaged or cannot be recorded: the program tells of them,
+ * asks for I-frames, and what it passes on can be decoded.
+ */
+#include <pcl_ext/link/frame_subscriber.h>
+
+#include "tools/site_program.h"
+#include "view/live_source.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+using recording::Time;
+using view::test::LiveSource;
+using view::test::timeOfFrame;
+using view::test::waitFor;
+
+TEST(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  for (const std::string name : {"x.mcap", "x.pcxi"}) {
+    Receiving receiving(folder, name, at(server) + "-o " + name);
+    SitePublisher publisher(server);
+    LiveSource source(1000);
+    for (std::size_t i = 0; i < 40; ++i) {
+      if (publisher.takeRequest())
+        source.requestIFrame();
+      Bytes frame = source.next();
+      if (i == 20)
+        frame.back() ^= 1;
+      publisher.publish(i == 10 ? Time(-1) : timeOfFrame(i), frame);
+      if (i == 10 || i == 20) {
+        EXPECT_TRUE(waitFor([&] { return publisher.takeRequest(); }));
+        source.requestIFrame();
+        // The next request is not sent earlier.
+        std::this_thread::sleep_for(
+            link::SubscriberSettings().i_frame_request_interval);
+      }
+    }
+    EXPECT_EQ(receiving.end(SIGINT), 1) << receiving.errors();
+    EXPECT_NE(receiving.errors().find(
+                  "/sensor, frame 10: it is not recorded: a frame of a negative time"),
+              std::string::npos)
+        << receiving.errors();
+    EXPECT_NE(receiving.errors().find("/sensor: 39 frames, 1 with a wrong checksum"),
+              std::string::npos)
+        << receiving.errors();
+    EXPECT_NE(receiving.output().find(name + ": 38 frames"), std::string::npos)
+        << receiving.output();
+    EXPECT_EQ(decode(folder / name).at(0).frames.size(), 38u);
+  }
+}
+
+TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const KnownStream stream = knownStream(0, 30, 10);
+  Bytes damaged; // frame 3 is missing, and frame 14 has a wrong checksum
+  for (std::size_t i = 0; i < stream.frames.size(); ++i) {
+    Bytes frame = stream.frames[i].bytes;
+    if (i == 14)
+      frame.back() ^= 1;
+    if (i != 3)
+      damaged.insert(damaged.end(), frame.begin(), frame.end());
+  }
+  writeBytes(folder / "damaged.pcxi", damaged);
+  for (const std::string command : {"cut", "merge"}) {
+    const std::string output = command + ".pcxi";
+    const ProgramRun run =
+        tools::test::run(folder, command + " damaged.pcxi -o " + output);
+    EXPECT_EQ(run.status, 1);
+    EXPECT_NE(run.output.find(output + ": 17 frames of 1 stream, 12 frames lost"),
+              std::string::npos)
+        << run.output << run.errors;
+    EXPECT_EQ(decode(folder / output).at(0).frames.size(), 17u);
+  }
+  Receiving receiving(folder, "receive", at(server) + "-o received.pcxi");
+  const ProgramRun sent =
+      tools::test::run(folder, "send --rate 100 damaged.pcxi" + at(server));
+  EXPECT_EQ(sent.status, 1);
+  EXPECT_NE(sent.output.find("17 frames sent"), std::string::npos) << sent.output;
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "cut.pcxi"));
+}
+
+TEST(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  writeClouds(folder, "room", roomClouds(40));
+  link::SubscriberSettings settings;
+  settings.link = SitePublisher::settingsOf(server);
+  settings.i_frame_request_interval = std::chrono::milliseconds(1);
+  link::FrameSubscriber subscriber(settings);
+  ASSERT_TRUE(subscriber.connect().ok());
+  BackgroundProgram sending(
+      folder, "send", "send room --rate 20 --resolution 0.05" + at(server));
+  std::size_t frames = 0;
+  std::size_t i_frames = 0;
+  EXPECT_TRUE(waitFor([&] {
+    link::LinkFrame frame;
+    while (subscriber.next(frame, std::chrono::milliseconds(0)).ok()) {
+      i_frames += frame.is_i_frame ? 1 : 0;
+      ++frames;
+    }
+    subscriber.requestIFrame("/room");
+    return frames >= 30;
+  }));
+  EXPECT_EQ(sending.end(SIGINT), 130) << sending.errors();
+  EXPECT_GE(i_frames, 5u);
+  EXPECT_LE(i_frames, frames / 2 + 2); // and two that were not requested
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

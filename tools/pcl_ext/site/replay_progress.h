@@ -1,0 +1,50 @@
+#pragma once
+
+#include <pcl_ext/link/frame_subscriber.h>
+
+#include "console/console.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Shows how far a replay is. */
+class ReplayProgress {
+public:
+  /** \param[in] subscriber that is connected; must outlive this
+   * \param[in] console must outlive this
+   */
+  ReplayProgress(const link::FrameSubscriber& subscriber, Console& console)
+  : subscriber_(subscriber)
+  , console_(console)
+  , pending_(subscriber.statistics().replay_pending)
+  {
+    console.startProgress("kept frames", pending_);
+  }
+
+  void
+  show()
+  {
+    const std::uint64_t pending = subscriber_.statistics().replay_pending;
+    if (pending < pending_)
+      console_.advance(pending_ - pending);
+    pending_ = std::min(pending_, pending);
+  }
+
+  /** \brief Kept frames that were still to come when it was shown last. */
+  std::uint64_t
+  pending() const
+  {
+    return pending_;
+  }
+
+private:
+  const link::FrameSubscriber& subscriber_;
+  Console& console_;
+  std::uint64_t pending_;
+};
+
+} // namespace tools
+} // namespace pcl_ext
