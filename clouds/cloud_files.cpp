@@ -1,8 +1,9 @@
 #include "clouds/cloud_files.h"
 
+#include "clouds/bin_file.h"
+#include "clouds/file_text.h"
 #include "clouds/pcd_file.h"
 #include "clouds/ply_file.h"
-#include "clouds/point_fields.h"
 
 #include <algorithm>
 #include <array>
@@ -34,32 +35,6 @@ extensionOf(const std::string& path)
         return static_cast<char>(std::tolower(letter));
       });
   return extension;
-}
-
-void
-readKitti(const std::string& path, pcl::PCLPointCloud2& cloud)
-{
-  constexpr std::uint64_t point_bytes = 16;
-  const std::uint64_t bytes = fs::file_size(path);
-  if (bytes % point_bytes != 0)
-    fail(
-        "it has " + std::to_string(bytes) +
-        " bytes, which is no multiple of 16: files of KITTI's lidar have float32 x, y, "
-        "z, reflectance for each point");
-  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
-  if (bytes > most_bytes)
-    fail("it has " + std::to_string(bytes) +
-         " bytes, which is too many for a cloud of KITTI's lidar");
-  std::vector<FileField> fields;
-  for (const char* name : {"x", "y", "z", "intensity"})
-    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
-  startCloud(fields, bytes / point_bytes, 1, cloud);
-  cloud.data.resize(bytes);
-  std::ifstream file(path, std::ios::binary);
-  if (!file.read(reinterpret_cast<char*>(cloud.data.data()),
-                 static_cast<std::streamsize>(bytes)))
-    fail("reading it failed");
-  toLittleEndian(fields, cloud.data);
 }
 
 /** \brief Whether a point has coordinates that no sensor measures: a huge one, or nothing but
@@ -156,7 +131,7 @@ kindOf(const std::string& path)
   const std::string extension = extensionOf(path);
   if (extension == ".pcd") // a comment may be first
     return FileKind::Pcd;
-  return extension == ".bin" ? FileKind::KittiBin : FileKind::Unknown;
+  return extension == ".bin" ? FileKind::Bin : FileKind::Unknown;
 }
 
 std::string
@@ -179,8 +154,7 @@ whyNotACloud(FileKind kind)
            "pcl::io::OctreePointCloudCompression";
   default:
     return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
-           "end "
-           "in .bin as files of KITTI's lidar";
+           "end in .bin as files of KITTI's or nuScenes' lidar";
   }
 }
 
@@ -199,8 +173,8 @@ readCloud(const std::string& path, pcl::PCLPointCloud2& cloud)
     readPcd(path, cloud);
   else if (kind == FileKind::Ply)
     readPly(path, cloud);
-  else if (kind == FileKind::KittiBin)
-    readKitti(path, cloud);
+  else if (kind == FileKind::Bin)
+    readBin(path, cloud);
   else
     fail(whyNotACloud(kind));
   cloud.header = pcl::PCLHeader();

@@ -1,5 +1,5 @@
 /** \file
- * \brief Files of one cloud each: PCD, PLY, and the .bin files of KITTI's lidar.
+ * \brief Files of one cloud each: PCD, PLY, and the .bin files of lidar data sets.
  */
 #pragma once
 
@@ -14,7 +14,7 @@ namespace clouds {
 enum class FileKind {
   Pcd,
   Ply,
-  KittiBin, ///< float32 x, y, z, reflectance for each point, little-endian
+  Bin, ///< float32 numbers without a header, see readBin()
   Mcap,
   Ros1Bag,
   Sqlite,        ///< as a rosbag2 folder may have
@@ -39,7 +39,7 @@ kindOf(const std::string& path);
 constexpr bool
 isCloud(FileKind kind)
 {
-  return kind == FileKind::Pcd || kind == FileKind::Ply || kind == FileKind::KittiBin;
+  return kind == FileKind::Pcd || kind == FileKind::Ply || kind == FileKind::Bin;
 }
 
 /** \brief Why a file that is not a cloud is none, and what to do. */
@@ -51,7 +51,7 @@ bool
 hasNameOfCloud(const std::string& path);
 
 /** \brief Reads the cloud of a file.
- * \param[in] path of a PCD, PLY or KITTI file
+ * \param[in] path of a PCD, PLY or .bin file
  * \param[out] cloud its points; header.stamp and header.frame_id are empty
  * \throws std::runtime_error that says why the file cannot be read, without its name
  */

@@ -1,5 +1,6 @@
 #include "clouds/cloud_sequence.h"
 
+#include "clouds/bin_file.h"
 #include "clouds/cloud_files.h"
 #include "clouds/file_stamps.h"
 #include "clouds/natural_order.h"
@@ -154,7 +155,7 @@ cloudFilesOf(const fs::path& folder)
       files.push_back(entry.path().string());
   if (files.empty()) {
     const std::optional<std::string> inner = folderOfCloudsIn(folder);
-    throw std::runtime_error("no PCD, PLY or KITTI .bin file in the folder '" +
+    throw std::runtime_error("no PCD, PLY or .bin file in the folder '" +
                              folder.string() + "'" +
                              (inner ? "; name the folders in it, each of which is a "
                                       "stream, such as '" +
@@ -207,7 +208,7 @@ addFile(const SequenceInput& input,
   if (group != groups.end())
     group->files.push_back(input.path);
   else
-    groups.push_back({name.parent_path(), name.stem().string(), {input.path}});
+    groups.push_back({name.parent_path(), stemOf(input.name), {input.path}});
 }
 
 /** \brief Numbers the sequences of the same name, as names become folders. */

@@ -1,8 +1,9 @@
 #include "clouds/file_stamps.h"
 
+#include "clouds/bin_file.h"
+
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <utility>
 
 namespace pcl_ext {
@@ -74,7 +75,7 @@ withStamps(const std::vector<std::string>& paths, std::string& without)
 std::optional<std::chrono::nanoseconds>
 stampOfName(const std::string& path)
 {
-  const std::string stem = std::filesystem::path(path).stem().string();
+  const std::string stem = stemOf(path);
   const std::size_t before = stem.find_last_not_of(digits);
   const std::size_t begin = before == std::string::npos ? 0 : before + 1;
   const std::string last = stem.substr(begin);

@@ -24,9 +24,10 @@ namespace fs = std::filesystem;
 /** \brief The lines of a PCD header by their first words. */
 struct PcdLines {
   std::map<std::string, std::string> values;
-  std::uint64_t bytes = 0;  ///< of the header
-  std::uint64_t lines = 0;  ///< of the header
-  std::string unknown_line; ///< empty: all are known
+  std::uint64_t bytes = 0;   ///< of the header
+  std::uint64_t lines = 0;   ///< of the header
+  std::string unknown_line;  ///< empty: all are known
+  std::string repeated_word; ///< empty: no word is first in two lines
 };
 
 bool
@@ -65,7 +66,10 @@ readPcdLines(const std::string& path)
       lines.unknown_line = line;
       continue;
     }
-    std::string& value = lines.values[words[0] == "COLUMNS" ? "FIELDS" : words[0]];
+    const std::string name = words[0] == "COLUMNS" ? "FIELDS" : words[0];
+    if (lines.values.count(name) != 0)
+      lines.repeated_word = name;
+    std::string& value = lines.values[name];
     value = words[1];
     for (std::size_t i = 2; i < words.size(); ++i)
       value += ' ' + words[i];
@@ -135,6 +139,8 @@ contentOf(const std::optional<PcdLines>& lines)
   if (!lines->unknown_line.empty())
     fail("its header has a line that PCD has not: '" + shownText(lines->unknown_line) +
          "'");
+  if (!lines->repeated_word.empty())
+    fail("its header has two lines " + lines->repeated_word);
   std::map<std::string, std::string> values = lines->values;
   // As for PCL: without rows the points are one, without columns POINTS tells how many.
   if (values.count("HEIGHT") == 0) {

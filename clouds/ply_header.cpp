@@ -72,6 +72,30 @@ readFormat(const std::vector<std::string>& words, PlyHeader& header)
     fail("its header has the unknown format '" + shownText(words[1]) + "'");
 }
 
+void
+readElement(const std::vector<std::string>& words, PlyHeader& header)
+{
+  PlyElement element;
+  element.name = words.size() == 3 ? words[1] : "";
+  element.count =
+      countOf(element.name == "vertex" ? "number of vertices" : "number of elements",
+              words.back());
+  for (const PlyElement& other : header.elements)
+    if (other.name == element.name)
+      fail("its header has two elements '" + shownText(element.name) + "'");
+  header.elements.push_back(element);
+}
+
+/** \brief Reads the columns or rows of an image. */
+void
+readImageSize(const std::vector<std::string>& words, std::uint64_t& size)
+{
+  const std::uint64_t number = countOf(words[1], words[2]);
+  if (size != 0 && size != number)
+    fail("its header has two lines " + words[1] + " that differ");
+  size = number;
+}
+
 /** \brief Reads a line of the header. */
 void
 readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
@@ -80,21 +104,15 @@ readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
     return;
   if (words[0] == "format")
     readFormat(words, header);
-  else if (words[0] == "element") {
-    PlyElement element;
-    element.name = words.size() == 3 ? words[1] : "";
-    element.count =
-        countOf(element.name == "vertex" ? "number of vertices" : "number of elements",
-                words.back());
-    header.elements.push_back(element);
-  }
+  else if (words[0] == "element")
+    readElement(words, header);
   else if (words[0] == "property" && !header.elements.empty())
     readProperty(words, header.elements.back());
   else if (words[0] == "obj_info" && words.size() == 3 && isCount(words[2])) {
     if (words[1] == "num_cols")
-      header.columns = countOf(words[1], words[2]);
+      readImageSize(words, header.columns);
     if (words[1] == "num_rows")
-      header.rows = countOf(words[1], words[2]);
+      readImageSize(words, header.rows);
   }
   header.has_end = words[0] == "end_header";
 }

@@ -280,17 +280,26 @@ private:
   std::vector<FieldSource> sources_;
 };
 
-/** \brief The range_grid of an image; null: there is none. */
+/** \brief The range_grid of an image; null: there is none.
+ * \throws std::runtime_error if it cannot be that of the header's columns and rows
+ */
 const PlyElement*
 findGrid(const PlyHeader& header)
 {
-  for (const PlyElement& element : header.elements)
-    if (element.name == "range_grid" && element.properties.size() == 1 &&
-        element.properties[0].count && element.properties[0].field.kind != Kind::Real &&
-        header.columns > 0 && header.columns <= element.count &&
-        header.rows <= element.count && header.columns * header.rows == element.count)
-      return &element;
-  return nullptr;
+  const auto grid = std::find_if(
+      header.elements.begin(), header.elements.end(), [](const PlyElement& element) {
+        return element.name == "range_grid";
+      });
+  if (grid == header.elements.end() || header.columns == 0 || header.rows == 0)
+    return nullptr;
+  if (header.columns > grid->count || header.rows > grid->count ||
+      header.columns * header.rows != grid->count)
+    fail("num_cols x num_rows and the number of elements range_grid in its header "
+         "differ");
+  if (grid->properties.size() != 1 || !grid->properties[0].count ||
+      grid->properties[0].field.kind == Kind::Real)
+    fail("the elements range_grid in its header are no lists of vertices");
+  return &*grid;
 }
 
 /** \brief Refuses sizes that do not agree. */
@@ -368,7 +377,7 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
        ++element)
     if (element == vertices)
       points = reader.readVertices(*element);
-    else if (&*element == grid_element && element > vertices)
+    else if (&*element == grid_element)
       grid = reader.readGrid(*element);
     else if (element < vertices || grid_element != nullptr)
       reader.skip(*element);

@@ -68,6 +68,11 @@ startCloud(const std::vector<FileField>& fields,
            std::uint64_t height,
            pcl::PCLPointCloud2& cloud)
 {
+  for (const char* coordinate : {"x", "y", "z"})
+    if (std::count_if(fields.begin(), fields.end(), [&](const FileField& field) {
+          return field.name == coordinate;
+        }) > 1)
+      fail(std::string("its header has two fields '") + coordinate + "'");
   cloud.fields.clear();
   cloud.point_step = 0;
   for (const FileField& field : fields) {

@@ -21,6 +21,7 @@ hasDatatype(const FileField& field);
 /** \brief Sets the fields of a cloud, one after the other, its size, and room for its
  * points.
  * \param[in] fields for which hasDatatype() is true, or ignored ones
+ * \throws std::runtime_error if there are two of a coordinate
  */
 void
 startCloud(const std::vector<FileField>& fields,

@@ -104,6 +104,20 @@ writeBytes(const std::string& path, const Bytes& bytes)
              static_cast<std::streamsize>(bytes.size()));
 }
 
+/** \brief Why a file cannot be read; empty: it can. */
+std::string
+refusal(const std::string& path)
+{
+  pcl::PCLPointCloud2 cloud;
+  try {
+    readCloud(path, cloud);
+  }
+  catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
 TEST(CloudFiles, ReadWhatPclHasWritten)
 {
   const recording::test::TestFolder folder;
@@ -273,6 +287,11 @@ TEST(CloudFiles, WhatContradictsItselfIsRefused)
       "ply\nformat ascii 1.0\nobj_info num_cols 1\nobj_info num_rows 1\n" + vertices +
       "property float a\nproperty float b\nelement range_grid 1\n"
       "property list uchar int vertex_indices\nend_header\n1 2 3 4 5\n6 7 8 9 10\n";
+  const std::string sized_image =
+      "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 1\n" + vertices;
+  const std::string list =
+      "\nproperty list uchar int vertex_indices\nend_header\n" + points;
+  const std::string pcd = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\n";
   const std::pair<std::string, std::string> files[] = {
       {"ply\n" + vertices + "end_header\n" + points, "no line format"},
       {"ply\nformat ascii 1.0\nformat binary_little_endian 1.0\n" + vertices +
@@ -294,20 +313,127 @@ TEST(CloudFiles, WhatContradictsItselfIsRefused)
        "negative"},
       {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F X\nWIDTH 2\nDATA ascii\n" +
            points,
-       "unknown TYPE 'X'"}};
+       "unknown TYPE 'X'"},
+      {pcd + "FIELDS z y x\nDATA ascii\n" + points, "two lines FIELDS"},
+      {pcd + "COLUMNS z y x\nDATA ascii\n" + points, "two lines FIELDS"},
+      {pcd + "SIZE 4 4 8\nDATA ascii\n" + points, "two lines SIZE"},
+      {pcd + "WIDTH 1\nDATA ascii\n" + points, "two lines WIDTH"},
+      {pcd + "VIEWPOINT 0 0 0 1 0 0 0\nVIEWPOINT 1 0 0 1 0 0 0\nDATA ascii\n" + points,
+       "two lines VIEWPOINT"},
+      {sized_image + "element range_grid 3" + list + "1 1\n1 0\n0\n",
+       "number of elements range_grid"},
+      {sized_image + "element range_grid 2\nproperty int vertex\nend_header\n" +
+           points + "1\n0\n",
+       "no lists of vertices"},
+      {sized_image + "obj_info num_cols 1\nobj_info num_rows 2\nend_header\n" + points,
+       "two lines num_cols"},
+      {"VERSION .7\nFIELDS x y x\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nDATA ascii\n" +
+           points,
+       "two fields 'x'"},
+      {"ply\nformat ascii 1.0\n" + vertices +
+           "property float z\nend_header\n1 2 3 4\n" + "5 6 7 8\n",
+       "two fields 'z'"},
+      {"ply\nformat ascii 1.0\n" + vertices + vertices + "end_header\n" + points,
+       "two elements 'vertex'"}};
   for (const auto& [file, reason] : files) {
     SCOPED_TRACE(file);
     writeBytes(folder / "x.ply", Bytes(file.begin(), file.end()));
-    pcl::PCLPointCloud2 cloud;
-    try {
-      readCloud(folder / "x.ply", cloud);
-      ADD_FAILURE() << "is read";
-    }
-    catch (const std::runtime_error& error) {
-      EXPECT_NE(std::string(error.what()).find(reason), std::string::npos)
-          << error.what();
-    }
+    const std::string message = refusal(folder / "x.ply");
+    EXPECT_NE(message.find(reason), std::string::npos) << message;
   }
+}
+
+/** \brief Points of a lidar as so many floats each: x, y, z and, as far as there is room,
+ * an intensity up to 1, a row and a time in microseconds, or colours if they have 6. */
+std::vector<std::vector<float>>
+scanOf(std::size_t numbers, bool has_order)
+{
+  std::vector<std::vector<float>> points;
+  std::mt19937 random(7);
+  for (int row = 0; row < 16; ++row)
+    for (int column = 0; column < 60; ++column) {
+      const float azimuth = 0.1f * static_cast<float>(column);
+      const float elevation = 0.03f * static_cast<float>(row - 12);
+      const float range = 6.0f / std::max(std::abs(std::cos(azimuth)), 0.1f);
+      const float intensity = static_cast<float>(random() % 100) / 99.0f;
+      std::vector<float> point = {range * std::cos(azimuth),
+                                  range * std::sin(azimuth),
+                                  range * elevation,
+                                  intensity,
+                                  static_cast<float>(row),
+                                  1.5e15f};
+      if (numbers == 6)
+        for (std::size_t i = 3; i < 6; ++i)
+          point[i] = static_cast<float>(random() % 256);
+      point.resize(numbers);
+      points.push_back(point);
+    }
+  if (!has_order)
+    std::shuffle(points.begin(), points.end(), random);
+  return points;
+}
+
+Bytes
+bytesOf(const std::vector<std::vector<float>>& points)
+{
+  Bytes bytes;
+  for (const std::vector<float>& point : points) {
+    const auto* const begin = reinterpret_cast<const std::uint8_t*>(point.data());
+    bytes.insert(bytes.end(), begin, begin + point.size() * sizeof(float));
+  }
+  return bytes;
+}
+
+TEST(CloudFiles, BinFilesOfAnotherLayoutThanTheirNameTellsAreRefused)
+{
+  const recording::test::TestFolder folder;
+  for (const std::string name : {"a.bin", "a.pcd.bin"})
+    for (const bool has_order : {true, false})
+      for (const std::size_t numbers : {3u, 4u, 5u, 6u, 7u}) {
+        SCOPED_TRACE(name + ", " + std::to_string(numbers));
+        const auto points = scanOf(numbers, has_order);
+        writeBytes(folder / name, bytesOf(points));
+        pcl::PCLPointCloud2 cloud;
+        if (numbers == (name == "a.bin" ? 4u : 5u)) {
+          ASSERT_NO_THROW(readCloud(folder / name, cloud));
+          EXPECT_EQ(cloud.data, bytesOf(points));
+          EXPECT_EQ(cloud.width, points.size());
+          EXPECT_EQ(cloud.fields.size(), numbers);
+          EXPECT_EQ(cloud.fields.back().name, numbers == 4 ? "intensity" : "ring");
+          continue;
+        }
+        EXPECT_NE(refusal(folder / name)
+                      .find("its numbers are those of " + std::to_string(numbers) +
+                            " floats"),
+                  std::string::npos)
+            << refusal(folder / name);
+      }
+}
+
+TEST(CloudFiles, BinFilesOfOtherNumbersAreRefused)
+{
+  const recording::test::TestFolder folder;
+  const auto expectRefusal = [&folder](const Bytes& bytes, const std::string& reason) {
+    writeBytes(folder / "a.bin", bytes);
+    EXPECT_NE(refusal(folder / "a.bin").find(reason), std::string::npos)
+        << refusal(folder / "a.bin");
+  };
+  const auto points = scanOf(4, true);
+  Bytes doubles;
+  Bytes labels;
+  for (const std::vector<float>& point : points) {
+    for (const double number : point) {
+      const auto* const begin = reinterpret_cast<const std::uint8_t*>(&number);
+      doubles.insert(doubles.end(), begin, begin + sizeof(number));
+    }
+    labels.insert(labels.end(), {std::uint8_t(labels.size() % 20), 0, 1, 0});
+  }
+  expectRefusal(doubles, "each a little-endian float32");
+  expectRefusal(labels, "each a little-endian float32");
+  Bytes cut = bytesOf(points);
+  cut.pop_back();
+  expectRefusal(cut, "which is no multiple of 16");
+  expectRefusal(Bytes(60), "would fit 3 floats a point (x y z) or 5 floats a point");
 }
 
 TEST(CloudFiles, OnlyCloudsWithoutLengthsAreTakenForDamaged)

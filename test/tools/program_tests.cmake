@@ -66,7 +66,7 @@ function(pcl_ext_encode_refuses name status message)
 endfunction()
 pcl_ext_encode_refuses(other_file 1 "'.*CMakeLists.txt' is not a cloud: it is no PCD"
                        ${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt)
-pcl_ext_encode_refuses(folder_without_clouds 1 "no PCD, PLY or KITTI .bin file in"
+pcl_ext_encode_refuses(folder_without_clouds 1 "no PCD, PLY or .bin file in"
                        ${PROJECT_SOURCE_DIR}/src)
 pcl_ext_encode_refuses(folder_of_folders 1 "name the folders in it.*data/clouds"
                        ${CMAKE_CURRENT_SOURCE_DIR}/data)

@@ -102,7 +102,7 @@ invalidFiles()
              "obj_info num_cols 3\nobj_info num_rows 1\n"),
        "num_cols x num_rows and the number of vertices"}};
   std::vector<InvalidFile> files = {
-      {".bin", kittiBytes(roomClouds(1)[0], true), "its coordinates are no lengths"},
+      {".bin", kittiBytes(roomClouds(1)[0], true), "its numbers are no lengths"},
       {".bin", Bytes(17), "it has 17 bytes, which is no multiple of 16"}};
   for (const auto& [text, reason] : texts_of_pcd)
     files.push_back({".pcd", bytesOfText(text), reason});

@@ -125,6 +125,8 @@ TEST(ProgramKept, NamesThatAreStamps)
   EXPECT_EQ(stampOfName("12.345000000.pcd"), 12345ms); // of a simulation
   EXPECT_EQ(stampOfName("1403636579763555584.pcd"), 1403636579763555584ns);
   EXPECT_EQ(stampOfName("1403636579763555.bin"), 1403636579763555us);
+  EXPECT_EQ(stampOfName("n015__LIDAR_TOP__1532402927647951.pcd.bin"),
+            1532402927647951us);
   EXPECT_EQ(stampOfName("1403636579763.ply"), 1403636579763ms);
   EXPECT_EQ(stampOfName("1403636579.pcd"), 1403636579s);
   for (const char* name : {"000123.pcd",

@@ -1,0 +1,205 @@
+#include "clouds/bin_file.h"
+#include "clouds/file_text.h"
+#include "clouds/point_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kitti_numbers = 4;
+constexpr std::size_t nuscenes_numbers = 5;
+constexpr std::size_t most_numbers = 10; ///< of a point of another layout
+
+bool
+isNuScenesName(const std::string& path)
+{
+  const fs::path name(path);
+  return name.extension() == ".bin" && name.stem().extension() == ".pcd";
+}
+
+/** \brief A layout in words. */
+std::string
+describe(std::size_t numbers)
+{
+  const std::string points = std::to_string(numbers) + " floats a point";
+  switch (numbers) {
+  case 3:
+    return points + " (x y z)";
+  case kitti_numbers:
+    return points + " (x y z reflectance, as KITTI's)";
+  case nuscenes_numbers:
+    return points + " (x y z intensity ring, as nuScenes')";
+  case 6:
+    return points + " (x y z r g b, or x y z intensity elongation time)";
+  default:
+    return points;
+  }
+}
+
+/** \brief What to do with a file that has another layout than its name tells. */
+std::string
+advice(std::size_t numbers)
+{
+  if (numbers == kitti_numbers)
+    return "give it a name that ends in .bin, but not in .pcd.bin";
+  if (numbers == nuscenes_numbers)
+    return "give it a name that ends in .pcd.bin";
+  return "convert it to PCD or PLY";
+}
+
+/** \brief The known layouts that a file of so many bytes may have. */
+std::string
+fittingLayouts(std::size_t bytes)
+{
+  std::string layouts;
+  for (const std::size_t numbers : {3u, 4u, 5u, 6u})
+    if (bytes % (numbers * sizeof(float)) == 0)
+      layouts +=
+          (layouts.empty() ? "; its size would fit " : " or ") + describe(numbers);
+  return layouts;
+}
+
+/** \brief How much numbers differ from those that are so many numbers later, on average, in
+ * a scale that is about logarithmic. It is small if both are of the same field. */
+double
+meanDifference(const std::vector<float>& numbers, std::size_t later)
+{
+  constexpr double scale = 10.0; // differences below .1 count less
+  double sum = 0.0;
+  for (std::size_t i = 0; i + later < numbers.size(); ++i)
+    sum += std::abs(std::asinh(scale * numbers[i + later]) -
+                    std::asinh(scale * numbers[i]));
+  return sum / static_cast<double>(numbers.size() - later);
+}
+
+/** \brief Whether some in a hundred of the coordinates of points are no lengths.
+ * \param[in] are_odd of the numbers of the points
+ * \param[in] of_point how many a point has
+ * \param[in] checked how many of these are looked at, the first ones
+ */
+bool
+areManyOdd(const std::vector<bool>& are_odd, std::size_t of_point, std::size_t checked)
+{
+  constexpr std::size_t share = 100;
+  std::size_t odd = 0;
+  for (std::size_t i = 0; i < are_odd.size(); ++i)
+    odd += are_odd[i] && i % of_point < checked;
+  return share * odd * of_point > are_odd.size() * checked;
+}
+
+/** \brief How many numbers a point has: those of the assumed layout, unless others are
+ * clearly more likely. Numbers of the same field of neighbouring points are alike; of
+ * points in no order, too, they differ less on average than those of two fields.
+ * \param[in] count of numbers in the file
+ */
+std::size_t
+likelyNumbers(const std::vector<float>& numbers,
+              const std::vector<bool>& are_odd,
+              std::uint64_t count,
+              std::size_t assumed)
+{
+  constexpr std::size_t least_numbers = 256;
+  if (numbers.size() < least_numbers)
+    return assumed;
+  // More than by chance. Of recorded scans those of other layouts differ by 1.2 times as
+  // much or more; of files with another layout than assumed, by .6 times as much or less.
+  const double clearly =
+      1.0 - std::max(0.1, 5.0 / std::sqrt(static_cast<double>(numbers.size())));
+  // Those of every other point, too, as the rows of some sensors alternate.
+  double least = clearly * std::min(meanDifference(numbers, assumed),
+                                    meanDifference(numbers, 2 * assumed));
+  std::size_t likely = assumed;
+  for (std::size_t candidate = 3; candidate <= most_numbers; ++candidate) {
+    if (candidate % assumed == 0 || count % candidate != 0 ||
+        areManyOdd(are_odd, candidate, 3))
+      continue;
+    // A multiple compares the same fields.
+    const bool is_multiple = likely != assumed && candidate % likely == 0;
+    const double difference = meanDifference(numbers, candidate);
+    if (difference < (is_multiple ? clearly : 1.0) * least) {
+      least = difference;
+      likely = candidate;
+    }
+  }
+  return likely;
+}
+
+/** \brief Refuses a file that is not in the assumed layout. */
+void
+checkLayout(const std::vector<std::uint8_t>& data, std::size_t assumed)
+{
+  constexpr std::size_t most_checked = std::size_t{1} << 18;
+  std::vector<float> numbers(std::min(data.size() / sizeof(float), most_checked));
+  std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
+  std::vector<bool> are_odd;
+  for (float& number : numbers) {
+    constexpr float largest = 1e9f; // infinity is odd, NaN that of missing points
+    are_odd.push_back(std::abs(number) > largest ||
+                      std::fpclassify(number) == FP_SUBNORMAL);
+    if (!std::isfinite(number))
+      number = 0.0f;
+  }
+  if (data.size() % sizeof(float) == 0)
+    if (const std::size_t likely =
+            likelyNumbers(numbers, are_odd, data.size() / sizeof(float), assumed);
+        likely != assumed)
+      fail("its numbers are those of " + describe(likely) + ", not of " +
+           describe(assumed) + ": " + advice(likely));
+  if (data.size() % (assumed * sizeof(float)) != 0)
+    fail("it has " + std::to_string(data.size()) + " bytes, which is no multiple of " +
+         std::to_string(assumed * sizeof(float)) + ": by its name it has " +
+         describe(assumed) + fittingLayouts(data.size()));
+  if (areManyOdd(are_odd, assumed, assumed))
+    fail("its numbers are no lengths and intensities: by its name it has " +
+         describe(assumed) + ", each a little-endian float32");
+}
+
+} // namespace
+
+std::string
+stemOf(const std::string& path)
+{
+  const fs::path stem = fs::path(path).stem();
+  return isNuScenesName(path) ? stem.stem().string() : stem.string();
+}
+
+void
+readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
+{
+  const std::uint64_t bytes = fs::file_size(path);
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
+  if (bytes > most_bytes)
+    fail("it has " + std::to_string(bytes) +
+         " bytes, which is too many for a cloud of a lidar");
+  std::vector<std::uint8_t> data(bytes);
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(data.data()),
+                 static_cast<std::streamsize>(bytes)))
+    fail("reading it failed");
+  std::vector<const char*> names = {"x", "y", "z", "intensity"};
+  if (isNuScenesName(path))
+    names.push_back("ring");
+  std::vector<FileField> fields;
+  for (const char* name : names)
+    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+  toLittleEndian(fields, data);
+  checkLayout(data, fields.size());
+  startCloud(fields, bytes / bytesOf(fields), 1, cloud);
+  cloud.data = std::move(data);
+}
+
+} // namespace clouds
+} // namespace pcl_ext
