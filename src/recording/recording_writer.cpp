@@ -36,6 +36,7 @@ isFileOfFrames(const std::string& path)
 struct WrittenStream {
   std::string name;
   PointCloudMessage message; // with the layout of the decoded clouds
+  io::ImageSize image;       // of organised clouds
   std::size_t channel = 0;
   std::uint32_t frames = 0;
   io::FrameChain chain; // of the recorded frames
@@ -160,8 +161,6 @@ RecordingWriter::Implementation::addStream(const StreamToRecord& stream,
   WrittenStream written;
   written.name = stream.name;
   written.message.frame_id = stream.frame_id;
-  written.message.height = 1;
-  written.message.is_dense = true;
   setFields(true, false, written.message);
   if (!has_file_of_frames_) {
     McapChannel channel = compressedPointCloudChannel(stream.name);
@@ -185,15 +184,21 @@ RecordingWriter::Implementation::appendMessage(WrittenStream& stream,
                                                std::size_t size)
 {
   PointCloudMessage& message = stream.message;
-  if (frame.is_i_frame)
+  if (frame.is_i_frame) {
     setFields(frame.intensity_scale.bits > 0 ||
                   frame.format == io::StreamFormat::Published,
               frame.colour_bits > 0,
               message);
+    stream.image = frame.is_organised ? frame.image : io::ImageSize();
+  }
   if (frame.frame_id && !frame.frame_id->empty())
     message.frame_id = *frame.frame_id;
   message.stamp = time;
-  message.width = static_cast<std::uint32_t>(frame.points);
+  const bool is_organised = stream.image.width > 0;
+  message.width =
+      is_organised ? stream.image.width : static_cast<std::uint32_t>(frame.points);
+  message.height = is_organised ? stream.image.height : 1;
+  message.is_dense = !is_organised; // with missing points
   message.row_step = message.point_step * message.width;
   message.bytes.assign(bytes, bytes + size);
   mcap_message_.channel = stream.channel;

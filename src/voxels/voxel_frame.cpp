@@ -32,6 +32,9 @@ isScale(const IntensityScale& scale)
            scale.companded_range <= 65535));
 }
 
+/** \brief Most bits of a channel of a colour. */
+constexpr unsigned int most_colour_bits = 8;
+
 /** \brief True if keys are strictly ascending and below `end`, which is at most
  * 2^63. */
 bool
@@ -64,7 +67,7 @@ areColours(const std::vector<VoxelColour>& colours, unsigned int bits)
   unsigned int all = 0;
   for (const VoxelColour& colour : colours)
     all |= unsigned{colour.r} | colour.g | colour.b;
-  return bits <= 8 && all >> bits == 0;
+  return all >> bits == 0;
 }
 
 /** \brief True if there are as many values as voxels, or none if a frame has none. */
@@ -192,6 +195,7 @@ bool
 isConsistent(const VoxelFrame& frame)
 {
   if (!isGrid(frame.grid) || !isScale(frame.intensity_scale) ||
+      frame.colour_bits > most_colour_bits ||
       (frame.depth_model &&
        (!frame.hasIntensities() || !isConsistent(*frame.depth_model))) ||
       !isCount(frame.intensities.size(), frame.hasIntensities(), frame.size()) ||

@@ -98,6 +98,8 @@ MUTANTS = [
            "first.sine * second.sine + half) >> 30", "first.sine * second.sine) >> 30"),
     Mutant("src/voxels/voxel_frame.cpp", "pixels of a voxel in any order",
            "(i > 0 && pixel < image.pixels[point - 1]) ||", ""),
+    Mutant("src/voxels/voxel_frame.cpp", "colours of frames without voxels have any bits",
+           "frame.colour_bits > most_colour_bits ||", ""),
     Mutant("src/stream/version1_encoder.cpp", "an order that takes more bytes",
            "is_image_smaller_ = size <= size_without;", "is_image_smaller_ = true;"),
     Mutant("src/stream/version1_encoder.cpp", "rays of P-frames stay where they were",

@@ -207,6 +207,16 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
       bad[18].intensity_scale.step = 2.0f;
       bad[19].intensity_scale.companded_range = 256;
     }
+    for (const unsigned int bits : {9u, 255u, 264u}) { // 264 is 8 in a byte
+      bad.push_back(good);
+      bad.back().colour_bits = bits;
+      bad.back().colours.resize(good.size());
+    }
+    constexpr std::size_t of_voxels = 6; // what is wrong with the first ones
+    for (std::size_t i = of_voxels, count = bad.size(); i < count; ++i) {
+      bad.push_back(bad[i]);
+      bad.back().clearVoxels();
+    }
     FrameEncoder encoder(format, 10);
     FrameDecoder decoder;
     VoxelFrame back;

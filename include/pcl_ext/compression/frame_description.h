@@ -26,8 +26,10 @@ struct FrameDescription {
   Effort effort = Effort::Balanced; ///< Version1 only
   /** \brief Occupied voxels; of the published layout only in I-frames. */
   std::size_t voxels = 0;
-  std::size_t points =
-      0; ///< of the decoded cloud; voxels, unless these have numbers of points
+  /** \brief Points in the voxels: as many as voxels, unless these have numbers of points.
+   * The decoded cloud has so many or, if the stream's is_organised is set, all of the
+   * image's, of which the others are missing ones. */
+  std::size_t points = 0;
 
   VoxelGrid grid;                       ///< I-frames only
   IntensityScale intensity_scale;       ///< I-frames only; 0 bits: no intensities

@@ -193,8 +193,8 @@ export interface FrameDescription {
   readonly effort: "fast" | "balanced" | "small" | null;
   /** Number of voxels; null: P-frames of the published layout do not tell it. */
   readonly voxels: number | null;
-  /** Points of the decoded cloud: as many as voxels, unless these have numbers of points.
-   * null where `voxels` is. */
+  /** Points in the voxels: as many as voxels, unless these have numbers of points. Missing
+   * points of an organised cloud are not among them. null where `voxels` is. */
   readonly points: number | null;
   /** I-frames only, else null. */
   readonly grid: Grid | null;
