@@ -5,14 +5,27 @@
 
 #include <pcl/PCLPointCloud2.h>
 
+#include <filesystem>
 #include <string>
 
 namespace pcl_ext {
 namespace clouds {
 
+/** \brief Whether the name of a file ends in .pcd.bin, as those of nuScenes do. */
+inline bool
+hasNuScenesName(const std::string& path)
+{
+  const std::filesystem::path name(path);
+  return name.extension() == ".bin" && name.stem().extension() == ".pcd";
+}
+
 /** \brief The name of a file without its folder and its extension, .pcd.bin as a whole. */
-std::string
-stemOf(const std::string& path);
+inline std::string
+stemOf(const std::string& path)
+{
+  const std::filesystem::path stem = std::filesystem::path(path).stem();
+  return (hasNuScenesName(path) ? stem.stem() : stem).string();
+}
 
 /** \brief Reads a file of little-endian float32 numbers: x, y, z, reflectance of each point
  * as KITTI's lidar has them or, if its name ends in .pcd.bin, x, y, z, intensity, ring as

@@ -23,13 +23,6 @@ constexpr std::size_t kitti_numbers = 4;
 constexpr std::size_t nuscenes_numbers = 5;
 constexpr std::size_t most_numbers = 10; ///< of a point of another layout
 
-bool
-isNuScenesName(const std::string& path)
-{
-  const fs::path name(path);
-  return name.extension() == ".bin" && name.stem().extension() == ".pcd";
-}
-
 /** \brief A layout in words. */
 std::string
 describe(std::size_t numbers)
@@ -169,13 +162,6 @@ checkLayout(const std::vector<std::uint8_t>& data, std::size_t assumed)
 
 } // namespace
 
-std::string
-stemOf(const std::string& path)
-{
-  const fs::path stem = fs::path(path).stem();
-  return isNuScenesName(path) ? stem.stem().string() : stem.string();
-}
-
 void
 readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
 {
@@ -190,7 +176,7 @@ readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
                  static_cast<std::streamsize>(bytes)))
     fail("reading it failed");
   std::vector<const char*> names = {"x", "y", "z", "intensity"};
-  if (isNuScenesName(path))
+  if (hasNuScenesName(path))
     names.push_back("ring");
   std::vector<FileField> fields;
   for (const char* name : names)
