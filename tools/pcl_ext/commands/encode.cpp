@@ -86,11 +86,10 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(
-      app,
-      options->input.inputs,
-      "PCD, PLY, KITTI .bin, nuScenes .pcd.bin files, folders, 'globs' of them; or "
-      "bags: MCAP, rosbag2, ROS 1; -: standard input; one stream per folder");
+  addInput(app,
+           options->input.inputs,
+           "PCD, PLY, KITTI .bin files, folders, 'globs' of them; or bags: "
+           "MCAP, rosbag2, ROS 1; -: standard input; one stream per folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");
