@@ -46,6 +46,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     cloud_outlier_removal.h
     cloud_streams.h
     colour_mean.h
+    lidar_clouds.h
     octree_pointcloud_intensity_compression.h
     octree_pointcloud_intensity_compression.hpp
     pcl_conventions.h

@@ -3,6 +3,7 @@
  * PointOutlierRemoval is removed, and nothing else changes.
  */
 #include <pcl_ext/filters/cloud_outlier_removal.h>
+#include <pcl_ext/filters/lidar_clouds.h>
 
 #include "support/lidar_room.h"
 #include "support/message_layouts.h"
@@ -11,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -266,6 +268,35 @@ TEST(CloudOutlierRemoval, NothingIsLeftWhereAllIsNoise)
   EXPECT_EQ(status.removed, count);
   EXPECT_TRUE(cloud.empty());
   EXPECT_EQ(removeOutliers(cloud, removal).code(), OutlierRemovalCode::NoImage);
+}
+
+TEST(LidarClouds, AreKnownByTheirRows)
+{
+  for (const bool is_organised : {true, false})
+    EXPECT_TRUE(
+        isOfLidar(messageOf(snowyScan(), PCLPointField::FLOAT32, is_organised, 0)));
+  // A camera that looks along z at a wall and a floor.
+  pcl::PointCloud<pcl::PointXYZ> image(80, 60);
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const float right = (static_cast<float>(i % 80) - 39.5f) / 80.0f;
+    const float down = (static_cast<float>(i / 80) - 29.5f) / 80.0f;
+    const float depth = down > 0.1f ? std::min(3.0f, 0.5f / down) : 3.0f;
+    image[i] = {right * depth, down * depth, depth};
+  }
+  for (const std::uint32_t height : {60u, 1u}) {
+    PCLPointCloud2 message;
+    pcl::toPCLPointCloud2(image, message);
+    message.width = 80 * 60 / height;
+    message.height = height;
+    message.row_step = message.width * message.point_step;
+    EXPECT_FALSE(isOfLidar(message));
+  }
+  PCLPointCloud2 large = messageOf(snowyScan(), PCLPointField::FLOAT32, false, 0);
+  large.width = (1u << 20) + 1;
+  large.row_step = large.width * large.point_step;
+  large.data.resize(large.row_step);
+  EXPECT_FALSE(isOfLidar(large));
+  EXPECT_FALSE(isOfLidar(PCLPointCloud2()));
 }
 
 } // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <random>
 
@@ -195,6 +197,54 @@ TEST(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
   EXPECT_EQ(
       expectRun(folder, "decode x.mcap -o rays --remove-outliers --unit rays").errors,
       "");
+}
+
+/** \brief A turn of a lidar on a car between walls, row after row. */
+pcl::PointCloud<pcl::PointXYZI>
+streetTurn(float along)
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (int row = 0; row < 32; ++row)
+    for (int column = 0; column < 1200; ++column) {
+      const float elevation = 0.01f * static_cast<float>(row) - 0.25f;
+      const float azimuth = 6.2831853f / 1200.0f * static_cast<float>(column);
+      const float x = std::cos(azimuth);
+      const float y = std::sin(azimuth);
+      const float slope = std::tan(elevation);
+      const float wall = y > 0.0f ? 12.0f : 7.0f + std::sin(0.5f * (along + x));
+      const float ground = slope < 0.0f ? -1.7f / slope : 1e3f;
+      const float range = std::min(ground, wall / std::max(std::abs(y), 1e-3f));
+      if (range > 60.0f)
+        continue;
+      pcl::PointXYZI point;
+      point.x = range * x;
+      point.y = range * y;
+      point.z = range * slope;
+      cloud.push_back(point);
+    }
+  return cloud;
+}
+
+TEST(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
+{
+  const TestFolder folder;
+  writeClouds(folder, "street", {streetTurn(0.0f), streetTurn(1.0f), streetTurn(2.0f)});
+  expectRun(folder, "encode street -o x.mcap -r 0.1 --law count");
+  const ProgramRun automatic = run(folder, "decode x.mcap -o a --remove-outliers");
+  EXPECT_EQ(automatic.status, 0);
+  EXPECT_NE(automatic.output.find("judged by voxels"), std::string::npos);
+  EXPECT_NE(automatic.errors.find("of a lidar, --unit rays finds snow"),
+            std::string::npos)
+      << automatic.errors;
+  EXPECT_EQ(automatic.errors.find("does not tell"), std::string::npos);
+  expectRun(folder, "decode x.mcap -o all");
+  run(folder, "decode x.mcap -o points --remove-outliers --unit points");
+  for (const char* file : {"/000000.pcd", "/000001.pcd", "/000002.pcd"}) {
+    const std::size_t all = readCloud(folder / ("all" + std::string(file))).size();
+    EXPECT_GE(100 * readCloud(folder / ("a" + std::string(file))).size(), 98 * all);
+    EXPECT_LE(100 * readCloud(folder / ("points" + std::string(file))).size(),
+              95 * all);
+  }
 }
 
 TEST(ProgramDecode, FolderOfTheUserIsNotTouched)

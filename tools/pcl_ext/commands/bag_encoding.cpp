@@ -320,7 +320,9 @@ BagEncoding::addStream(std::size_t number)
   if (input_->isBag())
     added.name += compressed_suffix;
   added.frame_id = in_flight_.front().cloud->frame.cloud.frame_id;
-  added.metadata = options_.encoding.metadataOf(name, streams_[number]->encoded.law());
+  const EncodedStream& encoded = streams_[number]->encoded;
+  added.metadata =
+      options_.encoding.metadataOf(name, encoded.law(), encoded.isOfLidar());
   addViewpoints(console_,
                 options_.encoding,
                 name,

@@ -101,7 +101,7 @@ private:
       numbers_.push_back(output_->addStream(
           {"/" + stream->name(),
            "world",
-           options_.encoding.metadataOf("/" + stream->name(), stream->law())}));
+           options_.encoding.metadataOf("/" + stream->name(), stream->law(), false)}));
     }
     clouds_ = std::make_unique<CloudFolder>(
         options_.output, CloudFormat::PcdCompressed, true, folders);

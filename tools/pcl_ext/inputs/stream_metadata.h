@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
 
 #include <map>
@@ -18,6 +19,11 @@ constexpr char pose_metadata[] = "sensor_pose";
 /** \brief The name of the law that the intensities have. */
 constexpr char law_metadata[] = "intensity_law";
 
+/** \brief What sensor the clouds are of: lidar_sensor, where the rows of the first one
+ * tell. */
+constexpr char sensor_metadata[] = "sensor";
+constexpr char lidar_sensor[] = "lidar";
+
 /** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world,
  * metres. */
 constexpr char crop_box_metadata[] = "crop_box";
@@ -35,6 +41,25 @@ lawOf(const StreamMetadata& metadata)
                                  : valueNamed(intensity_laws, found->second);
 }
 
+/** \brief Whether a stream is known to be a lidar's. */
+inline bool
+isOfLidar(const StreamMetadata& metadata)
+{
+  const auto found = metadata.find(sensor_metadata);
+  return found != metadata.end() && found->second == lidar_sensor;
+}
+
+/** \brief What outliers of a stream are judged by, unless a unit is named and unless its
+ * frames tell more. Few points in a voxel of a lidar are no sign of noise. */
+inline DensityUnit
+automaticUnitOf(const std::optional<IntensityLaw>& law, bool is_of_lidar)
+{
+  if (!law)
+    return DensityUnit::Automatic;
+  return is_of_lidar && law == IntensityLaw::Count ? DensityUnit::Voxels
+                                                   : densityUnitOf(*law);
+}
+
 /** \brief Adds what a channel tells in both of its forms, compressed or not, such as
  * the QoS that its publisher offered. */
 inline void
@@ -42,7 +67,7 @@ addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
 {
   for (const auto& [key, value] : from)
     if (key != pose_metadata && key != law_metadata && key != crop_box_metadata &&
-        key != "topic_type_hash")
+        key != sensor_metadata && key != "topic_type_hash")
       to.emplace(key, value);
 }
 

@@ -76,7 +76,7 @@ LiveCell::addStreams(LiveOutput& output)
   const IntensityLaw law = options_.law().value_or(automaticLaw(false));
   for (const auto& sensor : sensors_) {
     sensor->stream =
-        output.addStream(sensor->name, options_.metadataOf(sensor->name, law));
+        output.addStream(sensor->name, options_.metadataOf(sensor->name, law, false));
     figures_.addStream(sensor->stream, sensor->name);
   }
 }

@@ -69,8 +69,9 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
   }
   const std::string& name = input_.streams()[cloud.stream];
   if (!stream.number) {
-    stream.number =
-        output.addStream(name, options_.metadataOf(name, stream.encoder.law()));
+    stream.number = output.addStream(
+        name,
+        options_.metadataOf(name, stream.encoder.law(), stream.encoder.isOfLidar()));
     figures_.addStream(*stream.number, name);
   }
   if (*stream.number < requests_.size())

@@ -429,9 +429,13 @@ EncodingOptions::hasPose(const std::string& stream) const
 }
 
 StreamMetadata
-EncodingOptions::metadataOf(const std::string& stream, IntensityLaw law) const
+EncodingOptions::metadataOf(const std::string& stream,
+                            IntensityLaw law,
+                            bool is_of_lidar) const
 {
   StreamMetadata metadata = {{law_metadata, nameOf(law)}};
+  if (is_of_lidar)
+    metadata[sensor_metadata] = lidar_sensor;
   if (crop_box_) {
     const auto& min = crop_box_->min;
     const auto& max = crop_box_->max;

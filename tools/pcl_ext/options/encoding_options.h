@@ -141,7 +141,7 @@ public:
   /** \brief What a recording keeps of a stream's settings that frames do not have: the
    * law, and the pose if there is one. */
   StreamMetadata
-  metadataOf(const std::string& stream, IntensityLaw law) const;
+  metadataOf(const std::string& stream, IntensityLaw law, bool is_of_lidar) const;
 
   const io::EncoderSettings&
   codec() const

@@ -110,9 +110,8 @@ Centre::addStream(const link::LinkFrame& frame)
   if (options_.decoding.removes_outliers) {
     VoxelOutlierRemovalSettings removal =
         outlierRemovalOf(options_.decoding, frame.metadata);
-    const auto law = lawOf(frame.metadata);
-    if (removal.unit == DensityUnit::Automatic && law)
-      removal.unit = densityUnitOf(*law);
+    if (removal.unit == DensityUnit::Automatic)
+      removal.unit = automaticUnitOf(lawOf(frame.metadata), isOfLidar(frame.metadata));
     if (const auto set = node.setOutlierRemoval(frame.stream, removal); !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }

@@ -1,5 +1,7 @@
 #include "streams/encoded_stream.h"
 
+#include <pcl_ext/filters/lidar_clouds.h>
+
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
@@ -202,6 +204,7 @@ EncodedStream::add(std::shared_ptr<CloudInWork> cloud)
     without_points->fields = content.cloud.fields;
     without_points->point_step = content.cloud.point_step;
     law_cloud_ = without_points;
+    is_of_lidar_ = pcl_ext::isOfLidar(content.cloud);
     reader_.reset();
   }
   return addWaiting();

@@ -99,6 +99,13 @@ public:
     return law_;
   }
 
+  /** \brief Whether the cloud that tells the law is a lidar's, see pcl_ext::isOfLidar(). */
+  bool
+  isOfLidar() const
+  {
+    return is_of_lidar_;
+  }
+
   /** \brief What there is to say, when all clouds are done. */
   const EncodedStreamReport&
   finish();
@@ -127,8 +134,9 @@ private:
   std::size_t next_part_ = 0;
   std::vector<std::shared_ptr<CloudInWork>> waiting_;    // until one tells the law
   std::shared_ptr<const pcl::PCLPointCloud2> law_cloud_; // that did, without points
-  std::shared_ptr<PlaceReader> reader_;                  // of clouds until then
-  std::vector<std::shared_ptr<Part>> parts_;             // not in the report yet
+  bool is_of_lidar_ = false;
+  std::shared_ptr<PlaceReader> reader_;      // of clouds until then
+  std::vector<std::shared_ptr<Part>> parts_; // not in the report yet
   std::atomic<IntensityLaw> law_{IntensityLaw::Count};
   EncodedStreamReport report_;
 };

@@ -57,10 +57,12 @@ isOfLidar(const io::VoxelFrame& frame)
 } // namespace
 
 DensityUnit
-automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& law)
+automaticUnitOf(const io::VoxelFrame& first,
+                const std::optional<IntensityLaw>& law,
+                bool is_of_lidar)
 {
   // The image of a lidar tells more than its law.
-  return isOfLidar(first) || !law ? DensityUnit::Automatic : densityUnitOf(*law);
+  return isOfLidar(first) ? DensityUnit::Automatic : automaticUnitOf(law, is_of_lidar);
 }
 
 VoxelOutlierRemovalSettings
@@ -82,6 +84,7 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 , name_(name)
 , min_intensity_(options.min_intensity)
 , law_(lawOf(reader.streams()[stream].metadata))
+, is_of_lidar_(isOfLidar(reader.streams()[stream].metadata))
 , is_automatic_(options.unit == DensityUnit::Automatic)
 {
   if (options.removes_outliers)
@@ -93,7 +96,7 @@ StreamDecoder::makeRemoval()
 {
   VoxelOutlierRemovalSettings settings = *removal_settings_;
   if (is_automatic_)
-    settings.unit = automaticUnitOf(voxels_, law_);
+    settings.unit = automaticUnitOf(voxels_, law_, is_of_lidar_);
   if (is_automatic_ && !law_ && !isOfLidar(voxels_))
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "
@@ -167,7 +170,7 @@ StreamDecoder::remark() const
   if (!removes_hardly_any || (knows_densities && !is_automatic_))
     return {};
   const std::string line = counts + "of a lidar, --unit rays finds snow";
-  return knows_densities || voxels_.has_point_counts
+  return knows_densities || voxels_.has_point_counts || law_ == IntensityLaw::Count
              ? line
              : line + "; the recording does not tell how many points a voxel had, so "
                       "that only voxels that are seldom occupied are noise; it does "

@@ -20,9 +20,12 @@ reasonOf(const io::CompressionStatus& status);
 /** \brief What outliers of a stream are judged by, unless a unit is named.
  * \param[in] first frame of the stream
  * \param[in] law of its intensities; none: it is unknown
+ * \param[in] is_of_lidar whether it is known to be a lidar's
  */
 DensityUnit
-automaticUnitOf(const io::VoxelFrame& first, const std::optional<IntensityLaw>& law);
+automaticUnitOf(const io::VoxelFrame& first,
+                const std::optional<IntensityLaw>& law,
+                bool is_of_lidar);
 
 /** \brief Position of a stream's sensor, world coordinates, metres, if it is known. */
 std::optional<std::array<double, 3>>
@@ -85,6 +88,7 @@ private:
   std::optional<float> min_intensity_;
   std::optional<VoxelOutlierRemovalSettings> removal_settings_; // none: outliers stay
   std::optional<IntensityLaw> law_; // that the recording tells
+  bool is_of_lidar_;                // likewise
   std::optional<VoxelOutlierRemoval> removal_;
   io::VoxelFrame voxels_;
   std::size_t decoded_voxels_ = 0;

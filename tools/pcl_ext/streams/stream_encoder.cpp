@@ -1,5 +1,6 @@
 #include "streams/stream_encoder.h"
 
+#include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/recording/recording_reader.h>
 
@@ -84,6 +85,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
       options_.nodeSettings(options_.lawOf(cloud), frame_id);
   settings.clock = [time = time_] { return *time; };
   law_ = settings.law;
+  is_of_lidar_ = pcl_ext::isOfLidar(cloud);
   frame_id_ = settings.global_frame;
   cloud_frame_id_ = cloud.header.frame_id;
   node_.emplace(settings);

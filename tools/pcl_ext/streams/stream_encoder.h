@@ -101,6 +101,13 @@ public:
     return law_;
   }
 
+  /** \brief Whether the first cloud is a lidar's, see pcl_ext::isOfLidar(). */
+  bool
+  isOfLidar() const
+  {
+    return is_of_lidar_;
+  }
+
   const std::string&
   name() const
   {
@@ -202,6 +209,7 @@ private:
   std::string left_out_;        ///< see leftOut()
   std::string unit_remark_;     ///< see unitRemark()
   IntensityLaw law_ = IntensityLaw::Count;
+  bool is_of_lidar_ = false;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
   EncodedSums sums_;
   EncodedSums last_cloud_;

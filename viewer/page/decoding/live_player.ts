@@ -52,7 +52,7 @@ export class LivePlayer {
     for (const { id, name, metadata } of streams) {
       let index = this.names.indexOf(name);
       if (index < 0) index = this.names.push(name) - 1;
-      const unit = densityUnitOf(metadata.intensity_law);
+      const unit = densityUnitOf(metadata);
       this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit, this.limits), frames: 0 });
     }
     this.post({

@@ -7,9 +7,9 @@ import { arraysOf, bytesOf, outlierFlag } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
 
-/** What the outlier filter takes the intensities of a law for, as densityUnitOf() of the library. */
-export function densityUnitOf(law: string | undefined): DensityUnit {
-  if (law === "count") return "points";
+/** What the outlier filter judges a stream by, from its metadata, as automaticUnitOf() of the program. */
+export function densityUnitOf({ intensity_law: law, sensor }: Readonly<Record<string, string | undefined>>): DensityUnit {
+  if (law === "count") return sensor === "lidar" ? "voxels" : "points"; // few points are no sign of a lidar's noise
   if (law === "quadratic") return "faces";
   if (law === "native" || law === "none") return "voxels";
   return "automatic"; // faces where frames have a depth model, else voxels
