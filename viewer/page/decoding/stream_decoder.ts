@@ -8,7 +8,8 @@ import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
 
 /** What the outlier filter judges a stream by, from its metadata, as automaticUnitOf() of the program. */
-export function densityUnitOf({ intensity_law: law, sensor }: Readonly<Record<string, string | undefined>>): DensityUnit {
+export function densityUnitOf(metadata: Readonly<Record<string, string | undefined>>): DensityUnit {
+  const { intensity_law: law, sensor } = metadata;
   if (law === "count") return sensor === "lidar" ? "voxels" : "points"; // few points are no sign of a lidar's noise
   if (law === "quadratic") return "faces";
   if (law === "native" || law === "none") return "voxels";
