@@ -423,7 +423,9 @@ class Decoder:
     Parameters
     ----------
     max_voxels : int
-        Most voxels of a frame; 600 bytes of memory for each.
+        Most voxels of a frame, up to 2**26; 120 bytes of memory for each, and 480 for
+        each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
+        for 64, or 8 blocks, too.
     max_frame_bytes : int
         Most bytes of a frame, and most bytes that are skipped to find one.
     max_points : int
@@ -448,10 +450,10 @@ class Decoder:
     def __init__(
         self,
         *,
-        max_voxels: int = 1 << 20,
-        max_frame_bytes: int = 1 << 24,
-        max_points: int = 1 << 24,
-        max_field_values: int = 1 << 24,
+        max_voxels: int = 1 << 26,
+        max_frame_bytes: int = 1 << 28,
+        max_points: int = 1 << 30,
+        max_field_values: int = 1 << 30,
     ):
         self._native = _native.Decoder(
             limits(max_voxels, max_frame_bytes, max_points, max_field_values)

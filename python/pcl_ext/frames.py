@@ -50,10 +50,10 @@ class FrameField(NamedTuple):
 def frame_size(
     data: Buffer,
     *,
-    max_voxels: int = 1 << 20,
-    max_frame_bytes: int = 1 << 24,
-    max_points: int = 1 << 24,
-    max_field_values: int = 1 << 24,
+    max_voxels: int = 1 << 26,
+    max_frame_bytes: int = 1 << 28,
+    max_points: int = 1 << 30,
+    max_field_values: int = 1 << 30,
 ) -> FrameSize:
     """Tells how many bytes the frame at the beginning of some bytes has, for bytes that
     arrive in pieces, as from a socket.

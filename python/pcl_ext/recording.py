@@ -77,8 +77,7 @@ class Recording:
     path : str or os.PathLike
         A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
-        Limits of decoding, see `Decoder`. By default they follow the size of the
-        recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
+        Limits of decoding, see `Decoder`, which has the same defaults.
     """
 
     def __init__(
@@ -395,8 +394,7 @@ def open(
     path : str or os.PathLike
         A file, a folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
-        Limits of decoding, see `Decoder`. By default they follow the size of the
-        recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
+        Limits of decoding, see `Decoder`, which has the same defaults.
 
     Returns
     -------

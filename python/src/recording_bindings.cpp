@@ -83,10 +83,10 @@ frameAndStatus(const recording::RecordedFrame& frame, const RecordingStatus& sta
 py::tuple
 openFile(RecordingFile& file, const std::string& path, const py::dict& limits)
 {
-  readLimits(limits, io::DecoderLimits()); // wrong ones are refused before
+  io::DecoderLimits all = readLimits(limits, io::DecoderLimits());
+  all.budget = std::make_shared<io::MemoryBudget>(); // of all its streams
+  file.setLimits(all);
   const RecordingStatus status = withoutGil([&] { return file.open(path); });
-  if (status.ok())
-    file.setLimits(readLimits(limits, recording::decoderLimitsOf(file.fileBytes())));
   return asTuple(status);
 }
 

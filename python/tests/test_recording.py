@@ -290,7 +290,7 @@ def test_damage_is_listed(two_streams):
 
 
 @pytest.mark.filterwarnings("ignore::pcl_ext.CompressionWarning")
-def test_limits_follow_the_size_of_the_recording(tmp_path):
+def test_limits_are_those_of_a_frame(tmp_path):
     random = np.random.default_rng(1)
     places = np.argwhere(random.random((130, 130, 130)) < 0.5).astype(np.float32)
     assert len(places) > 2**20

@@ -5,6 +5,16 @@
 namespace pcl_ext {
 namespace io {
 
+namespace {
+
+std::string
+megabytes(std::uint64_t bytes)
+{
+  return std::to_string(bytes / 1000000) + " MB";
+}
+
+} // namespace
+
 CompressionStatus
 corruptFrame(const std::string& what)
 {
@@ -32,6 +42,24 @@ missingReference(std::uint32_t number, const std::optional<std::uint32_t>& last_
 }
 
 CompressionStatus
+droppedReference(std::uint32_t number, std::size_t limit)
+{
+  return {CompressionCode::MissingReference,
+          "P-frame " + std::to_string(number) +
+              " depends on the previous frame, which was dropped to keep the memory "
+              "limit of " +
+              megabytes(limit) + "; decoding continues at the next I-frame"};
+}
+
+CompressionStatus
+tooMuchMemory(std::uint64_t bytes, std::size_t limit)
+{
+  return {CompressionCode::LimitExceeded,
+          "the frame takes " + megabytes(bytes) +
+              " of memory or more, and the memory limit is " + megabytes(limit)};
+}
+
+CompressionStatus
 failedRead(const ByteSource& source, const std::string& part)
 {
   if (source.failure() == ByteSource::Failure::LimitExceeded)
@@ -40,13 +68,13 @@ failedRead(const ByteSource& source, const std::string& part)
 }
 
 CompressionStatus
-checkVoxelCount(std::uint64_t count, const DecoderLimits& limits)
+checkVoxelCount(std::uint64_t count, std::size_t max_voxels)
 {
-  if (count <= limits.max_voxels)
+  if (count <= max_voxels)
     return {};
   return {CompressionCode::LimitExceeded,
           "frame header: " + std::to_string(count) + " voxels exceed the limit of " +
-              std::to_string(limits.max_voxels)};
+              std::to_string(max_voxels)};
 }
 
 CompressionStatus

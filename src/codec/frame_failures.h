@@ -29,6 +29,20 @@ oldFrame(std::uint32_t number);
 CompressionStatus
 missingReference(std::uint32_t number, const std::optional<std::uint32_t>& last_number);
 
+/** \brief A P-frame whose previous frame was decoded, and then dropped.
+ * \param[in] number of the P-frame
+ * \param[in] limit of the MemoryBudget, bytes
+ */
+CompressionStatus
+droppedReference(std::uint32_t number, std::size_t limit);
+
+/** \brief A frame that would take more memory than there is.
+ * \param[in] bytes that it takes at least
+ * \param[in] limit of the MemoryBudget, bytes
+ */
+CompressionStatus
+tooMuchMemory(std::uint64_t bytes, std::size_t limit);
+
 /** \brief A read beyond the end of the input or beyond the limit on bytes.
  * \param[in] source whose read failed
  * \param[in] part of the frame in which it failed, with its article
@@ -38,7 +52,7 @@ failedRead(const ByteSource& source, const std::string& part);
 
 /** \brief Checks the number of voxels that a header declares. */
 CompressionStatus
-checkVoxelCount(std::uint64_t count, const DecoderLimits& limits);
+checkVoxelCount(std::uint64_t count, std::size_t max_voxels);
 
 /** \brief Checks the voxel edge that a header declares. */
 CompressionStatus

@@ -24,6 +24,13 @@ CodingWorkspace::endFrame(std::size_t needed, std::size_t taken)
     fast_.reset();
 }
 
+void
+CodingWorkspace::releaseMemory() noexcept
+{
+  fast_.reset();
+  memory_rule_ = MemoryRule();
+}
+
 PayloadCoder&
 PayloadCoders::of(Effort effort)
 {
@@ -41,6 +48,16 @@ PayloadCoders::trackedVoxels(Effort effort) const
   const std::unique_ptr<PayloadCoder>& coder =
       coders_[static_cast<std::size_t>(effort)];
   return coder ? coder->trackedVoxels() : 0;
+}
+
+std::size_t
+PayloadCoders::memoryBytes() const
+{
+  std::size_t bytes = 0;
+  for (const std::unique_ptr<PayloadCoder>& coder : coders_)
+    if (coder)
+      bytes += coder->modelBytes() + bytes_of_block * coder->trackedBlocks();
+  return bytes;
 }
 
 void

@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "codec/frame_limits.h"
 #include "voxels/memory_rule.h"
 
 #include <array>
@@ -18,20 +19,28 @@ namespace fast {
 struct Workspace;
 } // namespace fast
 
-/** \brief The most voxels that a frame may have, also with higher limits, as indices of
- * voxels in the history have 32 bits. */
-constexpr std::size_t largest_frame = std::size_t{1} << 24;
+/** \brief Whether the history has indices for the blocks of a P-frame, too. If not, an
+ * encoder makes an I-frame instead, and a decoder refuses the frame.
+ * \param[in] blocks of the history
+ * \param[in] voxels of the frame
+ */
+constexpr bool
+fitsHistory(std::size_t blocks, std::size_t voxels)
+{
+  return blocks + voxels <= largest_frame;
+}
 
-/** \brief The most tracked voxels that the history may have before a P-frame. If there
- * are more, an encoder makes an I-frame instead, and a decoder refuses the frame.
- * \param[in] voxels of the frame for an encoder, the limit for a decoder
+/** \brief The most tracked voxels, or blocks with them, that the history may have before a
+ * P-frame. If there are more, an encoder makes an I-frame instead, and a decoder refuses
+ * the frame.
+ * \param[in] count voxels or blocks of the frame for an encoder, the limit for a decoder
  */
 constexpr std::size_t
-maxTrackedVoxels(std::size_t voxels)
+maxTracked(std::size_t count)
 {
   // Streams of fixed sensors have two to five for each voxel.
-  const std::size_t of_small_frames = 8 * voxels + (std::size_t{1} << 16);
-  const std::size_t of_large_frames = 2 * voxels + (std::size_t{1} << 20);
+  const std::size_t of_small_frames = 8 * count + (std::size_t{1} << 16);
+  const std::size_t of_large_frames = 2 * count + (std::size_t{1} << 20);
   return of_small_frames < of_large_frames ? of_small_frames : of_large_frames;
 }
 
@@ -41,6 +50,8 @@ struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
   std::size_t attributes = 0; ///< of the supplement
+  /** \brief Decoding failed as there are more than CodedPayload::max_blocks. */
+  bool has_too_many_blocks = false;
 };
 
 /** \brief A payload to decode. */
@@ -49,6 +60,8 @@ struct CodedPayload {
   const std::uint8_t* end;   ///< one past the last byte
   std::size_t voxel_count;   ///< of the frame
   bool is_i_frame;           ///< coded without the history
+  /** \brief Most blocks that are not tracked. */
+  std::size_t max_blocks = largest_frame;
 };
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn.
@@ -69,6 +82,10 @@ public:
    */
   void
   endFrame(std::size_t needed, std::size_t taken);
+
+  /** \brief Releases all of it. */
+  void
+  releaseMemory() noexcept;
 
 private:
   std::unique_ptr<fast::Workspace> fast_;
@@ -136,6 +153,14 @@ public:
   /** \brief Number of tracked voxels. */
   virtual std::size_t
   trackedVoxels() const = 0;
+
+  /** \brief Number of blocks with tracked voxels. */
+  virtual std::size_t
+  trackedBlocks() const = 0;
+
+  /** \brief Bytes of the models. */
+  virtual std::size_t
+  modelBytes() const = 0;
 };
 
 /** \brief The coders of one stream by effort, each created on first use. */
@@ -148,6 +173,11 @@ public:
   /** \brief Number of tracked voxels of the coder of an effort; 0 if there is none. */
   std::size_t
   trackedVoxels(Effort effort) const;
+
+  /** \brief Bytes of all coders but for their voxels, an estimate that is rather too
+   * high. */
+  std::size_t
+  memoryBytes() const;
 
   /** \brief Destroys all coders but that of an effort. */
   void

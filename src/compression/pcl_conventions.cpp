@@ -70,8 +70,6 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
                                used.octree_resolution < edge;
   settings.resolution =
       settings.keep_point_counts && !is_octree_finer ? edge : used.octree_resolution;
-  // PCL's class has no limits; voxels of a sensor with several megapixels.
-  settings.decoder_limits.max_voxels = std::size_t{1} << 22;
   settings.coarsen_wide_clouds = true;
   settings.use_coordinate_step = true;
   settings.i_frame_rate = used.i_frame_rate;

@@ -52,6 +52,14 @@ checkSettings(const CentralNodeSettings& settings)
   return {};
 }
 
+CentralNodeSettings
+withBudget(CentralNodeSettings settings)
+{
+  if (!settings.decoder_limits.budget)
+    settings.decoder_limits.budget = std::make_shared<io::MemoryBudget>();
+  return settings;
+}
+
 unsigned int
 threadsOf(const CentralNodeSettings& settings)
 {
@@ -70,7 +78,7 @@ unknownStream(const std::string& name)
 class CentralNode::Implementation {
 public:
   Implementation(const CentralNodeSettings& settings, FrameListener listener)
-  : settings_(settings)
+  : settings_(withBudget(settings))
   , settings_status_(checkSettings(settings))
   , listener_(std::move(listener))
   , pool_(settings_status_.ok() ? threadsOf(settings) : 1)

@@ -59,6 +59,8 @@ const Metric<StreamHealth> stream_metrics[] = {
      [](const StreamHealth& s, Time) { return number(s.frames_lost); }},
     {"i_frame_requests_total", counter, "Frames after which an I-frame was requested.",
      [](const StreamHealth& s, Time) { return number(s.i_frame_requests); }},
+    {"memory_drops_total", counter, "Its voxels were dropped to keep the memory limit.",
+     [](const StreamHealth& s, Time) { return number(s.memory_drops); }},
     {"in_sync", gauge, "1 if the last frame was decoded, else 0.",
      [](const StreamHealth& s, Time) { return s.in_sync ? 1.0 : 0.0; }},
     {"age_seconds", gauge, "Time since a frame was decoded; absent before the first.",

@@ -198,6 +198,7 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
   report.add("intensities reduced in merged grid", stream.intensities_reduced);
   report.add("resolution, m", stream.resolution);
   report.add("min_intensity", now.min_intensity);
+  report.add("memory drops", stream.memory_drops);
   report.add("in sync", stream.in_sync ? "yes" : "no");
   return report;
 }

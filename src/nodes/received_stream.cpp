@@ -51,7 +51,9 @@ wasNoFrame(io::CompressionCode code)
 ReceivedStream::ReceivedStream(const std::string& name,
                                float min_intensity,
                                const io::DecoderLimits& limits)
-: decoder_(limits), min_intensity_(min_intensity)
+: decoder_(limits)
+, min_intensity_(min_intensity)
+, share_(limits.budget, [this] { dropVoxels(); })
 {
   health_.name = name;
 }
@@ -88,6 +90,7 @@ ReceivedStream::endTurn()
 void
 ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 {
+  share_.begin();
   const auto start = std::chrono::steady_clock::now();
   const WaitingFrame frame = takeNext();
   bool is_decoded = false;
@@ -117,6 +120,30 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
               has_voxels ? latest_ : no_voxels,
               has_voxels ? decoder_.statistics() : no_statistics,
               wants_i_frame});
+  share_.end(keptBytes());
+}
+
+/** \brief Bytes that are kept beside the decoder's, an estimate that is rather too
+ * high. */
+std::size_t
+ReceivedStream::keptBytes() const
+{
+  constexpr std::size_t bytes_of_filter = 400; // a voxel
+  return 2 * bytesOf(latest_) +
+         (outlier_removal_ ? bytes_of_filter * latest_.size() : 0);
+}
+
+/** \brief Drops the voxels and the filter's history, as the memory is needed elsewhere. */
+void
+ReceivedStream::dropVoxels() noexcept
+{
+  outlier_removal_.reset();
+  kept_ = io::VoxelFrame();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  are_outlier_settings_new_ = outlier_settings_.has_value();
+  latest_ = io::VoxelFrame();
+  has_latest_ = false;
+  ++health_.memory_drops;
 }
 
 io::CompressionStatus
@@ -176,6 +203,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;
     std::swap(kept_, latest_);
+    has_latest_ = true;
     latest_stamp_ = stamp;
   }
   // Either of the two swapped frames may be too large.
@@ -289,7 +317,7 @@ ReceivedStream::latestVoxels(Time oldest,
       health_.last_decoded >= oldest && health_.last_decoded <= newest;
   const bool has_such_a_stamp =
       stamps && latest_stamp_ >= stamps->oldest && latest_stamp_ <= stamps->newest;
-  if (health_.frames_decoded == 0 || (!was_decoded_then && !has_such_a_stamp))
+  if (!has_latest_ || (!was_decoded_then && !has_such_a_stamp))
     return std::nullopt;
   // After an exception the copy may have keys without intensities.
   callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });

@@ -203,7 +203,13 @@ private:
   bool
   countFailed(io::CompressionStatus status, bool is_decoded);
 
-  // Used by decodeNext() only.
+  std::size_t
+  keptBytes() const;
+
+  void
+  dropVoxels() noexcept;
+
+  // Used by decodeNext() only, and between two calls by dropVoxels().
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
   io::VoxelFrame kept_;                // swapped with latest_, to reuse memory
@@ -220,6 +226,7 @@ private:
   std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
   bool are_outlier_settings_new_ = false;
   io::VoxelFrame latest_;
+  bool has_latest_ = false;
   Time latest_stamp_{0};
   StreamHealth health_;
   RateWindow window_;
@@ -228,6 +235,8 @@ private:
   std::size_t refused_behind_ = 0;           // since the last frame that waited
   std::optional<std::uint32_t> last_number_; // of the last decoded frame
   std::size_t unnumbered_ = 0; // frames that failed or were refused since then
+
+  io::MemoryShare share_; // beside that of the decoder; last, as it uses the others
 };
 
 } // namespace nodes

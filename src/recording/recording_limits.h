@@ -7,8 +7,7 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Largest frame that a reader takes, bytes. A decoder has limits of its own,
- * see decoderLimitsOf(). */
+/** \brief Largest frame that a reader takes, bytes. A decoder has limits of its own. */
 constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
 
 /** \brief Limits for looking at frames without decoding them. */

@@ -61,6 +61,7 @@ public:
   std::vector<std::vector<std::size_t>> by_stream_; // indices in the frames
   std::size_t next_ = 0;                            // index in the frames
   std::vector<std::string> files_;
+  io::DecodingMemory decoding_memory_; // of all decoders of its streams
 };
 
 RecordingStatus
@@ -224,28 +225,90 @@ public:
   }
 
 private:
+  io::CompressionStatus
+  decodeFrom(std::size_t first,
+             std::size_t number,
+             io::VoxelFrame& voxels,
+             bool is_again);
+
+  io::CompressionStatus
+  decodeNext(const RecordedFrame& frame, io::VoxelFrame& voxels);
+
+  io::CompressionStatus
+  decodeBytes(const RecordedFrame& frame, io::VoxelFrame& voxels);
+
   RecordingReader& reader_;
   std::size_t stream_;
   io::DecoderLimits limits_;
   io::FrameDecoder decoder_;
-  std::size_t next_ = 0; // number of the frame that follows the last one
+  std::size_t next_ = 0;         // number of the frame that follows the last one
+  bool is_last_decoded_ = false; // the last one, by decoder_
   RecordedFrame frame_;
 };
+
+io::CompressionStatus
+RecordedStreamDecoder::Implementation::decodeBytes(const RecordedFrame& frame,
+                                                   io::VoxelFrame& voxels)
+{
+  return decoder_.decode(frame.bytes.data(),
+                         frame.bytes.size(),
+                         voxels,
+                         reader_.implementation_->decoding_memory_);
+}
+
+/** \brief Decodes a frame after the last one. */
+io::CompressionStatus
+RecordedStreamDecoder::Implementation::decodeNext(const RecordedFrame& frame,
+                                                  io::VoxelFrame& voxels)
+{
+  io::CompressionStatus status = decodeBytes(frame, voxels);
+  // Frames arrive in order here: this is a stream that was recorded again, as of a bag
+  // that was played in a loop, and an I-frame decodes whatever was before it.
+  if (status.code() == io::CompressionCode::OldFrame && frame.description.status.ok() &&
+      frame.description.is_i_frame) {
+    decoder_ = io::FrameDecoder(limits_);
+    status = decodeBytes(frame, voxels);
+  }
+  next_ = frame.number + 1;
+  is_last_decoded_ = status.ok();
+  return status;
+}
 
 io::CompressionStatus
 RecordedStreamDecoder::Implementation::decode(const RecordedFrame& frame,
                                               io::VoxelFrame& voxels)
 {
-  next_ = frame.number + 1;
-  io::CompressionStatus status =
-      decoder_.decode(frame.bytes.data(), frame.bytes.size(), voxels);
-  // Frames arrive in order here: this is a stream that was recorded again, as of a bag
-  // that was played in a loop, and an I-frame decodes whatever was before it.
-  if (status.code() != io::CompressionCode::OldFrame ||
-      !frame.description.status.ok() || !frame.description.is_i_frame)
+  const bool has_reference = is_last_decoded_ && frame.number == next_;
+  io::CompressionStatus status = decodeNext(frame, voxels);
+  // The frame before it was decoded, and then dropped to keep the memory limit.
+  if (status.code() != io::CompressionCode::MissingReference || !has_reference)
     return status;
+  const std::size_t number = frame.number; // of frame_, perhaps
   decoder_ = io::FrameDecoder(limits_);
-  return decoder_.decode(frame.bytes.data(), frame.bytes.size(), voxels);
+  return decodeFrom(reader_.iFrameBefore(stream_, number), number, voxels, true);
+}
+
+/** \brief Decodes frames of the recording, and keeps the last one.
+ * \param[in] is_again they were decoded before
+ */
+io::CompressionStatus
+RecordedStreamDecoder::Implementation::decodeFrom(std::size_t first,
+                                                  std::size_t number,
+                                                  io::VoxelFrame& voxels,
+                                                  bool is_again)
+{
+  io::CompressionStatus status;
+  for (std::size_t i = first; i <= number; ++i) {
+    voxels.clearVoxels();
+    const RecordingStatus read = reader_.read(stream_, i, frame_);
+    frame_.number = i;
+    if (read.ok())
+      status = is_again ? decodeNext(frame_, voxels) : decode(frame_, voxels);
+    else
+      status = {io::CompressionCode::InputFailed, read.message()};
+  }
+  next_ = number + 1;
+  return status;
 }
 
 io::CompressionStatus
@@ -267,25 +330,13 @@ RecordedStreamDecoder::Implementation::decode(std::size_t number,
     else
       decoder_ = io::FrameDecoder(limits_);
   }
-  io::CompressionStatus status;
-  for (std::size_t i = first; i <= number; ++i) {
-    voxels.clearVoxels();
-    const RecordingStatus read = reader_.read(stream_, i, frame_);
-    frame_.number = i;
-    status = read.ok() ? decode(frame_, voxels)
-                       : io::CompressionStatus{io::CompressionCode::InputFailed,
-                                               read.message()};
-  }
-  next_ = number + 1;
-  return status;
+  return decodeFrom(first, number, voxels, false);
 }
 
-RecordedStreamDecoder::RecordedStreamDecoder(
-    RecordingReader& reader,
-    std::size_t stream,
-    const std::optional<io::DecoderLimits>& limits)
-: implementation_(new Implementation(
-      reader, stream, limits ? *limits : decoderLimitsOf(reader.fileBytes())))
+RecordedStreamDecoder::RecordedStreamDecoder(RecordingReader& reader,
+                                             std::size_t stream,
+                                             const io::DecoderLimits& limits)
+: implementation_(new Implementation(reader, stream, limits))
 {}
 RecordedStreamDecoder::~RecordedStreamDecoder() = default;
 RecordedStreamDecoder::RecordedStreamDecoder(RecordedStreamDecoder&&) noexcept =

@@ -3,12 +3,14 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/exceptions.h"
+#include "codec/frame_limits.h"
 #include "stream/cloud_voxelizer.h"
 #include "stream/frame_warnings.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/point_batches.h"
 #include "voxelizing/voxel_locator.h"
 #include "voxels/memory_rule.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <array>
@@ -156,6 +158,9 @@ private:
   std::uint64_t
   mostPixels(const VoxelFrame& frame) const;
 
+  LimitedCounts
+  limitedCounts(const VoxelFrame& frame);
+
   EncoderSettings settings_;
   std::optional<DepthLaw> depth_law_;
   CompressionStatus settings_status_;
@@ -167,8 +172,9 @@ private:
   ImageCollector image_;
   MemoryRule memory_rule_; // of both
   FrameEncoder encoder_;
-  VoxelizationStatistics voxelization_; // of the last voxelized frame
-  TemporalFilterStatus filtering_;      // likewise
+  std::uint64_t bytes_since_i_frame_ = 0; // payloads, with that of the I-frame
+  VoxelizationStatistics voxelization_;   // of the last voxelized frame
+  TemporalFilterStatus filtering_;        // likewise
   FrameStatistics statistics_;
 };
 
@@ -269,7 +275,8 @@ CloudEncoder::Implementation::mostPixels(const VoxelFrame& frame) const
   const std::size_t points =
       voxelization_.points_used -
       *std::max_element(frame.point_counts.begin(), frame.point_counts.end());
-  const DecoderLimits& limits = settings_.decoder_limits;
+  // An image takes a byte for four points, or more.
+  const FrameLimits limits = frameLimits(settings_.decoder_limits, points / 4);
   const bool is_i_frame = encoder_.isIFrameDue();
   const std::size_t values = fields_.valuesOfPoint();
   // Fields are those of pixels, whatever the voxels.
@@ -364,17 +371,34 @@ CloudEncoder::Implementation::encode(const VoxelFrame& frame,
     return status;
   statistics_ = {
       voxelization_, encoder_.statistics(), filtering_.hidden, filtering_.held};
+  const LimitedCounts counts = limitedCounts(frame);
+  statistics_.exceeds_limits = exceedsLimits(statistics_, settings_, counts);
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
       [&] {
-        return CompressionStatus(CompressionCode::Ok,
-                                 frameWarning(statistics_,
-                                              settings_,
-                                              unit_,
-                                              voxelizer_.isCoarsened(),
-                                              frame.fieldValueCount()));
+        return CompressionStatus(
+            CompressionCode::Ok,
+            frameWarning(
+                statistics_, settings_, unit_, voxelizer_.isCoarsened(), counts));
       },
       [] { return CompressionStatus(); });
+}
+
+/** \brief What of the frame that was encoded last decoders limit. */
+LimitedCounts
+CloudEncoder::Implementation::limitedCounts(const VoxelFrame& frame)
+{
+  const CodedFrameStatistics& coding = statistics_.coding;
+  if (coding.is_i_frame)
+    bytes_since_i_frame_ = 0;
+  bytes_since_i_frame_ += coding.bytes - coding.header_bytes;
+  // Counted only where they may exceed the limit. Those of a refinement are fewer.
+  const bool may_exceed =
+      coding.voxels >
+      frameLimits(settings_.decoder_limits, bytes_since_i_frame_).max_blocks;
+  return {may_exceed ? countBlocks(frame.keys) : 0,
+          frame.fieldValueCount(),
+          bytes_since_i_frame_};
 }
 
 CloudEncoder::CloudEncoder(const EncoderSettings& settings,

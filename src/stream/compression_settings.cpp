@@ -206,6 +206,8 @@ checkLimits(const DecoderLimits& limits)
     return invalid("decoder_limits.max_points", 0, "above 0");
   if (limits.max_field_values == 0)
     return invalid("decoder_limits.max_field_values", 0, "above 0");
+  if (limits.free_voxels == 0)
+    return invalid("decoder_limits.free_voxels", 0, "above 0");
   return {};
 }
 

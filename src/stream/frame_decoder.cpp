@@ -27,11 +27,13 @@ public:
   , keeps_incomplete_(incomplete_frame == IncompleteFrame::Keep)
   , rereads_(std::max(limits.max_frame_bytes, least_allowance))
   , version1_(limits)
+  , share_(limits.budget, [this] { dropHistory(); })
   {}
 
   CompressionStatus
   decode(std::streambuf& buffer, VoxelFrame& frame, CodingWorkspace& work)
   {
+    share_.begin();
     const std::streambuf::off_type begin = positionOf(buffer);
     std::size_t frame_offset = 0;
     found_ = FoundFormat::None;
@@ -44,6 +46,7 @@ public:
     if (!status.ok())
       frame.clearVoxels();
     followStream(status, frame, work);
+    share_.end(memoryBytes());
     return status;
   }
 
@@ -263,6 +266,24 @@ private:
       releaseMemory(frame);
   }
 
+  /** \brief Bytes that are kept, an estimate that is rather too high. */
+  std::size_t
+  memoryBytes() const
+  {
+    // Half for a voxel of the frame, half for one of the history.
+    return bytes_of_voxel / 2 * memory_rule_.most() + version1_.memoryBytes();
+  }
+
+  /** \brief Drops what is kept of earlier frames, as the memory is needed elsewhere. */
+  void
+  dropHistory() noexcept
+  {
+    version1_.drop();
+    published_ = published::History();
+    own_workspace_.releaseMemory();
+    memory_rule_ = MemoryRule();
+  }
+
   void
   releaseMemory(VoxelFrame& frame)
   {
@@ -296,6 +317,7 @@ private:
   FrameOrder published_order_{false};
   CodingWorkspace own_workspace_;
   MemoryRule memory_rule_;
+  MemoryShare share_; // the last member, as its destructor ends the use of the others
 };
 
 DecodingMemory::DecodingMemory() : workspace_(std::make_unique<CodingWorkspace>()) {}

@@ -127,7 +127,7 @@ private:
     if (frame.size() > largest_frame)
       return {CompressionCode::InvalidInput,
               "the frame has " + std::to_string(frame.size()) +
-                  " voxels; at most 2^24 are supported"};
+                  " voxels; at most 2^26 are supported"};
     if (stamp && stamp->frame_id.size() > max_frame_id_size)
       return {CompressionCode::InvalidInput,
               "frame_id has " + std::to_string(stamp->frame_id.size()) +

@@ -1,5 +1,9 @@
 #include "stream/frame_warnings.h"
 
+#include "codec/frame_limits.h"
+
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -80,28 +84,49 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
        text);
 }
 
+/** \brief A number of a frame and the limit of its decoders. */
+struct LimitedNumber {
+  std::size_t number;
+  std::size_t limit;
+  std::string_view name; ///< member of DecoderLimits
+};
+
+std::array<LimitedNumber, 5>
+limitedNumbers(const FrameStatistics& statistics,
+               const EncoderSettings& settings,
+               const LimitedCounts& counts)
+{
+  const bool is_published = settings.format == StreamFormat::Published;
+  const FrameLimits limits = frameLimits(settings.decoder_limits,
+                                         is_published ? 0 : counts.bytes_since_i_frame);
+  const bool is_by_bytes = limits.max_voxels < settings.decoder_limits.max_voxels;
+  return {{{statistics.coding.voxels,
+            limits.max_voxels,
+            is_by_bytes ? "free_voxels" : "max_voxels"},
+           {is_published ? 0 : counts.blocks, limits.max_blocks, "free_voxels"},
+           {statistics.coding.bytes,
+            settings.decoder_limits.max_frame_bytes,
+            "max_frame_bytes"},
+           {settings.keep_point_counts ? statistics.voxelization.points_used : 0,
+            limits.max_points,
+            "max_points"},
+           {counts.field_values, limits.max_field_values, "max_field_values"}}};
+}
+
 /** \brief Mentions what a decoder with the limits of the settings refuses. */
 void
-warnOfLimits(const FrameStatistics& statistics,
-             const EncoderSettings& settings,
-             std::size_t field_values,
-             std::string& text)
+warnOfLimits(const std::array<LimitedNumber, 5>& numbers, std::string& text)
 {
-  const DecoderLimits& limits = settings.decoder_limits;
-  const auto exceed = [&](std::size_t number, std::size_t limit, const char* name) {
-    if (number <= limit)
-      return;
+  for (const LimitedNumber& limited : numbers) {
+    if (limited.number <= limited.limit)
+      continue;
     if (!text.empty())
       text += "; ";
-    text += "the frame needs a decoder with decoder_limits." + std::string(name) +
-            " of at least " + std::to_string(number) + "; that of the settings is " +
-            std::to_string(limit);
-  };
-  exceed(statistics.coding.voxels, limits.max_voxels, "max_voxels");
-  exceed(statistics.coding.bytes, limits.max_frame_bytes, "max_frame_bytes");
-  if (settings.keep_point_counts)
-    exceed(statistics.voxelization.points_used, limits.max_points, "max_points");
-  exceed(field_values, limits.max_field_values, "max_field_values");
+    text += "the frame needs a decoder with decoder_limits.";
+    text.append(limited.name) += " of at least " + std::to_string(limited.number) +
+                                 "; that of the settings is " +
+                                 std::to_string(limited.limit);
+  }
 }
 
 /** \brief Mentions intensities that the scale cannot hold. */
@@ -149,12 +174,23 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
 
 } // namespace
 
+bool
+exceedsLimits(const FrameStatistics& statistics,
+              const EncoderSettings& settings,
+              const LimitedCounts& counts)
+{
+  const auto numbers = limitedNumbers(statistics, settings, counts);
+  return std::any_of(numbers.begin(), numbers.end(), [](const LimitedNumber& limited) {
+    return limited.number > limited.limit;
+  });
+}
+
 std::string
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
              bool is_coarsened,
-             std::size_t field_values)
+             const LimitedCounts& counts)
 {
   std::string text;
   if (is_coarsened)
@@ -164,7 +200,7 @@ frameWarning(const FrameStatistics& statistics,
   warnOfPoints(
       statistics.voxelization, settings.format == StreamFormat::Published, text);
   warnOfIntensities(statistics.voxelization, settings, unit, text);
-  warnOfLimits(statistics, settings, field_values, text);
+  warnOfLimits(limitedNumbers(statistics, settings, counts), text);
   return text;
 }
 

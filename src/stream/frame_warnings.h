@@ -5,10 +5,28 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace pcl_ext {
 namespace io {
+
+/** \brief What of a frame DecoderLimits limit, beside its voxels, points and bytes. */
+struct LimitedCounts {
+  std::size_t blocks = 0;                ///< at most so many
+  std::size_t field_values = 0;          ///< of all fields
+  std::uint64_t bytes_since_i_frame = 0; ///< payloads, see frameLimits()
+};
+
+/** \brief Whether decoders with the limits of the settings refuse a frame.
+ * \param[in] statistics of the frame
+ * \param[in] settings of its encoder
+ * \param[in] counts of the frame
+ */
+bool
+exceedsLimits(const FrameStatistics& statistics,
+              const EncoderSettings& settings,
+              const LimitedCounts& counts);
 
 /** \brief What of a cloud is not in its frame, or changed, each with its number; empty
  * if nothing is. Points that are not finite are not mentioned: organised clouds have
@@ -17,14 +35,14 @@ namespace io {
  * \param[in] settings of its encoder
  * \param[in] unit unit of the point intensities
  * \param[in] is_coarsened whether voxels are larger since the cloud is wide
- * \param[in] field_values of all fields in the frame
+ * \param[in] counts of the frame
  */
 std::string
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
              bool is_coarsened,
-             std::size_t field_values = 0);
+             const LimitedCounts& counts = LimitedCounts());
 
 } // namespace io
 } // namespace pcl_ext

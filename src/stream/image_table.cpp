@@ -115,7 +115,7 @@ readRayPose(ByteSource& source, RayPose& pose)
 }
 
 CompressionStatus
-readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& image)
+readImageTable(ByteSource& source, PointImage& image)
 {
   image = PointImage();
   const std::uint64_t width = source.varint();
@@ -126,11 +126,6 @@ readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& imag
   if (width < 1 || height < 1 || width > most_image_side || height > most_image_side ||
       width * height > most_image_pixels || (flags & ~known_flags) != 0)
     return corruptFrame("invalid image");
-  if (width * height > limits.max_points)
-    return {CompressionCode::LimitExceeded,
-            "frame header: an image of " + std::to_string(width * height) +
-                " pixels exceeds the limit of " + std::to_string(limits.max_points) +
-                " points"};
   image.width = static_cast<std::uint32_t>(width);
   image.height = static_cast<std::uint32_t>(height);
   RayModel& rays = image.rays;

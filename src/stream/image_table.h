@@ -28,7 +28,7 @@ readRayPose(ByteSource& source, RayPose& pose);
  * \param[out] image without points
  */
 CompressionStatus
-readImageTable(ByteSource& source, const DecoderLimits& limits, PointImage& image);
+readImageTable(ByteSource& source, PointImage& image);
 
 } // namespace io
 } // namespace pcl_ext

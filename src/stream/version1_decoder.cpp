@@ -42,7 +42,7 @@ Version1Decoder::decode(ByteSource& source,
   memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
   if (header_.content.has_fields)
     memory_taken_ += static_cast<std::size_t>(std::min<std::uint64_t>(
-        limits_.max_field_values,
+        frame_limits_.max_field_values,
         fieldValuesOf(header_, header_.is_i_frame ? header_.fields : fields_)));
   PayloadSizes sizes;
   prepareStamp();
@@ -73,9 +73,11 @@ Version1Decoder::decode(ByteSource& source,
 CompressionStatus
 Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 {
-  if (CompressionStatus status =
-          readVersion1Header(source, limits_, header_, checksum, checked_bytes_);
+  if (CompressionStatus status = readVersion1Header(
+          source, limits_, header_, checksum, checked_bytes_, bytes_since_i_frame_);
       !status.ok())
+    return status;
+  if (CompressionStatus status = limitFrame(); !status.ok())
     return status;
   header_size_ = checked_bytes_.size();
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
@@ -96,6 +98,35 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
   if (CompressionStatus status = verifyChecksum(checksum); !status.ok())
     return status;
   return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
+}
+
+/** \brief Sets the limits of a frame by its bytes and by the memory that there is. */
+CompressionStatus
+Version1Decoder::limitFrame()
+{
+  frame_limits_ = limitsOf(header_, limits_, bytes_since_i_frame_);
+  blocks_by_memory_ = largest_frame;
+  if (!limits_.budget)
+    return {};
+  const std::uint64_t limit = limits_.budget->limit();
+  const std::uint64_t least = bytes_of_voxel * header_.voxel_count;
+  if (least > limit)
+    return tooMuchMemory(least, limits_.budget->limit());
+  blocks_by_memory_ = static_cast<std::size_t>((limit - least) / bytes_of_block);
+  frame_limits_.max_blocks = std::min(frame_limits_.max_blocks, blocks_by_memory_);
+  return {};
+}
+
+/** \brief A frame with more blocks than its limit. */
+CompressionStatus
+Version1Decoder::tooManyBlocks() const
+{
+  if (limits_.budget && frame_limits_.max_blocks == blocks_by_memory_)
+    return tooMuchMemory(limits_.budget->limit(), limits_.budget->limit());
+  return {CompressionCode::LimitExceeded,
+          "the blocks of " + std::to_string(header_.voxel_count) +
+              " voxels exceed the limit of " +
+              std::to_string(frame_limits_.max_blocks)};
 }
 
 CompressionStatus
@@ -119,6 +150,8 @@ Version1Decoder::checkOrder(std::uint32_t checksum)
     return oldFrame(header_.frame_number);
   if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
     return {};
+  if (is_dropped_)
+    return droppedReference(header_.frame_number, limits_.budget->limit());
   return missingReference(header_.frame_number,
                           has_history_ ? std::optional(frame_number_) : std::nullopt);
 }
@@ -162,13 +195,16 @@ Version1Decoder::decodeChanges(CodingWorkspace& work,
 {
   if (!changes_ || !changes_->hasLastFrame())
     return corruptFrame("a frame of changes to one that it cannot refer to");
-  if (changes_->blockCount() > maxTrackedVoxels(limits_.max_voxels))
+  if (changes_->blockCount() > maxTracked(frame_limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   sizes = {static_cast<std::size_t>(header_.payload_size), 0, 0};
-  if (changes_->decode(
-          work,
-          {begin, end, static_cast<std::size_t>(header_.voxel_count), false},
-          frame) &&
+  if (changes_->decode(work,
+                       {begin,
+                        end,
+                        static_cast<std::size_t>(header_.voxel_count),
+                        false,
+                        frame_limits_.max_blocks},
+                       frame) &&
       isConsistent(frame))
     return {};
   return corruptFrame("the payload does not decode to " +
@@ -200,17 +236,21 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               PayloadSizes& sizes)
 {
   PayloadCoder& coder = coders_.of(header_.effort);
-  if (!header_.is_i_frame &&
-      coder.trackedVoxels() > maxTrackedVoxels(limits_.max_voxels))
-    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   const bool is_refined = header_.content.hasVoxels();
-  const std::uint64_t count =
-      is_refined ? header_.coarse_voxel_count : header_.voxel_count;
+  const auto count = static_cast<std::size_t>(is_refined ? header_.coarse_voxel_count
+                                                         : header_.voxel_count);
+  if (!header_.is_i_frame &&
+      (coder.trackedVoxels() > maxTracked(frame_limits_.max_voxels) ||
+       coder.trackedBlocks() > maxTracked(frame_limits_.max_blocks) ||
+       !fitsHistory(coder.trackedBlocks(), count)))
+    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   if (coder.decode(work,
-                   {begin, end, static_cast<std::size_t>(count), header_.is_i_frame},
+                   {begin, end, count, header_.is_i_frame, frame_limits_.max_blocks},
                    is_refined ? coarse_voxels_ : frame,
                    sizes))
     return {};
+  if (sizes.has_too_many_blocks)
+    return tooManyBlocks();
   return corruptFrame("the payload does not decode to " + std::to_string(count) +
                       (is_refined ? " coarse voxels" : " voxels"));
 }
@@ -356,10 +396,10 @@ Version1Decoder::prepareFields(VoxelFrame& frame)
     static_cast<FieldDescription&>(frame.fields[i]) = header_.fields[i];
   frame.viewpoint = header_.viewpoint;
   const std::uint64_t values = count == 0 ? 0 : fieldValuesOf(header_, header_.fields);
-  if (values > limits_.max_field_values)
+  if (values > frame_limits_.max_field_values)
     return {CompressionCode::LimitExceeded,
             std::to_string(values) + " values of fields exceed the limit of " +
-                std::to_string(limits_.max_field_values)};
+                std::to_string(frame_limits_.max_field_values)};
   return {};
 }
 
@@ -398,6 +438,8 @@ void
 Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
 {
   effort_ = header_.effort;
+  bytes_since_i_frame_ =
+      header_.payload_size + (header_.is_i_frame ? 0 : bytes_since_i_frame_);
   if (header_.is_of_changes)
     changes_->learn();
   else
@@ -418,6 +460,7 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
     last_stamp_ = next_stamp_->stamp;
   stamp_.swap(next_stamp_);
   has_history_ = true;
+  is_dropped_ = false;
   frame_number_ = header_.frame_number;
   checksum_ = checksum;
   grid_ = frame.grid;
@@ -446,6 +489,15 @@ Version1Decoder::forget() noexcept
   changes_.reset();
   supplement_.reset();
   has_history_ = false;
+}
+
+void
+Version1Decoder::drop() noexcept
+{
+  is_dropped_ |= has_history_;
+  forget();
+  checked_bytes_ = std::vector<std::uint8_t>();
+  coarse_voxels_ = VoxelFrame();
 }
 
 void

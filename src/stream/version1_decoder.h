@@ -26,11 +26,7 @@ namespace io {
 /** \brief Decodes the frames of one stream of version 1 (doc/bitstream.md). */
 class Version1Decoder {
 public:
-  explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits)
-  {
-    limits_.max_voxels = std::min(limits.max_voxels, largest_frame);
-    limits_.max_points = std::min(limits.max_points, 16 * limits_.max_voxels);
-  }
+  explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits) {}
 
   /** \brief Reads and decodes a frame after the magic bytes.
    *
@@ -69,9 +65,22 @@ public:
     return has_history_ ? coders_.trackedVoxels(effort_) : 0;
   }
 
+  /** \brief Bytes of the history but for its voxels, an estimate that is rather too
+   * high. */
+  std::size_t
+  memoryBytes() const
+  {
+    return coders_.memoryBytes();
+  }
+
   /** \brief Drops the history, as if no frame had been decoded. */
   void
   forget() noexcept;
+
+  /** \brief The same, with all memory, as it is needed elsewhere: the status of the
+   * P-frames that follow tells it. */
+  void
+  drop() noexcept;
 
   /** \brief Reports the end of the input; see FrameOrder. */
   void
@@ -87,6 +96,12 @@ public:
 private:
   CompressionStatus
   readFrame(ByteSource& source, std::uint32_t& checksum);
+
+  CompressionStatus
+  limitFrame();
+
+  CompressionStatus
+  tooManyBlocks() const;
 
   CompressionStatus
   checkOrder(std::uint32_t checksum);
@@ -155,8 +170,10 @@ private:
   FrameOrder order_{true};
   // Of the decoded frames.
   bool has_history_ = false;
+  bool is_dropped_ = false; // there was a history
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
+  std::uint64_t bytes_since_i_frame_ = 0; // payloads, with that of the I-frame
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
   Effort effort_ = Effort::Balanced;
@@ -175,6 +192,8 @@ private:
 
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
+  FrameLimits frame_limits_{};
+  std::size_t blocks_by_memory_ = largest_frame;
   std::vector<std::uint8_t> checked_bytes_;
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;

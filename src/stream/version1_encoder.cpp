@@ -6,6 +6,7 @@
 #include "stream/image_table.h"
 #include "stream/image_trial.h"
 #include "voxels/ascending_keys.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <numeric>
@@ -44,7 +45,9 @@ Version1Encoder::needsIFrame(const VoxelFrame& frame,
   if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
     return true;
   // A moving sensor leaves many records, which take time and memory in both directions.
-  if (coder().trackedVoxels() > maxTrackedVoxels(frame.size()))
+  if (coder().trackedVoxels() > maxTracked(frame.size()) ||
+      coder().trackedBlocks() > maxTracked(countBlocks(frame.keys)) ||
+      !fitsHistory(coder().trackedBlocks(), frame.size()))
     return true;
   if (content_.refinement_levels > 0 && comeAgain(frame.keys)) {
     is_refinement_useful_ = false;
@@ -76,7 +79,7 @@ Version1Encoder::hasFewChanges(const VoxelFrame& frame, bool was_of_changes)
   return frame.size() >= least_voxels && mayBeFollowedByChanges() &&
          frame.regions == regions_ &&
          (!uses_depth_model_ || frame.depth_model == depth_model_) &&
-         changes_->blockCount() <= maxTrackedVoxels(frame.size()) &&
+         changes_->blockCount() <= maxTracked(frame.size()) &&
          changes_->countChanges(work_, frame) <= most_changes;
 }
 
@@ -228,8 +231,7 @@ PayloadSizes
 Version1Encoder::encodeIFrame(const VoxelFrame& frame)
 {
   const auto encode = [&](bool has_image) {
-    setContent(frame, has_image);
-    const PayloadSizes sizes = encodeContent(frame, codedVoxels(frame));
+    const PayloadSizes sizes = encodeWithContent(frame, has_image);
     i_frame_density_ =
         static_cast<double>(payload_.size()) /
         static_cast<double>(std::max<std::uint64_t>(1, header_.point_count));
@@ -260,6 +262,32 @@ Version1Encoder::encodeIFrame(const VoxelFrame& frame)
   const PayloadSizes chosen = is_image_smaller_ ? sizes : encode(false);
   settled_density_ = i_frame_density_;
   return chosen;
+}
+
+/** \brief Encodes payload and supplement of an I-frame. The first large one is also encoded
+ * without a refinement: where walls and floors are flat that takes fewer bytes, and more
+ * time. */
+PayloadSizes
+Version1Encoder::encodeWithContent(const VoxelFrame& frame, bool has_image)
+{
+  constexpr std::size_t large_frame = std::size_t{1} << 18;
+  constexpr double smallest_edge = 0.002; // of smaller ones most bits are noise
+  const auto encode = [&] {
+    setContent(frame, has_image);
+    return encodeContent(frame, codedVoxels(frame));
+  };
+  const PayloadSizes sizes = encode();
+  if (content_.refinement_levels == 0 || is_refinement_tried_ ||
+      frame.size() < large_frame || frame.grid.resolution < smallest_edge)
+    return sizes;
+  is_refinement_tried_ = true;
+  const std::size_t size = payload_.size();
+  is_refinement_useful_ = false;
+  const PayloadSizes sizes_without = encode();
+  if (payload_.size() <= size)
+    return sizes_without;
+  is_refinement_useful_ = true;
+  return encode();
 }
 
 /** \brief Judges an I-frame with an image.

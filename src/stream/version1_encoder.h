@@ -162,6 +162,9 @@ private:
   PayloadSizes
   encodeIFrame(const VoxelFrame& frame);
 
+  PayloadSizes
+  encodeWithContent(const VoxelFrame& frame, bool has_image);
+
   void
   settleImages(std::size_t size, std::size_t size_of_others);
 
@@ -225,6 +228,7 @@ private:
   bool wants_i_frame_ = false;
   std::unique_ptr<ImageTrial> trial_;                       // while it lasts
   bool is_refinement_useful_ = true;                        // by the previous frames
+  bool is_refinement_tried_ = false;                        // compared with none
   std::vector<std::uint64_t> last_keys_;                    // with a refinement
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
   std::string frame_id_;

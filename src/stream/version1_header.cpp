@@ -265,10 +265,7 @@ readRegions(ByteSource& source, Version1Header& header)
 
 /** \brief Reads the fields of an I-frame only, except for the stamp. */
 CompressionStatus
-readIFrameFields(ByteSource& source,
-                 std::uint8_t flags,
-                 const DecoderLimits& limits,
-                 Version1Header& header)
+readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 {
   if (CompressionStatus status =
           readGrid(source, (flags & origin_flag) != 0, header.grid);
@@ -295,7 +292,7 @@ readIFrameFields(ByteSource& source,
   if (header.regions)
     if (CompressionStatus status = readRegions(source, header); !status.ok())
       return status;
-  return header.content.has_image ? readImageTable(source, limits, header.image)
+  return header.content.has_image ? readImageTable(source, header.image)
                                   : CompressionStatus();
 }
 
@@ -314,17 +311,14 @@ readCounts(ByteSource& source, Version1Header& header)
 }
 
 CompressionStatus
-readFields(ByteSource& source,
-           std::uint8_t flags,
-           const DecoderLimits& limits,
-           Version1Header& header)
+readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 {
   header.frame_number = source.u32();
   CompressionStatus status;
   if ((flags & content_flag) != 0)
     status = readContent(source, header);
   if (status.ok() && header.is_i_frame)
-    status = readIFrameFields(source, flags, limits, header);
+    status = readIFrameFields(source, flags, header);
   if (status.ok() && header.ray_pose)
     readRayPose(source, *header.ray_pose);
   if (status.ok() && header.region_pose)
@@ -341,15 +335,23 @@ readFields(ByteSource& source,
 
 /** \brief Checks the fields that do not depend on the payload. */
 CompressionStatus
-checkFields(const Version1Header& header, const DecoderLimits& limits)
+checkFields(const Version1Header& header,
+            const DecoderLimits& decoder_limits,
+            std::uint64_t bytes_before)
 {
-  if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits);
-      !status.ok())
-    return status;
-  if (header.payload_size > limits.max_frame_bytes)
+  if (header.payload_size > decoder_limits.max_frame_bytes)
     return {CompressionCode::LimitExceeded,
             "frame header: payload exceeds the limit of " +
-                std::to_string(limits.max_frame_bytes) + " bytes"};
+                std::to_string(decoder_limits.max_frame_bytes) + " bytes"};
+  const FrameLimits limits = limitsOf(header, decoder_limits, bytes_before);
+  if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits.max_voxels);
+      !status.ok())
+    return status;
+  if (header.content.has_image && header.image.pixelCount() > limits.max_points)
+    return {CompressionCode::LimitExceeded,
+            "frame header: an image of " + std::to_string(header.image.pixelCount()) +
+                " pixels exceeds the limit of " + std::to_string(limits.max_points) +
+                " points"};
   if (header.point_count > limits.max_points)
     return {CompressionCode::LimitExceeded,
             "frame header: " + std::to_string(header.point_count) +
@@ -375,6 +377,15 @@ checkFields(const Version1Header& header, const DecoderLimits& limits)
 }
 
 } // namespace
+
+FrameLimits
+limitsOf(const Version1Header& header,
+         const DecoderLimits& limits,
+         std::uint64_t bytes_before)
+{
+  return frameLimits(limits,
+                     header.payload_size + (header.is_i_frame ? 0 : bytes_before));
+}
 
 void
 writeDepthModel(const DepthModel& model, std::vector<std::uint8_t>& payload)
@@ -448,7 +459,8 @@ readVersion1Header(ByteSource& source,
                    const DecoderLimits& limits,
                    Version1Header& header,
                    std::uint32_t& checksum,
-                   std::vector<std::uint8_t>& checked_bytes)
+                   std::vector<std::uint8_t>& checked_bytes,
+                   std::uint64_t bytes_before)
 {
   clear(header);
   const std::uint8_t stream_version = source.u8();
@@ -468,9 +480,9 @@ readVersion1Header(ByteSource& source,
       (header.is_of_changes && (header.has_depth_model || (flags & content_flag) != 0)))
     return corruptFrame("unknown flags");
   header.effort = static_cast<Effort>(effort);
-  CompressionStatus status = readFields(source, flags, limits, header);
+  CompressionStatus status = readFields(source, flags, header);
   if (status.ok() && source.failure() == ByteSource::Failure::None)
-    status = checkFields(header, limits);
+    status = checkFields(header, limits, bytes_before);
   source.recordTo(nullptr);
   return source.failure() != ByteSource::Failure::None
              ? failedRead(source, "a frame header")

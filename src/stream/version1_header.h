@@ -7,6 +7,7 @@
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
+#include "codec/frame_limits.h"
 #include "codec/supplement/content.h"
 
 #include <array>
@@ -101,19 +102,33 @@ holdsVersion1Checksum(const std::uint8_t* bytes,
                       std::size_t size,
                       std::uint32_t reference_checksum);
 
+/** \brief The limits of a frame by its bytes.
+ * \param[in] header of the frame
+ * \param[in] bytes_before payloads of the frames since the last I-frame
+ */
+FrameLimits
+limitsOf(const Version1Header& header,
+         const DecoderLimits& limits,
+         std::uint64_t bytes_before);
+
+/** \brief Where the frames before a P-frame are not known: they may have any number. */
+constexpr std::uint64_t any_bytes_before = std::uint64_t{1} << 40;
+
 /** \brief Reads and checks a frame header after the magic bytes.
  * \param[in,out] source after the magic bytes
  * \param[in] limits bounds on time and memory
  * \param[out] header the fields
  * \param[out] checksum the checksum in the header
  * \param[out] checked_bytes all bytes of the header after the checksum
+ * \param[in] bytes_before see limitsOf()
  */
 CompressionStatus
 readVersion1Header(ByteSource& source,
                    const DecoderLimits& limits,
                    Version1Header& header,
                    std::uint32_t& checksum,
-                   std::vector<std::uint8_t>& checked_bytes);
+                   std::vector<std::uint8_t>& checked_bytes,
+                   std::uint64_t bytes_before = any_bytes_before);
 
 } // namespace io
 } // namespace pcl_ext

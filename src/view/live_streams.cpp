@@ -20,17 +20,6 @@ constexpr int most_doublings = 16; // of the interval of requests, as a factor
  * all. */
 constexpr int intervals_between_answers = 10;
 
-/** \brief Frames of any size; the viewers' decoders have limits of their own. */
-io::DecoderLimits
-limitsOfAnyFrame()
-{
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = std::numeric_limits<std::uint32_t>::max();
-  limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
-  limits.max_points = std::numeric_limits<std::uint32_t>::max();
-  return limits;
-}
-
 /** \brief A status that says why bytes are not one frame. */
 ViewServerStatus
 checkFrame(const std::vector<std::uint8_t>& bytes,
@@ -42,7 +31,7 @@ checkFrame(const std::vector<std::uint8_t>& bytes,
   if (description.format != io::StreamFormat::Version1)
     return {};
   const io::FrameSize size =
-      io::frameSize(bytes.data(), bytes.size(), limitsOfAnyFrame());
+      io::frameSize(bytes.data(), bytes.size(), io::DecoderLimits::none());
   if (size.status.ok() && size.known != bytes.size())
     return {ViewServerCode::InvalidArgument,
             "the frame has " + std::to_string(size.known) + " bytes, not " +
@@ -137,7 +126,7 @@ LiveStreams::publish(std::size_t stream,
                      std::vector<std::uint8_t>&& frame)
 {
   const io::FrameDescription description =
-      io::describeFrame(frame.data(), frame.size(), limitsOfAnyFrame());
+      io::describeFrame(frame.data(), frame.size(), io::DecoderLimits::none());
   if (ViewServerStatus status = checkFrame(frame, description); !status.ok())
     return status;
   QueuedFrame queued;

@@ -50,6 +50,13 @@ public:
     return true;
   }
 
+  /** \brief The largest size since memory was released, which may still be allocated. */
+  std::size_t
+  most() const
+  {
+    return most_;
+  }
+
 private:
   std::size_t floor_;
   std::array<std::size_t, frames> last_{}; // sizes that the last frames needed

@@ -51,6 +51,10 @@ occupiedOctants(std::uint64_t cells)
   return static_cast<unsigned int>((high >> 7) * 0x0102040810204080 >> 56);
 }
 
+/** \brief Number of blocks of ascending voxels. */
+std::size_t
+countBlocks(const std::vector<std::uint64_t>& voxel_keys);
+
 /** \brief The blocks of one frame, ascending; their voxels are in Morton order. */
 struct BlockList {
   std::vector<std::uint64_t> keys;         ///< Morton keys of the blocks

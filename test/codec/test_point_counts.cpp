@@ -81,8 +81,7 @@ TEST(PointCounts, OfAllSizesAreDecoded)
   const std::vector<std::uint32_t> sizes = {
       1, 15, 16, 4094, 4095, 4096, 4097, 1u << 16, (1u << 24) + 1};
   DecoderLimits limits;
-  limits.max_voxels = std::size_t{1} << 24;
-  limits.max_points = 16 * limits.max_voxels;
+  limits.free_voxels = limits.max_voxels; // many points of few bytes
   std::vector<VoxelFrame> frames = roomFrames();
   for (const bool has_intensities : {false, true})
     for (const Effort effort : all_efforts) {

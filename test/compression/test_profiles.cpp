@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -134,12 +135,50 @@ TEST(CompressionProfiles, TheFinerOfTheTwoResolutionsCounts)
   EXPECT_TRUE(settings(0.1, 0.1).keep_point_counts);
 }
 
-TEST(CompressionProfiles, TheDecoderTakesMoreVoxelsThanByDefault)
+TEST(CompressionProfiles, MillionsOfVoxelsAreDecodedByTheSameClass)
 {
-  EXPECT_EQ(OctreePointCloudIntensityCompression<pcl::PointXYZ>()
-                .settings()
-                .decoder_limits.max_voxels,
-            std::size_t{1} << 22);
+  // A floor, whose voxels take few bytes.
+  constexpr int side = 2100;
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int x = 0; x < side; ++x)
+    for (int y = 0; y < side; ++y)
+      cloud->push_back({0.01f * static_cast<float>(x) + 0.005f,
+                        0.01f * static_cast<float>(y) + 0.005f,
+                        0.5f});
+  using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZ>;
+  Compression encoder(pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  Compression decoder(pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  std::stringstream stream;
+  const CompressionStatus encoded = encoder.encodePointCloud(cloud, stream);
+  EXPECT_TRUE(encoded.ok() && !encoded.hasWarning()) << encoded;
+  EXPECT_LT(stream.str().size(), cloud->size() / 8);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr back(new pcl::PointCloud<pcl::PointXYZ>);
+  const CompressionStatus decoded = decoder.decodePointCloud(stream, back);
+  EXPECT_TRUE(decoded.ok()) << decoded;
+  EXPECT_EQ(back->size(), cloud->size());
+}
+
+TEST(CompressionProfiles, FlatMapsTakeFewerBytesThanTheirCoordinatesHaveBits)
+{
+  // A floor at random, 1,700 points a square metre. Coded as coarse voxels with the bits of
+  // their points they take 8.4 bits a point; PCL's class takes 8.8.
+  constexpr std::size_t points = 300000;
+  constexpr float side = 13.3f;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(0.0f, side);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (std::size_t i = 0; i < points; ++i)
+    cloud->push_back({place(random), place(random), 0.001f});
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> encoder(
+      pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> decoder(
+      pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  std::stringstream stream;
+  ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+  EXPECT_LT(8.0 * static_cast<double>(stream.str().size()), 7.2 * points);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr back(new pcl::PointCloud<pcl::PointXYZ>);
+  EXPECT_TRUE(decoder.decodePointCloud(stream, back).ok());
+  EXPECT_EQ(back->size(), points);
 }
 
 TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)

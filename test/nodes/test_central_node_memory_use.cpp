@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "codec/frame_limits.h"
 #include "support/central_streams.h"
 #include "support/forged_frames.h"
 #include "support/test_memory.h"
@@ -166,6 +167,57 @@ TEST(CentralNodeMemoryUse, ThreadsKeepNoneOfAnEndedStream)
   const VoxelFrame shown = latestVoxels(node, "ended");
   EXPECT_GT(shown.size() * 10, 4 * floor_of_rule);
   EXPECT_LT(kept, of_decoders + shown.size() * 10 + floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, OfAllStreamsIsWithinTheBudget)
+{
+  // A cube of few bytes, as anybody may send.
+  constexpr std::size_t voxels = 100000;
+  VoxelFrame cube = pcl_ext::io::test::emptyFrame(8);
+  for (std::uint64_t key = 0; key < voxels; ++key)
+    cube.keys.push_back(key);
+  cube.intensities.assign(voxels, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  const Bytes i_frame = pcl_ext::io::test::encoded(encoder, cube);
+  const Bytes p_frame = pcl_ext::io::test::encoded(encoder, cube);
+  ASSERT_LT(i_frame.size(), 1000u);
+
+  constexpr std::size_t limit = 50'000'000;
+  constexpr std::size_t streams = 40;
+  CentralNodeSettings settings = centralSettings();
+  settings.threads = 1;
+  settings.max_merge_age = Time::max();
+  settings.decoder_limits.budget = std::make_shared<pcl_ext::io::MemoryBudget>(limit);
+  const MemoryUse memory_use;
+  std::vector<std::string> requested;
+  CentralNode node(settings, [&](const ReceivedFrame& frame) {
+    if (frame.wants_i_frame)
+      requested.push_back(frame.stream);
+  });
+  for (std::size_t i = 0; i < streams; ++i) {
+    node.addStream(std::to_string(i));
+    sendAndWait(node, std::to_string(i), i_frame);
+  }
+  EXPECT_LT(memory_use.live(), limit + pcl_ext::io::bytes_of_voxel * voxels);
+  std::size_t drops = 0;
+  for (const StreamHealth& health : node.health())
+    drops += health.memory_drops;
+  EXPECT_GT(drops, 10u);
+  EXPECT_LT(drops, streams);
+  EXPECT_TRUE(latestVoxels(node, "0").keys.empty());
+  EXPECT_EQ(latestVoxels(node, std::to_string(streams - 1)).size(), voxels);
+
+  sendAndWait(node, std::to_string(streams - 1), p_frame);
+  sendAndWait(node, "0", p_frame);
+  EXPECT_EQ(requested, std::vector<std::string>{"0"});
+  EXPECT_NE(node.health()[0].last_failure.message().find("the memory limit of 50 MB"),
+            std::string::npos)
+      << node.health()[0].last_failure;
+  encoder.requestIFrame();
+  sendAndWait(node, "0", pcl_ext::io::test::encoded(encoder, cube));
+  sendAndWait(node, "0", pcl_ext::io::test::encoded(encoder, cube));
+  EXPECT_TRUE(node.health()[0].in_sync);
+  EXPECT_EQ(latestVoxels(node, "0").size(), voxels);
 }
 
 TEST(CentralNodeMemoryUse, FramesThatFollowAreShownRight)

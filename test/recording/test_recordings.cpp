@@ -171,16 +171,30 @@ TEST(Recordings, AnyFrameIsDecodedByItself)
   }
 }
 
-TEST(Recordings, LimitsOfDecodingFollowTheSize)
+TEST(Recordings, WhatIsDroppedForTheMemoryLimitIsDecodedAgain)
 {
-  const io::DecoderLimits least;
-  EXPECT_EQ(decoderLimitsOf(0).max_voxels, least.max_voxels);
-  EXPECT_EQ(decoderLimitsOf(1u << 17).max_voxels, least.max_voxels);
-  EXPECT_EQ(decoderLimitsOf(1u << 17).max_points, least.max_points);
-  EXPECT_EQ(decoderLimitsOf((1u << 17) + 1).max_voxels, least.max_voxels + 8);
-  // With 600 bytes a voxel, 2.5 GB for a recording of any size.
-  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_voxels, 1u << 22);
-  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_points, 1u << 26);
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = threeStreams();
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  RecordedFrame frame;
+  io::VoxelFrame voxels;
+  io::DecoderLimits limits;
+  limits.budget = std::make_shared<io::MemoryBudget>();
+  RecordedStreamDecoder one(reader, 0, limits);
+  ASSERT_TRUE(one.decode(5, voxels).ok());
+  // Enough for one stream, not for three.
+  limits.budget = std::make_shared<io::MemoryBudget>(limits.budget->used() * 3 / 2);
+  std::vector<RecordedStreamDecoder> decoders;
+  for (std::size_t stream = 0; stream < streams.size(); ++stream)
+    decoders.emplace_back(reader, stream, limits);
+  while (reader.next(frame).ok()) {
+    const io::CompressionStatus status = decoders[frame.stream].decode(frame, voxels);
+    ASSERT_TRUE(status.ok()) << frame.stream << ", " << frame.number << ": " << status;
+    EXPECT_TRUE(areSame(voxels, streams[frame.stream].frames[frame.number].voxels));
+  }
+  EXPECT_GT(limits.budget->drops(), 10u);
 }
 
 TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)

@@ -10,7 +10,7 @@ from depth_model import DepthModel
 from invalid_frame import require
 
 MOST_VOXELS = 1 << 20
-"""Of a frame: this decoder's limit, and the library's default."""
+"""Of a frame: this decoder's limit; the library has others."""
 
 POINT_SYMBOL_BITS = 12
 HIGHEST_POINT_SYMBOL = (1 << POINT_SYMBOL_BITS) - 1

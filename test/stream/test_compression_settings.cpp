@@ -108,8 +108,9 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_FALSE(settings.carry_header);
   EXPECT_FALSE(settings.retain_octree);
   EXPECT_FALSE(settings.show_statistics);
-  EXPECT_EQ(settings.decoder_limits.max_frame_bytes, std::size_t{1} << 24);
-  EXPECT_EQ(settings.decoder_limits.max_voxels, std::size_t{1} << 20);
+  EXPECT_EQ(settings.decoder_limits.max_frame_bytes, std::size_t{1} << 28);
+  EXPECT_EQ(settings.decoder_limits.max_voxels, std::size_t{1} << 26);
+  EXPECT_EQ(settings.decoder_limits.free_voxels, std::size_t{1} << 23);
   EXPECT_TRUE(checkSettings(settings).ok());
   EXPECT_TRUE(checkSettings(publishedSettings()).ok());
 }
@@ -318,6 +319,9 @@ TEST(CompressionSettings, DecoderLimitsMustBeAboveZero)
   settings = Settings();
   settings.decoder_limits.max_voxels = 0;
   expectRefused("max_voxels", settings);
+  settings = Settings();
+  settings.decoder_limits.free_voxels = 0;
+  expectRefused("free_voxels", settings);
 }
 
 TEST(CompressionSettings, MessagesShowTheValue)

@@ -1,3 +1,4 @@
+#include "codec/frame_limits.h"
 #include "support/forged_frames.h"
 #include "support/payload_frames.h"
 #include "support/scripted_context_payloads.h"
@@ -79,8 +80,8 @@ TEST(DecoderLimits, FramesBehindGarbageAreFoundAtAnyOffset)
   }
 }
 
-// As DecoderLimits::max_voxels has them.
-constexpr std::size_t bytes_per_voxel = 600;
+// With each voxel in a block of its own, as DecoderLimits::max_voxels has them.
+constexpr std::size_t bytes_per_voxel = bytes_of_voxel + bytes_of_block;
 constexpr std::size_t hostile_bytes_per_voxel = 2000;
 constexpr std::size_t hostile_bytes = std::size_t{1} << 24;
 

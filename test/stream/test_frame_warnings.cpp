@@ -197,23 +197,38 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
 {
   const DecoderLimits limits;
   FrameStatistics statistics;
-  statistics.coding.voxels = limits.max_voxels;
-  statistics.coding.bytes = limits.max_frame_bytes;
-  statistics.voxelization.points_used = limits.max_points + 1;
+  LimitedCounts counts;
   IntensityCompressionSettings settings;
-  EXPECT_EQ(frameWarning(statistics, settings, IntensityUnit::None, false), "");
+  const auto warning = [&] {
+    const std::string text =
+        frameWarning(statistics, settings, IntensityUnit::None, false, counts);
+    EXPECT_EQ(exceedsLimits(statistics, settings, counts), !text.empty());
+    return text;
+  };
+  const auto warns = [&](const std::string& words) {
+    return warning().find(words) != std::string::npos;
+  };
+  statistics.coding.voxels = limits.free_voxels;
+  statistics.coding.bytes = limits.max_frame_bytes;
+  statistics.voxelization.points_used = (1u << 24) + 1;
+  EXPECT_EQ(warning(), "");
   settings.keep_point_counts = true;
-  EXPECT_NE(frameWarning(statistics, settings, IntensityUnit::None, false)
-                .find("decoder_limits.max_points of at least 16777217"),
-            std::string::npos);
-  ++statistics.coding.voxels;
+  EXPECT_TRUE(warns("decoder_limits.max_points of at least 16777217"));
+  counts.bytes_since_i_frame = (1u << 16) + 1;
+  EXPECT_EQ(warning(), "");
+
+  statistics.coding.voxels = limits.free_voxels + 1;
   ++statistics.coding.bytes;
-  const std::string all =
-      frameWarning(statistics, settings, IntensityUnit::None, false);
-  for (const char* words :
-       {"max_voxels of at least 1048577; that of the settings is 1048576; ",
-        "max_frame_bytes of at least 16777217"})
-    EXPECT_NE(all.find(words), std::string::npos) << all;
+  EXPECT_TRUE(
+      warns("free_voxels of at least 8388609; that of the settings is 8388608; "));
+  EXPECT_TRUE(warns("max_frame_bytes of at least 268435457"));
+  --statistics.coding.bytes;
+  counts.bytes_since_i_frame = limits.free_voxels / 64 + 1;
+  EXPECT_EQ(warning(), "");
+  counts.blocks = 8 * counts.bytes_since_i_frame + 1;
+  EXPECT_TRUE(warns("free_voxels of at least "));
+  settings.decoder_limits.max_voxels = statistics.coding.voxels - 1;
+  EXPECT_TRUE(warns("max_voxels of at least "));
 }
 
 } // namespace

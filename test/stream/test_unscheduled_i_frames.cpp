@@ -61,10 +61,10 @@ TEST(UnscheduledIFrames, AreSentWhenTheHistoryIsTooLarge)
         first, sharing(random, first, voxels, voxels), Effort::Balanced);
   };
   const std::size_t few = 100;
-  EXPECT_FALSE(isIFrameAfter(maxTrackedVoxels(few), few));
-  EXPECT_TRUE(isIFrameAfter(maxTrackedVoxels(few) + 1, few));
-  EXPECT_FALSE(isIFrameAfter(maxTrackedVoxels(0), 0));
-  EXPECT_TRUE(isIFrameAfter(maxTrackedVoxels(0) + 1, 0));
+  EXPECT_FALSE(isIFrameAfter(maxTracked(few), few));
+  EXPECT_TRUE(isIFrameAfter(maxTracked(few) + 1, few));
+  EXPECT_FALSE(isIFrameAfter(maxTracked(0), 0));
+  EXPECT_TRUE(isIFrameAfter(maxTracked(0) + 1, 0));
 }
 
 TEST(UnscheduledIFrames, DecodersWithTheSameLimitAcceptEveryFrame)

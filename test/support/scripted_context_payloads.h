@@ -166,7 +166,12 @@ private:
   {
     return NewVoxelPass(coding, state.new_voxels, frame_, parameters_, largest_frame)
                .run() &&
-           NewBlockPass(coding, state.children, frame_, parameters_, largest_frame)
+           NewBlockPass(coding,
+                        state.children,
+                        frame_,
+                        parameters_,
+                        largest_frame,
+                        largest_frame)
                .run();
   }
 

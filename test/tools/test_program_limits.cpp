@@ -14,19 +14,22 @@ namespace test {
 namespace {
 
 /** \brief A cube of voxels of 4 cm, each with a point; without gaps it takes few
- * bytes. */
+ * bytes.
+ * \param[in] step voxels from one to the next
+ */
 pcl::PointCloud<pcl::PointXYZ>
-cubeOfVoxels(int width, bool has_gaps)
+cubeOfVoxels(int width, bool has_gaps, int step = 1)
 {
+  const auto centre = [step](int i) {
+    return 0.04f * (static_cast<float>(step * i) + 0.5f);
+  };
   std::mt19937 random(1);
   pcl::PointCloud<pcl::PointXYZ> cloud;
   for (int x = 0; x < width; ++x)
     for (int y = 0; y < width; ++y)
       for (int z = 0; z < width; ++z)
         if (!has_gaps || random() % 2 == 0)
-          cloud.push_back({0.04f * (static_cast<float>(x) + 0.5f),
-                           0.04f * (static_cast<float>(y) + 0.5f),
-                           0.04f * (static_cast<float>(z) + 0.5f)});
+          cloud.push_back({centre(x), centre(y), centre(z)});
   return cloud;
 }
 
@@ -53,7 +56,7 @@ TEST(ProgramLimits, FrameThatReadersRefuseIsNotWritten)
   const TestFolder folder;
   std::filesystem::create_directories(folder / "room");
   pcl::io::savePCDFileBinary(folder / "room/0.pcd", cubeOfVoxels(10, true));
-  pcl::io::savePCDFileBinary(folder / "room/1.pcd", cubeOfVoxels(102, false));
+  pcl::io::savePCDFileBinary(folder / "room/1.pcd", cubeOfVoxels(102, false, 4));
   pcl::io::savePCDFileBinary(folder / "room/2.pcd", cubeOfVoxels(10, true));
   const ProgramRun result =
       run(folder, "encode room -o x.pcxi -r 0.04 -l none -e fast -q");
@@ -66,6 +69,29 @@ TEST(ProgramLimits, FrameThatReadersRefuseIsNotWritten)
   const ProgramRun verified = run(folder, "verify x.pcxi");
   EXPECT_NE(verified.output.find("2 frames decoded, 1 lost"), std::string::npos)
       << verified.output;
+}
+
+TEST(ProgramLimits, StreamsShareTheMemory)
+{
+  const TestFolder folder;
+  const pcl::PointCloud<pcl::PointXYZ> cloud = cubeOfVoxels(40, false);
+  for (const char* stream : {"a", "b", "c", "d"}) {
+    std::filesystem::create_directories(folder / ("room/" + std::string(stream)));
+    for (const char* number : {"0", "1", "2"})
+      pcl::io::savePCDFileBinary(
+          folder / ("room/" + std::string(stream) + "/" + number + ".pcd"), cloud);
+  }
+  expectRun(folder, "encode room -o x.mcap -r 0.04 -l none -e fast -q");
+  const ProgramRun roomy = expectRun(folder, "verify x.mcap");
+  EXPECT_EQ(roomy.output, "12 frames decoded, 0 lost\n");
+  const ProgramRun narrow = run(folder, "verify x.mcap --memory-limit 20MB");
+  EXPECT_EQ(narrow.status, 0);
+  EXPECT_EQ(narrow.output, roomy.output);
+  EXPECT_NE(narrow.errors.find("to keep --memory-limit"), std::string::npos);
+  const ProgramRun none = run(folder, "verify x.mcap --memory-limit 1MB");
+  EXPECT_EQ(none.status, 1);
+  EXPECT_NE(none.output.find("the memory limit is 1 MB"), std::string::npos)
+      << none.output << none.errors;
 }
 
 } // namespace test

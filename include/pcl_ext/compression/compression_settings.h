@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/bounding_box.h>
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/memory_budget.h>
 #include <pcl_ext/compression/region_settings.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/named_value.h>
@@ -12,6 +13,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,21 +67,39 @@ inline constexpr std::array<NamedValue<IntensityCurve>, 2> intensity_curves = {
 /** \brief Limits of time and memory of decoding, for untrusted bytes. */
 struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
-  std::size_t max_frame_bytes = std::size_t{1} << 24;
+  std::size_t max_frame_bytes = std::size_t{1} << 28;
 
-  /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values
-   * above 2^24 count as 2^24. A frame takes less than 600 bytes of memory for each of
-   * its voxels, or 2000 and 16 MiB in a stream constructed to fill the history; the
-   * memory is released a few frames later. retain_octree, which builds PCL's octree of
-   * pointers, at least doubles this. */
-  std::size_t max_voxels = std::size_t{1} << 20;
+  /** \brief Voxels of one frame, up to 2^26. A frame takes up to 120 bytes of memory
+   * for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the memory is
+   * released a few frames later. retain_octree, which builds PCL's octree of pointers, at least doubles
+   * this. */
+  std::size_t max_voxels = std::size_t{1} << 26;
 
   /** \brief Points of one frame, where the stream has the number of points of each
    * voxel; a decoded cloud has as many. Values above 16 max_voxels count as that. */
-  std::size_t max_points = std::size_t{1} << 24;
+  std::size_t max_points = std::size_t{1} << 30;
 
   /** \brief Values of the fields of one frame, of eight bytes each. */
-  std::size_t max_field_values = std::size_t{1} << 24;
+  std::size_t max_field_values = std::size_t{1} << 30;
+
+  /** \brief Voxels that a frame may have however few bytes it has: with more, it has a
+   * byte for 64 of them. With more than 2^24 points, 2^26 values of fields, or blocks
+   * than the lesser of this and 2^20, it has a byte for 256, 512 or 8 of these. The bytes
+   * of a P-frame are all since the last I-frame. 2^26 and above: no such limits. The
+   * published layout has only that of voxels, without regard to its bytes. */
+  std::size_t free_voxels = std::size_t{1} << 23;
+
+  /** \brief Memory that the decoder shares with others; none: it keeps what it needs. A
+   * frame that takes more than the whole of it is refused. */
+  std::shared_ptr<MemoryBudget> budget;
+
+  /** \brief Those of frames that are looked at, but not decoded. */
+  static DecoderLimits
+  none()
+  {
+    constexpr std::size_t any = std::numeric_limits<std::uint32_t>::max();
+    return {any, any, any, any, any, nullptr};
+  }
 };
 
 /** \brief What a decoder does with a frame of which only the beginning has arrived. */

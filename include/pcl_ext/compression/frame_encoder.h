@@ -55,7 +55,7 @@ public:
   dropLastFrame();
 
   /** \brief Encodes the next frame of the stream. A frame may be empty and has at most
-   * 2^24 voxels; a decoder with the default limits accepts 2^20.
+   * 2^26 voxels.
    * \param[in] frame the voxels
    * \param[in] stamp stamp and frame_id of the cloud, to be coded if set; Version1 only
    * \param[out] bytes the encoded frame; empty unless the status is Ok

@@ -50,6 +50,8 @@ struct FrameStatistics {
   std::size_t voxels_hidden = 0; ///< by the temporal filter, encoding only: occupied
                                  ///< ones that are not coded
   std::size_t voxels_held = 0;   ///< likewise: coded ones that are not occupied
+  bool exceeds_limits = false;   ///< encoding only: decoders with the decoder_limits of
+                                 ///< the settings refuse the frame
 
   /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double

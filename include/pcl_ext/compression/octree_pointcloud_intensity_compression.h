@@ -121,9 +121,8 @@ public:
    * The arguments after show_statistics are used by MANUAL_CONFIGURATION only. Where
    * octree_resolution is finer than point_resolution it is the voxel edge, and where
    * both are the same there is one point for each voxel, as in PCL. Clouds wider than
-   * 2^21 voxels get coarser ones (coarsen_wide_clouds), clouds whose coordinates are
-   * multiples of a larger step get voxels of that edge (use_coordinate_step), and the
-   * decoder takes 2^22 voxels.
+   * 2^21 voxels get coarser ones (coarsen_wide_clouds), and clouds whose coordinates are
+   * multiples of a larger step get voxels of that edge (use_coordinate_step).
    * \param[in] profile compression profile
    * \param[in] show_statistics print the statistics of each frame on PCL's console
    * \param[in] point_resolution voxel edge, metres, without down-sampling; see above

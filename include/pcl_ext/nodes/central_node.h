@@ -44,11 +44,21 @@ struct CentralNodeSettings {
    * Above 0. */
   Time max_merge_age = std::chrono::seconds(2);
 
-  /** \brief Limits of decoding, for each stream. */
-  io::DecoderLimits decoder_limits;
+  /** \brief Limits of decoding, for each stream; as anybody may send, free_voxels is 2^20.
+   * The budget is for all of them, their latest voxels and outlier filters included; none:
+   * half of the machine's memory. */
+  io::DecoderLimits decoder_limits = defaultLimits();
 
   /** \brief Clock for rates, latencies and ages. */
   Clock clock = systemTime;
+
+  static io::DecoderLimits
+  defaultLimits()
+  {
+    io::DecoderLimits limits;
+    limits.free_voxels = std::size_t{1} << 20;
+    return limits;
+  }
 };
 
 /** \brief Outcome codes of a CentralNode. */

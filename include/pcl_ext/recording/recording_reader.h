@@ -41,16 +41,6 @@ struct RecordedFrame {
   io::FrameDescription description;
 };
 
-/** \brief Limits of decoding a recording, which follow its size: 8 voxels for each
- * byte, at least the default of DecoderLimits and at most 2^22; 16 points for each of
- * these voxels; frames of 256 MiB. What that means in memory is in doc/robustness.md:
- * 2.5 GB at most for a frame of an ordinary stream. Recorded sensors take more than an
- * eighth of a byte for each voxel.
- * \param[in] bytes of the recording
- */
-PCL_EXT_RECORDING_EXPORT io::DecoderLimits
-decoderLimitsOf(std::uint64_t bytes);
-
 /** \brief Reads recordings: .pcxi files, MCAP files and rosbag2 folders with messages
  * of the type point_cloud_interfaces/msg/CompressedPointCloud2 and a format of pcl_ext.
  *
@@ -134,21 +124,24 @@ public:
   files() const;
 
 private:
+  friend class RecordedStreamDecoder;
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 
 /** \brief Decodes the frames of one stream of a recording in any order. A frame that
- * does not follow the last one is decoded from the I-frame before it on. */
+ * does not follow the last one is decoded from the I-frame before it on, and so is one
+ * whose reference was dropped for DecoderLimits::budget. Not at the same time as another
+ * decoder of the reader, or the reader. */
 class PCL_EXT_RECORDING_EXPORT RecordedStreamDecoder {
 public:
   /** \param[in] reader must outlive this
    * \param[in] stream index in its streams
-   * \param[in] limits of decoding; none: decoderLimitsOf(reader.fileBytes())
+   * \param[in] limits of decoding
    */
   RecordedStreamDecoder(RecordingReader& reader,
                         std::size_t stream,
-                        const std::optional<io::DecoderLimits>& limits = std::nullopt);
+                        const io::DecoderLimits& limits = io::DecoderLimits());
   ~RecordedStreamDecoder();
   RecordedStreamDecoder(RecordedStreamDecoder&&) noexcept;
   RecordedStreamDecoder&

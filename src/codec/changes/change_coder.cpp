@@ -177,6 +177,7 @@ ChangeCoder::decode(CodingWorkspace& memory,
                         : 0;
   work.frame.depth = frame.grid.depth;
   work.frame.voxel_count = payload.voxel_count;
+  work.frame.max_blocks = payload.max_blocks;
   collectBlocks();
   reserveAhead(changed_, last_.blocks.size());
   changed_.assign(last_.blocks.size(), 0);

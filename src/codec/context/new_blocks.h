@@ -27,19 +27,21 @@ public:
   /** \brief A pass over one frame.
    * \param[in,out] frame the voxels of its tracked blocks have been coded
    * \param[in] parameters of the frame
-   * \param[in] max_voxels of the pass; a decoder fails where there are more
+   * \param[in] max_voxels,max_blocks of the pass; a decoder fails where there are more
    */
   NewBlockPass(CodingT& coding,
                ChildModels& models,
                FrameBlocks& frame,
                const FrameParameters& parameters,
-               std::size_t max_voxels)
+               std::size_t max_voxels,
+               std::size_t max_blocks)
   : coding_(coding)
   , models_(models)
   , frame_(frame)
   , tracked_(parameters.history.blocks())
   , depth_(parameters.grid_depth)
   , max_voxels_(max_voxels)
+  , max_blocks_(max_blocks)
   {}
 
   /** \brief Codes the new blocks.
@@ -49,6 +51,13 @@ public:
   run()
   {
     return codeBlocks() && codeOctants() && codeCells();
+  }
+
+  /** \brief Whether it failed since there are more than max_blocks. */
+  bool
+  hasTooManyBlocks() const
+  {
+    return has_too_many_blocks_;
   }
 
 private:
@@ -102,8 +111,11 @@ private:
           return false;
       }
       unsigned int children = codeNode(cursor, parent, key, frame_.parent_blocks[i]);
-      if (frame_.children.size() + child_masks.count[children] > max_voxels_)
+      const std::size_t nodes = frame_.children.size() + child_masks.count[children];
+      if (nodes > std::min(max_voxels_, max_blocks_)) {
+        has_too_many_blocks_ = nodes <= max_voxels_;
         return false;
+      }
       for (; children != 0; children &= children - 1)
         frame_.children.push_back(key << 3 | lowestBit(children));
     }
@@ -271,6 +283,8 @@ private:
   const std::vector<HistoryBlock>& tracked_;
   unsigned int depth_;
   std::size_t max_voxels_;
+  std::size_t max_blocks_;
+  bool has_too_many_blocks_ = false;
 };
 
 } // namespace context

@@ -263,8 +263,11 @@ Payload::decodeWith(const CodedPayload& payload, VoxelFrame& frame, PayloadSizes
   const FrameParameters parameters =
       parametersOf(frame, history_part_ == HistoryPart::Used);
   frame_.begin(parameters.history);
-  if (!codeOccupancy(coding, trial_models_, parameters, voxel_count))
+  if (!codeOccupancy(
+          coding, trial_models_, parameters, voxel_count, payload.max_blocks)) {
+    sizes.has_too_many_blocks = has_too_many_blocks_;
     return false;
+  }
   frame_.collect(parameters.history, blocks_);
   if (blocks_.voxelCount() != voxel_count)
     return false;
@@ -288,14 +291,18 @@ Payload::decodeWith(const CodedPayload& payload, VoxelFrame& frame, PayloadSizes
          coding.coder().isAtEnd();
 }
 
-/** \brief Codes which voxels are occupied. \return false if more than max_voxels */
+/** \brief Codes which voxels are occupied.
+ * \return false if more than max_voxels, or more new blocks than max_blocks
+ */
 template <typename CodingT>
 bool
 Payload::codeOccupancy(CodingT& coding,
                        Models& models,
                        const FrameParameters& parameters,
-                       std::size_t max_voxels)
+                       std::size_t max_voxels,
+                       std::size_t max_blocks)
 {
+  has_too_many_blocks_ = false;
   TrackedVoxelPass tracked_voxels(coding, models.tracked_voxels, frame_, parameters);
   const std::size_t voxels = tracked_voxels.run();
   if (voxels > max_voxels)
@@ -308,8 +315,11 @@ Payload::codeOccupancy(CodingT& coding,
                           models.children,
                           frame_,
                           parameters,
-                          max_voxels - voxels - new_voxels.voxelCount());
-  return new_blocks.run();
+                          max_voxels - voxels - new_voxels.voxelCount(),
+                          max_blocks);
+  const bool is_coded = new_blocks.run();
+  has_too_many_blocks_ = new_blocks.hasTooManyBlocks();
+  return is_coded;
 }
 
 /** \brief Codes the residuals of a depth model, if there is one, after the base

@@ -61,6 +61,18 @@ public:
     return history_.recordCount();
   }
 
+  std::size_t
+  trackedBlocks() const override
+  {
+    return history_.blocks().size();
+  }
+
+  std::size_t
+  modelBytes() const override
+  {
+    return sizeof(Payload);
+  }
+
 private:
   struct Models {
     /** \param[in] has_points beside intensities */
@@ -118,7 +130,8 @@ private:
   codeOccupancy(CodingT& coding,
                 Models& models,
                 const FrameParameters& parameters,
-                std::size_t max_voxels);
+                std::size_t max_voxels,
+                std::size_t max_blocks = largest_frame);
 
   template <typename CodingT>
   bool
@@ -159,6 +172,7 @@ private:
   bool has_points_ = false; // beside intensities
   HistoryPart history_part_ = HistoryPart::Replaced;
   bool has_depths_ = false;
+  bool has_too_many_blocks_ = false; // of a frame that cannot be decoded
   bool has_models_ = false; // a decoder's trial_models_ are those after the frame
 };
 

@@ -17,6 +17,8 @@ struct FrameBlocks {
   bool is_apart = false;  ///< coded without the history, as an I-frame is
   unsigned int depth = 0; ///< of the grid
   std::size_t voxel_count = 0;
+  std::size_t max_blocks = 0;       ///< decoder only: most new blocks
+  bool has_too_many_blocks = false; ///< decoding failed since there are more
 
   /** \brief Occupied cells by block number of the history. An encoder sets it in
    * matchHistory(), a decoder as voxels are decoded. */

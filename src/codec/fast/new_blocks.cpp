@@ -95,8 +95,10 @@ NewBlocks::codeMasks(Coder& coder_now,
     first_child[i] = child;
     child += child_masks.count[mask];
     if (Coder::is_decoder &&
-        (coder.isOverrun() || child - 1 > max_children || (mask == 0 && !is_root)))
+        (coder.isOverrun() || child - 1 > max_children || (mask == 0 && !is_root))) {
+      child_count_ = child - 1;
       return false;
+    }
   }
   child_count_ = child - 1;
   coder_now = coder;
@@ -156,12 +158,17 @@ NewBlocks::code(Coder& coder, NodeModels& models, FrameBlocks& frame)
   level_.keys[1] = 0;
   level_.lower[1] = {0, 0, 0};
   for (unsigned int level = levels; level-- > 0;) {
+    const bool is_above_blocks = level >= block_levels;
     if (!codeMasks(coder,
                    models,
                    Coder::is_decoder ? no_masks : node_masks_[level],
                    level + 1 == levels,
-                   max_nodes))
+                   is_above_blocks ? std::min(max_nodes, frame.max_blocks)
+                                   : max_nodes)) {
+      frame.has_too_many_blocks = is_above_blocks && child_count_ > frame.max_blocks &&
+                                  child_count_ <= max_nodes;
       return false;
+    }
     if (level > 0)
       descend();
   }

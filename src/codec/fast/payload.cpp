@@ -257,8 +257,12 @@ Payload::decode(CodingWorkspace& memory,
     residuals = begin + base_size;
   }
   beginFrame(memory, frame, payload.voxel_count, is_i_frame);
-  if (!decodeVoxels(begin, residuals, frame))
+  work_->frame.max_blocks = payload.max_blocks;
+  work_->frame.has_too_many_blocks = false;
+  if (!decodeVoxels(begin, residuals, frame)) {
+    sizes.has_too_many_blocks = work_->frame.has_too_many_blocks;
     return false;
+  }
   if (frame.depth_model && !residuals_.decode(residuals, end, is_i_frame, frame)) {
     restoreStatistics();
     return false;

@@ -76,6 +76,18 @@ public:
     return history_.voxelCount();
   }
 
+  std::size_t
+  trackedBlocks() const override
+  {
+    return history_.keys.size();
+  }
+
+  std::size_t
+  modelBytes() const override
+  {
+    return sizeof(Payload) + sizeof(Models);
+  }
+
 private:
   void
   encodeVoxels(const VoxelFrame& frame,

@@ -3,6 +3,7 @@
 #include "bytes/byte_writer.h"
 #include "bytes/checksum.h"
 #include "codec/frame_failures.h"
+#include "codec/frame_limits.h"
 #include "codec/published/entropy_coder.h"
 #include "codec/published/tree_serialization.h"
 
@@ -132,6 +133,7 @@ decodeFrame(ByteSource& source,
             CodedFrameStatistics& statistics)
 {
   FrameHeader header;
+  const std::size_t most_voxels = frameLimits(limits, 0).max_voxels;
   if (CompressionStatus status = readFrameHeader(source, limits, header); !status.ok())
     return status;
   const bool is_i_frame = header.is_i_frame;
@@ -145,19 +147,18 @@ decodeFrame(ByteSource& source,
 
   std::vector<std::uint8_t> occupancy;
   const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
-  const std::uint64_t max_voxels = is_i_frame ? header.voxel_count : limits.max_voxels;
-  if (CompressionStatus status =
-          readSymbols(source,
-                      std::min(maxBranchNodes(limits.max_voxels, depth),
-                               mostBranches(max_voxels, depth)),
-                      "occupancy bytes",
-                      occupancy);
+  const std::uint64_t max_voxels = is_i_frame ? header.voxel_count : most_voxels;
+  if (CompressionStatus status = readSymbols(
+          source,
+          std::min(maxBranchNodes(most_voxels, depth), mostBranches(max_voxels, depth)),
+          "occupancy bytes",
+          occupancy);
       !status.ok())
     return status;
   statistics.occupancy_bytes = magic_size + source.consumed() - statistics.header_bytes;
   std::vector<std::uint8_t> intensities;
   if (CompressionStatus status =
-          readSymbols(source, limits.max_voxels, "intensities", intensities);
+          readSymbols(source, most_voxels, "intensities", intensities);
       !status.ok())
     return status;
   statistics.intensity_bytes = magic_size + source.consumed() -

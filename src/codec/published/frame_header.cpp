@@ -2,6 +2,7 @@
 
 #include "bytes/byte_writer.h"
 #include "codec/frame_failures.h"
+#include "codec/frame_limits.h"
 
 #include <algorithm>
 #include <array>
@@ -88,7 +89,7 @@ readFrameHeader(ByteSource& source, const DecoderLimits& limits, FrameHeader& he
   header.voxel_count = source.u64();
   if (CompressionStatus status = readGrid(source, header.grid); !status.ok())
     return status;
-  return checkVoxelCount(header.voxel_count, limits);
+  return checkVoxelCount(header.voxel_count, frameLimits(limits, 0).max_voxels);
 }
 
 } // namespace published

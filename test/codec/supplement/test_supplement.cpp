@@ -134,7 +134,7 @@ TEST(Supplements, MorePointsThanTheLimitAreRefusedByTheHeader)
   EXPECT_EQ(decoded(decoder, bytes, after), CompressionCode::LimitExceeded);
   DecoderLimits limits;
   limits.max_points = frame.pointCount();
-  limits.max_voxels = std::size_t{1} << 21;
+  limits.free_voxels = limits.max_voxels;
   FrameDecoder patient(limits);
   EXPECT_EQ(decoded(patient, bytes, after), CompressionCode::Ok);
   expectSameFrame(after, frame);

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,7 +30,9 @@ main()
   encoder.voxelize(points, pcl_ext::WorldPose::Identity(), frame);
   std::vector<std::uint8_t> bytes;
   const CompressionStatus encoded = encoder.encode(frame, std::nullopt, bytes);
-  FrameDecoder decoder;
+  DecoderLimits limits;
+  limits.budget = std::make_shared<MemoryBudget>();
+  FrameDecoder decoder(limits);
   VoxelFrame decoded;
   const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), decoded);
   std::cout << decoded.size() << " voxels " << encoded.message() << status.message()

@@ -56,7 +56,7 @@ public:
     std::vector<std::string> chosen;
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
       decoders_.emplace_back(
-          input_.reader(), stream, input_.nameOf(stream), options.decoding);
+          input_.reader(), stream, input_.nameOf(stream), options.decoding, voxels_);
       viewpoints_.emplace_back(input_.reader().streams()[stream].metadata);
       folder_of_stream_.push_back(chosen.size());
       if (input_.isChosen(stream))
@@ -88,6 +88,7 @@ public:
     }
     failures_.finish();
     console_.endProgress();
+    remarkOnMemory(options_.decoding.limits, console_);
     for (const std::string& place : input_.damage())
       console_.error(place);
     for (const StreamDecoder& decoder : decoders_)
@@ -211,6 +212,7 @@ private:
   bool is_bag_;
   RecordingInput input_;
   FrameFailures failures_;
+  io::VoxelFrame voxels_;                     // of the last frame
   std::vector<StreamDecoder> decoders_;       // of each stream
   std::vector<std::size_t> folder_of_stream_; // likewise
   std::vector<Viewpoints> viewpoints_;        // likewise

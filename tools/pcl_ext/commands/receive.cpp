@@ -393,6 +393,7 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
             1e30,
             "I",
             "that counts as one hit in the map");
+  centre.decoding.limits = nodes::CentralNodeSettings::defaultLimits();
   addDecodingOptions(app, centre.decoding);
 }
 
@@ -433,10 +434,13 @@ addReceive(CLI::App& app)
                     {"--merge-period", "--merge-wait", "--merge-age", "--effort"},
                     "is for merged streams: add --merge");
     if (!options->centre.isOn())
-      refuseOptions(
-          app,
-          {"--resolution", "--min-intensity", "--remove-outliers", "--max-voxels"},
-          "is for decoded streams: add --merge or --map");
+      refuseOptions(app,
+                    {"--resolution",
+                     "--min-intensity",
+                     "--remove-outliers",
+                     "--max-voxels",
+                     "--memory-limit"},
+                    "is for decoded streams: add --merge or --map");
     return Receive(*options).run();
   };
 }

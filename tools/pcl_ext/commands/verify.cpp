@@ -11,7 +11,6 @@
 #include "streams/stream_decoder.h"
 
 #include <memory>
-#include <optional>
 
 namespace pcl_ext {
 namespace tools {
@@ -25,7 +24,7 @@ using recording::RecordedStreamDecoder;
 struct VerifyOptions {
   std::string input;
   Selection selection;
-  std::optional<io::DecoderLimits> limits;
+  io::DecoderLimits limits;
   bool is_quiet = false;
 };
 
@@ -35,6 +34,7 @@ public:
   explicit Verify(const VerifyOptions& options)
   : console_("verify")
   , input_(options.input)
+  , limits_(options.limits)
   , failures_([this](const std::string& line) { report(line); })
   {
     if (options.is_quiet)
@@ -56,6 +56,7 @@ public:
     }
     failures_.finish();
     console_.endProgress();
+    remarkOnMemory(limits_, console_);
     std::size_t damaged_places = 0;
     for (const std::string& place : input_.damage()) {
       report("damage: " + place);
@@ -120,6 +121,7 @@ private:
 
   Console console_;
   RecordingInput input_;
+  io::DecoderLimits limits_;
   FrameFailures failures_;
   std::vector<RecordedStreamDecoder> decoders_; // of each stream
   std::vector<LossCount> gaps_;                 // likewise

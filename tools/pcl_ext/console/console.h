@@ -70,6 +70,11 @@ public:
   void
   summary(const std::string& line);
 
+  /** \brief Shows on a terminal what takes long from here on, until advance() shows how much
+   * is done, or another line is printed. */
+  void
+  tellStep(const std::string& text);
+
   /** \brief Starts counting anew.
    * \param[in] what is counted, such as "frames"
    * \param[in] total number of them; 0: unknown
@@ -90,6 +95,9 @@ private:
 
   void
   show(Clock::time_point now);
+
+  void
+  showLine(const std::string& text, const std::string& bar_before = {});
 
   void
   printLine(const std::string& message);

@@ -23,10 +23,8 @@ constexpr char mcap_magic[] = "\x89MCAP0\r\n";
 io::DecoderLimits
 limitsOfFrames()
 {
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = std::size_t{1} << 28;
-  limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
-  limits.max_points = std::numeric_limits<std::uint32_t>::max();
+  io::DecoderLimits limits = io::DecoderLimits::none();
+  limits.max_frame_bytes = io::DecoderLimits().max_frame_bytes;
   return limits;
 }
 

@@ -5,28 +5,35 @@
 #include "options/text_values.h"
 
 #include <algorithm>
+#include <memory>
 
 namespace pcl_ext {
 namespace tools {
 
 void
-addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits)
+addLimits(CLI::App& app, io::DecoderLimits& limits)
 {
-  constexpr std::size_t most = std::size_t{1} << 24;
+  constexpr std::size_t most = std::size_t{1} << 26;
   app.add_option_function<std::size_t>(
          "--max-voxels",
          [&limits](std::size_t voxels) {
-           constexpr std::size_t of_voxel = 16; // bytes, and points
-           constexpr std::size_t values_of_voxel = 4 * of_voxel;
-           const io::DecoderLimits least;
-           limits = {std::max(least.max_frame_bytes, of_voxel * voxels),
-                     voxels,
-                     std::max(least.max_points, of_voxel * voxels),
-                     std::max(least.max_field_values, values_of_voxel * voxels)};
+           limits.max_voxels = voxels;
+           limits.free_voxels = most;
          },
-         "refuse frames with more (8 for each byte of the recording, 2^20 to 2^22)")
+         "refuse frames with more (2^26; above 2^23 a byte for 64 of them)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))
       ->type_name("N");
+  limits.budget = std::make_shared<io::MemoryBudget>();
+  addParsed(app,
+            "--memory-limit",
+            "SIZE",
+            "for what decoders keep from frame to frame, such as 2GB (half of the "
+            "machine's)",
+            [&limits](const std::string& text) {
+              limits.budget =
+                  std::make_shared<io::MemoryBudget>(static_cast<std::size_t>(
+                      std::max(1.0, parseBytes("--memory-limit", text))));
+            });
 }
 
 void

@@ -13,8 +13,8 @@ namespace tools {
 
 /** \brief Options of decoding. */
 struct DecodingOptions {
-  std::optional<io::DecoderLimits> limits; ///< none: they follow the size of the file
-  std::optional<float> min_intensity;      ///< voxels below are left out
+  io::DecoderLimits limits; ///< of all decoders, with the memory that they share
+  std::optional<float> min_intensity; ///< voxels below are left out
   bool removes_outliers = false;
   DensityUnit unit = DensityUnit::Automatic;
   /** \brief Of the lidar, world coordinates, metres; none: that of the stream's pose. */
@@ -25,9 +25,11 @@ struct DecodingOptions {
 void
 addDecodingOptions(CLI::App& app, DecodingOptions& options);
 
-/** \brief Adds --max-voxels. */
+/** \brief Adds --max-voxels and --memory-limit.
+ * \param[in,out] limits changed by the options
+ */
 void
-addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits);
+addLimits(CLI::App& app, io::DecoderLimits& limits);
 
 } // namespace tools
 } // namespace pcl_ext

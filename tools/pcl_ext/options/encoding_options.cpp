@@ -3,7 +3,6 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/nodes/node_parameters.h>
-#include <pcl_ext/recording/recording_reader.h>
 
 #include "console/exit_status.h"
 
@@ -95,16 +94,6 @@ addOutlierRemoval(CLI::App& app,
       app.add_flag("--remove-outliers", removes_outliers, description);
   addChoice(app, "--unit", density_units, unit, unit_description)->needs(removal);
   return removal;
-}
-
-io::EncoderSettings
-EncodingOptions::defaultCodec()
-{
-  io::EncoderSettings codec;
-  // Those of the largest recordings: StreamEncoder refuses what a reader would refuse.
-  codec.decoder_limits =
-      recording::decoderLimitsOf(std::numeric_limits<std::uint64_t>::max());
-  return codec;
 }
 
 void

@@ -220,8 +220,8 @@ private:
   void
   checkEffects() const;
 
-  const CLI::App* app_ = nullptr;              // to which the options were added
-  io::EncoderSettings codec_ = defaultCodec(); // without the regions
+  const CLI::App* app_ = nullptr; // to which the options were added
+  io::EncoderSettings codec_;     // without the regions
   RegionOptions regions_;
   bool has_budget_ = false; // the options have one
   bool carries_header_ = true;
@@ -234,9 +234,6 @@ private:
   std::string intensity_field_; // empty: the default
   bool removes_outliers_ = false;
   DensityUnit unit_ = DensityUnit::Automatic;
-
-  static io::EncoderSettings
-  defaultCodec();
 };
 
 } // namespace tools

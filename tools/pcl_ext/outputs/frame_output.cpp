@@ -110,11 +110,10 @@ FrameOutput::write(std::size_t stream, OutputFrame& frame)
         stream, frame.message.log_time, frame.bytes.data(), frame.bytes.size()));
     return;
   }
-  const bool is_i_frame =
-      io::describeFrame(frame.bytes.data(),
-                        frame.bytes.size(),
-                        recording::decoderLimitsOf(frame.bytes.size()))
-          .is_i_frame;
+  const bool is_i_frame = io::describeFrame(frame.bytes.data(),
+                                            frame.bytes.size(),
+                                            io::DecoderLimits::none())
+                              .is_i_frame;
   frame.message.channel = stream;
   std::swap(frame.cloud.bytes, frame.bytes);
   recording::writePointCloud(frame.cloud, true, frame.message.bytes);

@@ -9,7 +9,6 @@
 #include "streams/stream_decoder.h"
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -17,12 +16,6 @@ namespace pcl_ext {
 namespace tools {
 
 namespace {
-
-io::DecoderLimits
-decoderLimits(const CentreOptions& options)
-{
-  return options.decoding.limits.value_or(nodes::CentralNodeSettings().decoder_limits);
-}
 
 nodes::FrameListener
 requestingListener(const Centre::RequestIFrame& request_i_frame)
@@ -65,7 +58,7 @@ Centre::settingsOf(double resolution) const
 {
   nodes::MergingCentreSettings settings;
   settings.node.resolution = resolution;
-  settings.node.decoder_limits = decoderLimits(options_);
+  settings.node.decoder_limits = options_.decoding.limits;
   settings.schedule = options_.schedule;
   settings.node.max_merge_age = options_.schedule.max_age;
   if (options_.is_replay) { // by the times of the clouds alone
@@ -125,12 +118,8 @@ Centre::take(const link::LinkFrame& frame)
   if (!grid_) {
     // The first frame that comes is an I-frame. Whether it is too large to be decoded is
     // found, and told, when that is tried.
-    io::DecoderLimits limits = decoderLimits(options_);
-    limits.max_frame_bytes = std::max(limits.max_frame_bytes, frame.bytes.size());
-    limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
-    limits.max_points = std::numeric_limits<std::uint32_t>::max();
-    const io::FrameDescription first =
-        io::describeFrame(frame.bytes.data(), frame.bytes.size(), limits);
+    const io::FrameDescription first = io::describeFrame(
+        frame.bytes.data(), frame.bytes.size(), io::DecoderLimits::none());
     std::ostringstream remark;
     remark << "voxels have the edge of those of " << frame.stream << ", "
            << first.grid.resolution << " m; --resolution sets another";

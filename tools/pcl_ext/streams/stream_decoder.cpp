@@ -76,15 +76,28 @@ outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata)
   return settings;
 }
 
+void
+remarkOnMemory(const io::DecoderLimits& limits, Console& console)
+{
+  const std::size_t drops = limits.budget->drops();
+  if (drops > 0)
+    console.remark(
+        "the state of streams was dropped " + counted(drops, "time") +
+        " to keep --memory-limit; those that go on are decoded again from an "
+        "I-frame on, which takes time");
+}
+
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              std::size_t stream,
                              const std::string& name,
-                             const DecodingOptions& options)
+                             const DecodingOptions& options,
+                             io::VoxelFrame& voxels)
 : decoder_(reader, stream, options.limits)
 , name_(name)
 , min_intensity_(options.min_intensity)
 , law_(lawOf(reader.streams()[stream].metadata))
 , is_of_lidar_(isOfLidar(reader.streams()[stream].metadata))
+, voxels_(voxels)
 , is_automatic_(options.unit == DensityUnit::Automatic)
 {
   if (options.removes_outliers)

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "console/console.h"
 #include "inputs/stream_metadata.h"
 #include "options/decoding_options.h"
 
@@ -35,17 +36,23 @@ positionOf(const StreamMetadata& metadata);
 VoxelOutlierRemovalSettings
 outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata);
 
+/** \brief Remarks that frames were decoded again to keep --memory-limit, if any were. */
+void
+remarkOnMemory(const io::DecoderLimits& limits, Console& console);
+
 /** \brief Decodes the frames of a stream in their order, and filters them. */
 class StreamDecoder {
 public:
   /** \param[in] reader must outlive this
    * \param[in] stream index in its streams
    * \param[in] name of the stream, for messages
+   * \param[out] voxels of the last frame; decoders in turn may have the same
    */
   StreamDecoder(recording::RecordingReader& reader,
                 std::size_t stream,
                 const std::string& name,
-                const DecodingOptions& options);
+                const DecodingOptions& options,
+                io::VoxelFrame& voxels);
 
   /** \brief Decodes the next frame. */
   io::CompressionStatus
@@ -90,7 +97,7 @@ private:
   std::optional<IntensityLaw> law_; // that the recording tells
   bool is_of_lidar_;                // likewise
   std::optional<VoxelOutlierRemoval> removal_;
-  io::VoxelFrame voxels_;
+  io::VoxelFrame& voxels_;
   std::size_t decoded_voxels_ = 0;
   bool outliers_stay_ = false; // of some frame
   bool is_automatic_ = false;  // the unit was not named

@@ -2,7 +2,6 @@
 
 #include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
-#include <pcl_ext/recording/recording_reader.h>
 
 #include "clouds/point_fields.h"
 #include "console/exit_status.h"
@@ -117,7 +116,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (!status.hasFrame())
     throw std::runtime_error(status.message());
   const nodes::SensorNodeStatistics statistics = node_->statistics();
-  refuseWhatReadersRefuse(statistics, bytes.size());
+  refuseWhatReadersRefuse(statistics, status.message());
   if (left_out_.empty())
     left_out_ = nodes::describeLeftOut(cloud, *settings_);
   // Empty names tell nothing.
@@ -170,38 +169,24 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   return sums;
 }
 
-/** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin
- * at an I-frame, so that only the bytes since then count.
- * \throws std::runtime_error if a frame has more voxels, points or values of fields; the
- * next one is an I-frame
+/** \brief Readers take a recording of few bytes and many voxels as forged.
+ * \throws std::runtime_error if they refuse the frame; the next one is an I-frame
  */
 void
 StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
-                                       std::size_t bytes)
+                                       const std::string& reason)
 {
-  bytes_since_i_frame_ =
-      statistics.frame.coding.is_i_frame ? bytes : bytes_since_i_frame_ + bytes;
-  const io::DecoderLimits limits = recording::decoderLimitsOf(bytes_since_i_frame_);
-  const std::size_t points = options_.codec().keep_point_counts
-                                 ? statistics.frame.voxelization.points_used
-                                 : 0;
-  std::size_t values = 0;
-  for (const io::FieldDescription& field : statistics.decoded_fields)
-    values += field.count * statistics.decoded_width * statistics.decoded_height;
-  if (statistics.frame.coding.voxels <= limits.max_voxels &&
-      points <= limits.max_points && bytes <= limits.max_frame_bytes &&
-      values <= limits.max_field_values)
+  if (!statistics.frame.exceeds_limits)
     return;
   node_->requestIFrame();
   throw std::runtime_error(
-      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") +
-      (values > limits.max_field_values ? ", " + counted(values, "value") + " of fields"
-                                        : "") +
-      " in " + counted(bytes, "byte") +
+      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
+      counted(statistics.frame.coding.bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
-      (points > limits.max_points ? ", or leave out --keep-point-counts" : "") +
-      (values > limits.max_field_values ? ", or keep fewer --fields" : ""));
+      (options_.codec().keep_point_counts ? ", or leave out --keep-point-counts" : "") +
+      (options_.codec().fields.empty() ? "" : ", or keep fewer --fields") + " (" +
+      reason + ")");
 }
 
 bool

@@ -196,7 +196,7 @@ private:
 
   void
   refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
-                          std::size_t bytes);
+                          const std::string& reason);
 
   const EncodingOptions& options_;
   std::string name_;
@@ -213,8 +213,7 @@ private:
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
   EncodedSums sums_;
   EncodedSums last_cloud_;
-  std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
-  std::string extent_;                    ///< of the first cloud, in the world
+  std::string extent_; ///< of the first cloud, in the world
 };
 
 } // namespace tools

@@ -108,28 +108,6 @@ export class Codec {
     throw new CodecError(status.code, status.message, size);
   }
 
-  /** Limits of decoding the streams of a recording, as the library and the program pcl_ext have
-   * them: they follow its size.
-   * @param bytes of the recording; Infinity for streams that have no end
-   * @throws CodecError "InvalidInput" if that is no number of bytes
-   */
-  recordingLimits(bytes: number): Required<DecoderLimits> {
-    if (!(bytes >= 0)) throw new CodecError("InvalidInput", `a recording of ${bytes} bytes`);
-    const limits = this.call((instance) => {
-      const result = instance.result(
-        instance.exports.recording_limits(Math.min(bytes, Number.MAX_SAFE_INTEGER)),
-      );
-      return {
-        maxFrameBytes: result.u32(0),
-        maxVoxels: result.u32(4),
-        maxPoints: result.u32(8),
-        maxFieldValues: result.u32(12),
-      };
-    });
-    if (limits.failure !== null) throw new CodecError(limits.failure.code, limits.failure.message);
-    return limits.value;
-  }
-
   /** Makes a decoder for one stream.
    * @throws CodecError "InvalidSettings" if a limit is outside its range
    */

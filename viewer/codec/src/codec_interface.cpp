@@ -9,7 +9,6 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/recording/recording_reader.h>
 
 #include "viewer/codec/src/decoded_fields.h"
 #include "viewer/codec/src/result_layouts.h"
@@ -44,7 +43,6 @@ struct Results {
   DecodedFrame decoded;
   DescribedFrame described;
   MeasuredFrame measured;
-  Limits limits;
   Judgement judgement;
   Outcome outcome;
 };
@@ -88,6 +86,21 @@ scaleOf(const io::IntensityScale& scale)
           static_cast<double>(scale.step),
           scale.bits,
           scale.companded_range};
+}
+
+/** \brief Limits for looking at frames without decoding them. */
+io::DecoderLimits
+limitsOf(std::uint32_t max_frame_bytes,
+         std::uint32_t max_voxels,
+         std::uint32_t max_points,
+         std::uint32_t max_field_values)
+{
+  io::DecoderLimits limits = io::DecoderLimits::none();
+  limits.max_frame_bytes = max_frame_bytes;
+  limits.max_voxels = max_voxels;
+  limits.max_points = max_points;
+  limits.max_field_values = max_field_values;
+  return limits;
 }
 
 /** \brief A decoder, and the frame that it decoded last. */
@@ -218,22 +231,6 @@ release(const std::uint8_t* bytes)
   delete[] bytes;
 }
 
-/** \brief Limits of decoding a recording.
- * \param[in] bytes of it, 0 to 2^53
- */
-EXPORTED(recording_limits)
-const Limits*
-recordingLimits(double bytes)
-{
-  const io::DecoderLimits limits =
-      recording::decoderLimitsOf(static_cast<std::uint64_t>(bytes));
-  results().limits = {static_cast<std::uint32_t>(limits.max_frame_bytes),
-                      static_cast<std::uint32_t>(limits.max_voxels),
-                      static_cast<std::uint32_t>(limits.max_points),
-                      static_cast<std::uint32_t>(limits.max_field_values)};
-  return &results().limits;
-}
-
 EXPORTED(create_decoder)
 Decoder*
 createDecoder(std::uint32_t max_frame_bytes,
@@ -241,7 +238,10 @@ createDecoder(std::uint32_t max_frame_bytes,
               std::uint32_t max_points,
               std::uint32_t max_field_values)
 {
-  return new Decoder({max_frame_bytes, max_voxels, max_points, max_field_values});
+  io::DecoderLimits limits =
+      limitsOf(max_frame_bytes, max_voxels, max_points, max_field_values);
+  limits.free_voxels = io::DecoderLimits().free_voxels;
+  return new Decoder(limits);
 }
 
 EXPORTED(destroy_decoder)
@@ -296,7 +296,7 @@ describeFrame(const std::uint8_t* bytes,
               std::uint32_t max_field_values)
 {
   const io::FrameDescription description = io::describeFrame(
-      bytes, size, {max_frame_bytes, max_voxels, max_points, max_field_values});
+      bytes, size, limitsOf(max_frame_bytes, max_voxels, max_points, max_field_values));
   DescribedFrame& described = results().described = {};
   described.outcome = outcomeOf(description.status);
   described.grid = gridOf(description.grid);
@@ -329,7 +329,7 @@ frameSize(const std::uint8_t* bytes,
           std::uint32_t max_field_values)
 {
   const io::FrameSize measured = io::frameSize(
-      bytes, size, {max_frame_bytes, max_voxels, max_points, max_field_values});
+      bytes, size, limitsOf(max_frame_bytes, max_voxels, max_points, max_field_values));
   results().measured = {outcomeOf(measured.status),
                         static_cast<std::uint32_t>(measured.known + measured.drop)};
   return &results().measured;

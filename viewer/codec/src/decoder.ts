@@ -15,10 +15,10 @@ import {
  */
 export function limitValues(limits: DecoderLimits): LimitValues {
   const {
-    maxFrameBytes = 2 ** 24,
-    maxVoxels = 2 ** 20,
-    maxPoints = 2 ** 24,
-    maxFieldValues = 2 ** 24,
+    maxFrameBytes = 2 ** 28,
+    maxVoxels = 2 ** 26,
+    maxPoints = 2 ** 30,
+    maxFieldValues = 2 ** 30,
   } = limits;
   const all = { maxFrameBytes, maxVoxels, maxPoints, maxFieldValues };
   for (const [name, value] of Object.entries(all))

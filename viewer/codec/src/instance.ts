@@ -42,7 +42,6 @@ interface Exports {
   is_out_of_memory(): number;
   allocate(size: number): Address;
   release(bytes: Address): void;
-  recording_limits(bytes: number): Address;
   create_decoder(...limits: LimitValues): Address;
   destroy_decoder(decoder: Address): void;
   decode(decoder: Address, bytes: Address, size: number): Address;

@@ -119,13 +119,6 @@ struct MeasuredFrame {
   std::uint32_t bytes = 0;
 };
 
-struct Limits {
-  std::uint32_t max_frame_bytes = 0;
-  std::uint32_t max_voxels = 0;
-  std::uint32_t max_points = 0;
-  std::uint32_t max_field_values = 0;
-};
-
 struct Judgement {
   Outcome outcome;
   std::uint32_t voxels = 0;
@@ -143,7 +136,6 @@ static_assert(sizeof(DescribedField) == 16 && offsetof(FieldValues, values) == 4
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
               offsetof(DescribedFrame, has_frame_id) == 160);
 static_assert(offsetof(MeasuredFrame, bytes) == 12);
-static_assert(offsetof(Limits, max_field_values) == 12);
 static_assert(offsetof(Judgement, is_noise) == 16);
 static_assert(static_cast<int>(io::CompressionCode::OutOfMemory) == 13);
 static_assert(static_cast<int>(OutlierRemovalCode::DifferentCloud) == 4);

@@ -68,16 +68,18 @@ export class CodecError extends Error {
   }
 }
 
-/** Limits of decoding, for bytes that are not trusted; whole numbers from 1 to 2^32 - 1. */
+/** Limits of decoding, for bytes that are not trusted; whole numbers from 1 to 2^32 - 1. A decoder
+ * also refuses frames of few bytes and much content: more than 2^23 voxels, 2^20 blocks of 4 x 4 x 4
+ * voxels, 2^24 points or 2^26 values of fields, if there is no byte for 64, 8, 256 or 512 of them. */
 export interface DecoderLimits {
-  /** Bytes of one frame, and bytes skipped while looking for one. Default: 2^24. */
+  /** Bytes of one frame, and bytes skipped while looking for one. Default: 2^28. */
   readonly maxFrameBytes?: number;
-  /** Voxels of one frame. Default: 2^20; above 2^24 counts as 2^24. */
+  /** Voxels of one frame. Default, and most: 2^26. */
   readonly maxVoxels?: number;
-  /** Points of one frame, where voxels have numbers of points. Default: 2^24; above
+  /** Points of one frame, where voxels have numbers of points. Default: 2^30; above
    * 16 `maxVoxels` counts as that. */
   readonly maxPoints?: number;
-  /** Values of the fields of one frame, of eight bytes each. Default: 2^24. */
+  /** Values of the fields of one frame, of eight bytes each. Default: 2^30. */
   readonly maxFieldValues?: number;
 }
 

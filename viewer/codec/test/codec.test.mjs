@@ -152,16 +152,6 @@ test("limits are those of the decoder", async () => {
   assert.equal(exact.decode(frame).status.code, "Ok");
 });
 
-test("limits of a recording follow its size, as in the library", async () => {
-  const codec = await loadCodec();
-  const limits = (bits) =>
-    ({ maxFrameBytes: 2 ** 28, maxVoxels: 2 ** bits, maxPoints: 2 ** (bits + 4), maxFieldValues: 2 ** (bits + 6) });
-  assert.deepEqual(codec.recordingLimits(0), limits(20));
-  assert.deepEqual(codec.recordingLimits(2 ** 18), limits(21));
-  for (const bytes of [2 ** 40, Infinity]) assert.deepEqual(codec.recordingLimits(bytes), limits(22));
-  for (const bytes of [-1, NaN]) assert.throws(() => codec.recordingLimits(bytes), { code: "InvalidInput" });
-});
-
 test("what was freed, or is of another codec, is refused", async () => {
   const codec = await loadCodec();
   const [frame] = await framesOfStream(codec, "balanced_colours");

@@ -1,4 +1,4 @@
-import { Codec, type Decoder, type DecoderLimits, type StatusCode, type Voxels } from "@pcl_ext/codec";
+import { Codec, type Decoder, type StatusCode, type Voxels } from "@pcl_ext/codec";
 
 import type { PackedPoints } from "./messages";
 import { packPoints } from "./packed_points";
@@ -26,7 +26,6 @@ export class TopicDecoder {
   /** Of the topic alone, so that it has a memory of its own, and what exhausts that disturbs no other topic. */
   private readonly codec: Codec;
   private decoder: Decoder;
-  private readonly limits: DecoderLimits;
 
   /** @throws RangeError if there is no memory for it */
   constructor(
@@ -34,22 +33,21 @@ export class TopicDecoder {
     private readonly recent: RecentClouds,
   ) {
     this.codec = Codec.loadNow(module);
-    this.limits = this.codec.recordingLimits(Infinity);
-    this.decoder = this.codec.createDecoder(this.limits);
+    this.decoder = this.codec.createDecoder();
   }
 
   /** @throws RangeError if there is no memory for the points */
   decode(bytes: Uint8Array): Decoded {
     const known = this.recent.find(this, bytes);
     if (known) return { points: known, problem: null };
-    const { status, description } = this.codec.describeFrame(bytes, this.limits);
+    const { status, description } = this.codec.describeFrame(bytes);
     if (!description) return { points: null, problem: status };
     if (description.format === "published" && description.kind === "P")
       return { points: null, problem: { code: "UnsupportedVersion", message: noPublishedPFrames } };
     let result = this.decoder.decode(bytes, { coded: true });
     if (result.status.code === "OldFrame" && description.kind === "I") {
       this.decoder.free();
-      this.decoder = this.codec.createDecoder(this.limits);
+      this.decoder = this.codec.createDecoder();
       result = this.decoder.decode(bytes, { coded: true });
     }
     if (!result.voxels) return { points: null, problem: result.status };

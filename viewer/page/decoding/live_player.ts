@@ -1,4 +1,4 @@
-import type { Codec, DecoderLimits } from "@pcl_ext/codec";
+import type { Codec } from "@pcl_ext/codec";
 
 import { headBytes } from "../recordings/frame_places";
 import { FrameBatches } from "./frame_batches";
@@ -25,7 +25,6 @@ export class LivePlayer {
   private readonly names: string[] = [];
   private readonly lastTimes = new Map<number, bigint>(); // by the stream's place in the page
   private batches: FrameBatches;
-  private readonly limits: DecoderLimits;
 
   constructor(
     private readonly codec: Codec,
@@ -34,7 +33,6 @@ export class LivePlayer {
     private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
   ) {
     this.batches = new FrameBatches(post);
-    this.limits = codec.recordingLimits(Infinity);
   }
 
   close(): void {
@@ -53,7 +51,7 @@ export class LivePlayer {
       let index = this.names.indexOf(name);
       if (index < 0) index = this.names.push(name) - 1;
       const unit = densityUnitOf(metadata);
-      this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit, this.limits), frames: 0 });
+      this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit), frames: 0 });
     }
     this.post({
       type: "streams",
@@ -92,7 +90,7 @@ export class LivePlayer {
     const time = this.sortedTime(stream.index, header.getBigInt64(8, true));
     const bytes = new Uint8Array(message, liveHeaderBytes);
     const number = stream.frames++;
-    const { status, description } = this.codec.describeFrame(bytes.subarray(0, headBytes), this.limits);
+    const { status, description } = this.codec.describeFrame(bytes.subarray(0, headBytes));
     const isIFrame = status.ok && description !== null && description.kind === "I";
     this.batches.add(stream.index, {
       stream: stream.index,

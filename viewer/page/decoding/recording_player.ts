@@ -96,8 +96,7 @@ export class RecordingPlayer {
   private addStream(stream: RecordedStream): void {
     this.descriptions.push(stream);
     const unit = densityUnitOf(stream.metadata);
-    const limits = this.codec.recordingLimits((this.recording as Recording).bytes);
-    this.streams.push({ decoder: new StreamDecoder(this.codec, unit, limits), next: 0 });
+    this.streams.push({ decoder: new StreamDecoder(this.codec, unit), next: 0 });
     this.send({ type: "streams", streams: this.descriptions });
   }
 

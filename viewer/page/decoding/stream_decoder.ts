@@ -1,4 +1,4 @@
-import type { Codec, Decoder, DecoderLimits, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
+import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
 
 import { fieldChoices } from "./field_choices";
 import type { FieldChoice } from "./field_choices";
@@ -37,9 +37,8 @@ export class StreamDecoder {
   constructor(
     private readonly codec: Codec,
     private readonly unit: DensityUnit,
-    private readonly limits: DecoderLimits,
   ) {
-    this.decoder = codec.createDecoder(limits);
+    this.decoder = codec.createDecoder();
   }
 
   free(): void {
@@ -50,7 +49,7 @@ export class StreamDecoder {
   /** Forgets all frames, as before a frame that does not follow the last one. */
   restart(): void {
     this.decoder.free();
-    this.decoder = this.codec.createDecoder(this.limits);
+    this.decoder = this.codec.createDecoder();
     this.filter?.reset();
     this.trail.reset();
   }
@@ -110,7 +109,7 @@ export class StreamDecoder {
   private decodeBytes(bytes: Uint8Array): { status: Status; voxels: Voxels | null } {
     const result = this.decoder.decode(bytes);
     if (result.status.code !== "OldFrame") return result;
-    const { description } = this.codec.describeFrame(bytes, this.limits);
+    const { description } = this.codec.describeFrame(bytes);
     if (description?.kind !== "I") return result;
     this.restart();
     return this.decoder.decode(bytes);

@@ -1,4 +1,4 @@
-/** Limits for looking at frames without decoding them: those of decoding are Codec.recordingLimits. */
+/** Limits for looking at frames without decoding them. */
 export const limitsOfIndexing = { maxFrameBytes: 2 ** 28, maxVoxels: 2 ** 32 - 1, maxPoints: 2 ** 32 - 1 };
 
 /** Bytes at the beginning of a frame that hold its header: with a lidar's rows and columns some 20 for each row. Not the

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Memory that the program can have, bytes: that of the machine, or of its control
+ * group on Linux if that is less; 4 GiB where it is not known. */
+std::uint64_t
+machineMemory();
+
+} // namespace io
+} // namespace pcl_ext
