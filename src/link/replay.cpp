@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <string>
-#include <utility>
 
 namespace pcl_ext {
 namespace link {
@@ -78,26 +77,26 @@ Replay::open(const Connection& connection, Time from)
 LinkStatus
 Replay::begin(jsConsumerConfig config)
 {
-  // While it is not asked for messages; one that is gone is made anew.
-  constexpr std::chrono::nanoseconds longest_silence = std::chrono::minutes(5);
   const std::string& site = connection_->settings().site;
-  config.AckPolicy = js_AckNone;
+  // The server sends no more before some are acknowledged.
+  constexpr std::int64_t most_bytes = 32 << 20;
+  const std::int64_t largest =
+      std::max<std::int64_t>(1, natsConnection_GetMaxPayload(connection_->get()));
+  most_waiting_ =
+      static_cast<std::uint64_t>(std::clamp<std::int64_t>(most_bytes / largest, 2, 64));
+  config.AckPolicy = js_AckAll;
+  config.MaxAckPending = static_cast<std::int64_t>(most_waiting_);
+  config.AckWait = std::chrono::nanoseconds(std::chrono::hours(24)).count();
   config.MemoryStorage = true;
-  config.InactiveThreshold = longest_silence.count();
   jsSubOptions options;
   jsSubOptions_Init(&options);
   options.Stream = site.c_str();
+  options.ManualAck = true;
   options.Config = config;
   jsErrCode error = jsErrCode(0);
   const std::string subject = site + ".>";
-  natsStatus status = js_PullSubscribe(&subscription_,
-                                       stream_.get(),
-                                       subject.c_str(),
-                                       nullptr,
-                                       nullptr,
-                                       &options,
-                                       &error);
-  // What is asked for at once is bounded.
+  natsStatus status = js_SubscribeSync(
+      &subscription_, stream_.get(), subject.c_str(), nullptr, &options, &error);
   if (status == NATS_OK)
     status = natsSubscription_SetPendingLimits(subscription_, -1, -1);
   if (status != NATS_OK)
@@ -125,7 +124,6 @@ Replay::beginAnew()
 void
 Replay::end()
 {
-  batch_.clear();
   if (subscription_ == nullptr)
     return;
   // Which deletes the consumer; the server does it later, too.
@@ -142,19 +140,23 @@ Replay::updatePending()
   if (natsSubscription_GetConsumerInfo(&consumer, subscription_, nullptr, nullptr) !=
       NATS_OK)
     return false;
-  pending_ = last_ > number_
-                 ? std::min<std::uint64_t>(consumer->NumPending, last_ - number_)
-                 : 0;
+  const std::uint64_t sent = consumer->Delivered.Consumer;
+  const std::uint64_t under_way = sent > delivered_ ? sent - delivered_ : 0;
+  setPending(consumer->NumPending + under_way);
   jsConsumerInfo_Destroy(consumer);
-  return true;
+  return under_way == 0;
+}
+
+void
+Replay::setPending(std::uint64_t pending)
+{
+  pending_ = last_ > number_ ? std::min(pending, last_ - number_) : 0;
 }
 
 LinkStatus
-Replay::fetch(std::chrono::milliseconds timeout)
+Replay::receive(std::chrono::milliseconds timeout, MessageHandle& message)
 {
-  constexpr int most_messages = 64;
-  constexpr std::int64_t most_bytes = 4 << 20;
-  constexpr std::chrono::seconds patience{1};
+  constexpr std::chrono::milliseconds patience{1000};
   const LinkStatus nothing{LinkCode::NoFrame, "no frame came in time"};
   if (!connection_->isConnected()) {
     constexpr std::chrono::milliseconds longest_wait{100}; // it may be there again
@@ -164,29 +166,18 @@ Replay::fetch(std::chrono::milliseconds timeout)
   if (subscription_ == nullptr)
     if (LinkStatus status = beginAnew(); !status.ok())
       return connection_->isConnected() ? status : nothing;
-  jsFetchRequest request;
-  jsFetchRequest_Init(&request);
-  request.Batch = is_next_alone_ ? 1 : most_messages;
-  request.MaxBytes = is_next_alone_ ? 0 : most_bytes;
-  request.Expires = std::min<std::chrono::nanoseconds>(timeout, patience).count();
-  request.NoWait = true; // less than these, if there are not as many
-  natsMsgList list{};
-  const natsStatus status =
-      natsSubscription_FetchRequest(&list, subscription_, &request);
-  for (int i = 0; i < list.Count; ++i)
-    batch_.emplace_back(std::exchange(list.Msgs[i], nullptr));
-  natsMsgList_Destroy(&list);
+  natsMsg* received = nullptr;
+  const natsStatus status = natsSubscription_NextMsg(
+      &received, subscription_, std::min(timeout, patience).count());
   if (status == NATS_OK) {
-    is_next_alone_ = false;
+    message.reset(received);
     last_arrival_ = Clock::now();
     return {};
   }
-  if (status == NATS_ERR && !is_next_alone_)
-    is_next_alone_ = true;
-  else if (status != NATS_TIMEOUT && status != NATS_NOT_FOUND)
+  if (status != NATS_TIMEOUT)
     end();
   else if (Clock::now() - last_arrival_ >= patience) {
-    // What was to come, or the consumer, may be gone.
+    // What was sent, or was to be, or the consumer may be gone.
     last_arrival_ = Clock::now();
     if (!updatePending())
       end();
@@ -208,7 +199,9 @@ Replay::follow(natsMsg* message)
   delivered_ = number.Consumer;
   number_ = number.Stream;
   failures_ = 0;
-  pending_ = last_ > number_ ? std::min(pending, last_ - number_) : 0;
+  setPending(pending);
+  if (delivered_ % (most_waiting_ / 2) == 0)
+    natsMsg_Ack(message, nullptr);
   return true;
 }
 
@@ -219,15 +212,14 @@ Replay::next(std::chrono::nanoseconds timeout, MessageHandle& message)
     return {LinkCode::EndOfReplay, "all frames that the server keeps were received"};
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(timeout);
-  if (batch_.empty())
-    if (LinkStatus status = fetch(std::max(milliseconds, std::chrono::milliseconds(1)));
-        !status.ok())
-      return status;
-  message = std::move(batch_.front());
-  batch_.pop_front();
+  if (LinkStatus status =
+          receive(std::max(milliseconds, std::chrono::milliseconds(1)), message);
+      !status.ok())
+    return status;
   if (follow(message.get()))
     return {};
   // Some were lost with a connection.
+  message.reset();
   end();
   return {LinkCode::NoFrame, "no frame came in time"};
 }

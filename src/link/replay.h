@@ -5,14 +5,13 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <deque>
 
 namespace pcl_ext {
 namespace link {
 
 /** \brief Reads the frames of a site that a server keeps, in the order of their arrival.
- * They are pulled as they are taken: at most some megabytes wait. For one thread at a
- * time. */
+ * The server sends them as they are taken: 32 MiB or two messages wait at most. For one
+ * thread at a time. */
 class Replay {
 public:
   Replay() = default;
@@ -55,17 +54,23 @@ private:
   LinkStatus
   beginAnew();
 
-  /** \brief Drops the server's consumer and what came of it. */
+  /** \brief Drops the server's consumer, and what has come of it and was not taken. */
   void
   end();
 
-  /** \brief Lets some messages come. */
+  /** \brief Waits for the next message of the consumer. */
   LinkStatus
-  fetch(std::chrono::milliseconds timeout);
+  receive(std::chrono::milliseconds timeout, MessageHandle& message);
 
-  /** \brief Asks how many messages are to come; false if the server does not tell. */
+  /** \brief Asks how many messages are to come.
+   * \return false if the server does not tell, or some that it has sent have not come
+   */
   bool
   updatePending();
+
+  /** \param[in] pending messages that the server has for the consumer, also later ones */
+  void
+  setPending(std::uint64_t pending);
 
   /** \brief Takes the place of a message into account; false if others are missing before
    * it. */
@@ -75,11 +80,10 @@ private:
   const Connection* connection_ = nullptr;
   JetStreamHandle stream_;
   natsSubscription* subscription_ = nullptr;
-  std::deque<MessageHandle> batch_; // that came and were not taken
-  bool is_next_alone_ = false;      // it is larger than a batch may be
-  std::uint64_t last_ = 0;          // number in the server's stream, of the last one
-  std::uint64_t number_ = 0;        // of the one that came last
-  std::uint64_t delivered_ = 0;     // by the consumer
+  std::uint64_t most_waiting_ = 2; // messages that are not acknowledged
+  std::uint64_t last_ = 0;         // number in the server's stream, of the last one
+  std::uint64_t number_ = 0;       // of the one that came last
+  std::uint64_t delivered_ = 0;    // by the consumer
   std::atomic<std::uint64_t> pending_{0};
   unsigned int failures_ = 0; // since a message came
   Clock::time_point last_arrival_{};

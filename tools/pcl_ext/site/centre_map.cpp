@@ -38,7 +38,7 @@ public:
   {
     constexpr std::chrono::seconds interval{1};
     using std::chrono::abs;
-    if (last_time_ && abs(time - *last_time_) < interval)
+    if ((last_time_ && abs(time - *last_time_) < interval) || isToldToEnd())
       return;
     if (update_.valid()) {
       if (update_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
@@ -62,19 +62,28 @@ public:
     is_ending_ = false;
     last_write_ = std::chrono::steady_clock::now();
     constexpr std::chrono::seconds most_time{2};
-    if (last_duration_ < most_time && !(options_.waits && isInterrupted()))
+    if (last_duration_ < most_time && !isToldToEnd())
       insert(node, sensors_);
+    else
+      map_.completeRound();
     console_.summary(write());
   }
 
 private:
+  /** \brief True if a replay is to end before its last frame. */
+  bool
+  isToldToEnd() const
+  {
+    return options_.waits && isInterrupted();
+  }
+
   /** \brief Waits for the update, which ends early if the program is interrupted. */
   void
   waitForUpdate()
   {
     constexpr std::chrono::milliseconds patience{20};
     while (update_.wait_for(patience) != std::future_status::ready)
-      is_ending_ = isInterrupted();
+      is_ending_ = isToldToEnd();
     update_.get();
   }
 
@@ -85,8 +94,10 @@ private:
   {
     const auto start = std::chrono::steady_clock::now();
     for (const auto& [name, position] : sensors) {
-      if (is_ending_)
-        break;
+      if (is_ending_) {
+        last_duration_ = std::chrono::steady_clock::now() - start;
+        return;
+      }
       nodes::detail::MergedMap::FindSensor sensor;
       if (position)
         sensor = [position = *position](nodes::Time) {
