@@ -73,7 +73,7 @@ withDepthModel(Parts parts, const DepthModel& model)
 Bytes
 payloadOf(const VoxelFrame& frame)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   const Bytes bytes = encoded(encoder, frame);
   return {bytes.begin() +
               static_cast<std::ptrdiff_t>(encoder.statistics().header_bytes),
@@ -94,7 +94,7 @@ withPointsThatOverflow()
   voxels.point_counts = {60000, 1};
   voxels.fields = {{{"ring", FieldType::UInt16}, {}}};
   voxels.fields.front().numbers.resize(voxels.pointCount());
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   Parts parts = takeApart(encoded(encoder, voxels));
   const auto supplement_size =
       static_cast<std::ptrdiff_t>(parts.header.supplement_size);
@@ -111,7 +111,7 @@ invalidFrames()
 {
   std::mt19937_64 random(1);
   const VoxelFrame voxels = randomFrame(random, 5, 40);
-  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
   const Bytes i_frame = encoded(encoder, voxels);
   const Bytes p_frame = encoded(encoder, voxels);
   const Parts parts = takeApart(i_frame);
@@ -164,7 +164,7 @@ invalidFrames()
   addPointCounts(random, points);
   points.fields = {{{"ring", FieldType::UInt16}, {}}};
   points.fields.front().numbers.resize(points.pointCount());
-  FrameEncoder point_encoder(StreamFormat::Version1, 100);
+  FrameEncoder point_encoder(StreamFormat::Version1, 100, Effort::Balanced);
   Parts parts_with_points = takeApart(encoded(point_encoder, points));
   parts_with_points.header.point_count = points.size();
   const Bytes points_of_fields = putTogether(parts_with_points);
@@ -177,7 +177,7 @@ invalidFrames()
   cut_off.payload.resize(depth_model_size - 1);
 
   const VoxelFrame image = imageFrame(random, planarImage(48, 32), 8);
-  FrameEncoder image_encoder(StreamFormat::Version1, 100);
+  FrameEncoder image_encoder(StreamFormat::Version1, 100, Effort::Balanced);
   const Parts parts_with_image = takeApart(encoded(image_encoder, image));
   const auto withImage = [&](auto change) {
     Parts changed_parts = parts_with_image;

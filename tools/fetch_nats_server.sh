@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Unpacks the program nats-server into build-nats-server, unless there is one already. To
-# install its package would start a service that anybody can connect to. Prints nothing, or
-# one line if it cannot be fetched.
+# Prints the path of the program nats-server. Where there is none it is unpacked into
+# build-nats-server before, as to install its package would start a service.
 # Usage: bash tools/fetch_nats_server.sh
+# To try a site: $(bash tools/fetch_nats_server.sh) -c tools/site/trial.conf
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 folder=$root/build-nats-server
 PATH=$PATH:/usr/sbin:$folder/usr/sbin
-command -v nats-server > /dev/null && exit 0
+command -v nats-server && exit 0
 package=$(awk '/^\[/ { reading = $1 == "[unpacked]"; next } reading && NF { print $1 }' \
   "$root/tools/packages.txt")
 mkdir -p "$folder"
@@ -22,3 +22,4 @@ if ! log=$(download || { update && download; } 2>&1); then
 fi
 dpkg-deb --extract "$package"_*.deb .
 rm "$package"_*.deb
+command -v nats-server

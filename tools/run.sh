@@ -3,8 +3,8 @@
 # Usage: bash tools/run.sh [COMMAND options]
 #   encode IN... -o OUT   clouds of files or a bag -> a recording
 #   decode IN -o OUT      a recording -> PCD or PLY files, or a bag of clouds
-#   info IN               what is in a recording
-#   verify IN             decodes all frames, and tells which are lost
+#   info IN...            what is in recordings
+#   verify IN...          decodes all frames, and tells which are lost
 #   cut IN -o OUT         a part of a recording
 #   merge IN... -o OUT    the streams of several recordings
 #   view IN | --cell      a recording, or the robot cell live, in a browser

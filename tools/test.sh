@@ -18,7 +18,7 @@ cmake -S "$root" -B "$root/build-test" -G Ninja \
 # What tests need of the machine and the network is told before the build, which takes long.
 bash "$root/tools/fetch_node_packages.sh" "$root/build-test/test/mcap_core" ||
   echo "test.sh: the test mcap_core will fail" >&2
-bash "$root/tools/fetch_nats_server.sh" ||
+bash "$root/tools/fetch_nats_server.sh" > /dev/null ||
   echo "test.sh: the tests of Link, ProgramSite and ProgramCentres will fail" >&2
 script -qec true /dev/null > /dev/null 2>&1 < /dev/null ||
   echo "test.sh: no /dev/pts is mounted; tests of ProgramOptions that need a terminal will fail" >&2

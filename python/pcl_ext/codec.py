@@ -98,7 +98,8 @@ class Encoder:
     resolution : float
         Voxel edge, metres, 1e-6 to 1e6.
     effort : str
-        Time against size: "fast", "balanced" or "small". A decoder reads all three.
+        Time against size: "fast", which suits live streams, "balanced", which suits
+        recordings, or "small". A decoder reads all three.
     i_frame_rate : int
         Most frames from one I-frame, which decodes alone, to the next; 0 and 1: I-frames
         only.
@@ -215,7 +216,7 @@ class Encoder:
         self,
         resolution: float = 0.01,
         *,
-        effort: Effort = "balanced",
+        effort: Effort = "fast",
         i_frame_rate: int = 30,
         law: Law = "automatic",
         sensor: Optional[Sensor] = None,

@@ -3,9 +3,12 @@
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "link/guarded.h"
+#include "link/site_streams.h"
 
 #include <algorithm>
 #include <array>
+#include <memory>
+#include <set>
 #include <string>
 
 namespace pcl_ext {
@@ -264,7 +267,43 @@ keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
   return {};
 }
 
+LinkStatus
+findKept(const LinkSettings& link, std::vector<SiteStream>& streams)
+{
+  streams.clear();
+  Connection connection(link, nullptr);
+  if (LinkStatus status = connection.open(); !status.ok())
+    return status;
+  JetStreamHandle stream;
+  if (const natsStatus status = openJetStream(connection, stream); status != NATS_OK)
+    return jetStreamFailure(connection, status, jsErrCode(0));
+  jsOptions options;
+  jsOptions_Init(&options);
+  options.Stream.Info.SubjectsFilter = ">";
+  jsErrCode error = jsErrCode(0);
+  jsStreamInfo* found = nullptr;
+  const natsStatus status =
+      js_GetStreamInfo(&found, stream.get(), link.site.c_str(), &options, &error);
+  if (status != NATS_OK)
+    return jetStreamFailure(connection, status, error);
+  const std::unique_ptr<jsStreamInfo, NatsDeleter<jsStreamInfo, jsStreamInfo_Destroy>>
+      owner(found);
+  std::set<SiteStream> all;
+  const jsStreamStateSubjects* const subjects = found->State.Subjects;
+  for (int i = 0; subjects != nullptr && i < subjects->Count; ++i)
+    if (auto one = siteStreamOf(subjects->List[i].Subject))
+      all.insert(std::move(*one));
+  streams.assign(all.begin(), all.end());
+  return {};
+}
+
 } // namespace
+
+LinkStatus
+keptStreams(const LinkSettings& link, std::vector<SiteStream>& streams) noexcept
+{
+  return guarded([&] { return findKept(link, streams); });
+}
 
 LinkStatus
 keepFrames(const LinkSettings& link,

@@ -83,7 +83,7 @@ TEST(CompressionProfiles, ManualConfigurationTakesTheArguments)
   EXPECT_FALSE(compression.settings().keep_point_counts);
   EXPECT_EQ(compression.settings().colour_bits, 0u);
   EXPECT_EQ(compression.settings().i_frame_rate, 7u);
-  EXPECT_EQ(compression.settings().effort, Effort::Balanced);
+  EXPECT_EQ(compression.settings().effort, Effort::Fast);
   EXPECT_TRUE(compression.settings().show_statistics);
   EXPECT_EQ(compression.getResolution(), 0.123);
 }

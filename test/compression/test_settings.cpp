@@ -63,7 +63,7 @@ TEST(CodecSettings, BytesAreThoseOfVoxelizerAndFrameEncoder)
   const std::vector<std::function<void(Settings&)>> changes = {
       [](Settings&) {},
       [](Settings& settings) { settings.i_frame_rate = 2; },
-      [](Settings& settings) { settings.effort = Effort::Fast; },
+      [](Settings& settings) { settings.effort = Effort::Balanced; },
       [](Settings& settings) { settings.effort = Effort::Small; },
       [](Settings& settings) { settings.format = StreamFormat::Published; },
       [](Settings& settings) { settings.aggregation = Aggregation::Sum; },

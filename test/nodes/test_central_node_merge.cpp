@@ -50,7 +50,7 @@ mergedVoxels(CentralNode& node)
 Bytes
 codedAlone(const VoxelFrame& frame, StreamFormat format = StreamFormat::Version1)
 {
-  FrameEncoder encoder(format, 1);
+  FrameEncoder encoder(format, 1, Effort::Balanced);
   return pcl_ext::io::test::encoded(encoder, frame);
 }
 

@@ -109,6 +109,11 @@ if(NOT BUILD_DIR)
   endif()
 endif()
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/installed)
+# So that pcl_ext view and receive --view need no --page.
+if(EXISTS ${SOURCE_DIR}/viewer/dist/viewer.html AND EXISTS ${WORK_DIR}/installed/bin/pcl_ext
+   AND NOT EXISTS ${WORK_DIR}/installed/share/pcl_ext/viewer.html)
+  message(FATAL_ERROR "the viewer's page was built and is not installed")
+endif()
 # A path that was written into the installed files no longer exists.
 file(RENAME ${WORK_DIR}/installed ${prefix})
 

@@ -32,6 +32,7 @@ limitedSettings()
 {
   EncoderSettings settings;
   settings.max_rate = max_rate;
+  settings.effort = Effort::Balanced; // that of CloudCost
   return settings;
 }
 
@@ -40,6 +41,7 @@ timedSettings(double max_encode_ms)
 {
   EncoderSettings settings;
   settings.max_encode_ms = max_encode_ms;
+  settings.effort = Effort::Balanced;
   return settings;
 }
 
@@ -240,7 +242,7 @@ TEST(RateControl, TextsSayWhatAndWhy)
       control.endFrame(10000, true, 20ms, grid);
   const RateControlStatus status = control.status();
   EXPECT_EQ(status.reason, "frames take 800 kbit/s of 500 kbit/s at most");
-  EXPECT_EQ(status.choice, "voxels of 0.02 m, effort balanced");
+  EXPECT_EQ(status.choice, "voxels of 0.02 m, effort fast");
   EXPECT_EQ(status.not_kept,
             "clouds are left out, as frames take 800 kbit/s of 500 kbit/s at most");
   EXPECT_EQ(status.encode_ms, 20.0);

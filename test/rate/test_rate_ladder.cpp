@@ -70,8 +70,7 @@ TEST(RateLadder, EffortsRiseWithALimitOfTimeOnly)
 {
   EncoderSettings settings = limitedSettings();
   settings.rate_temporal_filter = 0;
-  const Texts steps{"voxels of 0.01 m, effort balanced",
-                    "voxels of 0.02 m, effort balanced"};
+  const Texts steps{"voxels of 0.01 m, effort fast", "voxels of 0.02 m, effort fast"};
   EXPECT_EQ(stepsOf(settings, false), steps);
   settings.max_rate = 0.0;
   settings.max_encode_ms = 50.0;
@@ -80,9 +79,9 @@ TEST(RateLadder, EffortsRiseWithALimitOfTimeOnly)
 
 TEST(RateLadder, PointsAndFieldsHaveNoTemporalFilter)
 {
-  const Texts steps{"voxels of 0.01 m, effort balanced",
-                    "voxels of 0.01 m, effort balanced, 4 companded bits",
-                    "voxels of 0.02 m, effort balanced, 4 companded bits"};
+  const Texts steps{"voxels of 0.01 m, effort fast",
+                    "voxels of 0.01 m, effort fast, 4 companded bits",
+                    "voxels of 0.02 m, effort fast, 4 companded bits"};
   EncoderSettings settings = limitedSettings();
   settings.keep_point_counts = true;
   EXPECT_EQ(stepsOf(settings), steps);
@@ -97,20 +96,20 @@ TEST(RateLadder, WhatIsSetAlreadyIsNoStep)
   settings.temporal_filter = 8;
   settings.intensity_bits = 4;
   EXPECT_EQ(stepsOf(settings, true, true, 0.0f),
-            (Texts{"voxels of 0.01 m, effort balanced, temporal filter of 8, outliers "
+            (Texts{"voxels of 0.01 m, effort fast, temporal filter of 8, outliers "
                    "removed at 0",
-                   "voxels of 0.02 m, effort balanced, temporal filter of 8, outliers "
+                   "voxels of 0.02 m, effort fast, temporal filter of 8, outliers "
                    "removed at 0"}));
   settings.rate_doublings = 0;
   settings.temporal_filter = 12;
   settings.rate_temporal_filter = 10;
   settings.intensity_bits = 5;
   EXPECT_EQ(stepsOf(settings, true, true, -1.0f),
-            (Texts{"voxels of 0.01 m, effort balanced, temporal filter of 12, outliers "
+            (Texts{"voxels of 0.01 m, effort fast, temporal filter of 12, outliers "
                    "removed at -1",
-                   "voxels of 0.01 m, effort balanced, temporal filter of 12, 4 "
+                   "voxels of 0.01 m, effort fast, temporal filter of 12, 4 "
                    "companded bits, outliers removed at -1",
-                   "voxels of 0.01 m, effort balanced, temporal filter of 12, 4 "
+                   "voxels of 0.01 m, effort fast, temporal filter of 12, 4 "
                    "companded bits, outliers removed at 0"}));
 }
 
@@ -120,9 +119,9 @@ TEST(RateLadder, PublishedFramesHaveNoCompandedBitsAndNoEffort)
   settings.format = StreamFormat::Published;
   settings.max_encode_ms = 50.0;
   EXPECT_EQ(stepsOf(settings),
-            (Texts{"voxels of 0.01 m, effort balanced",
-                   "voxels of 0.01 m, effort balanced, temporal filter of 8",
-                   "voxels of 0.02 m, effort balanced, temporal filter of 8"}));
+            (Texts{"voxels of 0.01 m, effort fast",
+                   "voxels of 0.01 m, effort fast, temporal filter of 8",
+                   "voxels of 0.02 m, effort fast, temporal filter of 8"}));
 }
 
 TEST(RateLadder, VoxelsEndWithTheirRangeAndOutlierRemovalWithIts)
@@ -131,18 +130,17 @@ TEST(RateLadder, VoxelsEndWithTheirRangeAndOutlierRemovalWithIts)
   settings.rate_temporal_filter = 0;
   settings.rate_doublings = 8;
   settings.resolution = 3e5;
-  EXPECT_EQ(stepsOf(settings, false, true),
-            (Texts{"voxels of 300000 m, effort balanced",
-                   "voxels of 600000 m, effort balanced"}));
+  EXPECT_EQ(
+      stepsOf(settings, false, true),
+      (Texts{"voxels of 300000 m, effort fast", "voxels of 600000 m, effort fast"}));
   settings.resolution = 0.15;
   settings.rate_doublings = 1;
   EXPECT_EQ(stepsOf(settings, false, true, 0.0f),
-            (Texts{"voxels of 0.15 m, effort balanced, outliers removed at 0",
-                   "voxels of 0.3 m, effort balanced"}));
+            (Texts{"voxels of 0.15 m, effort fast, outliers removed at 0",
+                   "voxels of 0.3 m, effort fast"}));
   // What is off stays off.
-  EXPECT_EQ(
-      stepsOf(settings, false, true),
-      (Texts{"voxels of 0.15 m, effort balanced", "voxels of 0.3 m, effort balanced"}));
+  EXPECT_EQ(stepsOf(settings, false, true),
+            (Texts{"voxels of 0.15 m, effort fast", "voxels of 0.3 m, effort fast"}));
 }
 
 TEST(RateLadder, VoxelsEndWhereRegionsAreTooSmallForThem)
@@ -155,9 +153,9 @@ TEST(RateLadder, VoxelsEndWhereRegionsAreTooSmallForThem)
   region.box = {{0, 0, 0}, {1, 1, 0.05}};
   settings.regions.boxes.push_back(region);
   EXPECT_EQ(stepsOf(settings),
-            (Texts{"voxels of 0.01 m, effort balanced",
-                   "voxels of 0.02 m, effort balanced",
-                   "voxels of 0.04 m, effort balanced"}));
+            (Texts{"voxels of 0.01 m, effort fast",
+                   "voxels of 0.02 m, effort fast",
+                   "voxels of 0.04 m, effort fast"}));
 }
 
 TEST(RateLadder, SavingsAreLearnedFromWhatTheStreamTook)

@@ -97,7 +97,7 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_EQ(settings.resolution, 0.01);
   EXPECT_EQ(settings.i_frame_rate, 30u);
   EXPECT_EQ(settings.first_frame_number, 1u);
-  EXPECT_EQ(settings.effort, Effort::Balanced);
+  EXPECT_EQ(settings.effort, Effort::Fast);
   EXPECT_EQ(settings.format, StreamFormat::Version1);
   EXPECT_EQ(settings.aggregation, Aggregation::Automatic);
   EXPECT_EQ(settings.intensity_range, 0.0f);

@@ -24,7 +24,7 @@ TEST(DecoderLimits, AreReachedExactly)
 {
   std::mt19937_64 random(5);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 10);
+    FrameEncoder encoder(format, 10, Effort::Balanced);
     const Bytes i_frame = encoded(encoder, randomFrame(random, 4, 60));
     VoxelFrame frame = randomFrame(random, 4, 61);
     const Bytes p_frame = encoded(encoder, frame);
@@ -60,7 +60,7 @@ TEST(DecoderLimits, FramesBehindGarbageAreFoundAtAnyOffset)
 {
   std::mt19937_64 random(6);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 1);
+    FrameEncoder encoder(format, 1, Effort::Balanced);
     const VoxelFrame frame = randomFrame(random, 3, 10);
     const Bytes bytes = encoded(encoder, frame);
     DecoderLimits limits;
@@ -92,7 +92,7 @@ TEST(DecoderLimits, MemoryStaysWithinTheDocumentedLimit)
   limits.max_voxels = std::size_t{1} << 15;
   for (const StreamFormat format : all_formats)
     for (const unsigned int depth : {5u, 8u, 21u}) {
-      FrameEncoder encoder(format, 100);
+      FrameEncoder encoder(format, 100, Effort::Balanced);
       VoxelFrame frame = randomFrame(random, depth, 0);
       if (depth == 5) // all of the grid
         for (std::uint64_t key = 0; key < limits.max_voxels; ++key) {
@@ -162,7 +162,7 @@ TEST(DecoderLimits, StreamsThatFillTheHistoryAreRefused)
   EXPECT_GE(good_frames, 3u); // no honest stream is refused so soon
   EXPECT_LE(peak, hostile_bytes_per_voxel * limits.max_voxels + hostile_bytes)
       << peak / limits.max_voxels << " bytes a voxel";
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   EXPECT_EQ(decoded(decoder, encoded(encoder, emptyFrame(3)), back),
             CompressionCode::Ok);
 }

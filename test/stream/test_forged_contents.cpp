@@ -33,7 +33,7 @@ TEST(ForgedContents, OfIFramesAreRefused)
     addColours(random, 5, frames.back());
     addPointCounts(random, frames.back());
   }
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes first = encoded(encoder, frames[0]);
   const Parts good = takeApart(first);
   ASSERT_GT(good.header.content.refinement_levels, 0u);
@@ -88,7 +88,7 @@ TEST(ForgedContents, OfFieldsAreRefused)
   VoxelFrame frame = room.next();
   addPointCounts(random, frame);
   addFields(random, frame);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes first = encoded(encoder, frame);
   const Parts good = takeApart(first);
   using Change = std::function<void(Version1Header&)>;
@@ -170,7 +170,7 @@ TEST(ForgedContents, OfImagesAreRefused)
     const VoxelFrame frame = is_camera
                                  ? imageFrame(random, planarImage(48, 32), 8)
                                  : imageFrame(random, spinningImage(48, 16, 8), 8);
-    FrameEncoder encoder(StreamFormat::Version1, 10);
+    FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
     const Bytes first = encoded(encoder, frame);
     ASSERT_TRUE(encoder.statistics().has_image);
     const Parts good = takeApart(first);
@@ -197,7 +197,7 @@ TEST(ForgedContents, OfPointsAtASensorOutsideTheGridAreRefused)
   image.has_points_at_sensor = true;
   VoxelFrame frame = imageFrame(random, image, 8);
   addPointsAtSensor(random, frame);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Parts good = takeApart(encoded(encoder, frame));
   ASSERT_TRUE(good.header.content.has_image);
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -214,7 +214,7 @@ TEST(ForgedContents, OfRayPosesAreRefused)
 {
   std::mt19937_64 random(8);
   PointImage image = spinningImage(48, 16, 8);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const VoxelFrame frame = imageFrame(random, image, 8);
   const Bytes first = encoded(encoder, frame);
   image.rays.pose.origin[0] += 1000;
@@ -256,7 +256,7 @@ TEST(ForgedContents, OfPFramesAreThoseOfTheirIFrames)
     frames.push_back(room.next());
     addColours(random, 5, frames.back());
   }
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes first = encoded(encoder, frames[0]);
   const std::uint32_t checksum = takeApart(first).checksum;
   const Bytes second = encoded(encoder, frames[1]);

@@ -48,7 +48,7 @@ constexpr std::size_t small_allocation = std::size_t{1} << 18;
 TEST(ForgedStreams, InvalidHeaderFields)
 {
   std::mt19937_64 random(1);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
   const float nan_float = std::numeric_limits<float>::quiet_NaN();
   const float infinite_float = std::numeric_limits<float>::infinity();
@@ -123,7 +123,7 @@ TEST(ForgedStreams, InvalidHeaderFields)
 
 TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
   for (unsigned int bits = 1; bits <= 15; ++bits) {
     parts.header.intensity_scale.bits = bits;
@@ -139,7 +139,7 @@ TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
 
 TEST(ForgedStreams, EmptyFramesWithInvalidGridsAndScales)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Parts good = takeApart(encoded(encoder, emptyFrame(4)));
   for (const unsigned int depth : {0u, 22u, 64u, 255u}) {
     Parts parts = good;
@@ -155,7 +155,7 @@ TEST(ForgedStreams, EmptyFramesWithInvalidGridsAndScales)
 
 TEST(ForgedStreams, EmptyFramesWithAPayload)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
   EXPECT_TRUE(parts.payload.empty());
   for (const Bytes& payload : {Bytes{0}, Bytes{1}, Bytes(30, 0)}) {
@@ -168,7 +168,7 @@ TEST(ForgedStreams, PFramesThatContradictTheirReference)
 {
   std::mt19937_64 random(4);
   const VoxelFrame frame = randomFrame(random, 4, 30);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes i_frame = encoded(encoder, frame);
   const Bytes p_frame = encoded(encoder, frame);
   const std::uint32_t reference = takeApart(i_frame).checksum;
@@ -220,7 +220,7 @@ TEST(ForgedStreams, PFramesThatContradictTheirReference)
 TEST(ForgedStreams, UnknownFlags)
 {
   std::mt19937_64 random(5);
-  FrameEncoder encoder(StreamFormat::Version1, 10);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes good = encoded(encoder, randomFrame(random, 4, 30));
   for (const unsigned int bits : {3u, 7u, 11u, 15u}) { // no effort has the number 3
     Bytes bytes = good;

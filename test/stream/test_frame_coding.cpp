@@ -64,7 +64,7 @@ TEST(FrameCoding, WalksComeBack)
     for (unsigned int bits = 1; bits <= 16; ++bits) {
       if (format == StreamFormat::Published && bits != 8)
         continue;
-      FrameEncoder encoder(format, 4);
+      FrameEncoder encoder(format, 4, Effort::Balanced);
       FrameDecoder decoder;
       FrameDecoder stream_decoder;
       std::stringbuf stream(std::ios::in | std::ios::out | std::ios::binary);
@@ -100,7 +100,7 @@ TEST(FrameCoding, IFramesComeEveryNthFrame)
   const VoxelFrame frame = randomFrame(random, 4, 20);
   for (const StreamFormat format : all_formats)
     for (const unsigned int rate : {0u, 1u, 2u, 3u, 7u, 4000000000u}) {
-      FrameEncoder encoder(format, rate);
+      FrameEncoder encoder(format, rate, Effort::Balanced);
       const unsigned int period = std::max(rate, 1u);
       for (unsigned int number = 0; number < 22; ++number) {
         EXPECT_EQ(encoder.isIFrameDue(), number % period == 0);
@@ -116,7 +116,7 @@ TEST(FrameCoding, ARequestMakesAnIFrameAndThePeriodBeginsAnew)
   std::mt19937_64 random(3);
   const VoxelFrame frame = randomFrame(random, 4, 20);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 5);
+    FrameEncoder encoder(format, 5, Effort::Balanced);
     std::string kinds;
     for (int i = 0; i < 9; ++i) {
       if (i == 2) {
@@ -147,7 +147,7 @@ TEST(FrameCoding, AnotherGridOrScaleMakesAnIFrame)
     std::vector<Change> changes = grids;
     if (format == StreamFormat::Version1)
       changes.insert(changes.end(), scales.begin(), scales.end());
-    FrameEncoder encoder(format, 100);
+    FrameEncoder encoder(format, 100, Effort::Balanced);
     FrameDecoder decoder;
     VoxelFrame frame = randomFrame(random, 4, 20);
     const auto expectFrame = [&](bool is_i_frame) {
@@ -217,7 +217,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
       bad.push_back(bad[i]);
       bad.back().clearVoxels();
     }
-    FrameEncoder encoder(format, 10);
+    FrameEncoder encoder(format, 10, Effort::Balanced);
     FrameDecoder decoder;
     VoxelFrame back;
     for (std::size_t i = 0; i < bad.size(); ++i) {

@@ -59,7 +59,7 @@ TEST(FrameHeader, BytesAreThoseOfTheSpecification)
   frame.grid.depth = 2;
   frame.keys = {0, 63};
   frame.intensities = {7, 255};
-  FrameEncoder encoder(StreamFormat::Version1, 9);
+  FrameEncoder encoder(StreamFormat::Version1, 9, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   const Bytes i_frame = encoded(encoder, frame, FrameStamp{0x0102, "cam"});
@@ -118,7 +118,7 @@ TEST(FrameHeader, CompandedScalesStoreTheirRange)
 {
   VoxelFrame frame = emptyFrame(2);
   frame.intensity_scale = {1.0f, 0.5f, 4, 0x1234};
-  FrameEncoder encoder(StreamFormat::Version1, 9);
+  FrameEncoder encoder(StreamFormat::Version1, 9, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   const Bytes bytes = encoded(encoder, frame);
@@ -151,7 +151,7 @@ TEST(FrameHeader, DepthModelsPrecedeThePayload)
   model.origin = -2;
   model.step = {1, -1, 0x01020304};
   frame.depth_model = model;
-  FrameEncoder encoder(StreamFormat::Version1, 9);
+  FrameEncoder encoder(StreamFormat::Version1, 9, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   const Bytes i_frame = encoded(encoder, frame);
@@ -191,7 +191,7 @@ TEST(FrameHeader, DepthModelsPrecedeThePayload)
 
 TEST(FrameHeader, AnIFrameWithoutFrameIdClearsIt)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   const Bytes named = encoded(encoder, emptyFrame(4), FrameStamp{5, "sensor"});
   Parts parts = takeApart(encoded(encoder, emptyFrame(4), FrameStamp{6, "sensor"}));
   parts.header.has_frame_id = false;
@@ -210,7 +210,7 @@ TEST(FrameHeader, PFrameHeadersAreShortWithAStamp)
   // 20 Hz and 1 Hz in microseconds, two minutes of nothing, and a minute back.
   for (const std::int64_t change : {50000, 1000000, 120000000, -60000000})
     for (const std::size_t count : {0u, 1u, 50u, 20000u, 200000u}) {
-      FrameEncoder encoder(StreamFormat::Version1, 10);
+      FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
       const VoxelFrame frame = randomFrame(random, 8, count);
       FrameStamp stamp{1700000000000000, std::string(16, 'x')};
       for (int i = 0; i < 3; ++i) {
@@ -227,7 +227,7 @@ TEST(FrameHeader, IFrameHeadersAreShortWithAllFields)
 {
   std::mt19937_64 random(11);
   for (const std::size_t count : {0u, 1u, 50u, 20000u}) {
-    FrameEncoder encoder(StreamFormat::Version1, 1);
+    FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
     VoxelFrame frame = randomFrame(random, 21, count, 16);
     frame.depth_model.emplace();
     encoded(

@@ -16,7 +16,7 @@ TEST(FrameStreams, GarbageIsSkippedAndCounted)
 {
   std::mt19937_64 random(4);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 3);
+    FrameEncoder encoder(format, 3, Effort::Balanced);
     FrameDecoder decoder;
     VoxelFrame back;
     Bytes stream;
@@ -45,7 +45,7 @@ TEST(FrameStreams, AFrameWithoutItsReferenceIsConsumed)
 {
   std::mt19937_64 random(41);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 3);
+    FrameEncoder encoder(format, 3, Effort::Balanced);
     const EncodedFrames sent =
         encodedWalk(encoder, random, randomFrame(random, 5, 100), 4, 20);
     Bytes stream;
@@ -89,7 +89,7 @@ TEST(FrameStreams, ADamagedSizeBehindALossHidesNoIFrame)
 TEST(FrameStreams, BothFormatsShareAStream)
 {
   std::mt19937_64 random(5);
-  FrameEncoder version1(StreamFormat::Version1, 4);
+  FrameEncoder version1(StreamFormat::Version1, 4, Effort::Balanced);
   FrameEncoder published(StreamFormat::Published, 3);
   FrameDecoder decoder;
   VoxelFrame back;
@@ -109,7 +109,7 @@ TEST(FrameStreams, ALostFrameAffectsOnlyThePFramesBehindIt)
   constexpr unsigned int rate = 5;
   std::mt19937_64 random(6);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, rate);
+    FrameEncoder encoder(format, rate, Effort::Balanced);
     const auto [frames, stream] =
         encodedWalk(encoder, random, randomFrame(random, 5, 100), 12, 20);
     for (std::size_t lost = 0; lost < stream.size(); ++lost) {
@@ -181,8 +181,8 @@ TEST(FrameStreams, AReceiverMayJoinAtAnEmptyIFrame)
 TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
 {
   std::mt19937_64 random(7);
-  FrameEncoder one(StreamFormat::Version1, 10);
-  FrameEncoder other(StreamFormat::Version1, 10);
+  FrameEncoder one(StreamFormat::Version1, 10, Effort::Balanced);
+  FrameEncoder other(StreamFormat::Version1, 10, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   VoxelFrame frame = randomFrame(random, 5, 100);
@@ -204,8 +204,8 @@ TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
 TEST(FrameStreams, StampsAreCarried)
 {
   std::mt19937_64 random(8);
-  FrameEncoder encoder(StreamFormat::Version1, 4);
-  FrameEncoder plain(StreamFormat::Version1, 4);
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Balanced);
+  FrameEncoder plain(StreamFormat::Version1, 4, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   const std::string longest(1024, 'x');
@@ -239,7 +239,7 @@ TEST(FrameStreams, StampsMayBeAnywhere)
   constexpr std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
   std::mt19937_64 random(81);
   const VoxelFrame frame = randomFrame(random, 4, 30);
-  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   std::uint64_t before = 0;
@@ -280,7 +280,7 @@ TEST(FrameStreams, StampsMayComeAndGo)
                                                       FrameStamp{4, "odom"},
                                                       FrameStamp{5, "map"}};
   for (unsigned int rate = 1; rate < 7; ++rate) {
-    FrameEncoder encoder(StreamFormat::Version1, rate);
+    FrameEncoder encoder(StreamFormat::Version1, rate, Effort::Balanced);
     FrameDecoder decoder;
     VoxelFrame back;
     for (const std::optional<FrameStamp>& stamp : stamps) {

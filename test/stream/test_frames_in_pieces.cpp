@@ -92,7 +92,7 @@ TEST(FrameSizes, OfThePublishedLayoutAreKnownWhenTheFrameIsComplete)
 TEST(FrameSizes, OfVersion1AreKnownFromTheHeader)
 {
   std::mt19937_64 random(4);
-  FrameEncoder encoder(StreamFormat::Version1, 3);
+  FrameEncoder encoder(StreamFormat::Version1, 3, Effort::Balanced);
   const Bytes frame = encoded(encoder, randomFrame(random, 8, 3000));
   ASSERT_GT(frame.size(), 500u);
   EXPECT_TRUE(frameSize(frame.data(), 100).status.ok());
@@ -103,7 +103,7 @@ TEST(FrameSizes, BytesInFrontOfAFrameAreToBeDropped)
 {
   std::mt19937_64 random(5);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 3);
+    FrameEncoder encoder(format, 3, Effort::Balanced);
     const Bytes frame = encoded(encoder, randomFrame(random, 4, 20));
     for (const std::string& text : {std::string("x"),
                                     std::string("PCX"),
@@ -119,7 +119,7 @@ TEST(FrameSizes, BytesInFrontOfAFrameAreToBeDropped)
 TEST(FrameSizes, FramesThatADecoderRefusesAreToBeDropped)
 {
   std::mt19937_64 random(6);
-  FrameEncoder encoder(StreamFormat::Version1, 3);
+  FrameEncoder encoder(StreamFormat::Version1, 3, Effort::Balanced);
   const Bytes frame = encoded(encoder, randomFrame(random, 8, 3000));
   DecoderLimits few_bytes;
   few_bytes.max_frame_bytes = frame.size() / 2;
@@ -163,7 +163,7 @@ TEST(IncompleteFrames, WaitForTheirRestIfToldTo)
 {
   std::mt19937_64 random(7);
   for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 3);
+    FrameEncoder encoder(format, 3, Effort::Balanced);
     const EncodedFrames sent =
         encodedWalk(encoder, random, randomFrame(random, 4, 30), 5, 5);
     expectFramesWhenComplete(sent, IncompleteFrame::Keep);
@@ -174,7 +174,7 @@ TEST(IncompleteFrames, WaitForTheirRestIfToldTo)
 TEST(IncompleteFrames, WaitBehindOtherBytes)
 {
   std::mt19937_64 random(8);
-  FrameEncoder encoder(StreamFormat::Version1, 3);
+  FrameEncoder encoder(StreamFormat::Version1, 3, Effort::Balanced);
   const Bytes frame = encoded(encoder, randomFrame(random, 4, 30));
   FrameDecoder decoder(DecoderLimits(), IncompleteFrame::Keep);
   VoxelFrame back;

@@ -112,7 +112,7 @@ TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
 TEST(FramesOfChanges, NeedTheirReference)
 {
   ChangingFrames frames(8);
-  FrameEncoder encoder(StreamFormat::Version1, 4);
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Balanced);
   FrameDecoder decoder;
   for (unsigned int i = 0; i < 9; ++i) {
     const VoxelFrame frame = frames.next(few_changes);
@@ -132,7 +132,7 @@ TEST(FramesOfChanges, AreNotUsedWithColoursOrNumbersOfPoints)
 {
   for (const bool has_colours : {false, true}) {
     ChangingFrames frames(8);
-    FrameEncoder encoder(StreamFormat::Version1, 100);
+    FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
     FrameDecoder decoder;
     for (unsigned int i = 0; i < 3; ++i) {
       VoxelFrame frame = frames.next(few_changes);
@@ -155,7 +155,7 @@ protected:
   SetUp() override
   {
     ChangingFrames frames(8);
-    FrameEncoder encoder(StreamFormat::Version1, 100);
+    FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
     for (unsigned int i = 0; i < 4; ++i) {
       frames_.push_back(frames.next(few_changes));
       bytes_.push_back(encoded(encoder, frames_.back()));
@@ -224,7 +224,7 @@ TEST_F(ForgedFramesOfChanges, HaveNeitherDepthModelNorContent)
 TEST_F(ForgedFramesOfChanges, DoNotFollowAFrameWithMuchThatIsNew)
 {
   ChangingFrames frames(8);
-  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame back;
   Bytes last;

@@ -77,7 +77,7 @@ TEST(HostileStreams, SearchingIsLinearInTheBytes)
   DecoderLimits limits;
   limits.max_frame_bytes = std::size_t{1} << 20;
   std::mt19937_64 random(1);
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   const VoxelFrame frame = randomFrame(random, 4, 40);
   for (const bool are_i_frames : {true, false})
     for (const Claim claim : {Claim::AllThatFollows, Claim::HalfOfIt, Claim::Little}) {
@@ -272,7 +272,7 @@ TEST(HostileStreams, FramesWithAForgedVoxelCountKeepNoMemory)
 TEST(HostileStreams, UnverifiableHeadersHideNoFrame)
 {
   std::mt19937_64 random(4);
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   const VoxelFrame frame = randomFrame(random, 4, 40);
   Parts claim;
   claim.header.is_i_frame = false;

@@ -95,7 +95,7 @@ TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {
   FrameDecoder decoder; // one for all: invalid files leave it unchanged
   std::mt19937_64 random(1);
-  FrameEncoder encoder(StreamFormat::Version1, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
   for (const InvalidFile& invalid : files) {
     SCOPED_TRACE(invalid.name);
     std::ifstream file(folder + "/" + invalid.name + ".pcxi", std::ios::binary);

@@ -151,7 +151,7 @@ TEST(RegionStreams, OfAMovingSensorHaveItsPoseInPFrames)
 
 TEST(RegionStreams, OtherRegionsNeedAnIFrame)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
   FrameDecoder decoder;
   VoxelFrame frame = emptyFrame(6);
   VoxelFrame back;
@@ -186,7 +186,7 @@ TEST(RegionStreams, TheHeaderHasTheBytesOfTheSpecification)
   frame.regions->coarser_beyond = 200;
   frame.regions->pose = {{-1, 1, 64},
                          {{{0, 1, 0}, {-1, 0, 0}, {0, 0, whole_rotation}}}};
-  FrameEncoder encoder(StreamFormat::Version1, 9);
+  FrameEncoder encoder(StreamFormat::Version1, 9, Effort::Balanced);
   const auto end_of_header = [&](std::size_t size) {
     const Bytes bytes = encoded(encoder, frame);
     return Bytes(bytes.end() - static_cast<std::ptrdiff_t>(size), bytes.end());

@@ -27,7 +27,7 @@ EncodedFrames
 shortStream(StreamFormat format)
 {
   std::mt19937_64 random(7);
-  FrameEncoder encoder(format, 10);
+  FrameEncoder encoder(format, 10, Effort::Balanced);
   return encodedWalk(encoder, random, randomFrame(random, 3, 7), 2, 2);
 }
 
@@ -191,7 +191,7 @@ TEST(StreamBuffers, DecodingInALoopAlwaysEnds)
   std::mt19937_64 random(2);
   for (const StreamFormat format : all_formats)
     for (int round = 0; round < 60; ++round) {
-      FrameEncoder encoder(format, 3);
+      FrameEncoder encoder(format, 3, Effort::Balanced);
       Bytes bytes;
       for (int i = 0; i < 6; ++i)
         append(encoded(encoder, randomFrame(random, 3, 20)), bytes);

@@ -38,7 +38,7 @@ using pcl_ext::test::expectCode;
 inline Bytes
 coded(const VoxelFrame& frame)
 {
-  io::FrameEncoder encoder(io::StreamFormat::Version1, 1);
+  io::FrameEncoder encoder(io::StreamFormat::Version1, 1, io::Effort::Balanced);
   return io::test::encoded(encoder, frame);
 }
 

@@ -109,7 +109,8 @@ knownStream(std::size_t number,
   settings.width = width;
   settings.noise = 2;
   io::test::RoomStream room(settings);
-  io::FrameEncoder encoder(io::StreamFormat::Version1, i_frame_rate);
+  io::FrameEncoder encoder(
+      io::StreamFormat::Version1, i_frame_rate, io::Effort::Balanced);
   KnownStream stream;
   stream.name = "/sensor_" + std::to_string(number);
   for (std::size_t i = 0; i < frames; ++i) {

@@ -96,6 +96,15 @@ if(TARGET pcl_ext_view AND TARGET pcl_ext_link)
                    $<TARGET_FILE:pcl_ext_program> $<TARGET_FILE:write_health_metrics>)
 endif()
 
+# The documents about a site, as somebody follows them.
+if(TARGET pcl_ext_view AND TARGET pcl_ext_link)
+  add_test(NAME site_documents
+           COMMAND ${Python3_EXECUTABLE} -B
+                   ${CMAKE_CURRENT_SOURCE_DIR}/tools/test_site_documents.py
+                   $<TARGET_FILE:pcl_ext_program>)
+  set_tests_properties(site_documents PROPERTIES LABELS unsanitized)
+endif()
+
 add_test(NAME scripts COMMAND ${Python3_EXECUTABLE} -B -m unittest test_scripts
          WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/tools)
 

@@ -48,6 +48,7 @@ TEST(ProgramEncode, TemporalFilterIsThatOfTheClass)
   writeClouds(folder, "room", clouds);
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.05;
+  settings.effort = io::Effort::Balanced;
   std::set<Bytes> all = {
       bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings)};
   // A word after the option is an input.
@@ -90,6 +91,12 @@ TEST(ProgramEncode, FileHasTheBytesOfTheClass)
             "--no-header --law none");
   const Bytes none = bytesOfClass<pcl::PointXYZ, NoIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "none.pcxi"), none);
+  // Files have another default than what is sent.
+  expectRun(folder, "encode room -o default.pcxi -r 0.05 --i-frame-rate 3 --no-header");
+  settings.effort = io::Effort::Balanced;
+  const Bytes balanced =
+      bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "default.pcxi"), balanced);
 }
 
 TEST(ProgramEncode, SettingsReachTheEncoder)
@@ -137,6 +144,7 @@ TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
   writeClouds(folder, "room", clouds);
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.05;
+  settings.compression.effort = io::Effort::Balanced;
   settings.law = IntensityLaw::Quadratic;
   settings.sensor = RuntimeSensor(70.0, 60.0, 100, 90);
   settings.crop_box = io::BoundingBox{{0.0, -1.0, -1.0}, {4.0, 2.0, 1.5}};

@@ -78,6 +78,31 @@ TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
       << table.output;
 }
 
+TEST(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "a.mcap");
+  recordTwoStreams(folder / "b.mcap");
+  const std::string table = expectRun(folder, "info a.mcap b.mcap").output;
+  EXPECT_LT(table.find("a.mcap: "), table.find("\nb.mcap: "));
+  EXPECT_NE(table.find("\nb.mcap: "), std::string::npos) << table;
+  const ProgramRun list = expectRun(folder, "info --json a.mcap b.mcap");
+  const nlohmann::json json = nlohmann::json::parse(list.output);
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[1]["file"], "b.mcap");
+  EXPECT_EQ(json[1]["frames"], 71);
+  EXPECT_EQ(expectRun(folder, "verify a.mcap b.mcap").output,
+            "a.mcap: 71 frames decoded, 0 lost\nb.mcap: 71 frames decoded, 0 lost\n");
+  // One that is missing does not keep the others from their turn.
+  const ProgramRun info = run(folder, "info none.mcap b.mcap");
+  EXPECT_EQ(info.status, 1);
+  EXPECT_EQ(info.output.find("b.mcap: "), 0u) << info.output;
+  const ProgramRun verified = run(folder, "verify none.mcap b.mcap");
+  EXPECT_EQ(verified.status, 1);
+  EXPECT_EQ(verified.output, "b.mcap: 71 frames decoded, 0 lost\n");
+  EXPECT_NE(verified.errors.find("none.mcap"), std::string::npos) << verified.errors;
+}
+
 TEST(ProgramVerify, EachLossHasALine)
 {
   const TestFolder folder;

@@ -6,10 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace pcl_ext {
@@ -114,6 +117,7 @@ TEST(ProgramSite, EncodesCloudsAndFollowsRequests)
   EXPECT_EQ(received[0].name, "/north/room");
   EXPECT_GE(received[0].frames.size(), 10u);
   EXPECT_TRUE(received[0].frames[0].description.is_i_frame);
+  EXPECT_EQ(received[0].frames[0].description.effort, io::Effort::Fast);
 }
 
 TEST(ProgramSite, PassesOnWhatAnotherProgramEncodes)
@@ -187,7 +191,9 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
   writeBytes(folder / "page.html", {'x'});
   std::string environment =
       exampleOf("centre.env") + "PCL_EXT_SERVER=" + server.url() + "\n";
-  environment.replace(environment.find("--port 8080"), 11, "--port 0 --page page.html");
+  environment.replace(environment.rfind("--quiet"),
+                      7,
+                      "--quiet --view --no-browser --port 0 --page page.html");
   for (std::size_t at = 0;
        (at = environment.find("OPTIONS=", at)) != std::string::npos;) {
     at += 8;
@@ -224,11 +230,13 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
   EXPECT_EQ(kept.status, 0) << kept.errors;
   std::size_t frames = 0;
   for (auto& centre : centres) {
-    EXPECT_EQ(centre->end(SIGTERM), 0);
-    EXPECT_EQ(centre->errors(), "");
+    const int status = centre->end(SIGTERM);
     const std::string output = centre->output();
-    frames +=
+    const std::size_t of_part =
         std::stoul(output.substr(output.find("site cell: ", output.find('\n')) + 11));
+    EXPECT_EQ(status, of_part > 0 ? 0 : 1);
+    EXPECT_EQ(centre->errors().empty(), of_part > 0) << centre->errors();
+    frames += of_part;
   }
   EXPECT_EQ(frames, 71u);
 }
@@ -274,6 +282,99 @@ TEST(ProgramSite, GoesOnWhateverAStreamIsCalled)
   EXPECT_GE(decode(folder / "all.mcap").size(), 1u);
 }
 
+/** \brief Publishes frames of two streams until it is destroyed. */
+class Sending {
+public:
+  explicit Sending(const NatsServer& server)
+  {
+    link::LinkSettings settings;
+    settings.servers = server.url();
+    settings.site = "cell";
+    publisher_ = std::make_unique<link::FramePublisher>(settings);
+    EXPECT_TRUE(publisher_->connect().ok());
+    thread_ = std::thread([this] { run(); });
+  }
+
+  ~Sending()
+  {
+    has_ended_ = true;
+    thread_.join();
+  }
+
+  Sending(const Sending&) = delete;
+  Sending&
+  operator=(const Sending&) = delete;
+
+private:
+  void
+  run()
+  {
+    const auto frame = knownStream(1, 1, 1).frames[0];
+    std::size_t first = 0;
+    std::size_t second = 0;
+    EXPECT_TRUE(publisher_->addStream("/first", {}, first).ok());
+    EXPECT_TRUE(publisher_->addStream("/second", {}, second).ok());
+    while (!has_ended_) {
+      for (const std::size_t stream : {first, second})
+        publisher_->publish(stream, frame.time, frame.bytes.data(), frame.bytes.size());
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
+  std::unique_ptr<link::FramePublisher> publisher_;
+  std::atomic<bool> has_ended_{false};
+  std::thread thread_;
+};
+
+TEST(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
+{
+  const TestFolder folder;
+  const NatsServer server(exampleOf("trial.conf"));
+  const NatsServer plain;
+  expectRun(folder, "keep -q" + at(server));
+  const Sending sending(server);
+  const Sending sending_undivided(plain);
+  const std::string receive = "receive -q --for 500ms --overwrite -o x.mcap ";
+  expectFailure(folder,
+                receive + "--partition 7" + at(server),
+                1,
+                "nothing came of any stream of site cell in partition 7; streams on "
+                "this site: /first (partition ");
+  expectFailure(folder,
+                receive + "--partition 0" + at(plain),
+                1,
+                "The server does not divide them: its configuration needs a mapping");
+  const std::string both = "streams on this site: /first, /second\n";
+  expectFailure(folder,
+                receive + "--streams first" + at(server),
+                1,
+                "nothing came of the stream first of site cell; " + both);
+  // One of them comes.
+  expectFailure(folder,
+                receive + "--streams /second,first" + at(plain),
+                1,
+                "nothing came of the stream first of site cell; " + both);
+  expectFailure(folder,
+                receive + at(server, "cel"),
+                1,
+                "nothing came of any stream of site cel; nothing is sent to this site "
+                "at the moment; sites on this server: cell\n");
+  expectFailure(folder,
+                receive + "--replay all --streams second" + at(server),
+                1,
+                "nothing came of the stream second of site cell; " + both);
+  expectRun(folder, receive + "--streams /first" + at(server));
+  // What is not permitted cannot be named.
+  const NatsServer strict("authorization { user: u, password: p, permissions: { "
+                          "subscribe: \"cell.*.frames\" } }");
+  const ProgramRun run = runShell(
+      folder, "PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict));
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.errors.find("this user sees no other site on the server"),
+            std::string::npos)
+      << run.errors;
+}
+
 TEST(ProgramSite, TellsWhatIsWrong)
 {
   const TestFolder folder;
@@ -311,7 +412,9 @@ TEST(ProgramSite, TellsWhatIsWrong)
       runShell(folder,
                "PCL_EXT_PASSWORD=b \"$P\" receive -q --for 10ms -o x.mcap --user a" +
                    at(server));
-  EXPECT_EQ(right.status, 0) << right.errors;
+  EXPECT_EQ(right.status, 1);
+  EXPECT_NE(right.errors.find("nothing is sent to this site"), std::string::npos)
+      << right.errors;
 }
 
 } // namespace test

@@ -306,17 +306,18 @@ TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
                                  const std::string& command) {
     const ProgramRun result = runShell(folder, prefix + "/bin/pcl_ext view x.mcap");
     EXPECT_EQ(result.status, 1);
-    EXPECT_NE(result.errors.find("this command makes it: " + command),
-              std::string::npos)
-        << result.errors;
+    EXPECT_NE(result.errors.find(command), std::string::npos) << result.errors;
   };
-  expectCommand("installed",
-                "bash viewer/build.sh " +
-                    (folder / "installed/share/pcl_ext/viewer.html"));
+  expectCommand(
+      "installed",
+      "the command bash viewer/build.sh makes it, as viewer/dist/viewer.html: "
+      "name that with --page, or copy it to " +
+          (folder / "installed/share/pcl_ext/viewer.html"));
   // In a build tree the page is a link to where the sources' script puts it.
   fs::create_symlink(folder / "sources/viewer/dist/viewer.html",
                      folder / "built/share/pcl_ext/viewer.html");
-  expectCommand("built", "bash " + (folder / "sources/viewer/build.sh"));
+  expectCommand("built",
+                "this command makes it: bash " + (folder / "sources/viewer/build.sh"));
 }
 
 TEST(ProgramView, WrongCommandLinesAreRefused)

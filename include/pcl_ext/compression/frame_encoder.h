@@ -25,7 +25,7 @@ public:
    */
   FrameEncoder(StreamFormat format,
                unsigned int i_frame_rate,
-               Effort effort = Effort::Balanced,
+               Effort effort = Effort::Fast,
                std::uint32_t first_frame_number = 1);
   ~FrameEncoder();
   FrameEncoder(FrameEncoder&&) noexcept;

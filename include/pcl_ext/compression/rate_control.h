@@ -16,7 +16,7 @@ namespace io {
 
 /** \brief A step of the ladder that RateControl chooses from. */
 struct RateStep {
-  Effort effort = Effort::Balanced;
+  Effort effort = Effort::Fast;
   unsigned int temporal_filter = 0;
   IntensityCurve intensity_curve = IntensityCurve::Linear;
   unsigned int intensity_bits = 0;

@@ -164,5 +164,30 @@ keepFrames(const LinkSettings& link,
            const KeepSettings& keep,
            KeptFrames& kept) noexcept;
 
+/** \brief A stream that a server has. */
+struct SiteStream {
+  std::string site;
+  std::string name;
+  std::optional<unsigned int> partition; ///< where the server divides the streams
+};
+
+/** \brief Names streams whose frames come to a server now, of all sites that the user may
+ * subscribe to. Listens to some thousand messages at most, so that of more streams some
+ * are left out.
+ * \param[in] link its site is listened to also where others are not permitted
+ * \param[in] duration how long to listen
+ * \param[out] streams ascending by site, name and partition
+ */
+PCL_EXT_LINK_EXPORT LinkStatus
+liveStreams(const LinkSettings& link,
+            std::chrono::milliseconds duration,
+            std::vector<SiteStream>& streams) noexcept;
+
+/** \brief Names the streams of a site whose frames a server keeps, see keepFrames().
+ * \param[out] streams ascending by name and partition
+ */
+PCL_EXT_LINK_EXPORT LinkStatus
+keptStreams(const LinkSettings& link, std::vector<SiteStream>& streams) noexcept;
+
 } // namespace link
 } // namespace pcl_ext

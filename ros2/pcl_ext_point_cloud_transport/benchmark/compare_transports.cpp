@@ -49,14 +49,16 @@ setupsOf(const std::string& transport)
   if (transport != "pcl_ext")
     return {{transport, {}, transport}};
   using rclcpp::Parameter;
-  return {{transport,
-           {Parameter("resolution", 0.04), Parameter("effort", "fast")},
-           "pcl_ext, 4 cm, fast"},
-          {transport, {Parameter("resolution", 0.04)}, "pcl_ext, 4 cm"},
-          {transport, {}, "pcl_ext, 1 cm (default)"},
-          {transport,
-           {Parameter("resolution", 0.001), Parameter("keep_point_counts", true)},
-           "pcl_ext, 1 mm, keep_point_counts"}};
+  const Parameter balanced("effort", "balanced");
+  return {
+      {transport,
+       {Parameter("resolution", 0.04), Parameter("effort", "fast")},
+       "pcl_ext, 4 cm, fast"},
+      {transport, {Parameter("resolution", 0.04), balanced}, "pcl_ext, 4 cm, balanced"},
+      {transport, {Parameter("resolution", 0.01), balanced}, "pcl_ext, 1 cm, balanced"},
+      {transport,
+       {Parameter("resolution", 0.001), Parameter("keep_point_counts", true), balanced},
+       "pcl_ext, 1 mm, keep_point_counts, balanced"}};
 }
 
 struct Stream {

@@ -135,7 +135,7 @@ TEST_F(DeclaredParameters, ThoseThatANodeDeclaresFromItsOverridesAreCheckedAndDe
   sender->expectSubscribers(1);
   receiver->expectPublishers(1);
   expectDescriptors(sender->node(), pcl_ext::nodes::encodingParameters());
-  EXPECT_EQ(sender->node().get_parameter(points("effort")).as_string(), "balanced");
+  EXPECT_EQ(sender->node().get_parameter(points("effort")).as_string(), "fast");
   settings.compression.resolution = 0.07;
   expectNext();
 }

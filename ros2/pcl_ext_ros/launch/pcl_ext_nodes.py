@@ -24,7 +24,7 @@ ENCODING = [
     ('intensity_bits', '0', 'bits of an intensity; larger intensities are clamped, which is '
      'logged; 0: automatic'),
     ('sensor', 'kinect_v2', 'for quadratic and linear'),
-    ('effort', 'balanced', 'fast, balanced or small'),
+    ('effort', 'fast', 'fast, balanced or small'),
     ('i_frame_rate', '30', 'frames from one I-frame to the next'),
 ]
 CROP_BOX = ('crop_box', '[]', '[x0, y0, z0, x1, y1, z1] in the world, m; []: none')

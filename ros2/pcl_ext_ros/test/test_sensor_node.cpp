@@ -352,7 +352,7 @@ TEST_F(SensorNodeTest, WrongValuesAreRefusedWithTheReason)
   result = set("global_frame", rclcpp::ParameterValue("map"));
   EXPECT_FALSE(result.successful);
   EXPECT_NE(result.reason.find("read-only"), std::string::npos) << result.reason;
-  EXPECT_EQ(node_->get_parameter("effort").as_string(), "balanced");
+  EXPECT_EQ(node_->get_parameter("effort").as_string(), "fast");
 }
 
 TEST_F(SensorNodeTest, ContradictionAtTheStartIsReportedAndCanBeMended)

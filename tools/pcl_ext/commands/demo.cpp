@@ -178,6 +178,7 @@ addDemo(CLI::App& app)
          "least intensity that denoising keeps, instead of the outlier filter")
       ->type_name("I");
   options->encoding.setDefaults(cell_resolution, cell_law);
+  options->encoding.setEffort(effort_of_files);
   options->encoding.addCropOption(app);
   options->encoding.addCodecOptions(app);
   addQuiet(app, options->is_quiet);

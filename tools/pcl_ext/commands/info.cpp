@@ -4,6 +4,7 @@
 #include "console/exit_status.h"
 #include "console/printable_text.h"
 #include "inputs/recording_input.h"
+#include "inputs/several_inputs.h"
 #include "inputs/standard_input.h"
 #include "measuring/markdown_table.h"
 #include "options/options.h"
@@ -25,7 +26,7 @@ using measuring::MarkdownTable;
 using recording::Time;
 
 struct InfoOptions {
-  std::string input;
+  std::vector<std::string> inputs;
   bool is_json = false;
   bool is_quiet = false;
 };
@@ -260,10 +261,10 @@ toJson(const StreamFigures& stream)
   return json;
 }
 
-void
-printJson(const std::string& name,
-          const RecordingSummary& summary,
-          const std::vector<StreamFigures>& streams)
+nlohmann::ordered_json
+toJson(const std::string& name,
+       const RecordingSummary& summary,
+       const std::vector<StreamFigures>& streams)
 {
   nlohmann::ordered_json json = {{"file", name},
                                  {"file_bytes", summary.file_bytes},
@@ -285,9 +286,7 @@ printJson(const std::string& name,
     json["damage"].push_back({{"file", shown(place.file)},
                               {"offset", place.offset},
                               {"message", place.message}});
-  // Names may have any bytes.
-  std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
-            << '\n';
+  return json;
 }
 
 int
@@ -296,19 +295,34 @@ info(const InfoOptions& options)
   Console console("info");
   if (options.is_quiet)
     console.beQuiet();
-  RecordingInput input(options.input);
-  const std::vector<StreamFigures> streams = figuresOf(input, console);
-  const RecordingSummary summary = summarize(input, streams);
-  if (options.is_json)
-    printJson(options.input, summary, streams);
-  else
-    printTable(options.input, summary, streams);
-  const bool is_damaged =
-      !summary.damage.empty() ||
-      std::any_of(streams.begin(), streams.end(), [](const StreamFigures& stream) {
-        return stream.missing + stream.unreadable > 0;
+  auto json = nlohmann::ordered_json::array();
+  bool is_first = true;
+  const int status =
+      forEachInput(options.inputs, console, [&](const std::string& path) {
+        RecordingInput input(path);
+        const std::vector<StreamFigures> streams = figuresOf(input, console);
+        const RecordingSummary summary = summarize(input, streams);
+        if (options.is_json)
+          json.push_back(toJson(path, summary, streams));
+        else {
+          std::cout << (is_first ? "" : "\n");
+          printTable(path, summary, streams);
+        }
+        is_first = false;
+        const bool is_damaged =
+            !summary.damage.empty() ||
+            std::any_of(
+                streams.begin(), streams.end(), [](const StreamFigures& stream) {
+                  return stream.missing + stream.unreadable > 0;
+                });
+        return is_damaged ? something_failed : all_done;
       });
-  return is_damaged ? something_failed : all_done;
+  // Names may have any bytes.
+  if (options.is_json)
+    std::cout << (options.inputs.size() == 1 ? json.front() : json)
+                     .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+              << '\n';
+  return status;
 }
 
 } // namespace
@@ -317,8 +331,10 @@ Run
 addInfo(CLI::App& app)
 {
   const auto options = std::make_shared<InfoOptions>();
-  addInput(app, options->input, "recording; - is standard input");
-  app.add_flag("--json", options->is_json, "for programs; times in nanoseconds");
+  addInput(app, options->inputs, "recordings; - is standard input");
+  app.add_flag("--json",
+               options->is_json,
+               "for programs; times in nanoseconds; of several recordings a list");
   addQuiet(app, options->is_quiet);
   return [options] { return info(*options); };
 }

@@ -21,6 +21,7 @@ addKeep(CLI::App& app)
   struct Options {
     link::LinkSettings link;
     link::KeepSettings keep;
+    bool is_quiet = false;
   };
   const auto options = std::make_shared<Options>();
   addLinkOptions(app, options->link);
@@ -40,12 +41,16 @@ addKeep(CLI::App& app)
               options->keep.max_bytes =
                   static_cast<std::uint64_t>(parseBytes("--max-size", text));
             });
+  addQuiet(app, options->is_quiet);
   return [options] {
+    Console console("keep");
+    if (options->is_quiet)
+      console.beQuiet();
     completeLinkSettings(options->link);
     link::KeptFrames kept;
     throwUnlessOk(link::keepFrames(options->link, options->keep, kept));
     constexpr double megabyte = 1e6;
-    Console("keep").summary(
+    console.summary(
         "the server keeps the frames of site " + options->link.site + "; now " +
         counted(kept.messages, "frame") + ", " +
         measuring::formatted(static_cast<double>(kept.bytes) / megabyte, 2) + " MB");

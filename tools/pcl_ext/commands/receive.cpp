@@ -15,6 +15,7 @@
 #include "options/options.h"
 #include "options/text_values.h"
 #include "site/centre.h"
+#include "site/missing_streams.h"
 #include "site/replay_progress.h"
 #include "site/rotated_recording.h"
 #include "site/site_view.h"
@@ -172,7 +173,7 @@ private:
       if (replay_)
         replay_->show();
       events_.print(console_);
-      remarkOnSilence(Clock::now() - start);
+      missing_.remark(*subscriber_, Clock::now() - start);
       next_work = Clock::now() + patience / 2;
     }
     subscriber_->stop();
@@ -199,20 +200,6 @@ private:
     return status.code() != link::LinkCode::EndOfReplay;
   }
 
-  /** \brief Says once what may be wrong where nothing comes. */
-  void
-  remarkOnSilence(std::chrono::steady_clock::duration time)
-  {
-    constexpr std::chrono::seconds patience{5};
-    if (has_remarked_ || time < patience)
-      return;
-    has_remarked_ = true;
-    if (subscriber_->statistics().streams.empty())
-      console_.remark(
-          "nothing has come yet: is '" + options_.link.link.site +
-          "' the --site of the senders, and may this user subscribe to it?");
-  }
-
   /** \brief Prints what arrived, and what did not. */
   void
   report()
@@ -232,6 +219,7 @@ private:
                         counted(stream.publishers - 1, "time") +
                         ", or there are several of them");
     }
+    has_failed_ |= missing_.report(all, !isInterrupted());
     if (all.messages_of_no_stream > 0)
       console_.error(counted(all.messages_of_no_stream, "message") +
                      " left out, whose subject names no stream");
@@ -299,6 +287,7 @@ private:
 
   ReceiveOptions options_;
   Console console_;
+  MissingStreams missing_{options_.link, console_};
   Events events_;
   // Before those that request I-frames of it.
   std::unique_ptr<link::FrameSubscriber> subscriber_;
@@ -311,7 +300,6 @@ private:
   link::LinkFrame frame_; // keeps its memory
   bool has_taken_frame_ = false;
   bool has_failed_ = false;
-  bool has_remarked_ = false; // see remarkOnSilence()
 };
 
 link::Time

@@ -30,7 +30,7 @@ struct StreamFigures {
   double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
   bool has_one_resolution = true;
   io::StreamFormat format = io::StreamFormat::Version1;
-  io::Effort effort = io::Effort::Balanced; ///< of the first frame
+  io::Effort effort = io::Effort::Fast; ///< of the first frame
   unsigned int intensity_bits = 0;
   unsigned int colour_bits = 0;
   bool has_point_counts = false;

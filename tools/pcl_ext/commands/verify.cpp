@@ -3,6 +3,8 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/recording_input.h"
+#include "inputs/several_inputs.h"
+#include "inputs/standard_input.h"
 #include "measuring/markdown_table.h"
 #include "options/decoding_options.h"
 #include "options/options.h"
@@ -22,7 +24,7 @@ using recording::RecordedFrame;
 using recording::RecordedStreamDecoder;
 
 struct VerifyOptions {
-  std::string input;
+  std::vector<std::string> inputs;
   Selection selection;
   io::DecoderLimits limits;
   bool is_quiet = false;
@@ -31,14 +33,14 @@ struct VerifyOptions {
 /** \brief Decodes all frames and prints a line for each one that is lost. */
 class Verify {
 public:
-  explicit Verify(const VerifyOptions& options)
-  : console_("verify")
-  , input_(options.input)
+  /** \param[in] path one of the inputs; lines have its name if there are several */
+  Verify(const VerifyOptions& options, const std::string& path, Console& console)
+  : console_(console)
+  , name_(options.inputs.size() > 1 ? shown(path) + ": " : "")
+  , input_(path)
   , limits_(options.limits)
   , failures_([this](const std::string& line) { report(line); })
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     input_.select(options.selection);
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream)
       decoders_.emplace_back(input_.reader(), stream, options.limits);
@@ -66,7 +68,7 @@ public:
       report(
           "the recording was not finished, as after a power failure; all whole frames "
           "were found");
-    console_.summary(
+    report(
         counted(frames_, "frame") + " decoded, " +
         formatted(static_cast<double>(lost_), 0) + " lost" +
         (damaged_places > 0 ? ", damage at " + counted(damaged_places, "place") : "") +
@@ -116,10 +118,11 @@ private:
   void
   report(const std::string& line)
   {
-    console_.summary(line);
+    console_.summary(name_ + line);
   }
 
-  Console console_;
+  Console& console_;
+  std::string name_; // what lines begin with
   RecordingInput input_;
   io::DecoderLimits limits_;
   FrameFailures failures_;
@@ -131,17 +134,28 @@ private:
   std::size_t lost_ = 0;
 };
 
+int
+verify(const VerifyOptions& options)
+{
+  Console console("verify");
+  if (options.is_quiet)
+    console.beQuiet();
+  return forEachInput(options.inputs, console, [&](const std::string& path) {
+    return Verify(options, path, console).run();
+  });
+}
+
 } // namespace
 
 Run
 addVerify(CLI::App& app)
 {
   const auto options = std::make_shared<VerifyOptions>();
-  addInput(app, options->input, "recording; - is standard input");
+  addInput(app, options->inputs, "recordings; - is standard input");
   addLimits(app, options->limits);
   addSelection(app, options->selection);
   addQuiet(app, options->is_quiet);
-  return [options] { return Verify(*options).run(); };
+  return [options] { return verify(*options); };
 }
 
 } // namespace tools

@@ -33,6 +33,10 @@ addOutlierRemoval(CLI::App& app,
 constexpr double cell_resolution = 0.04;
 constexpr IntensityLaw cell_law = IntensityLaw::Count;
 
+/** \brief Default of what writes files, which are encoded once and kept. What sends has
+ * that of the library. */
+constexpr io::Effort effort_of_files = io::Effort::Balanced;
+
 /** \brief All options of encoding. */
 class EncodingOptions {
 public:
@@ -64,6 +68,7 @@ public:
     law_ = law;
   }
 
+  /** \brief Sets the effort, before options are added its default. */
   void
   setEffort(io::Effort effort)
   {

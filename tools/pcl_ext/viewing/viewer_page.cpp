@@ -41,16 +41,20 @@ installedPage()
   return (program.parent_path() / PCL_EXT_PAGE_FROM_PROGRAM).lexically_normal();
 }
 
-/** \brief The command that makes the page where it is looked for. */
+/** \brief How to get the page that is not where it is looked for. */
 std::string
-commandForPage(const fs::path& page)
+remedyForPage(const fs::path& page)
 {
   // In a build tree it is a link to the page of viewer/build.sh, in viewer/dist.
   std::error_code error;
   const fs::path built = fs::read_symlink(page, error);
   if (!error)
-    return "bash " + (built.parent_path().parent_path() / "build.sh").string();
-  return "bash viewer/build.sh " + page.string() + " (in the sources of pcl_ext)";
+    return "this command makes it: bash " +
+           (built.parent_path().parent_path() / "build.sh").string() +
+           "; --page names another one";
+  return "in a clone of pcl_ext the command bash viewer/build.sh makes it, as "
+         "viewer/dist/viewer.html: name that with --page, or copy it to " +
+         page.string();
 }
 
 [[noreturn]] void
@@ -189,8 +193,7 @@ readPage(const std::string& path)
 {
   const std::string page = path.empty() ? installedPage().string() : path;
   if (path.empty() && !fs::exists(page))
-    throw std::runtime_error("the viewer's page is not there, this command makes it: " +
-                             commandForPage(page) + "; --page names another one");
+    throw std::runtime_error("the viewer's page is not there; " + remedyForPage(page));
   std::ifstream file(page, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file),
                    std::istreambuf_iterator<char>()};
