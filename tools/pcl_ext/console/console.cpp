@@ -150,16 +150,34 @@ Console::show(Clock::time_point now)
     std::cerr << name_ << ": " << text << std::endl;
     return;
   }
+  const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
+  if (bar_before.size() + text.size() <= lineWidth())
+    text = bar_before + text;
+  showLine(text);
+}
+
+std::size_t
+Console::lineWidth()
+{
   // A line that the terminal breaks could not be overwritten.
   constexpr std::size_t usual = 80;
   const std::size_t columns = terminalWidth();
-  const std::size_t width = (columns > 1 ? columns : usual) - 1;
-  const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
-  if (bar_before.size() + text.size() <= width)
-    text = bar_before + text;
+  return (columns > 1 ? columns : usual) - 1;
+}
+
+void
+Console::showLine(const std::string& line)
+{
   // Back to the first column, and clear to the end of the line.
-  std::cerr << '\r' << text.substr(0, width) << "\x1b[K" << std::flush;
+  std::cerr << '\r' << line.substr(0, lineWidth()) << "\x1b[K" << std::flush;
   is_bar_shown_ = true;
+}
+
+void
+Console::status(const std::string& line)
+{
+  if (showsStatus())
+    showLine(printable(line));
 }
 
 void

@@ -81,15 +81,34 @@ public:
   void
   advance(std::size_t count = 1);
 
-  /** \brief Removes the bar. */
+  /** \brief Removes the bar, or the line of status(). */
   void
   endProgress();
+
+  /** \brief True if status() shows what it is given: on a terminal, unless quiet. */
+  bool
+  showsStatus() const
+  {
+    return is_terminal_ && !is_quiet_ && !holds_lines_;
+  }
+
+  /** \brief Shows a line in place of the last such line. */
+  void
+  status(const std::string& line);
 
 private:
   using Clock = std::chrono::steady_clock;
 
   void
   show(Clock::time_point now);
+
+  /** \brief Replaces the line of the bar on the terminal. */
+  void
+  showLine(const std::string& line);
+
+  /** \brief Characters that fit on a line of the terminal. */
+  static std::size_t
+  lineWidth();
 
   void
   printLine(const std::string& message);
