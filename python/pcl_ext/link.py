@@ -72,6 +72,7 @@ class StreamStatistics(NamedTuple):
     messages_invalid: int
     i_frame_requests: int
     publishers: int
+    age: Optional[float]  # seconds since its last frame; None: none came
 
 
 def _check(code: str, message: str) -> None:
@@ -235,7 +236,7 @@ class FramePublisher:
 
     @property
     def statistics(self) -> Dict[str, int]:
-        """Frames and bytes sent, frames_not_sent, i_frame_requests, reconnections."""
+        """Frames and bytes sent, frames_not_sent, i_frame_requests, reconnections, is_connected."""
         return self._native.statistics()
 
 

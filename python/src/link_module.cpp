@@ -13,9 +13,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -150,6 +152,7 @@ public:
     values["frames_not_sent"] = statistics.frames_not_sent;
     values["i_frame_requests"] = statistics.i_frame_requests;
     values["reconnections"] = statistics.reconnections;
+    values["is_connected"] = statistics.is_connected;
     return values;
   }
 
@@ -224,6 +227,13 @@ public:
     });
   }
 
+  static std::optional<double>
+  secondsOf(const std::optional<std::chrono::nanoseconds>& age)
+  {
+    return age ? std::make_optional(std::chrono::duration<double>(*age).count())
+               : std::nullopt;
+  }
+
   py::list
   statistics() const
   {
@@ -239,7 +249,8 @@ public:
                                     stream.frames_damaged,
                                     stream.messages_invalid,
                                     stream.i_frame_requests,
-                                    stream.publishers));
+                                    stream.publishers,
+                                    secondsOf(stream.age)));
     return streams;
   }
 

@@ -79,6 +79,7 @@ def test_frames_arrive(server):
     assert subscriber.next(0) is None
     assert subscriber.statistics[name].frames == 5
     assert subscriber.statistics[name].frames_lost == 0
+    assert subscriber.statistics[name].age >= 0
     assert publisher.statistics["frames"] == 5
     assert not publisher.wants_i_frame(stream)
     subscriber.request_i_frame(name)

@@ -142,7 +142,9 @@ private:
           streams_[number]->i_frame_requests.publish(std_msgs::Empty());
         },
         [this] {
-          return pcl_ext::nodes::streamMetrics(centre_->node().health(), rosTimeNow());
+          using namespace pcl_ext::nodes;
+          return streamMetrics(centre_->node().health(), rosTimeNow()) +
+                 mergeMetrics(centre_->mergeCounts());
         });
   }
 

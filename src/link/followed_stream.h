@@ -45,8 +45,10 @@ public:
   bool
   shouldRequest(Clock::time_point now, Clock::duration interval);
 
-  /** \brief Of this stream, but its name and bytes. */
+  /** \brief Of this stream, but its name, bytes and age. */
   LinkStreamStatistics statistics;
+
+  std::optional<Clock::time_point> last_arrival; ///< of a frame that was kept
 
 private:
   static constexpr unsigned int most_in_a_row = 3;

@@ -70,6 +70,9 @@ public:
     statistics.i_frame_requests = i_frame_requests_;
     statistics.reconnections = connection_.reconnections();
     statistics.violations = connection_.violations();
+    statistics.is_connected = connection_.isConnected();
+    if (last_sent_)
+      statistics.age = std::chrono::steady_clock::now() - *last_sent_;
     return statistics;
   }
 
@@ -121,6 +124,7 @@ private:
   mutable std::mutex mutex_; // guards what follows, and the order of frames
   std::deque<Stream> streams_;
   PublisherStatistics statistics_;
+  std::optional<std::chrono::steady_clock::time_point> last_sent_;
 };
 
 LinkStatus
@@ -230,6 +234,7 @@ FramePublisher::Implementation::publish(std::size_t stream,
   if (status.ok()) {
     ++statistics_.frames;
     statistics_.bytes += size;
+    last_sent_ = std::chrono::steady_clock::now();
   }
   else
     ++statistics_.frames_not_sent;

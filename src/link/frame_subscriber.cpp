@@ -88,6 +88,12 @@ public:
   SubscriberStatistics
   statistics() const;
 
+  bool
+  isConnected() const
+  {
+    return connection_.isConnected();
+  }
+
 private:
   LinkStatus
   subscribe(const std::string& subject);
@@ -261,6 +267,7 @@ FrameSubscriber::Implementation::append(FollowedStream& stream,
   waiting_bytes_ += size;
   ++stream.statistics.frames;
   stream.statistics.bytes += size;
+  stream.last_arrival = FollowedStream::Clock::now();
   arrived_.notify_one();
 }
 
@@ -337,8 +344,13 @@ FrameSubscriber::Implementation::statistics() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   SubscriberStatistics statistics = statistics_;
-  for (const auto& [name, stream] : streams_)
+  const auto now = FollowedStream::Clock::now();
+  for (const auto& [name, stream] : streams_) {
     statistics.streams.push_back(stream.statistics);
+    if (stream.last_arrival)
+      statistics.streams.back().age = now - *stream.last_arrival;
+  }
+  statistics.is_connected = connection_.isConnected();
   statistics.reconnections = connection_.reconnections();
   statistics.violations = connection_.violations();
   statistics.replay_pending = replay_ ? replay_->pending() : 0;
@@ -382,6 +394,12 @@ SubscriberStatistics
 FrameSubscriber::statistics() const
 {
   return implementation_->statistics();
+}
+
+bool
+FrameSubscriber::isConnected() const noexcept
+{
+  return implementation_->isConnected();
 }
 
 } // namespace link

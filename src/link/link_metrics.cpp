@@ -2,6 +2,8 @@
 
 #include "bytes/metrics_text.h"
 
+#include <limits>
+
 namespace pcl_ext {
 namespace link {
 
@@ -44,6 +46,30 @@ constexpr StreamCounter stream_counters[] = {
      "How often a publisher began, the first time included.",
      &LinkStreamStatistics::publishers}};
 
+/** \brief Not a number where there is none: it has no sample then. */
+double
+secondsOf(const std::optional<std::chrono::nanoseconds>& age)
+{
+  return age ? std::chrono::duration<double>(*age).count()
+             : std::numeric_limits<double>::quiet_NaN();
+}
+
+void
+addConnection(const std::string& end,
+              bool is_connected,
+              std::uint64_t reconnections,
+              MetricsText& text)
+{
+  text.beginFamily("pcl_ext_" + end + "_connected",
+                   "gauge",
+                   "1 while there is a connection to the server, else 0.");
+  text.add(is_connected ? 1.0 : 0.0);
+  text.beginFamily("pcl_ext_" + end + "_reconnections_total",
+                   "counter",
+                   "How often the connection to the server was restored.");
+  text.add(static_cast<double>(reconnections));
+}
+
 } // namespace
 
 std::string
@@ -59,10 +85,12 @@ linkMetrics(const SubscriberStatistics& statistics,
       text.add(static_cast<double>(stream.*counter.count),
                MetricsText::labelOf("stream", stream.name));
   }
-  text.beginFamily("pcl_ext_link_reconnections_total",
-                   "counter",
-                   "How often the connection to the server was restored.");
-  text.add(static_cast<double>(statistics.reconnections));
+  text.beginFamily("pcl_ext_link_age_seconds",
+                   "gauge",
+                   "Time since a frame arrived; absent before the first.");
+  for (const LinkStreamStatistics& stream : statistics.streams)
+    text.add(secondsOf(stream.age), MetricsText::labelOf("stream", stream.name));
+  addConnection("link", statistics.is_connected, statistics.reconnections, text);
   return text.text();
 }
 
@@ -84,9 +112,11 @@ linkMetrics(const PublisherStatistics& statistics,
   add("i_frame_requests",
       "Requests for I-frames that arrived.",
       statistics.i_frame_requests);
-  add("reconnections",
-      "How often the connection to the server was restored.",
-      statistics.reconnections);
+  text.beginFamily("pcl_ext_publisher_age_seconds",
+                   "gauge",
+                   "Time since a frame was sent; absent before the first.");
+  text.add(secondsOf(statistics.age));
+  addConnection("publisher", statistics.is_connected, statistics.reconnections, text);
   return text.text();
 }
 

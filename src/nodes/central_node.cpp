@@ -9,6 +9,7 @@
 #include <boost/asio/thread_pool.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <map>
@@ -173,6 +174,21 @@ public:
     nothing_waits_.wait(lock, [this] { return waiting_ == 0; });
   }
 
+  bool
+  waitUntilDecoded(Time timeout)
+  {
+    std::unique_lock<std::mutex> lock(waiting_mutex_);
+    return nothing_waits_.wait_for(lock, timeout, [this] { return waiting_ == 0; });
+  }
+
+  void
+  refuseWaiting()
+  {
+    is_refusing_ = true;
+    waitUntilDecoded();
+    is_refusing_ = false;
+  }
+
   std::optional<LatestFrame>
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   {
@@ -280,7 +296,10 @@ private:
   runTurn(const std::shared_ptr<ReceivedStream>& stream)
   {
     for (;;) {
-      stream->decodeNext(settings_.clock, listener_);
+      if (is_refusing_)
+        stream->refuseNext();
+      else
+        stream->decodeNext(settings_.clock, listener_);
       countDone();
       if (!stream->endTurn())
         return;
@@ -333,7 +352,8 @@ private:
 
   std::mutex waiting_mutex_;
   std::condition_variable nothing_waits_;
-  std::size_t waiting_ = 0; // frames of all streams not yet decoded
+  std::size_t waiting_ = 0;              // frames of all streams not yet decoded
+  std::atomic<bool> is_refusing_{false}; // those that wait
 
   std::mutex merge_mutex_; // guards merging
   MergedVoxels merged_voxels_;
@@ -388,6 +408,18 @@ void
 CentralNode::waitUntilDecoded()
 {
   implementation_->waitUntilDecoded();
+}
+
+bool
+CentralNode::waitUntilDecoded(Time timeout)
+{
+  return implementation_->waitUntilDecoded(timeout);
+}
+
+void
+CentralNode::refuseWaiting()
+{
+  implementation_->refuseWaiting();
 }
 
 std::optional<LatestFrame>

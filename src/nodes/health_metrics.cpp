@@ -15,6 +15,9 @@ namespace {
 /** \brief Value of what is not known: there is no sample. */
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
+constexpr double rate_window =
+    std::chrono::duration<double>(StreamRates::window).count(); // seconds
+
 constexpr char counter[] = "counter";
 constexpr char gauge[] = "gauge";
 
@@ -41,6 +44,12 @@ latencyOf(const StreamRates& rates)
   return rates.mean_latency_seconds == 0.0 ? unknown : rates.mean_latency_seconds;
 }
 
+double
+ageOf(const std::optional<Time>& last_arrival, Time now)
+{
+  return last_arrival ? secondsBetween(*last_arrival, now) : unknown;
+}
+
 // clang-format off
 const Metric<StreamHealth> stream_metrics[] = {
     {"frames_received_total", counter, "Frames that arrived.",
@@ -65,8 +74,8 @@ const Metric<StreamHealth> stream_metrics[] = {
      [](const StreamHealth& s, Time) { return s.in_sync ? 1.0 : 0.0; }},
     {"age_seconds", gauge, "Time since a frame was decoded; absent before the first.",
      [](const StreamHealth& s, Time now) {
-       return s.frames_decoded == 0 ? unknown : latencySeconds(s.last_decoded, now); }},
-    {"latency_seconds", gauge, "Mean time from a stamp until its frame was decoded, over 2 s; absent without stamps.",
+       return s.frames_decoded == 0 ? unknown : secondsBetween(s.last_decoded, now); }},
+    {"latency_seconds", gauge, "Mean time from a stamp until its frame was decoded, over 2 s; absent without stamps of this clock.",
      [](const StreamHealth& s, Time) { return latencyOf(s.rates); }},
     {"voxels", gauge, "Voxels of the last frame, before denoising.",
      [](const StreamHealth& s, Time) { return number(s.voxels); }},
@@ -95,10 +104,11 @@ const Metric<SenderHealth> sender_metrics[] = {
     {"i_frame_requests_total", counter, "Requests for I-frames that arrived.",
      [](const SenderHealth& s, Time) { return number(s.i_frame_requests); }},
     {"age_seconds", gauge, "Time since a cloud arrived; absent before the first.",
+     [](const SenderHealth& s, Time now) { return ageOf(s.last_arrival, now); }},
+    {"latency_seconds", gauge, "Mean time from a stamp until its frame was encoded, over 2 s; absent without stamps of this clock.",
      [](const SenderHealth& s, Time now) {
-       return s.last_arrival ? latencySeconds(*s.last_arrival, now) : unknown; }},
-    {"latency_seconds", gauge, "Mean time from a stamp until its frame was encoded, over 2 s; absent without stamps.",
-     [](const SenderHealth& s, Time) { return latencyOf(s.node.rates); }},
+       // Where the rates are those of the last cloud, however long ago.
+       return ageOf(s.last_arrival, now) > rate_window ? unknown : latencyOf(s.node.rates); }},
     {"voxels", gauge, "Voxels of the last frame.",
      [](const SenderHealth& s, Time) { return number(s.node.frame.coding.voxels); }}};
 // clang-format on
@@ -145,6 +155,19 @@ streamMetrics(const std::vector<StreamHealth>& streams,
                    "Computing time of a decoded frame, with denoising.");
   for (const StreamHealth& stream : streams)
     addHistogram(stream.decode_times, label(stream), text);
+  return text.text();
+}
+
+std::string
+mergeMetrics(const MergeCounts& counts, const MetricLabels& labels)
+{
+  MetricsText text(labels);
+  text.beginFamily("pcl_ext_merged_frames_total", counter, "Merged frames.");
+  text.add(number(counts.made));
+  text.beginFamily("pcl_ext_merged_frames_left_out_total",
+                   counter,
+                   "Merged frames left out, as the machine was too slow.");
+  text.add(number(counts.left_out));
   return text.text();
 }
 

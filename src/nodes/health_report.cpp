@@ -7,6 +7,9 @@ namespace nodes {
 
 namespace {
 
+/** \brief Time without arrivals after which a stream has stopped. */
+constexpr Time silence = std::chrono::seconds(2);
+
 /** \brief Raises the level if nothing arrived, or nothing within the last two seconds.
  * \param[in] what arrives, in the plural
  */
@@ -16,11 +19,13 @@ checkArrival(const std::string& what,
              Time time,
              HealthReport& report)
 {
-  constexpr Time silence = std::chrono::seconds(2);
   if (!last_arrival)
     report.raise(HealthLevel::Stale, "No " + what + " have arrived yet");
   else if (time - *last_arrival > silence)
     report.raise(HealthLevel::Error, "No " + what + " arrive");
+  if (last_arrival)
+    report.add("seconds since the last " + what.substr(0, what.size() - 1),
+               std::chrono::duration<double>(time - *last_arrival).count());
 }
 
 void
@@ -206,21 +211,26 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
 HealthReport
 describeTogether(const std::vector<StreamHealth>& streams,
                  bool are_ok,
-                 std::size_t map_nodes)
+                 std::size_t map_nodes,
+                 Time time)
 {
   HealthReport report;
   double frames_per_second = 0.0;
   double bytes_per_second = 0.0;
   std::size_t in_sync = 0;
+  std::size_t silent = 0;
   for (const StreamHealth& stream : streams) {
     frames_per_second += stream.rates.frames_per_second;
     bytes_per_second += stream.rates.bytes_per_second;
     in_sync += stream.in_sync ? 1 : 0;
+    silent +=
+        stream.frames_decoded == 0 || time - stream.last_decoded > silence ? 1 : 0;
   }
   if (!are_ok)
     report.raise(HealthLevel::Warning, "Not all streams are OK");
   report.add("streams", streams.size());
   report.add("streams in sync", in_sync);
+  report.add("streams without frames for 2 s", silent);
   report.add("frames per second", frames_per_second);
   report.add("bytes per second", bytes_per_second);
   report.add("map nodes", map_nodes);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 namespace pcl_ext {
 namespace nodes {
@@ -20,18 +21,28 @@ timeOfStamp(std::uint64_t microseconds)
       std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
-/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, the
- * default of a cloud without stamp. */
+/** \brief Seconds from one time to another, which may be any two. */
 inline double
-latencySeconds(Time stamp, Time ready)
+secondsBetween(Time from, Time to)
 {
-  if (stamp == Time(0))
-    return 0.0;
   using Seconds = std::chrono::duration<double>;
   // The difference of two times of different sign may overflow Time.
-  if ((stamp < Time(0)) != (ready < Time(0)))
-    return Seconds(ready).count() - Seconds(stamp).count();
-  return Seconds(ready - stamp).count();
+  if ((from < Time(0)) != (to < Time(0)))
+    return Seconds(to).count() - Seconds(from).count();
+  return Seconds(to - from).count();
+}
+
+/** \brief Seconds from a frame's stamp until it was ready. None if the stamp is of another
+ * clock: 0, the default of a cloud without stamp, or more than an hour from `ready`, as
+ * those of a recording that is played again. */
+inline std::optional<double>
+latencySeconds(Time stamp, Time ready)
+{
+  constexpr double most_seconds = 3600.0;
+  const double seconds = secondsBetween(stamp, ready);
+  if (stamp == Time(0) || seconds > most_seconds || seconds < -most_seconds)
+    return std::nullopt;
+  return seconds;
 }
 
 } // namespace nodes

@@ -1,6 +1,7 @@
 #include <pcl_ext/nodes/merge_schedule.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace pcl_ext {
@@ -11,6 +12,7 @@ namespace {
 constexpr Time longest = std::chrono::hours(1);
 constexpr Time shortest_period = std::chrono::milliseconds(1);
 constexpr Time most_apart = std::chrono::seconds(2);
+constexpr Time most_late = std::chrono::seconds(1);
 constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
 
 std::string
@@ -114,6 +116,60 @@ MergeSchedule::releaseAll()
   return frames;
 }
 
+Time
+MergeSchedule::newestDue(Time offset, Time now) const
+{
+  Time newest = Time::min();   // frame
+  Time complete = Time::max(); // all streams have a frame then or later
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now) && areClose(stream.last_offset, offset)) {
+      newest = std::max(newest, stream.last_stamp);
+      complete = std::min(complete, stream.last_stamp);
+    }
+  if (newest == Time::min())
+    return newest;
+  const Time due = std::max(complete, now - offset - settings_.max_wait);
+  const Time later = slotOf(std::min(due, newest));
+  return later > due ? later - settings_.period : later;
+}
+
+bool
+MergeSchedule::isLate(Time offset, Time now) const
+{
+  const Time wait = settings_.max_wait + most_late;
+  return std::any_of(streams_.begin(), streams_.end(), [&](const auto& named) {
+    const auto& held = named.second.held;
+    if (held.empty() || !areClose(held.front().offset, offset))
+      return false;
+    // By its stamp, and since it arrived, as clocks may have been set.
+    const Time stamp = held.front().frame.stamp;
+    return now - offset - stamp > wait && now - held.front().offset - stamp > wait;
+  });
+}
+
+void
+MergeSchedule::skipLate(Time offset, Time now)
+{
+  is_late_ |= isLate(offset, now);
+  if (!is_late_)
+    return;
+  const Time newest = newestDue(offset, now);
+  if (newest <= *slot_) {
+    is_late_ = false;
+    return;
+  }
+  std::set<Time> left_out; // for which there are frames
+  if (has_frames_)
+    left_out.insert(*slot_);
+  for (const auto& [name, stream] : streams_)
+    for (const HeldFrame& held : stream.held)
+      if (areClose(held.offset, offset) && slotOf(held.frame.stamp) < newest)
+        left_out.insert(std::max(*slot_, slotOf(held.frame.stamp)));
+  counts_.left_out += left_out.size();
+  slot_ = newest;
+  waiting_since_.reset();
+}
+
 void
 MergeSchedule::releaseFrames(Time offset, Step& step)
 {
@@ -163,6 +219,8 @@ MergeSchedule::next(Time now)
   const auto common = commonOffset(now);
   // Without a stream that is alive what was held is merged as it is.
   const Time offset = common.value_or(slot_ ? now - *slot_ : Time(0));
+  if (slot_ && settings_.skips_late)
+    skipLate(offset, now);
   // The clock of the clouds was set.
   if (slot_ && !areClose(now - offset, *slot_) &&
       (now - offset < *slot_ ||
@@ -188,6 +246,7 @@ MergeSchedule::next(Time now)
       return step;
   }
   step.merge = slot_;
+  ++counts_.made;
   slot_ = *slot_ + settings_.period;
   has_frames_ = false;
   waiting_since_.reset();

@@ -19,7 +19,8 @@ addStamp(Time stamp, Time now, HealthReport& report)
 {
   constexpr double milliseconds = 1e3; // per second
   report.add(stamp_key, stamp.count());
-  report.add("age, ms", milliseconds * latencySeconds(stamp, now));
+  if (const auto age = latencySeconds(stamp, now))
+    report.add("age, ms", milliseconds * *age);
 }
 
 template <typename NumberT>

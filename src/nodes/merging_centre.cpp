@@ -3,6 +3,7 @@
 #include "nodes/centre_stream.h"
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -101,8 +102,10 @@ public:
   setMerging(bool is_on)
   {
     std::unique_lock<std::mutex> work_lock(work_mutex_, std::defer_lock);
-    if (!is_on)
+    if (!is_on) {
       work_lock.lock(); // ends what is being merged
+      due_.reset();
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     if (is_on == is_merging_)
       return;
@@ -166,19 +169,28 @@ public:
     if (!settings_status_.ok())
       return;
     const std::lock_guard<std::mutex> work_lock(work_mutex_);
-    std::optional<Time> merge;
+    const bool waits = settings_.waits || settings_.has_thread;
     do {
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        MergeSchedule::Step step = schedule_.next(settings_.arrival_clock());
-        for (ScheduledFrame& frame : step.frames)
-          decode(std::move(frame));
-        merge = step.merge;
-      }
-      if (merge)
-        mergeAsOf(*merge);
+      if (!due_)
+        takeStep();
+      if (!due_)
+        return;
+      if (waits)
+        node_.waitUntilDecoded();
+      else if (!node_.waitUntilDecoded(Time(0)))
+        return;
+      mergeAsOf(*std::exchange(due_, std::nullopt));
     }
-    while (merge);
+    while (waits);
+  }
+
+  MergeCounts
+  mergeCounts() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    MergeCounts counts = schedule_.counts();
+    counts.made = made_; // without one whose frames are being decoded
+    return counts;
   }
 
   std::vector<std::pair<std::string, HealthReport>>
@@ -202,7 +214,17 @@ public:
       are_ok &= report.level() == HealthLevel::Ok;
       reports.emplace_back(of_stream.name, std::move(report));
     }
-    reports.emplace_back("all streams", describeTogether(health, are_ok, map_nodes));
+    HealthReport together =
+        describeTogether(health, are_ok, map_nodes, settings_.node.clock());
+    const MergeCounts counts = mergeCounts();
+    if (counts.left_out > reported_left_out_)
+      together.raise(
+          HealthLevel::Error,
+          "This machine is too slow for the streams: merged frames are left out");
+    reported_left_out_ = counts.left_out;
+    together.add("merged frames", counts.made);
+    together.add("merged frames left out", counts.left_out);
+    reports.emplace_back("all streams", std::move(together));
     return reports;
   }
 
@@ -232,12 +254,23 @@ private:
     return node_.receive(frame.stream, std::move(frame.bytes), frame.stamp);
   }
 
+  /** \brief Passes the frames on that are to be decoded now. */
+  void
+  takeStep()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    MergeSchedule::Step step = schedule_.next(settings_.arrival_clock());
+    for (ScheduledFrame& frame : step.frames)
+      decode(std::move(frame));
+    due_ = step.merge;
+  }
+
   void
   mergeAsOf(Time time)
   {
-    node_.waitUntilDecoded();
     const MergeStatus status =
         node_.merge(merged_, StampRange{time - settings_.schedule.max_age, time});
+    ++made_;
     if (on_merged_)
       on_merged_({status, time, merged_, sourcesOf(status)});
   }
@@ -270,10 +303,13 @@ private:
   CentralNodeStatus settings_status_;
   const MergeListener on_merged_;
 
-  std::mutex work_mutex_; // before mutex_; guards merging
-  io::VoxelFrame merged_; // keeps its memory
+  std::mutex work_mutex_;   // before mutex_; guards merging
+  io::VoxelFrame merged_;   // keeps its memory
+  std::optional<Time> due_; // to be merged when its frames are decoded
 
-  std::mutex mutex_; // guards what follows
+  std::atomic<std::size_t> made_{0}; // merged frames
+
+  mutable std::mutex mutex_; // guards what follows
   std::condition_variable frame_arrived_;
   bool has_new_frame_ = false;
   bool is_ending_ = false;
@@ -281,6 +317,8 @@ private:
   MergeSchedule schedule_;
   ParameterValues noise_; // of all streams
   std::map<std::string, CentreStream> streams_;
+
+  std::size_t reported_left_out_ = 0; // used by describeHealth() alone
 
   // Behind what its listener may use.
   CentralNode node_;
@@ -364,6 +402,12 @@ std::vector<MergedSource>
 MergingCentre::sourcesOf(const MergeStatus& merged)
 {
   return implementation_->sourcesOf(merged);
+}
+
+MergeCounts
+MergingCentre::mergeCounts() const
+{
+  return implementation_->mergeCounts();
 }
 
 void

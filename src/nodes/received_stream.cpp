@@ -79,6 +79,15 @@ ReceivedStream::takeNext()
   return next;
 }
 
+void
+ReceivedStream::refuseNext()
+{
+  takeNext();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++health_.frames_refused;
+  ++unnumbered_;
+}
+
 bool
 ReceivedStream::endTurn()
 {
@@ -191,7 +200,10 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     // The last statement that can throw.
-    window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
+    window_.add({now,
+                 frame.bytes.size(),
+                 cycle.count(),
+                 latencySeconds(stamp, now).value_or(0.0)});
     follow(coding.frame_number);
     ++health_.frames_decoded;
     health_.decode_times.add(cycle.count());

@@ -28,8 +28,8 @@ namespace nodes {
  * voxels and its health.
  *
  * A stream with waiting frames has one turn at a time, in which a thread calls
- * decodeNext() and then endTurn(). These two are for one thread at a time; all other
- * members are thread-safe.
+ * decodeNext() or refuseNext() and then endTurn(). These are for one thread at a time; all
+ * other members are thread-safe.
  */
 class ReceivedStream {
 public:
@@ -93,6 +93,10 @@ public:
    */
   void
   decodeNext(const Clock& clock, const FrameListener& listener);
+
+  /** \brief Refuses the first waiting frame; there must be one. */
+  void
+  refuseNext();
 
   /** \brief Ends the stream's turn.
    * \return true if another frame waits: the caller has to continue or to queue a turn

@@ -299,7 +299,7 @@ private:
     window_.add({now,
                  bytes,
                  cycle_seconds,
-                 latencySeconds(timeOfStamp(cloud.header.stamp), now)});
+                 latencySeconds(timeOfStamp(cloud.header.stamp), now).value_or(0.0)});
     // Nothing below throws.
     ++statistics_.frames;
     statistics_.encode_times.add(cycle_seconds);

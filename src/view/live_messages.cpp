@@ -47,6 +47,16 @@ streamsMessage(const std::vector<LiveStream>& streams)
 }
 
 std::string
+stateMessage(const std::string& problem,
+             const std::vector<std::optional<std::chrono::milliseconds>>& ages)
+{
+  json list = json::array();
+  for (const auto& age : ages)
+    list.push_back(age ? json(age->count()) : json());
+  return textOf({{"type", "state"}, {"problem", problem}, {"ages_ms", list}});
+}
+
+std::string
 endMessage()
 {
   return R"({"type":"end"})";

@@ -40,12 +40,23 @@ using FrameHead = std::array<std::uint8_t, 16>;
 /** \brief Flag: frames of the stream were skipped before this one. */
 constexpr std::uint32_t skipped_before = 1;
 
+/** \brief Flag: the frame was published before the viewer came, or asked for it. */
+constexpr std::uint32_t published_before = 2;
+
 FrameHead
 frameHead(std::size_t stream, std::uint32_t flags, std::chrono::nanoseconds time);
 
 /** \brief The message that lists the streams. */
 std::string
 streamsMessage(const std::vector<LiveStream>& streams);
+
+/** \brief The message on how fresh the streams are.
+ * \param[in] problem why frames may be missing, for people; empty: none is known
+ * \param[in] ages time since the last frame of each stream; none: it has had none
+ */
+std::string
+stateMessage(const std::string& problem,
+             const std::vector<std::optional<std::chrono::milliseconds>>& ages);
 
 /** \brief The message after the last frame. */
 std::string

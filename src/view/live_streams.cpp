@@ -142,6 +142,7 @@ LiveStreams::publish(std::size_t stream,
   if (has_ended_)
     return {ViewServerCode::InvalidArgument, "a frame after the end"};
   ++statistics_.frames;
+  streams_[stream].last_frame = Clock::now();
   keep(streams_[stream], queued, description.frame_number);
   for (const auto& viewer : viewers_) {
     try {
@@ -156,6 +157,37 @@ LiveStreams::publish(std::size_t stream,
         std::max(statistics_.largest_queue_frames, viewer->frames());
   }
   return {};
+}
+
+void
+LiveStreams::setProblem(const std::string& problem)
+{
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    problem_ = problem;
+  }
+  queueState();
+}
+
+void
+LiveStreams::queueState()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& viewer : viewers_)
+    viewer->needs_state = true;
+}
+
+std::string
+LiveStreams::describeState(Clock::time_point now) const
+{
+  std::vector<std::optional<std::chrono::milliseconds>> ages;
+  for (const Stream& stream : streams_) {
+    auto& age = ages.emplace_back();
+    if (stream.last_frame)
+      age = std::chrono::duration_cast<std::chrono::milliseconds>(now -
+                                                                  *stream.last_frame);
+  }
+  return stateMessage(problem_, ages);
 }
 
 void
@@ -219,6 +251,11 @@ LiveStreams::next(ViewerQueue& viewer, OutgoingMessage& message)
   const std::lock_guard<std::mutex> lock(mutex_);
   if (std::exchange(viewer.needs_streams, false)) {
     message.text = streams_message_;
+    return true;
+  }
+  if (viewer.needs_state) {
+    message.text = std::make_shared<const std::string>(describeState(Clock::now()));
+    viewer.needs_state = false;
     return true;
   }
   QueuedFrame frame;

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,16 @@ public:
   publish(std::size_t stream,
           std::chrono::nanoseconds time,
           std::vector<std::uint8_t>&& frame);
+
+  /** \brief Sets why frames may be missing, for people, and queues the message; empty:
+   * no reason is known. */
+  void
+  setProblem(const std::string& problem);
+
+  /** \brief Queues the message on how fresh the streams are, for all viewers; to be called
+   * once a second. */
+  void
+  queueState();
 
   /** \brief Queues the message of the end for all viewers, also future ones. */
   void
@@ -88,10 +99,11 @@ private:
     std::size_t kept_bytes = 0;
     bool is_kept = false; ///< kept is all since an I-frame
     std::uint32_t last_number = 0;
-    bool wants_i_frame = false;       ///< a viewer has nothing to begin with
-    bool is_asked = false;            ///< by a viewer that has lost step
-    Clock::time_point next_request{}; ///< not before
-    Clock::time_point next_answer{};  ///< to viewers that have lost step
+    std::optional<Clock::time_point> last_frame; ///< when it was published
+    bool wants_i_frame = false;                  ///< a viewer has nothing to begin with
+    bool is_asked = false;                       ///< by a viewer that has lost step
+    Clock::time_point next_request{};            ///< not before
+    Clock::time_point next_answer{};             ///< to viewers that have lost step
     std::chrono::milliseconds request_interval{0};
 
     void
@@ -110,6 +122,9 @@ private:
   void
   updateMessage();
 
+  std::string
+  describeState(Clock::time_point now) const;
+
   const ViewServerLimits limits_;
   const bool can_request_;
   mutable std::mutex mutex_; // of all below
@@ -118,6 +133,7 @@ private:
   std::vector<std::shared_ptr<ViewerQueue>> viewers_;
   std::shared_ptr<const std::string> streams_message_;
   const std::shared_ptr<const std::string> end_message_;
+  std::string problem_; // see setProblem()
   bool has_ended_ = false;
   ViewServerStatistics statistics_; // without what is summed when it is asked for
 };

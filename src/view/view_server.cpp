@@ -25,6 +25,7 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::chrono::milliseconds wait_after_failed_accept{100};
+constexpr std::chrono::seconds state_interval{1}; // doc/viewing.md
 
 constexpr char too_many_connections[] = "HTTP/1.1 503 Service Unavailable\r\n"
                                         "Content-Type: text/plain\r\n"
@@ -141,6 +142,10 @@ private:
   void
   requestIFrames();
 
+  /** \brief Sends viewers how fresh the streams are, from now on once a second. */
+  void
+  sendStates();
+
   void
   run();
 
@@ -150,6 +155,7 @@ private:
   Listeners listeners_;
   asio::steady_timer accept_timer_{io_};
   asio::steady_timer request_timer_{io_};
+  asio::steady_timer state_timer_{io_};
   bool is_request_timer_set_ = false;
   std::atomic<bool> is_waking_{false};
   std::atomic<std::uint64_t> refused_{0};
@@ -189,6 +195,8 @@ ViewServer::Implementation::start()
          std::to_string(endpoint.port()) + "/";
   for (tcp::acceptor& acceptor : listeners_.acceptors)
     accept(acceptor);
+  if (content_.is_live)
+    sendStates();
   // Signals are for the program's own threads.
   sigset_t all;
   sigset_t before;
@@ -293,6 +301,17 @@ ViewServer::Implementation::requestIFrames()
   });
 }
 
+void
+ViewServer::Implementation::sendStates()
+{
+  // First, as what follows may run out of memory.
+  state_timer_.expires_after(state_interval);
+  state_timer_.async_wait([this](error_code) { sendStates(); });
+  content_.streams.queueState();
+  for (LiveSession* const viewer : content_.viewers)
+    view::wake(*viewer);
+}
+
 ViewServer::ViewServer(const ViewServerSettings& settings)
 : implementation_(new Implementation(settings))
 {}
@@ -365,6 +384,16 @@ ViewServer::publish(std::size_t stream,
     if (status.ok())
       implementation_->wake();
     return status;
+  });
+}
+
+void
+ViewServer::setProblem(const std::string& problem) noexcept
+{
+  guarded([&] {
+    implementation_->streams().setProblem(problem);
+    implementation_->wake();
+    return ViewServerStatus();
   });
 }
 

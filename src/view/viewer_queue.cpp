@@ -26,9 +26,9 @@ ViewerQueue::fits(const Stream& stream, const QueuedFrame& frame) const
 }
 
 void
-ViewerQueue::push(Stream& stream, QueuedFrame frame)
+ViewerQueue::push(Stream& stream, QueuedFrame frame, std::uint32_t flags)
 {
-  frame.flags = stream.has_skipped ? skipped_before : 0;
+  frame.flags = flags | (stream.has_skipped ? skipped_before : 0);
   bytes_ += bytesOf(frame);
   ++stream.queued;
   stream.has_skipped = false;
@@ -64,7 +64,7 @@ ViewerQueue::offer(const QueuedFrame& frame)
     skip(frame.stream);
   const bool is_taken = stream.is_in_step || (frame.is_i_frame && fits(stream, frame));
   if (is_taken)
-    push(stream, frame);
+    push(stream, frame, 0);
   else
     skipped_ += stream.has_skipped ? 1 : 0;
 }
@@ -85,7 +85,7 @@ ViewerQueue::begin(std::size_t stream, const std::deque<QueuedFrame>& frames)
     streams_.resize(stream + 1);
   drop(stream);
   for (const QueuedFrame& frame : frames)
-    push(streams_[stream], frame);
+    push(streams_[stream], frame, published_before);
   streams_[stream].first = frames.size();
 }
 

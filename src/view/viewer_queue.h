@@ -78,6 +78,7 @@ public:
   }
 
   bool needs_streams = true; ///< the message that lists them is to be sent
+  bool needs_state = true;   ///< likewise that on how fresh they are
   bool needs_end = false;    ///< likewise, after the last frame
 
 private:
@@ -91,8 +92,9 @@ private:
   bool
   fits(const Stream& stream, const QueuedFrame& frame) const;
 
+  /** \param[in] flags besides skipped_before */
   void
-  push(Stream& stream, QueuedFrame frame);
+  push(Stream& stream, QueuedFrame frame, std::uint32_t flags);
 
   void
   drop(std::size_t stream) noexcept;

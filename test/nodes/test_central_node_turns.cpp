@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace {
 
@@ -50,6 +52,33 @@ TEST(CentralNodeTurns, ALightStreamDoesNotWaitBehindAllFramesOfAHeavyOne)
   node.waitUntilDecoded();
   // The heavy stream asks for its next turn when it has ended this one.
   EXPECT_EQ(served, "HHl" + std::string(38, 'H'));
+}
+
+TEST(CentralNodeTurns, WhatWaitsCanBeRefused)
+{
+  const CodedStream stream = streamOf(6);
+  Gate gate;
+  CentralNode node(settingsOfOneThread(), [&](const ReceivedFrame&) { gate.pass(); });
+  node.addStream("a");
+  node.addStream("b");
+  for (std::size_t i = 0; i < 5; ++i)
+    send(node, "a", stream.frames[i]);
+  send(node, "b", stream.frames[0]);
+  gate.waitForArrivals(1);
+  EXPECT_FALSE(node.waitUntilDecoded(Time(0)));
+  std::thread refusing([&] { node.refuseWaiting(); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  gate.open();
+  refusing.join();
+  EXPECT_TRUE(node.waitUntilDecoded(Time(0)));
+  std::vector<StreamHealth> health = node.health();
+  EXPECT_EQ(health[0].frames_decoded + health[0].frames_refused, 5u);
+  EXPECT_GE(health[0].frames_decoded, 1u);
+  EXPECT_EQ(health[1].frames_decoded + health[1].frames_refused, 1u);
+  // What comes then is decoded.
+  send(node, "b", stream.frames[0]);
+  node.waitUntilDecoded();
+  EXPECT_GE(node.health()[1].frames_decoded, 1u);
 }
 
 TEST(CentralNodeTurns, StreamsTakeTurnsUntilTheirFramesAreDone)

@@ -97,6 +97,9 @@ TEST(HealthMetrics, OfSenders)
   EXPECT_EQ(samples("latency_seconds"), "0.25\n");
   EXPECT_EQ(samples("encode_seconds_sum"), "0.25\n");
   EXPECT_EQ(samples("encode_seconds_count"), "1\n");
+  // Nothing has come for longer than the latency is a mean of.
+  EXPECT_EQ(samplesOf(senderMetrics({{"/a", health}}, 102s), "pcl_ext_sender_latency"),
+            "");
 }
 
 TEST(MetricsText, LabelsHaveAnyBytes)

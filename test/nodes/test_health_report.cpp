@@ -213,15 +213,23 @@ TEST(HealthReport, OfAllStreamsTogether)
   stream.rates.bytes_per_second = 500.0;
   StreamHealth other = stream;
   other.in_sync = true;
-  HealthReport report = describeTogether({stream, other}, true, 7);
+  stream.last_decoded = other.last_decoded = 8s;
+  stream.frames_decoded = 1;
+  HealthReport report = describeTogether({stream, other}, true, 7, 10s);
   expectLevel(report, HealthLevel::Ok, "OK");
   EXPECT_EQ(valueOf(report, "streams"), "2");
   EXPECT_EQ(valueOf(report, "streams in sync"), "1");
+  // One has never had a frame; later the other one has stopped.
+  EXPECT_EQ(valueOf(report, "streams without frames for 2 s"), "1");
+  EXPECT_EQ(valueOf(describeTogether({stream, other}, true, 7, 10001ms),
+                    "streams without frames for 2 s"),
+            "2");
   EXPECT_EQ(valueOf(report, "frames per second"), "20");
   EXPECT_EQ(valueOf(report, "bytes per second"), "1000");
   EXPECT_EQ(valueOf(report, "map nodes"), "7");
-  expectLevel(
-      describeTogether({}, false, 0), HealthLevel::Warning, "Not all streams are OK");
+  expectLevel(describeTogether({}, false, 0, 10s),
+              HealthLevel::Warning,
+              "Not all streams are OK");
 }
 
 } // namespace

@@ -206,6 +206,68 @@ TEST(MergeSchedule, GoesOnWhenClocksDiffer)
   }
 }
 
+/** \brief What a caller got that takes some time for each merged frame. */
+struct SlowRun {
+  std::size_t frames = 0; ///< released
+  std::vector<Time> merged;
+  Time largest_delay{0}; ///< from a merged time until it was merged
+  MergeCounts counts;
+};
+
+SlowRun
+runSlowly(Time time_of_merge, bool skips_late)
+{
+  MergeScheduleSettings settings;
+  settings.skips_late = skips_late;
+  MergeSchedule schedule(settings);
+  SlowRun run;
+  Time sent = -50ms;
+  for (Time now(0); now < 30s;) {
+    while (sent + 50ms <= now) {
+      sent += 50ms;
+      for (const char* const stream : {"a", "b", "c"})
+        schedule.add({stream, begin + sent, {}}, sent);
+    }
+    const MergeSchedule::Step step = schedule.next(now);
+    run.frames += step.frames.size();
+    if (!step.merge) {
+      now += 5ms;
+      continue;
+    }
+    now += time_of_merge;
+    run.merged.push_back(*step.merge - begin);
+    run.largest_delay = std::max(run.largest_delay, now - run.merged.back());
+  }
+  run.counts = schedule.counts();
+  return run;
+}
+
+TEST(MergeSchedule, LeavesMergedFramesOutWhereTheCallerIsTooSlow)
+{
+  const SlowRun fast = runSlowly(90ms, true);
+  EXPECT_EQ(fast.counts.left_out, 0u);
+  EXPECT_EQ(fast.merged.size(), fast.counts.made);
+  EXPECT_GE(fast.counts.made, 299u);
+  EXPECT_LE(fast.largest_delay, 200ms);
+  // A merged frame each 350 ms, of 300 that are due.
+  const SlowRun slow = runSlowly(350ms, true);
+  EXPECT_EQ(slow.merged.size(), slow.counts.made);
+  EXPECT_GE(slow.counts.made, 30'000u / 350);
+  const auto due = static_cast<std::size_t>(slow.merged.back() / 100ms) + 1;
+  EXPECT_EQ(slow.counts.made + slow.counts.left_out, due);
+  EXPECT_GE(slow.frames, 6 * due - 9); // all are decoded
+  EXPECT_LE(slow.largest_delay, 2s);
+  EXPECT_LE(30s - slow.merged.back(), 1s);
+  // It does not fall back to late ones: each is as new as can be.
+  const std::vector<Time>& merged = slow.merged;
+  for (std::size_t i = merged.size() / 2; i < merged.size(); ++i)
+    EXPECT_GE(merged[i] - merged[i - 1], 300ms);
+  const SlowRun all = runSlowly(350ms, false);
+  EXPECT_EQ(all.counts.left_out, 0u);
+  for (std::size_t i = 0; i < all.merged.size(); ++i)
+    EXPECT_EQ(all.merged[i], i * 100ms);
+}
+
 TEST(MergeSchedule, TakesAnyStamp)
 {
   ScheduleRun run;

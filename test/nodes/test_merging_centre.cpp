@@ -116,6 +116,38 @@ TEST(MergingCentre, MergesByItself)
   EXPECT_EQ(sent[0].time, first_stamp);
 }
 
+TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
+{
+  const CodedStream stream({});
+  MergingCentreSettings settings;
+  settings.node = centralSettings();
+  settings.has_thread = settings.waits = false;
+  Gate gate;
+  std::vector<Time> merged;
+  MergingCentre centre(
+      settings,
+      [&](const ReceivedFrame&) { gate.pass(); },
+      [&](const MergedFrame& frame) { merged.push_back(frame.time); });
+  centre.setMerging(true);
+  ASSERT_TRUE(centre.addStream("a").ok());
+  for (std::size_t i = 0; i < 2; ++i)
+    ASSERT_TRUE(centre.receive("a", stream.frames[i], first_stamp + 100ms * i).ok());
+  centre.work();
+  gate.waitForArrivals(1);
+  centre.work();
+  EXPECT_TRUE(merged.empty()); // its frame is being decoded
+  gate.open();
+  // One at a time, and both in their order.
+  for (std::size_t i = 1; i <= 2; ++i) {
+    while (merged.size() < i) // ctest ends it
+      centre.work();
+    EXPECT_EQ(merged.size(), i);
+  }
+  EXPECT_EQ(merged[1], first_stamp + 100ms);
+  EXPECT_EQ(centre.mergeCounts().made, 2u);
+  EXPECT_EQ(centre.mergeCounts().left_out, 0u);
+}
+
 TEST(MergingCentre, StreamsComeAndGoWhileFramesArrive)
 {
   const CodedStream stream = streamOf(30, 5);

@@ -24,6 +24,7 @@ main(int argc, char** argv)
     pcl_ext::link::LinkStreamStatistics received;
     received.name = argv[i];
     received.frames = static_cast<std::uint64_t>(i);
+    received.age = std::chrono::seconds(i);
     link.streams.push_back(received);
     SenderHealth sender;
     sender.clouds = static_cast<std::size_t>(i);
@@ -31,10 +32,12 @@ main(int argc, char** argv)
     sender.node.rates.mean_latency_seconds = 0.25;
     senders.emplace_back(argv[i], sender);
   }
+  pcl_ext::link::PublisherStatistics sent;
+  sent.age = std::chrono::seconds(1);
   const MetricLabels labels{{"site", "a \"b\"\n\\"}};
   const Time now = std::chrono::seconds(5);
   std::cout << streamMetrics(streams, now, labels)
-            << senderMetrics(senders, now, labels)
+            << senderMetrics(senders, now, labels) << mergeMetrics({3, 1}, labels)
             << pcl_ext::link::linkMetrics(link, labels)
-            << pcl_ext::link::linkMetrics(pcl_ext::link::PublisherStatistics(), labels);
+            << pcl_ext::link::linkMetrics(sent, labels);
 }

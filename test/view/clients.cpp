@@ -250,10 +250,32 @@ LiveClient::LiveClient(std::uint16_t port, int receive_buffer)
 LiveClient::~LiveClient() = default;
 LiveClient::LiveClient(LiveClient&&) noexcept = default;
 
+namespace {
+
+bool
+isState(const LiveMessage& message)
+{
+  return message.text.find(R"("type":"state")") != std::string::npos;
+}
+
+} // namespace
+
 std::optional<LiveMessage>
 LiveClient::next()
 {
-  return implementation_->next();
+  std::optional<LiveMessage> message = implementation_->next();
+  while (message && isState(*message))
+    message = implementation_->next();
+  return message;
+}
+
+std::string
+LiveClient::nextState()
+{
+  std::optional<LiveMessage> message = implementation_->next();
+  while (message && !isState(*message))
+    message = implementation_->next();
+  return message ? message->text : "";
 }
 
 std::optional<LiveMessage>

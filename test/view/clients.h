@@ -88,10 +88,15 @@ public:
   ~LiveClient();
   LiveClient(LiveClient&&) noexcept;
 
-  /** \brief The next message; nothing if the connection is closed, or after a long
-   * time. */
+  /** \brief The next message that is not on the state of the streams; nothing if the
+   * connection is closed, or after a long time. */
   std::optional<LiveMessage>
   next();
+
+  /** \brief The next text on the state of the streams; empty if the connection is
+   * closed. */
+  std::string
+  nextState();
 
   /** \brief The next message that is a frame. */
   std::optional<LiveMessage>

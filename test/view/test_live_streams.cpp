@@ -78,6 +78,40 @@ TEST(LiveStreams, ANewViewerBeginsWithTheLastIFrame)
   EXPECT_EQ(live.requestsAt(milliseconds(0)), 0u);
 }
 
+TEST(LiveStreams, ViewersKnowHowOldStreamsAreAndWhatIsWrong)
+{
+  Live live;
+  live.streams.addStream({"/silent", {}});
+  LiveSource source(10);
+  live.publish(source.next());
+  const auto viewer = live.streams.addViewer();
+  const auto next_text = [&] {
+    OutgoingMessage message;
+    while (live.streams.next(*viewer, message))
+      if (message.text && message.text->find("state") != std::string::npos)
+        return nlohmann::json::parse(*message.text);
+    return nlohmann::json();
+  };
+  const nlohmann::json state = next_text();
+  EXPECT_EQ(state["type"], "state");
+  EXPECT_EQ(state["problem"], "");
+  ASSERT_EQ(state["ages_ms"].size(), 2u);
+  EXPECT_GE(state["ages_ms"][0], 0);
+  EXPECT_TRUE(state["ages_ms"][1].is_null());
+  // The frame that was there before the viewer is told from one that comes.
+  OutgoingMessage message;
+  ASSERT_TRUE(live.streams.next(*viewer, message));
+  EXPECT_EQ(message.head[4], published_before);
+  EXPECT_EQ(next_text(), nlohmann::json());
+  live.publish(source.next());
+  ASSERT_TRUE(live.streams.next(*viewer, message));
+  EXPECT_EQ(message.head[4], 0u);
+  live.streams.setProblem("the connection is \"lost\"");
+  EXPECT_EQ(next_text()["problem"], "the connection is \"lost\"");
+  live.streams.setProblem("");
+  EXPECT_EQ(next_text()["problem"], "");
+}
+
 TEST(LiveStreams, TooMuchForANewViewerIsRequestedAsAnIFrame)
 {
   ViewServerLimits limits;

@@ -68,6 +68,27 @@ TEST(LiveView, MessagesAreThoseOfTheProtocol)
   EXPECT_EQ(late.next()->text, R"({"type":"end"})");
 }
 
+TEST(LiveView, TheAgeOfAStreamGrowsWhileNothingComes)
+{
+  RunningServer live;
+  LiveClient client(live.port());
+  ASSERT_TRUE(live.waitForViewers(1));
+  LiveSource source(10);
+  live.publish(0, 0, source.next());
+  std::int64_t age = -1;
+  for (int states = 0; states < 2;) {
+    const nlohmann::json ages = nlohmann::json::parse(client.nextState())["ages_ms"];
+    if (ages.empty() || ages[0].is_null())
+      continue; // of before
+    EXPECT_GT(ages[0].get<std::int64_t>(), age);
+    age = ages[0];
+    ++states;
+  }
+  live.server->setProblem("nobody sends");
+  while (nlohmann::json::parse(client.nextState())["problem"] != "nobody sends") {
+  }
+}
+
 TEST(LiveView, AnIFrameIsRequestedWhereNoneIsKeptAndWhenAViewerAsks)
 {
   RunningServer live;

@@ -1,4 +1,5 @@
 import type { ShownFrame, StreamDescription } from "./decoding/messages";
+import type { Arrivals } from "./sources/arrivals";
 import { combined, identity } from "./recordings/transforms";
 import type { Pose } from "./recordings/transforms";
 import { IntensityAxis } from "./scene/intensity_axis";
@@ -22,8 +23,8 @@ export interface StreamView {
   shown: ShownFrame | null;
   /** What its last frame with voxels had: frames that are lost between others change nothing. */
   contents: StreamContents | null;
-  /** performance.now() when the last frame of a live stream came. */
-  arrival: number;
+  /** Of a live stream. */
+  arrivals: Arrivals;
 }
 
 /** Before anything is known of the intensities. */

@@ -1,6 +1,6 @@
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatCount, formatCounted, formatMetres, formatNumber, formatValue } from "./controls/number_format";
+import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber, formatSilence, formatValue } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
 import { edgesOf, isOutlier } from "./decoding/packed_voxels";
@@ -9,6 +9,7 @@ import { countKept, isNoise } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
+import { Arrivals } from "./sources/arrivals";
 import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
@@ -19,9 +20,11 @@ import { element } from "./controls/dom";
 /** After this time no stream is waited for, to place the camera. */
 const msToBegin = 3000;
 
-/** Why nothing of a stream is drawn; null if something is. */
-function noteOf({ shown, description }: StreamView, source: ViewerState["source"]): string | null {
+/** Why nothing of a stream is drawn, or that it is old; null if all is well. */
+function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded }: ViewerState, now: number): string | null {
   if (description.isGone) return "The source no longer has this stream";
+  const silence = source === "live" && shown && !hasEnded ? arrivals.silence(now) : null;
+  if (silence !== null) return `No frames for ${formatSilence(silence)}`;
   if (shown?.problem) return `Not shown: ${shown.problem}`;
   if (shown) return shown.placement?.problem ?? null;
   return source === "live" ? "No frame has come yet" : "No frame could be read";
@@ -40,6 +43,7 @@ export class StreamsOnScreen {
   private isWaiting = false;
   private selected: { stream: number; place: [number, number, number] } | null = null;
   private pressed: { x: number; y: number } | null = null;
+  private readonly rate = element("b");
 
   constructor(
     private readonly store: ViewerStore,
@@ -93,8 +97,9 @@ export class StreamsOnScreen {
       this.firstShown = null;
     }
     descriptions.forEach((description, i) => {
-      const { shown, contents, arrival } = this.streams[i] ?? { shown: null, contents: null, arrival: 0 };
-      this.streams[i] = { description, shown: description.isGone ? null : shown, contents, arrival };
+      const { shown, contents, arrivals } =
+        this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(performance.now()) };
+      this.streams[i] = { description, shown: description.isGone ? null : shown, contents, arrivals };
     });
     this.scene.setStreamCount(this.streams.length);
     descriptions.forEach(({ isGone }, i) => {
@@ -142,7 +147,6 @@ export class StreamsOnScreen {
       if (!stream) continue;
       stream.shown = frame;
       stream.contents = views.contentsOf(frame, stream.contents);
-      stream.arrival = performance.now();
       this.showVoxels(frame.stream, frame);
       if (frame.problem && this.store.get().source === "recording") this.index.markLost(frame.stream, frame.number);
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
@@ -257,7 +261,7 @@ export class StreamsOnScreen {
       const isDrawn = this.isVisible(i);
       if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
       const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
-      this.panel.streams.setCount(i, count, noteOf(this.streams[i], source));
+      this.panel.streams.setCount(i, count);
     });
     histogram.draw();
     const isLate = isFrozen && this.streams.some(({ shown }) => shown?.voxels && shown.voxels.isJudged !== removesOutliers);
@@ -267,23 +271,37 @@ export class StreamsOnScreen {
     if (this.streams.length === 0) return;
     const lost = this.streams.filter(({ shown }, i) => shown?.problem && this.isVisible(i)).length;
     const decodeMs = this.streams.reduce((sum, { shown }) => sum + (shown?.decodeMs ?? 0), 0);
-    const rate = bytesPerSecondAt(this.index, moment, source === "live");
     const parts: [string, string][] = [
       [`${formatCount(drawn)} of ${formatCount(all)}`, all === 1 ? "voxel" : "voxels"],
       ...(source === "recording" ? [["frame", `${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`] as [string, string]] : []),
-      [rateText(this.index, rate), "compressed"],
+      ["", "compressed"],
       [`${decodeMs.toFixed(1)} ms`, "to decode"],
     ];
     this.status.replaceChildren(...parts.map(([value, name]) =>
       value === "frame"
         ? element("span", { class: "figure" }, "frame ", element("b", {}, name))
-        : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
+        : element("span", { class: "figure" }, name === "compressed" ? this.rate : element("b", {}, value), ` ${name}`)));
+    this.updateFreshness();
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
     const nothing = this.nothingDrawn(drawn, all);
     if (nothing) this.status.append(element("span", { class: "figure lost" }, nothing));
     const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
+  }
+
+  /** Ages, rate and remarks, which change while no frames come, too. */
+  updateFreshness(): void {
+    const state = this.store.get();
+    const now = performance.now();
+    const isLive = state.source === "live";
+    this.streams.forEach((stream, i) => {
+      this.panel.streams.setNote(i, noteOf(stream, state, now));
+      this.panel.streams.setAge(i, isLive ? stream.arrivals.age(now) : null);
+    });
+    this.rate.textContent = isLive
+      ? formatBytesPerSecond(this.streams.reduce((sum, { arrivals }) => sum + arrivals.bytesPerSecond(now), 0))
+      : rateText(this.index, bytesPerSecondAt(this.index, state.moment));
   }
 
   /** Why nothing is drawn, where that is by what the user has set. */

@@ -1,18 +1,18 @@
 import { ControlPanel } from "./controls/control_panel";
 import { createHelp } from "./controls/help_overlay";
 import { listenToKeys } from "./controls/keyboard";
+import { LiveBanner } from "./controls/live_banner";
 import { Notices } from "./controls/notices";
 import { followTheme, isDark, sceneColours } from "./controls/theme";
 import { VoxelDetails } from "./controls/voxel_details";
 import { DecodingService } from "./decoding/decoding_service";
 import type { FromWorker } from "./decoding/messages";
-import { HeldFrames } from "./held_frames";
 import { exportPicture, exportPly } from "./export/exports";
+import { LiveView } from "./live_view";
 import { layOutPage } from "./page_layout";
 import type { PageLayout } from "./page_layout";
 import { ViewerScene } from "./scene/viewer_scene";
 import { acceptDrops } from "./sources/dropped_files";
-import { LiveConnection } from "./sources/live_connection";
 import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
 import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
@@ -21,7 +21,7 @@ import { createStore, fieldOf, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
-import { TimelineView, liveSeconds } from "./timeline/timeline_view";
+import { TimelineView } from "./timeline/timeline_view";
 import type { TimelineActions } from "./timeline/timeline_view";
 import { StreamsOnScreen } from "./streams_on_screen";
 
@@ -34,21 +34,20 @@ export class Viewer {
   readonly scene: ViewerScene;
   readonly playback: Playback;
   private readonly panel: ControlPanel;
-  private readonly timeline: TimelineView;
+  readonly timeline: TimelineView;
   private readonly details: VoxelDetails;
   private readonly layout: PageLayout;
-  private readonly decoding: DecodingService;
+  readonly decoding: DecodingService;
   private readonly linkedView: LinkedView;
   private readonly updateLink: () => void;
   private hasOpened = false;
-  private live: LiveConnection | null = null;
-  private readonly held = new HeldFrames((buffer) => this.recycle(buffer));
+  readonly banner = new LiveBanner();
+  private live: LiveView | null = null;
   private damage: string[] = [];
   private remarks: string[] = [];
   private isTimeChosen = false; // by the user; until then a recording is at its first frame or at that of the link
   private request = 0;
   private shownFrames = ""; // that were asked for last
-  private isUpdateDue = false;
   private waiting: (() => void)[] = []; // for the frames that were asked for last
 
   constructor(workerCode: string, wasm: ArrayBuffer) {
@@ -67,7 +66,7 @@ export class Viewer {
     this.layout = layOutPage(this.store,
       { open: () => this.layout.fileInput.click(), toggleTheme: () => this.toggleTheme() },
       { panel: this.panel.root, timeline: this.timeline.root, help: createHelp(this.store),
-        overlays: [this.notices.root, this.details.root] });
+        overlays: [this.banner.root, this.notices.root, this.details.root] });
     this.scene = new ViewerScene(this.layout.canvas, () => this.updateLink?.());
     this.updateLink = keepLinkUpToDate(this.store, () => this.currentView());
     this.screen = new StreamsOnScreen(this.store, this.scene, this.index, this.panel, this.details, this.notices,
@@ -134,12 +133,8 @@ export class Viewer {
 
   /** Plays and pauses a recording, and freezes the picture of a live source. */
   private togglePlay(): void {
-    if (this.store.get().source !== "live") {
-      this.playback.togglePlay();
-      return;
-    }
-    this.store.set({ isFrozen: !this.store.get().isFrozen });
-    if (!this.store.get().isFrozen) this.screen.show(this.held.takeAll(), true);
+    if (this.store.get().source === "live") this.live?.toggleFrozen();
+    else this.playback.togglePlay();
   }
 
   private applyDecodingSettings(): void {
@@ -178,7 +173,6 @@ export class Viewer {
     this.notices.clear();
     this.damage = [];
     this.remarks = [];
-    this.held.clear();
     this.screen.clear();
     ++this.request;
     this.store.set({
@@ -190,31 +184,7 @@ export class Viewer {
       this.decoding.post({ type: "open", files: source.files });
       if (source.leftOut.length > 0)
         this.remark(`Files of frames and .mcap files are different recordings. Left out: ${source.leftOut.join(", ")}.`);
-    } else this.openLive(source.socket);
-  }
-
-  private openLive(socket: string): void {
-    this.decoding.post({ type: "openLive" });
-    this.live = new LiveConnection(socket, {
-      onStreams: (streams) => {
-        this.store.set({ source: "live", hasEnded: false });
-        this.decoding.post({ type: "liveStreams", streams });
-      },
-      onFrame: (message) => this.decoding.post({ type: "liveFrame", message }, [message]),
-      onConnected: () => {
-        this.store.set({ source: "live", isConnected: true });
-        this.notices.withdraw("live");
-      },
-      onEnd: () => {
-        this.store.set({ hasEnded: true });
-        this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]);
-      },
-      onLost: (wasConnected, wait) => {
-        this.store.set({ source: "live", isConnected: false });
-        this.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
-          [`Is the server running? The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
-      },
-    });
+    } else this.live = new LiveView(source.socket, this);
   }
 
   private fail(message: string): void {
@@ -250,7 +220,7 @@ export class Viewer {
         break;
       case "streams":
         this.screen.setStreams(message.streams);
-        this.held.forget(message.streams.flatMap(({ isGone }, stream) => (isGone ? [stream] : [])));
+        this.live?.forgetHeld(message.streams.flatMap(({ isGone }, stream) => (isGone ? [stream] : [])));
         break;
       case "frames":
         this.receiveFrames(message);
@@ -298,9 +268,7 @@ export class Viewer {
         this.screen.beginAxis();
         break;
       case "liveShown":
-        if (this.store.get().isFrozen) this.held.hold(message.frame);
-        else this.screen.show([message.frame], true);
-        if (message.wantsIFrame) this.live?.requestIFrame(message.serverId);
+        this.live?.show(message);
         break;
     }
   }
@@ -310,7 +278,7 @@ export class Viewer {
     this.index.hasTimes = message.hasTimes;
     this.index.add(message.batch);
     if (this.store.get().source === "live") {
-      this.updateLiveIndex();
+      this.live?.updateIndex();
       return;
     }
     this.index.update();
@@ -327,18 +295,6 @@ export class Viewer {
   /** Which frames belong to a moment, to be compared. */
   private framesOf(moment: number): string {
     return this.index.streams.map((_, stream) => this.index.frameAt(stream, moment)).join();
-  }
-
-  /** Some times a second, however many frames come. */
-  private updateLiveIndex(): void {
-    if (this.isUpdateDue) return;
-    this.isUpdateDue = true;
-    setTimeout(() => {
-      this.isUpdateDue = false;
-      this.index.dropBefore(this.index.latestTime() - 2 * liveSeconds);
-      this.index.update();
-      this.timeline.requestDraw();
-    }, 200);
   }
 
   private requestFrames(moment: number): void {

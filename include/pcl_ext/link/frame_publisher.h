@@ -3,10 +3,12 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/link/link_settings.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace pcl_ext {
@@ -21,6 +23,9 @@ struct PublisherStatistics {
   std::uint64_t i_frame_requests = 0; ///< received
   std::uint64_t violations = 0; ///< what the server did not permit, frames for one
   std::uint64_t reconnections = 0;
+  bool is_connected = false; ///< to the server, now
+  std::optional<std::chrono::nanoseconds>
+      age; ///< since a frame was sent; none: none was
 };
 
 /** \brief Publishes the frames of streams, each on the subject SITE.STREAM.frames.

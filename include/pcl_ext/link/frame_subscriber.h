@@ -3,6 +3,7 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/link/link_settings.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -65,6 +66,8 @@ struct LinkStreamStatistics {
   std::uint64_t messages_invalid = 0; ///< no frames of this library
   std::uint64_t i_frame_requests = 0; ///< sent
   std::uint64_t publishers = 0;       ///< how often one began, the first time included
+  std::optional<std::chrono::nanoseconds>
+      age; ///< since the last frame; none: none came
 };
 
 /** \brief Figures of a FrameSubscriber, since it was made. */
@@ -75,6 +78,7 @@ struct SubscriberStatistics {
   std::uint64_t violations = 0;              ///< what the server did not permit
   std::uint64_t reconnections = 0;
   std::uint64_t replay_pending = 0; ///< messages that a replay has still to bring
+  bool is_connected = false;        ///< to the server, now
 };
 
 /** \brief Receives the frames of a site's streams.
@@ -131,6 +135,10 @@ public:
 
   SubscriberStatistics
   statistics() const;
+
+  /** \brief True while there is a connection to the server. */
+  bool
+  isConnected() const noexcept;
 
 private:
   class Implementation;

@@ -224,6 +224,17 @@ public:
   void
   waitUntilDecoded();
 
+  /** \brief The same, but not longer than a time.
+   * \return false if frames wait still
+   */
+  bool
+  waitUntilDecoded(Time timeout);
+
+  /** \brief Refuses the frames that wait, and counts them so; returns when those that are
+   * being decoded are done. Not to be called by the listener. */
+  void
+  refuseWaiting();
+
   /** \brief The latest voxels of a stream, of any age.
    * \param[in] name of the stream
    * \param[out] voxels denoised; empty if there are none

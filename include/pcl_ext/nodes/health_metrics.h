@@ -2,6 +2,7 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <string>
@@ -26,6 +27,10 @@ PCL_EXT_EXPORT std::string
 streamMetrics(const std::vector<StreamHealth>& streams,
               Time now,
               const MetricLabels& labels = {});
+
+/** \brief How many merged frames a centre made: the metrics pcl_ext_merged_... . */
+PCL_EXT_EXPORT std::string
+mergeMetrics(const MergeCounts& counts, const MetricLabels& labels = {});
 
 /** \brief Health of streams where they are encoded: the metrics pcl_ext_sender_... .
  * \param[in] senders by the names of their streams, all different

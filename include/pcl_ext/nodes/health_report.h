@@ -108,11 +108,13 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
  * \param[in] streams as CentralNode::health() has them
  * \param[in] are_ok whether the level of each stream's report is Ok
  * \param[in] map_nodes number of nodes of the map
+ * \param[in] time current time of the node's clock
  */
 PCL_EXT_EXPORT HealthReport
 describeTogether(const std::vector<StreamHealth>& streams,
                  bool are_ok,
-                 std::size_t map_nodes);
+                 std::size_t map_nodes,
+                 Time time);
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -4,6 +4,7 @@
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -29,6 +30,17 @@ struct MergeScheduleSettings {
    * merged: above the time from one frame of the slowest stream to the next. 1 ms to 1
    * hour. */
   Time max_age = std::chrono::seconds(2);
+
+  /** \brief Whether merged frames are left out where the caller is too slow for all of
+   * them: those after one that is a second late, up to the newest that is due. Else they
+   * are all made, however late. */
+  bool skips_late = true;
+};
+
+/** \brief How many merged frames there were. */
+struct MergeCounts {
+  std::size_t made = 0;
+  std::size_t left_out = 0; ///< see MergeScheduleSettings::skips_late
 };
 
 /** \brief What is wrong with settings, in one line; empty if nothing. */
@@ -54,6 +66,8 @@ struct ScheduledFrame {
  * Streams need not have a common clock with this machine, but one with each other: those
  * whose clouds are more than 2 s from the others' median are not held back, nor waited
  * for. The first merged frames are of the streams that are known by then.
+ *
+ * All frames are decoded, also where merged frames are left out.
  *
  * For one thread at a time.
  */
@@ -93,6 +107,12 @@ public:
   Step
   next(Time now);
 
+  const MergeCounts&
+  counts() const
+  {
+    return counts_;
+  }
+
 private:
   struct HeldFrame {
     ScheduledFrame frame;
@@ -122,6 +142,18 @@ private:
   std::optional<Time>
   earliestHeld(Time offset) const;
 
+  /** \brief The newest multiple of the period that need not wait for frames. */
+  Time
+  newestDue(Time offset, Time now) const;
+
+  /** \brief True if a frame has been due for so long that the caller is too slow. */
+  bool
+  isLate(Time offset, Time now) const;
+
+  /** \brief Leaves merged frames out, if the caller is too slow for them. */
+  void
+  skipLate(Time offset, Time now);
+
   void
   releaseFrames(Time offset, Step& step);
 
@@ -137,6 +169,8 @@ private:
   std::optional<Time> slot_;          // to be merged next
   bool has_frames_ = false;           // of the slot
   std::optional<Time> waiting_since_; // arrival of the first frame for it
+  bool is_late_ = false;              // until nothing was left out
+  MergeCounts counts_;
 };
 
 } // namespace nodes

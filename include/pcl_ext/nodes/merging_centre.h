@@ -36,6 +36,11 @@ struct MergingCentreSettings {
   /** \brief Whether a thread of the centre calls work() when it is time; else the caller
    * does. */
   bool has_thread = true;
+
+  /** \brief Whether work() waits for frames that are being decoded, and merges all that is
+   * due. Else it merges once at the most, if all frames for that are decoded, so that the
+   * caller is free meanwhile. A thread of the centre waits in any case. */
+  bool waits = true;
 };
 
 /** \brief Streams were merged. Valid during the listener's call. */
@@ -143,6 +148,11 @@ public:
    * MergedFrame::sources. */
   std::vector<MergedSource>
   sourcesOf(const MergeStatus& merged);
+
+  /** \brief How many merged frames there were; those that were left out are a sign that
+   * the machine is too slow for the streams. */
+  MergeCounts
+  mergeCounts() const;
 
   /** \brief Decodes and merges what is due. To be called when a frame has arrived and some
    * times a MergeScheduleSettings::max_wait, unless the centre has a thread for it. */

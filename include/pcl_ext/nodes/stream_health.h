@@ -38,7 +38,8 @@ struct StreamRates {
   double bytes_per_second = 0.0;   ///< of the coded frames
   double mean_cycle_seconds = 0.0; ///< computing time of one frame
   double max_cycle_seconds = 0.0;
-  /** \brief From a frame's stamp until it was ready; 0 without a stamp. */
+  /** \brief From a frame's stamp until it was ready; 0 without a stamp, or if it is more
+   * than an hour from the clock. */
   double mean_latency_seconds = 0.0;
   double max_latency_seconds = 0.0;
 };

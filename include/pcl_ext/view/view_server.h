@@ -184,6 +184,12 @@ public:
           std::chrono::nanoseconds time,
           std::vector<std::uint8_t> frame) noexcept;
 
+  /** \brief Tells viewers why frames may be missing, in one sentence that they show, such
+   * as that a connection is lost. Empty: that is over. Viewers get to know the age of each
+   * stream in any case. */
+  void
+  setProblem(const std::string& problem) noexcept;
+
   /** \brief Tells viewers that no frames will follow. */
   void
   end() noexcept;

@@ -240,7 +240,8 @@ private:
           },
           [this] {
             return pcl_ext::nodes::streamMetrics(centre_->node().health(),
-                                                 Time(clock_->now().nanoseconds()));
+                                                 Time(clock_->now().nanoseconds())) +
+                   pcl_ext::nodes::mergeMetrics(centre_->mergeCounts());
           });
       RCLCPP_INFO(logger_, "The streams are shown at %s", view_->url().c_str());
       if (!view_->isLoopback())

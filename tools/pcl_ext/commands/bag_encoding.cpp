@@ -186,7 +186,7 @@ BagEncoding::encodeAll()
   while (!isInterrupted()) {
     std::shared_ptr<CloudInWork> cloud = unusedCloud();
     if (input_->size() == 1)
-      console_.tellStep("reading a cloud");
+      console_.status("reading a cloud");
     const CloudInput::Found found = input_->next(cloud->cloud, message);
     if (found == CloudInput::Found::End)
       break;
@@ -221,8 +221,8 @@ BagEncoding::take(const std::shared_ptr<CloudInWork>& cloud)
   Stream& stream = *streams_[cloud->cloud.stream];
   const pcl::PCLPointCloud2& points = cloud->cloud.cloud;
   if (input_->size() == 1 && !cloud->cloud.is_unread)
-    console_.tellStep("encoding " +
-                      counted(std::size_t{points.width} * points.height, "point"));
+    console_.status("encoding " +
+                    counted(std::size_t{points.width} * points.height, "point"));
   if (stream.is_refused)
     ++stream.failures;
   else

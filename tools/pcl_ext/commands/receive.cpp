@@ -9,7 +9,7 @@
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "live/link_output.h"
-#include "measuring/markdown_table.h"
+#include "live/status_line.h"
 #include "options/decoding_options.h"
 #include "options/link_options.h"
 #include "options/options.h"
@@ -18,12 +18,14 @@
 #include "site/missing_streams.h"
 #include "site/replay_progress.h"
 #include "site/rotated_recording.h"
+#include "site/site_report.h"
 #include "site/site_view.h"
 
 #include <deque>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -36,6 +38,7 @@ struct ReceiveOptions {
   Output output;                 ///< path empty: no recording
   Rotation rotation;
   SiteViewOptions view;
+  MetricsOptions metrics;
   CentreOptions centre;
   std::string
       merged_site; ///< of the merged stream; empty: that of the link with an end
@@ -49,8 +52,10 @@ public:
   {
     if (options.is_quiet)
       console_.beQuiet();
-    if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn())
-      throw UsageError("say what to do with the frames: -o, --view, --merge or --map");
+    if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn() &&
+        !options.metrics.port)
+      throw UsageError("say what to do with the frames: -o, --view, --merge, --map or "
+                       "--metrics-port");
     options_.centre.is_replay = options.link.replay_from.has_value();
     options_.centre.map.waits = options_.centre.is_replay;
     refuseEqualOutputs();
@@ -81,7 +86,9 @@ public:
       has_failed_ |= taker->hasLeftOut();
     }
     events_.print(console_);
-    report();
+    const SiteFigures all = figures();
+    has_failed_ |= missing_.report(all.received, !isInterrupted());
+    has_failed_ |= !report(all, console_);
     // A replay has an end of its own.
     if (isInterrupted() && replay_)
       return interrupted;
@@ -131,6 +138,7 @@ private:
           console_);
       takers_.push_back(view_.get());
     }
+    served_metrics_ = serveMetrics(options_.metrics, [this] { return metrics(); });
   }
 
   /** \brief Called by the server's thread. */
@@ -139,7 +147,10 @@ private:
   {
     std::string text = link::linkMetrics(subscriber_->statistics());
     if (centre_)
-      text += nodes::streamMetrics(centre_->health(), nodes::systemTime());
+      text += nodes::streamMetrics(centre_->health(), nodes::systemTime()) +
+              nodes::mergeMetrics(centre_->mergeCounts());
+    if (merged_)
+      text += link::linkMetrics(merged_->statistics());
     return text;
   }
 
@@ -173,7 +184,11 @@ private:
       if (replay_)
         replay_->show();
       events_.print(console_);
+      tellConnection();
       missing_.remark(*subscriber_, Clock::now() - start);
+      remarkOnSlowness();
+      if (!replay_)
+        status_.update([this] { return liveFiguresOf(figures()); });
       next_work = Clock::now() + patience / 2;
     }
     subscriber_->stop();
@@ -200,89 +215,48 @@ private:
     return status.code() != link::LinkCode::EndOfReplay;
   }
 
-  /** \brief Prints what arrived, and what did not. */
+  /** \brief Tells the page whether there is a connection to the site. */
   void
-  report()
+  tellConnection()
   {
-    const link::SubscriberStatistics all = subscriber_->statistics();
-    std::uint64_t frames = 0;
-    std::uint64_t bytes = 0;
-    for (const link::LinkStreamStatistics& stream : all.streams) {
-      frames += stream.frames;
-      bytes += stream.bytes;
-      const std::string faults = faultsOf(stream);
-      has_failed_ |= !faults.empty();
-      if (!faults.empty())
-        console_.error(stream.name + ": " + counted(stream.frames, "frame") + faults);
-      if (stream.publishers > 1)
-        console_.remark(stream.name + ": its publisher began anew " +
-                        counted(stream.publishers - 1, "time") +
-                        ", or there are several of them");
-    }
-    has_failed_ |= missing_.report(all, !isInterrupted());
-    if (all.messages_of_no_stream > 0)
-      console_.error(counted(all.messages_of_no_stream, "message") +
-                     " left out, whose subject names no stream");
-    if (all.messages_of_too_many > 0)
-      console_.error(counted(all.messages_of_too_many, "message") +
-                     " left out, of streams beyond the first " +
-                     counted(all.streams.size(), "stream"));
-    if (all.violations > 0 || (merged_ && merged_->statistics().violations > 0)) {
-      console_.error("the server did not permit all that was asked of it");
-      has_failed_ = true;
-    }
-    if (centre_)
-      reportUndecoded();
-    constexpr double megabyte = 1e6;
-    std::string line =
-        "site " + options_.link.link.site + ": " + counted(frames, "frame") + " of " +
-        counted(all.streams.size(), "stream") + ", " +
-        measuring::formatted(static_cast<double>(bytes) / megabyte, 2) + " MB";
-    if (replay_ && replay_->pending() > 0)
-      line += "; " + counted(replay_->pending(), "kept frame") + " not replayed";
-    if (centre_ && merged_)
-      line += "; " + counted(merged_->statistics().frames, "merged frame");
-    console_.summary(line);
+    const bool is_connected = subscriber_->isConnected();
+    if (is_connected == std::exchange(was_connected_, is_connected))
+      return;
+    for (FrameTaker* const taker : takers_)
+      taker->setProblem(is_connected ? ""
+                                     : "The connection to the server of site " +
+                                           options_.link.link.site + " is lost");
   }
 
-  /** \brief Prints which frames arrived, but could not be decoded. */
-  void
-  reportUndecoded()
+  SiteFigures
+  figures() const
   {
-    for (const nodes::StreamHealth& stream : centre_->health()) {
-      if (stream.frames_failed > 0)
-        console_.error(
-            stream.name + ": " + counted(stream.frames_failed, "frame") +
-            " could not be decoded, the last one as: " + stream.last_failure.message());
-      if (stream.frames_refused > 0)
-        console_.error(stream.name + ": " + counted(stream.frames_refused, "frame") +
-                       " refused, as this machine is too slow to decode them");
-      has_failed_ |= stream.frames_failed + stream.frames_refused > 0;
+    SiteFigures figures;
+    figures.site = options_.link.link.site;
+    figures.received = subscriber_->statistics();
+    if (centre_) {
+      figures.decoded = centre_->health();
+      figures.missing = centre_->missing();
+      figures.merged = centre_->mergeCounts();
     }
-    for (const auto& [name, count] : centre_->missing())
-      console_.error(name + ": missing in " + std::to_string(count) + " of " +
-                     counted(centre_->mergedFrames(), "merged frame") +
-                     ", as its last frame was older than --merge-age");
+    if (merged_)
+      figures.published = merged_->statistics();
+    return figures;
   }
 
-  static std::string
-  faultsOf(const link::LinkStreamStatistics& stream)
+  /** \brief Says now and then that this machine is too slow, while it is. */
+  void
+  remarkOnSlowness()
   {
-    std::string faults;
-    const auto add = [&faults](std::uint64_t count, const std::string& text) {
-      if (count > 0)
-        faults += ", " + std::to_string(count) + " " + text;
-    };
-    add(stream.frames_lost, "lost on the way");
-    add(stream.frames_dropped, "dropped, as this machine is too slow");
-    add(stream.frames_late, "late or repeated");
-    add(stream.frames_damaged, "with a wrong checksum");
-    add(stream.messages_invalid, "messages that are no frames");
-    // The first ones are skipped always.
-    if (stream.frames == 0 ||
-        stream.frames_lost + stream.frames_dropped + stream.frames_damaged > 0)
-      add(stream.frames_skipped, "skipped until an I-frame came");
-    return faults;
+    constexpr std::chrono::seconds interval{10};
+    const auto now = std::chrono::steady_clock::now();
+    const nodes::MergeCounts merged =
+        centre_ ? centre_->mergeCounts() : nodes::MergeCounts();
+    if (merged.left_out == told_left_out_ || now < next_remark_)
+      return;
+    next_remark_ = now + interval;
+    told_left_out_ = merged.left_out;
+    console_.remark(slownessOf(merged));
   }
 
   ReceiveOptions options_;
@@ -297,9 +271,14 @@ private:
   std::optional<Centre> centre_;
   std::unique_ptr<FrameTaker> view_;
   std::vector<FrameTaker*> takers_;
+  std::shared_ptr<void> served_metrics_; // after what they are of
+  StatusLine status_{console_};
   link::LinkFrame frame_; // keeps its memory
   bool has_taken_frame_ = false;
   bool has_failed_ = false;
+  bool was_connected_ = true;
+  std::size_t told_left_out_ = 0; // merged frames, see remarkOnSlowness()
+  std::chrono::steady_clock::time_point next_remark_;
 };
 
 link::Time
@@ -414,6 +393,7 @@ addReceive(CLI::App& app)
       });
   addRecordingOptions(app, *options);
   addSiteViewOptions(app, options->view);
+  addMetricsOptions(app, options->metrics);
   addCentreOptions(app, *options);
   addQuiet(app, options->is_quiet);
   return [options, &app] {

@@ -14,6 +14,7 @@
 #include "live/piped_frames.h"
 #include "live/played_clouds.h"
 #include "live/played_recording.h"
+#include "live/status_line.h"
 #include "measuring/markdown_table.h"
 #include "options/encoding_options.h"
 #include "options/link_options.h"
@@ -108,8 +109,30 @@ private:
     cell.addStreams(named);
     const auto served = serve(output, [&] { return cell.metrics(options_.prefix); });
     announce("robot cell");
-    cell.run(named, [this] { events_.print(console_); });
+    cell.run(named, [&] {
+      if (const std::string overload = cell.newOverload(); !overload.empty())
+        console_.remark(overload);
+      showStatus(output, cell.overload().empty() ? "" : ", this machine is too slow");
+    });
+    if (const std::string overload = cell.overload(); !overload.empty())
+      console_.error(overload);
     summarise(output);
+  }
+
+  /** \brief Prints what has happened, and how far the command is.
+   * \param[in] rest see LiveFigures
+   */
+  void
+  showStatus(const LinkOutput& output, const std::string& rest = "")
+  {
+    events_.print(console_);
+    status_.update([&] {
+      const link::PublisherStatistics sent = output.statistics();
+      LiveFigures figures{sent.frames, sent.bytes, sent.is_connected, sent.age, rest};
+      if (sent.frames_not_sent > 0)
+        figures.rest += ", " + std::to_string(sent.frames_not_sent) + " lost";
+      return figures;
+    });
   }
 
   void
@@ -119,7 +142,7 @@ private:
     PrefixedOutput named(output, options_.prefix);
     const auto served = serve(output);
     announce("standard input");
-    PipedFrames(named, "/stream", console_).run();
+    PipedFrames(named, "/stream", console_).run([&] { showStatus(output); });
     summarise(output);
   }
 
@@ -146,7 +169,10 @@ private:
     PrefixedOutput named(output, options_.prefix);
     const auto served = serve(output, [&] { return clouds.metrics(options_.prefix); });
     announce(options_.tried.input.inputs[0]);
-    clouds.run(named, [this] { events_.print(console_); });
+    clouds.run(named, [&] {
+      const std::size_t late = clouds.lateClouds();
+      showStatus(output, late == 0 ? "" : ", " + counted(late, "cloud") + " left out");
+    });
     for (const std::string& place : input->damage())
       console_.error(place);
     if (clouds.lateClouds() > 0)
@@ -168,8 +194,8 @@ private:
     const auto served = serve(output);
     announce(options_.tried.input.inputs[0]);
     has_failed_ =
-        !playRecording(reader, options_.tried.input.rate, named, console_, [this] {
-          events_.print(console_);
+        !playRecording(reader, options_.tried.input.rate, named, console_, [&] {
+          showStatus(output);
         });
     summarise(output);
   }
@@ -214,6 +240,7 @@ private:
   SendOptions options_;
   Console console_;
   Events events_;
+  StatusLine status_{console_};
   bool has_failed_ = false;
 };
 

@@ -170,7 +170,12 @@ private:
     // Before the server starts, so that the first viewer finds them.
     cell.addStreams(output);
     start(server);
-    cell.run(output);
+    cell.run(output, [&] {
+      if (const std::string overload = cell.newOverload(); !overload.empty())
+        console_.remark(overload);
+    });
+    if (const std::string overload = cell.overload(); !overload.empty())
+      console_.remark(overload);
   }
 
   void

@@ -135,13 +135,6 @@ Console::advance(std::size_t count)
 }
 
 void
-Console::tellStep(const std::string& text)
-{
-  if (is_terminal_ && !is_quiet_ && !holds_lines_)
-    showLine(text);
-}
-
-void
 Console::show(Clock::time_point now)
 {
   const double seconds = std::chrono::duration<double>(now - start_).count();
@@ -157,24 +150,34 @@ Console::show(Clock::time_point now)
     std::cerr << name_ << ": " << text << std::endl;
     return;
   }
-  showLine(text, total_ > 0 ? bar(done_, total_) : "");
+  const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
+  if (bar_before.size() + text.size() <= lineWidth())
+    text = bar_before + text;
+  showLine(text);
 }
 
-/** \brief Shows a line in the place of the one before.
- * \param[in] bar_before what is before the text if the terminal is wide enough
- */
-void
-Console::showLine(const std::string& text, const std::string& bar_before)
+std::size_t
+Console::lineWidth()
 {
   // A line that the terminal breaks could not be overwritten.
   constexpr std::size_t usual = 80;
   const std::size_t columns = terminalWidth();
-  const std::size_t width = (columns > 1 ? columns : usual) - 1;
-  const bool has_room = bar_before.size() + text.size() <= width;
+  return (columns > 1 ? columns : usual) - 1;
+}
+
+void
+Console::showLine(const std::string& line)
+{
   // Back to the first column, and clear to the end of the line.
-  std::cerr << '\r' << (has_room ? bar_before : "") << text.substr(0, width) << "\x1b[K"
-            << std::flush;
+  std::cerr << '\r' << line.substr(0, lineWidth()) << "\x1b[K" << std::flush;
   is_bar_shown_ = true;
+}
+
+void
+Console::status(const std::string& line)
+{
+  if (showsStatus())
+    showLine(printable(line));
 }
 
 void

@@ -70,11 +70,6 @@ public:
   void
   summary(const std::string& line);
 
-  /** \brief Shows on a terminal what takes long from here on, until advance() shows how much
-   * is done, or another line is printed. */
-  void
-  tellStep(const std::string& text);
-
   /** \brief Starts counting anew.
    * \param[in] what is counted, such as "frames"
    * \param[in] total number of them; 0: unknown
@@ -86,9 +81,20 @@ public:
   void
   advance(std::size_t count = 1);
 
-  /** \brief Removes the bar. */
+  /** \brief Removes the bar, or the line of status(). */
   void
   endProgress();
+
+  /** \brief True if status() shows what it is given: on a terminal, unless quiet. */
+  bool
+  showsStatus() const
+  {
+    return is_terminal_ && !is_quiet_ && !holds_lines_;
+  }
+
+  /** \brief Shows a line in place of the last such line. */
+  void
+  status(const std::string& line);
 
 private:
   using Clock = std::chrono::steady_clock;
@@ -96,8 +102,13 @@ private:
   void
   show(Clock::time_point now);
 
+  /** \brief Replaces the line of the bar on the terminal. */
   void
-  showLine(const std::string& text, const std::string& bar_before = {});
+  showLine(const std::string& line);
+
+  /** \brief Characters that fit on a line of the terminal. */
+  static std::size_t
+  lineWidth();
 
   void
   printLine(const std::string& message);

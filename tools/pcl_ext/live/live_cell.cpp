@@ -1,6 +1,8 @@
 #include "live/live_cell.h"
 
 #include "console/interruption.h"
+#include "measuring/markdown_table.h"
+#include "options/text_values.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
@@ -84,18 +86,60 @@ LiveCell::addStreams(LiveOutput& output)
 void
 LiveCell::runSensors(std::size_t first, std::size_t step, LiveOutput& output)
 {
+  std::uint32_t expected = 0; // the next frame; 0: any
   while (!has_ended_) {
     if (!output.isWanted()) {
+      expected = 0;
       std::this_thread::sleep_for(poll_interval);
       continue;
     }
     // The one of now, so that a slow machine leaves frames out.
     const auto frame =
         static_cast<std::uint32_t>((Clock::now() - start_) / frame_period);
-    for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step)
+    const std::uint32_t left_out =
+        expected > 0 && frame > expected ? frame - expected : 0;
+    expected = frame + 1;
+    for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step) {
+      count(*sensors_[i], left_out);
       sensors_[i]->publish(frame, start_stamp_, output, figures_);
+    }
     std::this_thread::sleep_until(start_ + (frame + std::int64_t{1}) * frame_period);
   }
+}
+
+void
+LiveCell::count(const Sensor& sensor, std::uint32_t clouds_left_out)
+{
+  ++clouds_;
+  clouds_left_out_ += clouds_left_out;
+  figures_.addMissed(sensor.stream, clouds_left_out);
+}
+
+std::string
+LiveCell::overload() const
+{
+  const std::uint64_t clouds = clouds_;
+  const std::uint64_t left_out = clouds_left_out_;
+  if (left_out == 0)
+    return {};
+  const double rate = cell::RobotCell::frame_rate * static_cast<double>(clouds) /
+                      static_cast<double>(clouds + left_out);
+  return std::to_string(left_out) + " of " + counted(clouds + left_out, "cloud") +
+         " left out, as this machine is too slow for them: " +
+         measuring::formatted(rate, 1) + " a second of each sensor, not " +
+         measuring::formatted(cell::RobotCell::frame_rate, 0) +
+         "; take a faster --effort, a larger --resolution or fewer sensors";
+}
+
+std::string
+LiveCell::newOverload()
+{
+  constexpr std::chrono::seconds patience{5};
+  if (is_overload_told_ || Clock::now() - start_ < patience)
+    return {};
+  const std::string text = overload();
+  is_overload_told_ = !text.empty();
+  return text;
 }
 
 void

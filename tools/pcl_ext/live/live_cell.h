@@ -57,8 +57,18 @@ public:
   void
   addStreams(LiveOutput& output);
 
+  /** \brief Says how many clouds were left out, as the machine is too slow for them, and
+   * how many a second that leaves; empty if none was. Called by any thread. */
+  std::string
+  overload() const;
+
+  /** \brief The same once in a run, after some seconds; else empty. Called by the function
+   * that run() takes. */
+  std::string
+  newOverload();
+
   /** \brief Publishes frames until the program is interrupted. If the machine is too
-   * slow frames are left out; those that are made are of their time.
+   * slow frames are left out; those that are made are of their time. See overload().
    * \param[in] meanwhile called about 20 times a second; may be empty
    * \throws std::exception if a frame cannot be encoded
    */
@@ -91,12 +101,19 @@ private:
   void
   runSensors(std::size_t first, std::size_t step, LiveOutput& output);
 
+  /** \brief Counts the clouds of a sensor before one that is captured. */
+  void
+  count(const Sensor& sensor, std::uint32_t clouds_left_out);
+
   const EncodingOptions& options_;
   SenderFigures figures_;
   std::vector<std::unique_ptr<Sensor>> sensors_;
   std::vector<std::thread> threads_;
   Clock::time_point start_;
+  bool is_overload_told_ = false;
   std::uint64_t start_stamp_ = 0; ///< microseconds since 1970
+  std::atomic<std::uint64_t> clouds_{0};
+  std::atomic<std::uint64_t> clouds_left_out_{0};
   std::atomic<bool> has_ended_{false};
   std::mutex failure_mutex_;
   std::exception_ptr failure_;

@@ -5,6 +5,7 @@
 #include "console/interruption.h"
 #include "inputs/standard_input.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,9 +32,17 @@ limitsOfFrames()
 } // namespace
 
 bool
-PipedFrames::receive()
+PipedFrames::receive(const std::function<void()>& meanwhile)
 {
   while (!isInterrupted()) {
+    if (meanwhile) {
+      constexpr int patience_ms = 100;
+      pollfd input{STDIN_FILENO, POLLIN, 0};
+      const int ready = ::poll(&input, 1, patience_ms);
+      meanwhile();
+      if (ready == 0)
+        continue;
+    }
     const std::size_t before = bytes_.size();
     bytes_.resize(before + piece_bytes);
     const std::size_t count = readPipe(STDIN_FILENO, &bytes_[before], piece_bytes);
@@ -90,12 +99,12 @@ PipedFrames::publishFrames()
 }
 
 void
-PipedFrames::run()
+PipedFrames::run(const std::function<void()>& meanwhile)
 {
   stream_ = output_.addStream(name_, {});
   needed_ = sizeof(mcap_magic) - 1;
   bool is_first = true;
-  while (receive()) {
+  while (receive(meanwhile)) {
     if (is_first && std::equal(mcap_magic,
                                mcap_magic + needed_,
                                bytes_.begin(),

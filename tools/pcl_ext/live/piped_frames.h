@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,15 +27,16 @@ public:
 
   /** \brief Publishes frames until the input ends or the program is interrupted, and
    * then the end.
+   * \param[in] meanwhile called at least ten times a second; may be empty
    * \throws std::runtime_error if the input has no frame
    */
   void
-  run();
+  run(const std::function<void()>& meanwhile = {});
 
 private:
   /** \brief Waits for bytes and appends them; false at the end. */
   bool
-  receive();
+  receive(const std::function<void()>& meanwhile);
 
   void
   publishFrames();

@@ -32,8 +32,11 @@ PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
     const std::vector<std::string>& names = input_.streams();
     while (streams_.size() < names.size())
       streams_.emplace_back(options_, names[streams_.size()]);
-    if (!pace.waitFor(cloud.message.log_time, meanwhile))
+    if (!pace.waitFor(cloud.message.log_time, meanwhile)) {
       ++late_clouds_;
+      if (const auto number = streams_[cloud.stream].number)
+        figures_.addMissed(*number, 1);
+    }
     else if (!isInterrupted())
       encode(cloud, output);
   }

@@ -34,6 +34,14 @@ public:
     health.last_arrival = nodes::steadyTime();
   }
 
+  /** \brief Clouds of a stream were left out, as the machine is too slow for them. */
+  void
+  addMissed(std::size_t stream, std::size_t clouds)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    streams_[stream].second.clouds_missed += clouds;
+  }
+
   void
   addRequest(std::size_t stream)
   {

@@ -65,7 +65,9 @@ Centre::settingsOf(double resolution) const
     settings.node.max_merge_age = nodes::Time(1);
     settings.arrival_clock = [this] { return latest_time_; };
   }
+  settings.schedule.skips_late = !options_.is_replay;
   settings.has_thread = false;
+  settings.waits = options_.is_replay; // else frames are taken while others are decoded
   return settings;
 }
 
@@ -82,6 +84,13 @@ Centre::health() const
 {
   const std::lock_guard<std::mutex> lock(grid_mutex_);
   return grid_ ? grid_->centre.node().health() : std::vector<nodes::StreamHealth>();
+}
+
+nodes::MergeCounts
+Centre::mergeCounts() const
+{
+  const std::lock_guard<std::mutex> lock(grid_mutex_);
+  return grid_ ? grid_->centre.mergeCounts() : nodes::MergeCounts();
 }
 
 void
@@ -166,7 +175,6 @@ Centre::publish(const nodes::MergedFrame& merged)
   requests_.countFrame();
   for (const Output& output : outputs_)
     output.output->publish(output.stream, merged.time, bytes);
-  ++merged_frames_;
 }
 
 void
@@ -179,8 +187,13 @@ Centre::finish()
     latest_time_ += options_.schedule.max_wait;
     work();
   }
-  grid_->centre.node().waitUntilDecoded();
-  grid_->map.finish(grid_->centre.node());
+  constexpr std::chrono::seconds patience{1};
+  nodes::CentralNode& node = grid_->centre.node();
+  if (options_.is_replay)
+    node.waitUntilDecoded();
+  else if (!node.waitUntilDecoded(patience))
+    node.refuseWaiting();
+  grid_->map.finish(node);
 }
 
 } // namespace tools

@@ -85,16 +85,13 @@ public:
     return missing_;
   }
 
-  /** \brief Merged frames that were made. */
-  std::size_t
-  mergedFrames() const
-  {
-    return merged_frames_;
-  }
-
   /** \brief Health of the streams. Called by any thread. */
   std::vector<nodes::StreamHealth>
   health() const;
+
+  /** \brief Merged frames that were made, and that were left out. Called by any thread. */
+  nodes::MergeCounts
+  mergeCounts() const;
 
 private:
   /** \brief What there is for one edge of voxels. */
@@ -134,7 +131,6 @@ private:
   std::vector<Output> outputs_;
   std::map<std::string, std::size_t> missing_; // see missing()
   nodes::Time latest_time_{0};                 // of the clouds
-  std::size_t merged_frames_ = 0;
 };
 
 } // namespace tools

@@ -2,6 +2,8 @@
 
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include <string>
+
 namespace pcl_ext {
 namespace tools {
 
@@ -13,6 +15,11 @@ public:
   /** \brief Takes the next frame of a stream. */
   virtual void
   take(const link::LinkFrame& frame) = 0;
+
+  /** \brief Why frames may be missing, one sentence; empty: that is over. */
+  virtual void
+  setProblem(const std::string& /* problem */)
+  {}
 
   /** \brief Does what is due; called at least 20 times a second. */
   virtual void

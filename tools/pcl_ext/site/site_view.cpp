@@ -47,6 +47,12 @@ public:
   }
 
   void
+  setProblem(const std::string& problem) override
+  {
+    server_.setProblem(problem);
+  }
+
+  void
   finish() override
   {
     output_.end();

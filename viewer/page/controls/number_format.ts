@@ -42,6 +42,18 @@ export function formatSeconds(seconds: number): string {
   return `${seconds.toFixed(2)} s`;
 }
 
+/** How long something has not come: whole seconds, from a minute on with minutes, from an hour on with hours. */
+export function formatSilence(seconds: number): string {
+  const whole = Math.floor(seconds);
+  if (whole < 60) return `${whole} s`;
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  return `${Math.floor(whole / 3600)} h ${Math.floor(whole / 60) % 60} min`;
+}
+
+export function formatTenths(seconds: number): string {
+  return `${seconds.toFixed(1)} s`;
+}
+
 export function formatMetres(metres: number): string {
   return `${metres.toFixed(3)} m`;
 }

@@ -1,11 +1,12 @@
 import { cssColour, streamColour } from "../scene/colour_maps";
 import type { ViewerStore } from "../state/viewer_state";
 import { element } from "./dom";
-import { formatCount } from "./number_format";
+import { formatCount, formatSilence, formatTenths } from "./number_format";
 
 interface StreamRow {
   row: HTMLElement;
   input: HTMLInputElement;
+  age: HTMLElement;
   count: HTMLElement;
   note: HTMLElement;
 }
@@ -29,11 +30,12 @@ export class StreamsList {
       input.addEventListener("change", () => this.setVisible(name, input.checked));
       const swatch = element("span", { class: "swatch", "aria-hidden": "true" });
       swatch.style.background = cssColour(streamColour(stream));
+      const age = element("span", { class: "age", title: "Since its last frame" });
       const count = element("span", { class: "count" });
       const note = element("span", { class: "stream-note" });
       const label = element("span", { class: "stream-name", title: name }, name);
-      const row = element("li", {}, element("label", {}, input, swatch, label, count), note);
-      return { row, input, count, note };
+      const row = element("li", {}, element("label", {}, input, swatch, label, age, count), note);
+      return { row, input, age, count, note };
     });
     this.root.replaceChildren(...this.rows.map(({ row }) => row));
     this.showHidden();
@@ -49,10 +51,20 @@ export class StreamsList {
     this.rows?.forEach(({ input }, i) => void (input.checked = !hidden.includes(this.names[i])));
   }
 
-  setCount(stream: number, voxels: number | null, problem: string | null): void {
+  /** Seconds since the last frame; null: it has none, or the source is not live. */
+  setAge(stream: number, seconds: number | null): void {
+    const row = this.rows[stream];
+    if (row) row.age.textContent = seconds === null ? "" : seconds < 10 ? formatTenths(seconds) : formatSilence(seconds);
+  }
+
+  setCount(stream: number, voxels: number | null): void {
+    const row = this.rows[stream];
+    if (row) row.count.textContent = voxels === null ? "–" : formatCount(voxels);
+  }
+
+  setNote(stream: number, problem: string | null): void {
     const row = this.rows[stream];
     if (!row) return;
-    row.count.textContent = voxels === null ? "–" : formatCount(voxels);
     row.note.textContent = problem ?? "";
     row.row.classList.toggle("has-problem", problem !== null);
   }

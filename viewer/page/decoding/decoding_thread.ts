@@ -43,7 +43,7 @@ export class DecodingThread {
     else if (message.type === "liveStreams" && this.player instanceof LivePlayer)
       this.player.setStreams(message.streams);
     else if (message.type === "liveFrame" && this.player instanceof LivePlayer)
-      this.player.decode(message.message);
+      this.player.decode(message.message, message.at);
   }
 
   private async load(wasm: ArrayBuffer): Promise<void> {

@@ -79,14 +79,16 @@ export class LivePlayer {
     this.post({ type: "clockBegan" });
   }
 
-  /** Decodes a message: stream, flags, time, and the frame. */
-  decode(message: ArrayBuffer): void {
+  /** Decodes a message, which came at some time: stream, flags, time, and the frame. */
+  decode(message: ArrayBuffer, at: number): void {
     if (message.byteLength < liveHeaderBytes) return;
     const header = new DataView(message);
     const serverId = header.getUint32(0, true);
     const stream = this.streams.get(serverId);
     if (!stream) return;
-    const hasSkipped = (header.getUint32(4, true) & 1) === 1;
+    const flags = header.getUint32(4, true);
+    const hasSkipped = (flags & 1) !== 0;
+    const isOld = (flags & 2) !== 0;
     const time = this.sortedTime(stream.index, header.getBigInt64(8, true));
     const bytes = new Uint8Array(message, liveHeaderBytes);
     const number = stream.frames++;
@@ -109,6 +111,6 @@ export class LivePlayer {
       this.pool,
     );
     const wantsIFrame = stream.decoder.wantsIFrame;
-    this.post({ type: "liveShown", frame: shown, serverId, wantsIFrame }, shown.voxels ? [shown.voxels.buffer] : []);
+    this.post({ type: "liveShown", frame: shown, serverId, wantsIFrame, at, isOld }, shown.voxels ? [shown.voxels.buffer] : []);
   }
 }

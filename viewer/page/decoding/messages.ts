@@ -34,7 +34,8 @@ export type ToWorker =
   | { type: "open"; files: OpenFile[] }
   | { type: "openLive" }
   | { type: "liveStreams"; streams: { id: number; name: string; metadata: Record<string, string> }[] }
-  | { type: "liveFrame"; message: ArrayBuffer }
+  /** `at`: when it came, which its liveShown tells again. */
+  | { type: "liveFrame"; message: ArrayBuffer; at: number }
   | { type: "settings"; settings: DecodingSettings }
   | { type: "show"; request: number; frames: WantedFrame[] }
   | { type: "recycle"; buffer: ArrayBuffer };
@@ -104,4 +105,5 @@ export type FromWorker =
   | { type: "shown"; request: number; frames: ShownFrame[] }
   /** The stamps of a live source have begun again: times of frames before mean nothing any more. */
   | { type: "clockBegan" }
-  | { type: "liveShown"; frame: ShownFrame; serverId: number; wantsIFrame: boolean };
+  /** `isOld`: the frame was there before the page. */
+  | { type: "liveShown"; frame: ShownFrame; serverId: number; wantsIFrame: boolean; at: number; isOld: boolean };

@@ -1,6 +1,8 @@
 export const liveProtocol = "pcl_ext.live.v1";
 const firstWaitMs = 500;
 const longestWaitMs = 5000;
+/** The server tells its state once a second; one that does not for so long is lost, or the way to it is. */
+const longestSilenceMs = 6000;
 
 export interface LiveStreamDescription {
   id: number;
@@ -8,8 +10,17 @@ export interface LiveStreamDescription {
   metadata: Record<string, string>;
 }
 
+/** How fresh the streams are at the server. */
+export interface LiveState {
+  /** What is wrong with the source, a sentence; empty: nothing is known to be. */
+  problem: string;
+  /** By the id of the stream: milliseconds since its last frame; null: it has had none. */
+  ages: readonly (number | null)[];
+}
+
 export interface LiveEvents {
   onStreams(streams: LiveStreamDescription[]): void;
+  onState(state: LiveState): void;
   onFrame(message: ArrayBuffer): void;
   onEnd(): void;
   onConnected(): void;
@@ -29,6 +40,8 @@ export class LiveConnection {
   private socket: WebSocket | null = null;
   private waitMs = firstWaitMs;
   private timer = 0;
+  private silence = 0; // timer
+  private tellsState = false;
   private hasEnded = false;
   private wasConnected = false;
   private isClosed = false;
@@ -43,6 +56,7 @@ export class LiveConnection {
   close(): void {
     this.isClosed = true;
     window.clearTimeout(this.timer);
+    window.clearTimeout(this.silence);
     this.socket?.close();
   }
 
@@ -53,6 +67,7 @@ export class LiveConnection {
 
   private connect(): void {
     let isOpen = false;
+    this.tellsState = false;
     const socket = new WebSocket(this.url, liveProtocol);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
@@ -62,20 +77,29 @@ export class LiveConnection {
       this.waitMs = firstWaitMs;
       this.events.onConnected();
     };
-    socket.onmessage = (event: MessageEvent<ArrayBuffer | string>) => {
-      if (typeof event.data === "string") this.receiveText(event.data);
-      else this.events.onFrame(event.data);
-    };
-    socket.onclose = () => {
+    const onClose = (): void => {
+      window.clearTimeout(this.silence);
+      socket.onmessage = socket.onclose = null;
       if (this.isClosed || (this.hasEnded && isOpen)) return;
       this.events.onLost(this.wasConnected, this.waitMs / 1000);
       this.timer = window.setTimeout(() => this.connect(), this.waitMs);
       this.waitMs = Math.min(longestWaitMs, this.waitMs * 1.7);
     };
+    socket.onmessage = (event: MessageEvent<ArrayBuffer | string>) => {
+      if (typeof event.data === "string") this.receiveText(event.data);
+      else this.events.onFrame(event.data);
+      window.clearTimeout(this.silence);
+      if (this.tellsState)
+        this.silence = window.setTimeout(() => {
+          onClose(); // which the browser tells only much later
+          socket.close();
+        }, longestSilenceMs);
+    };
+    socket.onclose = onClose;
   }
 
   private receiveText(text: string): void {
-    let message: { type?: unknown; streams?: unknown };
+    let message: { type?: unknown; streams?: unknown; problem?: unknown; ages_ms?: unknown };
     try {
       message = JSON.parse(text) as typeof message;
     } catch {
@@ -84,6 +108,13 @@ export class LiveConnection {
     if (message.type === "streams" && Array.isArray(message.streams)) {
       this.hasEnded = false;
       this.events.onStreams(message.streams.map(describe).filter((stream) => stream !== null));
+    } else if (message.type === "state") {
+      this.tellsState = true;
+      const ages = Array.isArray(message.ages_ms) ? message.ages_ms : [];
+      this.events.onState({
+        problem: String(message.problem ?? ""),
+        ages: ages.map((age) => (typeof age === "number" ? age : null)),
+      });
     } else if (message.type === "end") {
       this.hasEnded = true;
       this.events.onEnd();

@@ -28,6 +28,9 @@ export interface ViewerState {
   name: string;
   isConnected: boolean; // live
   hasEnded: boolean; // live: no frames will follow
+  allStreams: number; // live: of the source
+  liveStreams: number; // live: of these with frames that come
+  hasProblem: boolean; // live: the server says that its source is disturbed
   isFrozen: boolean; // live: frames come, but the picture stays
   indexedShare: number;
   // Panels.
@@ -55,6 +58,9 @@ export const initialState: ViewerState = {
   name: "",
   isConnected: false,
   hasEnded: false,
+  allStreams: 0,
+  liveStreams: 0,
+  hasProblem: false,
   isFrozen: false,
   indexedShare: 0,
   showsHelp: false,

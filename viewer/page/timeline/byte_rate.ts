@@ -10,11 +10,11 @@ export function rateText(index: FrameIndex, bytesPerSecond: number): string {
   return formatBytes(bytesPerSecond * index.interval());
 }
 
-/** Bytes a second of all streams around a moment. */
-export function bytesPerSecondAt(index: FrameIndex, moment: number, isLive: boolean): number {
+/** Bytes a second of all streams around a moment of a recording. */
+export function bytesPerSecondAt(index: FrameIndex, moment: number): number {
   const first = index.moments[0] ?? 0;
   const last = index.duration + index.interval();
-  const centre = isLive ? last : (index.moments[moment] ?? 0);
+  const centre = index.moments[moment] ?? 0;
   const from = Math.max(first, Math.min(centre - seconds / 2, last - seconds));
   const to = Math.min(last, from + seconds);
   let bytes = 0;

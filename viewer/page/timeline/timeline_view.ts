@@ -1,6 +1,6 @@
 import { button, element, icon } from "../controls/dom";
 import { formatCounted, formatDate, formatSeconds } from "../controls/number_format";
-import type { ViewerStore } from "../state/viewer_state";
+import type { ViewerState, ViewerStore } from "../state/viewer_state";
 import { rateText } from "./byte_rate";
 import type { FrameIndex } from "./frame_index";
 import { drawPlot } from "./timeline_plot";
@@ -8,12 +8,24 @@ import type { TimeSpan } from "./timeline_plot";
 
 /** Seconds of a live source that are drawn. */
 export const liveSeconds = 60;
+const shownValues = ["moment", "source", "isConnected", "hasEnded", "isFrozen", "allStreams", "liveStreams", "hasProblem"] as const;
 export const speeds = [0.1, 0.25, 0.5, 1, 2, 4, 8];
 
 export interface TimelineActions {
   togglePlay(): void;
   step(by: number): void;
   seek(moment: number): void;
+}
+
+/** In a few words, whether what is shown of a live source is live. */
+function stateText(state: ViewerState): string {
+  const { isConnected, hasEnded, isFrozen, hasProblem, allStreams, liveStreams } = state;
+  if (isFrozen) return "Paused";
+  if (hasEnded) return "Ended";
+  if (!isConnected) return "Waiting";
+  if (liveStreams === 0) return "No frames";
+  if (hasProblem) return "Problem";
+  return liveStreams < allStreams ? `${liveStreams} of ${allStreams} live` : "Live";
 }
 
 /** Transport buttons and the time line with its plot. */
@@ -26,9 +38,10 @@ export class TimelineView {
   private readonly time = element("span", { class: "time" });
   private readonly scale = element("span", { class: "plot-scale" });
   private readonly speed = element("select", { "aria-label": "Speed", title: "Speed" });
-  private readonly live = element("span", { class: "live-badge" });
+  private readonly live = element("span", { class: "live-badge", role: "status" });
   private isWaiting = false;
   private liveTime = 0; // of the picture
+  private silence = 0; // see setSilence()
 
   constructor(
     private readonly store: ViewerStore,
@@ -66,7 +79,7 @@ export class TimelineView {
     store.subscribe((changed) => {
       if (changed.has("isPlaying") || changed.has("isFrozen") || changed.has("source")) this.showPlaying();
       if (changed.has("speed")) this.speed.value = String(store.get().speed);
-      if ((["moment", "source", "isConnected", "hasEnded", "isFrozen"] as const).some((key) => changed.has(key))) this.showTime();
+      if (shownValues.some((key) => changed.has(key))) this.showTime();
       if (changed.has("source") || changed.has("theme")) this.requestDraw();
     });
   }
@@ -110,7 +123,8 @@ export class TimelineView {
 
   private span(): TimeSpan {
     const end = this.index.duration;
-    if (this.store.get().source === "live") return { from: end - liveSeconds, to: end };
+    if (this.store.get().source === "live")
+      return { from: end + this.silence - liveSeconds, to: end + this.silence };
     return { from: this.index.moments[0] ?? 0, to: end };
   }
 
@@ -123,12 +137,13 @@ export class TimelineView {
   }
 
   private showTime(): void {
-    const { moment, source, isConnected, hasEnded, isFrozen } = this.store.get();
+    const { moment, source, isFrozen } = this.store.get();
     const isLive = source === "live";
     this.root.classList.toggle("is-live", isLive);
     this.root.classList.toggle("is-empty", source === "none" || source === "opening");
-    this.live.textContent = !isLive ? "" : isFrozen ? "Paused" : hasEnded ? "Ended" : isConnected ? "Live" : "Waiting";
-    this.live.classList.toggle("is-connected", isConnected && !hasEnded && !isFrozen);
+    const state = isLive ? stateText(this.store.get()) : "";
+    if (this.live.textContent !== state) this.live.textContent = state;
+    this.live.classList.toggle("is-connected", state === "Live");
     const moments = this.index.moments;
     const time = moments[moment] ?? 0;
     const start = moments[0] ?? 0;
@@ -148,7 +163,14 @@ export class TimelineView {
     this.track.setAttribute("aria-valuenow", String(moment + 1));
     this.track.setAttribute("aria-valuetext", `${spoken}, frame ${moment + 1} of ${count}`);
     const { from, to } = this.span();
-    this.head.style.left = `${to > from ? (100 * (isLive ? 1 : (time - from) / (to - from))) : 0}%`;
+    this.head.style.left = `${to > from ? 100 * Math.max(0, ((isLive ? this.liveTime : time) - from) / (to - from)) : 0}%`;
+  }
+
+  /** Seconds since the last frame of a live source, for which the time line goes on without frames. */
+  setSilence(seconds: number): void {
+    if (seconds === this.silence) return;
+    this.silence = seconds;
+    this.requestDraw();
   }
 
   /** Draws soon, once for many changes. */

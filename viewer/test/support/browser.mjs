@@ -61,6 +61,11 @@ export async function untilIndexed(page) {
   await page.until(() => window.pclExtViewer.state().indexedShare === 1);
 }
 
+/** Waits until the page says so about the state of a live source. */
+export async function untilBadge(page, text) {
+  await page.until((wanted) => document.querySelector(".live-badge").textContent === wanted, text);
+}
+
 /** Shows a frame of a recording. */
 export async function seek(page, moment) {
   await page.evaluate((at) => window.pclExtViewer.seek(at), moment);

@@ -69,6 +69,17 @@ function frameIn(message) {
   return message.slice(at, at + size);
 }
 
+/** Sends the first I-frame of some streams again and again, each time as a later one; returns what ends it. */
+export function repeatFirst(server, frames, streams) {
+  const first = streams.map((wanted) => frames.find(({ stream }) => stream === wanted));
+  let seconds = 10n;
+  const timer = setInterval(() => {
+    seconds += 1n;
+    for (const frame of first) server.send({ ...frame, time: frame.time + seconds * 1_000_000_000n });
+  }, 400);
+  return () => clearInterval(timer);
+}
+
 function webSocketFrame(opcode, payload) {
   const size = payload.length;
   const header = size < 126 ? Buffer.from([0x80 | opcode, size])

@@ -1,0 +1,161 @@
+/** \file
+ * \brief What pcl_ext send and receive tell of their state: on a terminal, on the page, in
+ * metrics, and at the end.
+ */
+#include "tools/site_program.h"
+#include "view/clients.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+using link::test::freePort;
+
+namespace {
+
+/** \brief An I-frame, which may be published again and again. */
+Bytes
+iFrame(std::uint32_t width = 5)
+{
+  return knownStream(1, 1, 1, width).frames[0].bytes;
+}
+
+std::string
+metricsAt(std::uint16_t port)
+{
+  return view::test::request(port, "/metrics").body;
+}
+
+} // namespace
+
+TEST(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
+{
+  const TestFolder folder;
+  NatsServer server;
+  writeBytes(folder / "page.html", {'x'});
+  const std::uint16_t page_port = freePort();
+  const std::uint16_t metrics_port = freePort();
+  Receiving receiving(folder,
+                      "receive",
+                      at(server) + "--view --no-browser --page page.html --port " +
+                          std::to_string(page_port) + " --metrics-port " +
+                          std::to_string(metrics_port));
+  SitePublisher sensor(server);
+  sensor.publish(std::chrono::seconds(1), iFrame());
+  view::test::LiveClient page(page_port);
+  EXPECT_TRUE(page.nextFrame().has_value());
+  const auto wait_for_problem = [&](const std::string& problem) {
+    while (nlohmann::json::parse(page.nextState())["problem"] != problem) {
+    }
+  };
+  wait_for_problem("");
+  EXPECT_NE(metricsAt(metrics_port).find("\npcl_ext_link_connected 1\n"),
+            std::string::npos);
+  server.stop();
+  wait_for_problem("The connection to the server of site cell is lost");
+  const std::string metrics = metricsAt(metrics_port);
+  EXPECT_NE(metrics.find("\npcl_ext_link_connected 0\n"), std::string::npos);
+  EXPECT_NE(metrics.find("\npcl_ext_link_age_seconds{stream=\"/sensor\"} "),
+            std::string::npos);
+  server.start();
+  wait_for_problem("");
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+}
+
+TEST(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const std::uint16_t port = freePort();
+  // A thousand merged frames a second are too many for any machine.
+  Receiving receiving(folder,
+                      "receive",
+                      at(server) +
+                          "--merge all --merge-period 1ms --effort small "
+                          "--metrics-port " +
+                          std::to_string(port));
+  SitePublisher sensor(server);
+  const Bytes frame = iFrame(/* width */ 60);
+  const auto start = std::chrono::steady_clock::now();
+  const std::string told = "this machine is too slow for these streams: ";
+  while (receiving.errors().find(told) == std::string::npos) { // ctest ends it
+    sensor.publish(std::chrono::steady_clock::now() - start, frame);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const std::string metrics = metricsAt(port);
+  EXPECT_EQ(metrics.find("\npcl_ext_merged_frames_left_out_total 0\n"),
+            std::string::npos);
+  EXPECT_NE(metrics.find("\npcl_ext_merged_frames_left_out_total "), std::string::npos);
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_NE(receiving.errors().find(" left out; take ", receiving.errors().find(told)),
+            std::string::npos)
+      << receiving.errors();
+  EXPECT_EQ(receiving.errors().find("--merge-age"), std::string::npos);
+}
+
+TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const std::uint16_t port = freePort();
+  BackgroundProgram sending(folder,
+                            "send",
+                            "send --cell --resolution 0.004 --effort small "
+                            "--metrics-port " +
+                                std::to_string(port) + at(server));
+  sending.waitForError("sending robot cell to site cell");
+  const std::string missed = "\npcl_ext_sender_clouds_missed_total{stream=\"/cell_";
+  EXPECT_TRUE(view::test::waitFor([&] {
+    const std::string metrics = metricsAt(port);
+    const std::size_t at = metrics.find(missed);
+    return at != std::string::npos &&
+           metrics.substr(metrics.find("} ", at), 4) != "} 0\n";
+  }));
+  sending.end(SIGINT);
+  EXPECT_NE(sending.errors().find(" left out, as this machine is too slow for them: "),
+            std::string::npos)
+      << sending.errors();
+  EXPECT_NE(sending.errors().find(" a second of each sensor, not 20"),
+            std::string::npos);
+}
+
+TEST(ProgramSiteState, ATerminalShowsHowFarItIs)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  // With a terminal of its own.
+  const auto start = [&](const std::string& name, const std::string& arguments) {
+    return std::make_unique<BackgroundProgram>(
+        folder,
+        name,
+        "",
+        "export P; exec script --quiet --flush --return --command '\"$P\" " +
+            arguments + at(server) + "' /dev/null");
+  };
+  const auto receiving = start("receive", "receive -o all.mcap");
+  const auto wait_for = [](const BackgroundProgram& program, const std::string& text) {
+    EXPECT_TRUE(view::test::waitFor([&] {
+      return program.output().find(text) != std::string::npos;
+    })) << program.output();
+  };
+  wait_for(*receiving, "receiving from site");
+  recordTwoStreams(folder / "sent.mcap");
+  const auto sending = start("send", "send sent.mcap");
+  wait_for(*sending, " a second, ");
+  wait_for(*sending, " kB/s, oldest ");
+  wait_for(*receiving, "71 frames, 0.0 a second, 0.0 kB/s, oldest ");
+  wait_for(*receiving, " of 2 streams\x1b[K");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

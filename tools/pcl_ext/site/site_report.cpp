@@ -1,0 +1,161 @@
+#include "site/site_report.h"
+
+#include "measuring/markdown_table.h"
+#include "options/text_values.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <set>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+std::string
+faultsOf(const link::LinkStreamStatistics& stream)
+{
+  std::string faults;
+  const auto add = [&faults](std::uint64_t count, const std::string& text) {
+    if (count > 0)
+      faults += ", " + std::to_string(count) + " " + text;
+  };
+  add(stream.frames_lost, "lost on the way");
+  add(stream.frames_dropped, "dropped, as this machine is too slow");
+  add(stream.frames_late, "late or repeated");
+  add(stream.frames_damaged, "with a wrong checksum");
+  add(stream.messages_invalid, "messages that are no frames");
+  // The first ones are skipped always.
+  if (stream.frames == 0 ||
+      stream.frames_lost + stream.frames_dropped + stream.frames_damaged > 0)
+    add(stream.frames_skipped, "skipped until an I-frame came");
+  return faults;
+}
+
+/** \brief Prints which messages are not among the frames; false if there are some. */
+bool
+reportReceived(const SiteFigures& figures, Console& console)
+{
+  bool is_whole = true;
+  const link::SubscriberStatistics& all = figures.received;
+  for (const link::LinkStreamStatistics& stream : all.streams) {
+    const std::string faults = faultsOf(stream);
+    is_whole &= faults.empty();
+    if (!faults.empty())
+      console.error(stream.name + ": " + counted(stream.frames, "frame") + faults);
+    if (stream.publishers > 1)
+      console.remark(stream.name + ": its publisher began anew " +
+                     counted(stream.publishers - 1, "time") +
+                     ", or there are several of them");
+  }
+  if (all.messages_of_no_stream > 0)
+    console.error(counted(all.messages_of_no_stream, "message") +
+                  " left out, whose subject names no stream");
+  if (all.messages_of_too_many > 0)
+    console.error(counted(all.messages_of_too_many, "message") +
+                  " left out, of streams beyond the first " +
+                  counted(all.streams.size(), "stream"));
+  if (all.violations > 0 || (figures.published && figures.published->violations > 0)) {
+    console.error("the server did not permit all that was asked of it");
+    is_whole = false;
+  }
+  return is_whole;
+}
+
+/** \brief Prints which frames arrived, but could not be decoded or merged; false if there
+ * are some. */
+bool
+reportDecoded(const SiteFigures& figures, Console& console)
+{
+  bool is_whole = true;
+  std::set<std::string> refused; // streams of which frames were
+  for (const nodes::StreamHealth& stream : figures.decoded) {
+    if (stream.frames_failed > 0)
+      console.error(
+          stream.name + ": " + counted(stream.frames_failed, "frame") +
+          " could not be decoded, the last one as: " + stream.last_failure.message());
+    if (stream.frames_refused > 0) {
+      refused.insert(stream.name);
+      console.error(stream.name + ": " + counted(stream.frames_refused, "frame") +
+                    " refused, as this machine is too slow to decode them");
+    }
+    is_whole &= stream.frames_failed + stream.frames_refused == 0;
+  }
+  const std::string slowness = slownessOf(figures.merged);
+  for (const auto& [name, count] : figures.missing)
+    console.error(name + ": missing in " + std::to_string(count) + " of " +
+                  counted(figures.merged.made, "merged frame") +
+                  (slowness.empty() && refused.count(name) == 0
+                       ? ", as its last frame was older than --merge-age"
+                       : ", as this machine is too slow"));
+  if (!slowness.empty())
+    console.error(slowness);
+  return is_whole && slowness.empty();
+}
+
+} // namespace
+
+LiveFigures
+liveFiguresOf(const SiteFigures& figures)
+{
+  LiveFigures live;
+  const link::SubscriberStatistics& all = figures.received;
+  live.is_connected = all.is_connected;
+  std::uint64_t lost = 0;
+  for (const link::LinkStreamStatistics& stream : all.streams) {
+    live.frames += stream.frames;
+    live.bytes += stream.bytes;
+    lost += stream.frames_lost + stream.frames_dropped + stream.frames_damaged;
+    if (stream.age)
+      live.age = std::max(live.age.value_or(*stream.age), *stream.age);
+  }
+  live.rest = " of " + counted(all.streams.size(), "stream");
+  if (lost > 0)
+    live.rest += ", " + std::to_string(lost) + " lost";
+  if (figures.published)
+    live.rest += ", " + std::to_string(figures.merged.made) + " merged";
+  if (figures.merged.left_out > 0)
+    live.rest += ", " + std::to_string(figures.merged.left_out) +
+                 " not: this machine is too slow";
+  return live;
+}
+
+std::string
+slownessOf(const nodes::MergeCounts& merged)
+{
+  if (merged.left_out == 0)
+    return {};
+  return "this machine is too slow for these streams: " +
+         std::to_string(merged.left_out) + " of " +
+         counted(merged.left_out + merged.made, "merged frame") +
+         " left out; take a longer --merge-period, a faster --effort here or where the "
+         "streams are sent, or several centres (--partition)";
+}
+
+bool
+report(const SiteFigures& figures, Console& console)
+{
+  bool is_whole = reportReceived(figures, console);
+  is_whole &= reportDecoded(figures, console);
+  std::uint64_t frames = 0;
+  std::uint64_t bytes = 0;
+  for (const link::LinkStreamStatistics& stream : figures.received.streams) {
+    frames += stream.frames;
+    bytes += stream.bytes;
+  }
+  constexpr double megabyte = 1e6;
+  std::string line = "site " + figures.site + ": " + counted(frames, "frame") + " of " +
+                     counted(figures.received.streams.size(), "stream") + ", " +
+                     measuring::formatted(static_cast<double>(bytes) / megabyte, 2) +
+                     " MB";
+  if (figures.received.replay_pending > 0)
+    line +=
+        "; " + counted(figures.received.replay_pending, "kept frame") + " not replayed";
+  if (figures.published)
+    line += "; " + counted(figures.published->frames, "merged frame");
+  console.summary(line);
+  return is_whole;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <pcl_ext/link/frame_publisher.h>
+#include <pcl_ext/link/frame_subscriber.h>
+#include <pcl_ext/nodes/merge_schedule.h>
+#include <pcl_ext/nodes/stream_health.h>
+
+#include "console/console.h"
+#include "live/status_line.h"
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What a receiver of a site has done. */
+struct SiteFigures {
+  std::string site;
+  link::SubscriberStatistics received;
+
+  // Of a centre; else empty.
+  std::vector<nodes::StreamHealth> decoded;
+  std::map<std::string, std::size_t> missing; ///< see Centre::missing()
+  nodes::MergeCounts merged;
+  std::optional<link::PublisherStatistics> published; ///< of the merged stream
+};
+
+/** \brief The state for the status line. */
+LiveFigures
+liveFiguresOf(const SiteFigures& figures);
+
+/** \brief A sentence on merged frames that were left out, as the machine is too slow; empty
+ * if none was. */
+std::string
+slownessOf(const nodes::MergeCounts& merged);
+
+/** \brief Prints what arrived, and what did not.
+ * \return false if something is missing
+ */
+bool
+report(const SiteFigures& figures, Console& console);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,149 @@
+import type { LiveBanner } from "./controls/live_banner";
+import type { Notices } from "./controls/notices";
+import { formatCounted, formatSilence } from "./controls/number_format";
+import type { DecodingService } from "./decoding/decoding_service";
+import type { FromWorker } from "./decoding/messages";
+import { HeldFrames } from "./held_frames";
+import { LiveConnection } from "./sources/live_connection";
+import type { LiveState } from "./sources/live_connection";
+import type { ViewerStore } from "./state/viewer_state";
+import { shortName } from "./stream_views";
+import type { StreamsOnScreen } from "./streams_on_screen";
+import type { FrameIndex } from "./timeline/frame_index";
+import { liveSeconds } from "./timeline/timeline_view";
+import type { TimelineView } from "./timeline/timeline_view";
+
+const msBetweenLooks = 250;
+const mostNames = 3;
+/** A frame is shown later than this after it came: the page is too slow. */
+const lateMs = 1000;
+
+/** The parts of the page that a live source changes. */
+export interface LiveParts {
+  store: ViewerStore;
+  screen: StreamsOnScreen;
+  index: FrameIndex;
+  timeline: TimelineView;
+  decoding: DecodingService;
+  notices: Notices;
+  banner: LiveBanner;
+}
+
+/** Shows a live source, and how fresh that is. */
+export class LiveView {
+  private readonly connection: LiveConnection;
+  private readonly held: HeldFrames;
+  private readonly timer: number;
+  private isUpdateDue = false;
+  private state: LiveState & { at: number } = { problem: "", ages: [], at: 0 };
+  private lag = { ms: 0, at: -Infinity }; // from the arrival of a frame until it was shown, and when
+
+  constructor(socket: string, private readonly parts: LiveParts) {
+    const { store, decoding } = parts;
+    this.held = new HeldFrames((buffer) => decoding.post({ type: "recycle", buffer }, [buffer]));
+    decoding.post({ type: "openLive" });
+    this.connection = new LiveConnection(socket, {
+      onStreams: (streams) => {
+        store.set({ source: "live", hasEnded: false });
+        decoding.post({ type: "liveStreams", streams });
+      },
+      onState: (state) => {
+        this.state = { ...state, at: performance.now() };
+        this.look();
+      },
+      onFrame: (message) => decoding.post({ type: "liveFrame", message, at: performance.now() }, [message]),
+      onConnected: () => {
+        store.set({ source: "live", isConnected: true });
+        parts.notices.withdraw("live");
+      },
+      onEnd: () => {
+        store.set({ hasEnded: true });
+        parts.notices.show("live", "info", "The live source has ended", ["The last frame stays."]);
+      },
+      onLost: (wasConnected, wait) => {
+        store.set({ source: "live", isConnected: false });
+        parts.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
+          [`Is the server running? The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
+      },
+    });
+    this.timer = window.setInterval(() => this.look(), msBetweenLooks);
+  }
+
+  close(): void {
+    window.clearInterval(this.timer);
+    this.connection.close();
+    this.held.clear();
+    this.parts.banner.show([]);
+    this.parts.store.set({ allStreams: 0, liveStreams: 0, hasProblem: false });
+    this.parts.timeline.setSilence(0);
+  }
+
+  /** Keeps the picture, or goes on with the newest frames. */
+  toggleFrozen(): void {
+    const isFrozen = !this.parts.store.get().isFrozen;
+    this.parts.store.set({ isFrozen });
+    if (!isFrozen) this.parts.screen.show(this.held.takeAll(), true);
+  }
+
+  forgetHeld(streams: readonly number[]): void {
+    this.held.forget(streams);
+  }
+
+  /** A frame is decoded. */
+  show({ frame, serverId, wantsIFrame, at, isOld }: FromWorker & { type: "liveShown" }): void {
+    const arrivals = this.parts.screen.streams[frame.stream]?.arrivals;
+    if (isOld) arrivals?.addOld(this.state.at - (this.state.ages[serverId] ?? 0));
+    else {
+      arrivals?.add(at, frame.bytes);
+      const now = performance.now();
+      this.lag = { ms: now - at, at: now };
+    }
+    if (this.parts.store.get().isFrozen) this.held.hold(frame);
+    else this.parts.screen.show([frame], true);
+    if (wantsIFrame) this.connection.requestIFrame(serverId);
+  }
+
+  /** Brings the index up to date after frames, some times a second, however many frames come. */
+  updateIndex(): void {
+    if (this.isUpdateDue) return;
+    this.isUpdateDue = true;
+    setTimeout(() => {
+      this.isUpdateDue = false;
+      const { index } = this.parts;
+      index.dropBefore(index.latestTime() - 2 * liveSeconds);
+      index.update();
+      this.parts.timeline.requestDraw();
+    }, 200);
+  }
+
+  /** Tells which streams have stopped, and what else is wrong. */
+  private look(): void {
+    const { store, screen, banner, timeline } = this.parts;
+    const now = performance.now();
+    const streams = screen.streams.filter(({ description }) => !description.isGone);
+    const silent = streams.filter(({ arrivals }) => arrivals.silence(now) !== null);
+    const { hasEnded } = store.get();
+    store.set({
+      allStreams: streams.length,
+      liveStreams: streams.filter((stream) => stream.shown && !silent.includes(stream)).length,
+      hasProblem: this.state.problem !== "",
+    });
+    const lines = this.state.problem ? [this.state.problem] : [];
+    if (silent.length > 0) lines.push(silenceText(silent, silent.length === streams.length, now));
+    if (this.lag.ms > lateMs && now - this.lag.at < lateMs)
+      lines.push(`This page is too slow for these streams: it shows them ${(this.lag.ms / 1000).toFixed(1)} s late`);
+    banner.show(hasEnded ? [] : lines);
+    const ages = streams.flatMap(({ arrivals }) => arrivals.age(now) ?? []);
+    timeline.setSilence(hasEnded || ages.length === 0 ? 0 : Math.min(...ages));
+    screen.updateFreshness();
+  }
+}
+
+function silenceText(silent: StreamsOnScreen["streams"], isAll: boolean, now: number): string {
+  const seconds = silent.map(({ arrivals }) => arrivals.silence(now) ?? 0);
+  if (isAll) return `No frames for ${formatSilence(Math.min(...seconds))}`;
+  const names = silent.slice(0, mostNames).map(({ description }, i) =>
+    `${shortName(description.name)} for ${formatSilence(seconds[i])}`);
+  const more = silent.length > mostNames ? ` and of ${formatCounted(silent.length - mostNames, "stream")} more` : "";
+  return `No frames of ${names.join(", ")}${more}`;
+}

@@ -1,0 +1,51 @@
+const rateMs = 2000; // of which the rate is a mean
+const fewestIntervals = 10;
+const leastSilenceMs = 2000;
+const intervalsOfSilence = 3;
+
+/** When the frames of one live stream came. Times are those of performance.now(). */
+export class Arrivals {
+  private recent: { at: number; bytes: number }[] = [];
+  private last: number | null = null;
+  private first: number | null = null; // of those that came
+
+  /** `begin`: since when frames are waited for. */
+  constructor(private readonly begin: number) {}
+
+  /** A frame came. */
+  add(at: number, bytes: number): void {
+    this.first ??= at;
+    this.last = at;
+    this.recent.push({ at, bytes });
+    while (this.recent.length > fewestIntervals + 1 && this.recent[0].at < at - rateMs) this.recent.shift();
+  }
+
+  /** A frame was there before the page; its time is an estimate of the server's. */
+  addOld(published: number): void {
+    this.last = Math.max(this.last ?? -Infinity, published);
+  }
+
+  /** Seconds since the last frame; null if there was none. */
+  age(now: number): number | null {
+    return this.last === null ? null : Math.max(0, now - this.last) / 1000;
+  }
+
+  /** Seconds without a frame, if the next one should have come; else null. */
+  silence(now: number): number | null {
+    const silent = now - (this.last ?? this.begin);
+    return silent > Math.max(leastSilenceMs, intervalsOfSilence * this.usualInterval()) ? silent / 1000 : null;
+  }
+
+  /** The median of the last intervals, ms; 0: it is not known. */
+  private usualInterval(): number {
+    const last = this.recent.slice(-fewestIntervals - 1);
+    const intervals = last.slice(1).map(({ at }, i) => at - last[i].at).sort((a, b) => a - b);
+    return intervals[intervals.length >> 1] ?? 0;
+  }
+
+  bytesPerSecond(now: number): number {
+    if (this.first === null) return 0;
+    const bytes = this.recent.reduce((sum, frame) => sum + (frame.at > now - rateMs ? frame.bytes : 0), 0);
+    return (1000 * bytes) / Math.min(rateMs, Math.max(rateMs / 4, now - this.first));
+  }
+}

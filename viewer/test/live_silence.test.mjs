@@ -1,0 +1,91 @@
+// Live sources that stop: no old picture looks like a new one.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { openViewer, startBrowser, stopBrowser, untilBadge } from "./support/browser.mjs";
+import { cellRecording, pagePath } from "./support/fixtures.mjs";
+import { framesOf, repeatFirst, serveLive } from "./support/servers.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const { streams, frames } = framesOf(cellRecording());
+const page = readFileSync(pagePath);
+
+async function liveViewer() {
+  const server = await serveLive(page, streams);
+  const viewer = await openViewer({ url: server.url });
+  for (let i = 0; i < 600 && server.viewers() === 0; ++i) await new Promise((resolve) => setTimeout(resolve, 50));
+  const finish = async () => {
+    await viewer.finish();
+    await server.close();
+  };
+  return { server, viewer, finish };
+}
+
+const isStale = (viewer) => viewer.ask(() => document.querySelector(".stage").classList.contains("is-stale"));
+const rate = (viewer) => viewer.locator(".status .figure", { hasText: "compressed" }).innerText();
+
+test("a stream that stops is told beside it and over the scene, and so are all of them", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  const banner = viewer.locator(".live-banner");
+  let stop = repeatFirst(server, frames, [0, 1]);
+  await untilBadge(viewer, "Live");
+  assert.doesNotMatch(await banner.textContent(), /No frames/);
+  assert.doesNotMatch(await rate(viewer), /^0.0 /);
+  stop();
+  stop = repeatFirst(server, frames, [1]);
+  await untilBadge(viewer, "1 of 2 live");
+  assert.match(await banner.innerText(), /^No frames of cell_sensor_1 for \d+ s$/);
+  const [first, second] = await viewer.locator(".streams li").allInnerTexts();
+  assert.match(first, /No frames for \d+ s/);
+  assert.doesNotMatch(second, /No frames/);
+  assert.equal(await isStale(viewer), false);
+  stop();
+  await untilBadge(viewer, "No frames");
+  assert.match(await banner.innerText(), /^No frames for \d+ s$/);
+  assert.equal(await rate(viewer), "0.0 kB/s compressed");
+  assert.equal(await isStale(viewer), true);
+  stop = repeatFirst(server, frames, [0, 1]);
+  await untilBadge(viewer, "Live");
+  assert.doesNotMatch(await banner.textContent(), /No frames/);
+  stop();
+  server.sendText({ type: "end" });
+  await untilBadge(viewer, "Ended");
+  assert.equal(await isStale(viewer), false);
+  await finish();
+});
+
+test("a page that comes late knows how old the frames are that it gets", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  server.sendText({ type: "state", problem: "", ages_ms: [3_700_000, 65_000] });
+  const published_before = 2;
+  for (const frame of frames.slice(0, streams.length)) server.send(frame, published_before);
+  await viewer.locator(".live-banner", { hasText: /^No frames for 1 min \d+ s$/ }).waitFor();
+  await untilBadge(viewer, "No frames");
+  assert.match((await viewer.locator(".streams li").allInnerTexts())[0], /No frames for 1 h \d+ min/);
+  assert.equal(await rate(viewer), "0.0 kB/s compressed");
+  await finish();
+});
+
+test("what the server says is wrong with its source is shown until that is over", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  const stop = repeatFirst(server, frames, [0, 1]);
+  server.sendText({ type: "state", problem: "The connection of the site is lost", ages_ms: [] });
+  await viewer.locator(".live-banner", { hasText: "The connection of the site is lost" }).waitFor();
+  await untilBadge(viewer, "Problem");
+  server.sendText({ type: "state", problem: "", ages_ms: [] });
+  await untilBadge(viewer, "Live");
+  stop();
+  await finish();
+});
+
+test("a server that falls silent is lost, though its connection is open", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  server.sendText({ type: "state", problem: "", ages_ms: [] });
+  await viewer.notice("warning").waitFor();
+  assert.match(await viewer.notice("warning").innerText(), /connection is lost/);
+  await viewer.notice("warning").waitFor({ state: "detached" }); // it has connected again
+  await finish();
+});
