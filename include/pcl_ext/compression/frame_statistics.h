@@ -43,6 +43,13 @@ struct CodedFrameStatistics {
   bool has_image = false;
 };
 
+/** \brief Whether a sensor moves, by its positions, or by what comes and goes. */
+enum class SensorMotion {
+  Unknown, ///< as of the first frame
+  AtRest,
+  Moving
+};
+
 /** \brief All figures of the last frame that was encoded or decoded. */
 struct FrameStatistics {
   VoxelizationStatistics voxelization; ///< encoding only
@@ -50,6 +57,9 @@ struct FrameStatistics {
   std::size_t voxels_hidden = 0; ///< by the temporal filter, encoding only: occupied
                                  ///< ones that are not coded
   std::size_t voxels_held = 0;   ///< likewise: coded ones that are not occupied
+  /** \brief Encoding only: where it is Moving, the temporal filter leaves the frame as it
+   * is. Unknown where the filter is off and max_rate may not turn it on. */
+  SensorMotion sensor_motion = SensorMotion::Unknown;
 
   /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double
