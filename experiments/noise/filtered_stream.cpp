@@ -69,7 +69,8 @@ FilterChain::filter(io::VoxelFrame& frame, const Eigen::Vector3d& sensor_positio
   if (temporal_)
     require(temporal_->filter(
         frame,
-        std::array{sensor_position.x(), sensor_position.y(), sensor_position.z()}));
+        {std::array{sensor_position.x(), sensor_position.y(), sensor_position.z()},
+         std::nullopt}));
 }
 
 FilteredStream::FilteredStream(std::string filter_name,

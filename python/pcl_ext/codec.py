@@ -182,8 +182,8 @@ class Encoder:
         Milliseconds that encoding may take on average, 0.1 to 1e4; 0: no limit. Effort and
         then voxels follow, and `max_rate` may raise the effort.
     rate_temporal_filter : int
-        Strongest `temporal_filter` that `max_rate` may choose; 0: none, for sensors that
-        move.
+        Strongest `temporal_filter` that `max_rate` may choose, where the sensor rests; 0:
+        none.
     rate_doublings : int
         How often the voxel edge may be doubled, 0 to 8.
     rate_sent_share : float

@@ -39,6 +39,7 @@ class CloudStatistics(NamedTuple):
     colours_left_out: int = 0  #: points whose colour has no field
     voxels_hidden: int = 0  #: occupied ones that the temporal filter left out
     voxels_held: int = 0  #: ones that it added, which are not occupied now
+    is_sensor_moving: bool = False  #: so that the temporal filter leaves the frame as it is
 
 
 class RateControlStatus(NamedTuple):

@@ -23,8 +23,8 @@ class TemporalVoxelFilter:
         of 10 to 30 Hz.
     sensor_position : (float, float, float), optional
         Where the sensor is, metres, in the coordinates of the clouds: what it sees through
-        is hidden in the second frame. By default it is unknown, and what is gone stays for five eighths
-        of `frames`.
+        is hidden in the second frame. By default it is unknown, and what is gone stays for five
+        eighths of `frames`. Each frame counts as a twentieth of a second.
 
     Raises
     ------

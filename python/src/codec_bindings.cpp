@@ -59,7 +59,9 @@ cloudAsDict(const io::FrameStatistics& frame)
                   "intensities_vanished"_a = cloud.intensities_vanished,
                   "colours_left_out"_a = cloud.colours_left_out,
                   "voxels_hidden"_a = frame.voxels_hidden,
-                  "voxels_held"_a = frame.voxels_held);
+                  "voxels_held"_a = frame.voxels_held,
+                  "is_sensor_moving"_a =
+                      frame.sensor_motion == io::SensorMotion::Moving);
 }
 
 py::dict

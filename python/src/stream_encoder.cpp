@@ -121,13 +121,17 @@ StreamEncoder::encodeView(const io::PointView& view,
     return status;
   if (cloud.outliers != nullptr)
     cloud.outliers->filter(frame_);
-  if (status = encoder_->filterOverTime(frame_); !status.ok())
+  std::optional<std::chrono::nanoseconds> time;
+  if (cloud.stamp && cloud.stamp->stamp != 0)
+    time = io::RateControl::timeOfStamp(cloud.stamp->stamp);
+  if (status = encoder_->filterOverTime(frame_, time); !status.ok())
     return status;
   status = encoder_->encode(frame_, cloud.stamp, bytes);
   if (!status.ok() || rate_control_->endFrame(bytes.size(),
                                               encoder_->statistics().coding.is_i_frame,
                                               std::chrono::steady_clock::now() - begin_,
-                                              frame_.grid))
+                                              frame_.grid,
+                                              encoder_->statistics().sensor_motion))
     return status;
   encoder_->dropLastFrame();
   bytes.clear();

@@ -29,7 +29,7 @@ public:
   filter(io::VoxelFrame& frame)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    status_ = filter_.filter(frame, sensor_position_);
+    status_ = filter_.filter(frame, {sensor_position_, std::nullopt});
   }
 
   void

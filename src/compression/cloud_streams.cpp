@@ -144,7 +144,10 @@ CloudStreams::encode(const PointView& points,
           points, sensor_pose.cast<double>(), frame_, points_behind_sensor);
       !status.ok())
     return status;
-  if (CompressionStatus status = encoder_.filterOverTime(frame_); !status.ok())
+  std::optional<std::chrono::nanoseconds> time;
+  if (header.stamp != 0)
+    time = RateControl::timeOfStamp(header.stamp);
+  if (CompressionStatus status = encoder_.filterOverTime(frame_, time); !status.ok())
     return status;
   if (settings_.carry_header) {
     if (!stamp_)
@@ -158,7 +161,8 @@ CloudStreams::encode(const PointView& points,
   if (!rate_control_.endFrame(bytes.size(),
                               encoder_.statistics().coding.is_i_frame,
                               std::chrono::steady_clock::now() - begin_,
-                              frame_.grid)) {
+                              frame_.grid,
+                              encoder_.statistics().sensor_motion)) {
     encoder_.dropLastFrame();
     bytes.clear();
     return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};

@@ -229,8 +229,8 @@ describeBudget(Descriptions& parameters)
                      defaults.rate_temporal_filter,
                      0,
                      TemporalVoxelFilter::most_frames,
-                     "Strongest temporal_filter that max_rate may choose; 0: none, for "
-                     "sensors that move."));
+                     "Strongest temporal_filter that max_rate may choose, where the "
+                     "sensor rests; 0: none."));
   parameters.push_back(countParameter("rate_doublings",
                                       "",
                                       defaults.rate_doublings,

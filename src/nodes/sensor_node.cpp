@@ -114,7 +114,8 @@ private:
     if (!rate_control.endFrame(bytes.size(),
                                pipeline_->encoder.statistics().coding.is_i_frame,
                                std::chrono::steady_clock::now() - start,
-                               pipeline_->frame.grid)) {
+                               pipeline_->frame.grid,
+                               pipeline_->encoder.statistics().sensor_motion)) {
       pipeline_->encoder.dropLastFrame();
       bytes.clear();
       return leftOut();
@@ -250,6 +251,9 @@ private:
         pipeline_->filters->points->open(Eigen::Isometry3d(*last_transform_), cloud);
     if (!status.ok())
       return {SensorNodeCode::InvalidCloud, status.message()};
+    if (pipeline_->filters->uncropped)
+      (void)pipeline_->filters->uncropped->open(Eigen::Isometry3d(*last_transform_),
+                                                cloud);
     const std::string fault = faultOfNamedFields(cloud, settings_.compression.fields);
     return {fault.empty() ? SensorNodeCode::Ok : SensorNodeCode::InvalidCloud, fault};
   }
@@ -266,18 +270,29 @@ private:
     return removal.filter(frame).removed;
   }
 
+  /** \brief Of a cloud's stamp, or of the clock where it has none. */
+  Time
+  timeOfCloud(const pcl::PCLHeader& header) const
+  {
+    return header.stamp != 0 ? timeOfStamp(header.stamp) : settings_.clock();
+  }
+
   SensorNodeStatus
   encodePoints(const pcl::PCLHeader& header,
                std::size_t& outliers,
                std::vector<std::uint8_t>& bytes)
   {
     io::VoxelFrame& frame = pipeline_->frame;
+    if (pipeline_->filters->uncropped)
+      pipeline_->encoder.seeBeyond(pipeline_->filters->uncropped->batches(),
+                                   *settings_.crop_box,
+                                   *last_transform_);
     io::CompressionStatus status = pipeline_->encoder.voxelize(
         pipeline_->filters->points->batches(), *last_transform_, frame);
     if (status.ok()) {
       if (pipeline_->filters->outlier_removal && !judges_points_)
         outliers = removeOutliersOf(frame);
-      status = pipeline_->encoder.filterOverTime(frame);
+      status = pipeline_->encoder.filterOverTime(frame, timeOfCloud(header));
     }
     if (status.ok()) {
       if (settings_.carry_header)

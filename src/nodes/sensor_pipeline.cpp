@@ -75,6 +75,16 @@ makePoints(const SensorNodeSettings& settings)
       });
 }
 
+std::unique_ptr<SensorPoints>
+makeUncroppedPoints(const SensorNodeSettings& settings)
+{
+  SensorNodeSettings uncropped = settings;
+  uncropped.crop_box.reset();
+  uncropped.law = IntensityLaw::None;
+  uncropped.compression.colour_bits = 0;
+  return makePoints(uncropped);
+}
+
 io::CloudEncoder
 makeEncoder(const SensorNodeSettings& settings)
 {
@@ -112,6 +122,9 @@ depthLaw(const SensorNodeSettings& settings)
 SensorFilters::SensorFilters(const SensorNodeSettings& settings)
 : points(makePoints(settings))
 {
+  if (settings.crop_box && (settings.compression.temporal_filter != 0 ||
+                            settings.compression.max_rate > 0.0))
+    uncropped = makeUncroppedPoints(settings);
   if (!settings.outlier_removal)
     return;
   outlier_removal.emplace(removalSettings(settings));

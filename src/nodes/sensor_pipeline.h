@@ -40,6 +40,9 @@ struct SensorFilters {
   explicit SensorFilters(const SensorNodeSettings& settings);
 
   std::unique_ptr<SensorPoints> points;
+  /** \brief All points, for the temporal filter; null where it stays off, and without a
+   * crop box. */
+  std::unique_ptr<SensorPoints> uncropped;
   std::optional<VoxelOutlierRemoval> outlier_removal;
   std::optional<PointOutlierRemoval> point_outlier_removal;
   CloudOutliers outliers;

@@ -90,6 +90,14 @@ public:
     return number;
   }
 
+  /** \brief True if a voxel, or one of the 26 around it, is in the set. */
+  bool
+  isNear(std::uint64_t key) const
+  {
+    return (maskOf(key >> io::block_key_bits) >> key % io::block_cells & 1) != 0 ||
+           count(key, 1) != 0;
+  }
+
 private:
   /** \brief Replaces a block by the next one on some axes.
    * \return false at the end of the grid

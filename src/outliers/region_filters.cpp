@@ -99,21 +99,26 @@ RegionOutlierRemoval::unit() const
 }
 
 TemporalFilterStatus
-RegionTemporalFilter::filter(
-    io::VoxelFrame& frame, const std::optional<std::array<double, 3>>& sensor_position)
+RegionTemporalFilter::filter(io::VoxelFrame& frame,
+                             const SensorView& view,
+                             const DirectionDepths* rays)
 {
   frames_.assign(frame, frame.depth_model ? frame.depth_model->exponent : 0);
   std::vector<io::VoxelFrame>& frames = frames_.frames();
   while (filters_.size() < frames.size())
-    filters_.emplace_back(frame_count_);
+    filters_.emplace_back(frame_count_, holds_);
   TemporalFilterStatus status;
-  for (std::size_t levels = 0; levels < frames.size(); ++levels)
-    if (status = filters_[levels].filter(frames[levels], sensor_position); !status.ok())
+  io::SensorMotion motion = io::SensorMotion::Unknown;
+  for (std::size_t levels = 0; levels < frames.size(); ++levels) {
+    if (status = filters_[levels].filter(frames[levels], view, rays); !status.ok())
       return status;
+    motion = std::max(motion, status.sensor_motion);
+  }
   const std::vector<std::uint64_t> before = frame.keys;
   frames_.unite(frame);
   status.hidden = countMissing(before, frame.keys);
   status.held = countMissing(frame.keys, before);
+  status.sensor_motion = motion;
   return status;
 }
 

@@ -54,18 +54,23 @@ private:
 /** \brief Filters the voxels of each edge by a TemporalVoxelFilter of their own. */
 class RegionTemporalFilter {
 public:
-  explicit RegionTemporalFilter(unsigned int frames) : frame_count_(frames) {}
+  /** \brief Parameters are those of TemporalVoxelFilter. */
+  RegionTemporalFilter(unsigned int frames, bool holds)
+  : frame_count_(frames), holds_(holds)
+  {}
 
-  /** \brief As TemporalVoxelFilter::filter(), for frames with regions. */
+  /** \brief As TemporalVoxelFilter::filter(), for frames with regions.
+   * \param[in] rays that end where the frame has no points, metres; null: not known
+   */
   TemporalFilterStatus
-  filter(io::VoxelFrame& frame,
-         const std::optional<std::array<double, 3>>& sensor_position);
+  filter(io::VoxelFrame& frame, const SensorView& view, const DirectionDepths* rays);
 
   std::size_t
   rememberedVoxels() const;
 
 private:
   unsigned int frame_count_;
+  bool holds_;
   std::vector<TemporalVoxelFilter> filters_; // by levels
   LevelFrames frames_;
 };

@@ -112,6 +112,8 @@ enum class Support { None, Some, Enough };
  * apart for voxels, coarse voxels of 2 or 4 voxels along each axis count instead. */
 class SurfaceSupport {
 public:
+  static constexpr unsigned int level_count = 3;
+
   /** \brief Takes the voxels of a frame, and learns how many neighbours they have.
    * \param[in] frame with keys
    * \param[in] distance_of called as distance_of(key): square of the distance of a
@@ -160,8 +162,29 @@ public:
   Support
   of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const;
 
+  /** \brief True if the frame has a neighbour of a voxel. */
+  bool
+  hasNeighbour(std::uint64_t key) const
+  {
+    return levels_[0].occupied.count(key, 1) != 0;
+  }
+
+  /** \brief The level of the coarsest voxels in use. */
+  unsigned int
+  highestLevel() const
+  {
+    return highest_;
+  }
+
+  /** \brief The frame's voxels, or its coarse ones of a level in use, which have 2^level
+   * voxels along each axis. */
+  const BlockNeighbours&
+  occupied(unsigned int level) const
+  {
+    return levels_[level].occupied;
+  }
+
 private:
-  static constexpr unsigned int level_count = 3;
   /** \brief Mean number of neighbours, in sixteenths, from which voxels do without
    * coarse voxels. */
   static constexpr std::uint32_t enough_neighbours = 16 * 7;

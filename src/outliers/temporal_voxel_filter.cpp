@@ -2,10 +2,14 @@
 
 #include "bytes/reserve_ahead.h"
 #include "outliers/block_neighbours.h"
+#include "outliers/direction_depths.h"
+#include "outliers/frame_ticks.h"
 #include "outliers/held_value.h"
 #include "outliers/region_filters.h"
 #include "outliers/seen_depths.h"
+#include "outliers/sensor_rest.h"
 #include "outliers/surface_support.h"
+#include "voxelizing/point_batches.h"
 #include "voxels/intensity_symbols.h"
 #include "voxels/memory_rule.h"
 
@@ -27,8 +31,8 @@ constexpr std::uint32_t one = 0xffff; // of an occupancy
 /** \brief A voxel of the last frames. */
 struct TrackedVoxel {
   std::uint64_t key;
-  std::uint16_t occupancy;   ///< running mean, 2^16 is 1
-  std::uint8_t empty_frames; ///< since the last one in which it was occupied
+  std::uint16_t occupancy;  ///< running mean, 2^16 is 1
+  std::uint8_t empty_ticks; ///< since the last frame in which it was occupied
   bool is_shown;
   HeldValue intensity;
 };
@@ -37,7 +41,7 @@ struct TrackedVoxel {
 struct Persistence {
   std::uint32_t shown_above;  ///< occupancy
   std::uint32_t hidden_below; ///< occupancy
-  unsigned int eighths;       ///< of `frames`, that it may be empty
+  unsigned int eighths;       ///< of the strength, that it may be empty
 };
 
 constexpr Persistence dense = {one * 3 / 5, one * 3 / 10, 5};
@@ -55,6 +59,11 @@ constexpr unsigned int most_seldom_neighbours = 5;
 /** \brief One voxel of so many is asked whether the sensor can see it. */
 constexpr std::size_t behind_sample_step = 32;
 
+/** \brief A voxel is hidden when the sensor has seen through it for longer, ticks. In the
+ * first of frames that follow sooner, most voxels that are empty are of a surface that is
+ * in the next voxel there. */
+constexpr unsigned int ticks_to_look = 4;
+
 /** \brief A frame that has less than this part of the voxels that were shown before it,
  * one in so many, is of another scene. */
 constexpr std::size_t same_scene_part = 8;
@@ -68,6 +77,17 @@ mostTracked(std::size_t frame_voxels)
 }
 
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+
+/** \brief A position, unless it is not known. */
+std::optional<std::array<double, 3>>
+finite(const std::optional<std::array<double, 3>>& position)
+{
+  const bool is_finite =
+      position && std::all_of(position->begin(), position->end(), [](double value) {
+        return std::isfinite(value);
+      });
+  return is_finite ? position : std::nullopt;
+}
 
 /** \brief With a depth model values are numbers of points, as the coders derive them
  * (doc/bitstream.md, "Depth model"): a shown symbol is then what they predict. */
@@ -98,31 +118,56 @@ symbolOf(const io::VoxelFrame& frame, std::uint64_t key, std::uint16_t value)
 
 class TemporalVoxelFilter::Implementation {
 public:
-  explicit Implementation(unsigned int frames)
+  Implementation(unsigned int frames, bool holds)
   : frames_(frames)
+  , holds_(holds)
   , rate_(0x10000 / std::max(frames, 1u))
   , least_occupancy_(rate_ * 3 / 4)
   {}
 
   TemporalFilterStatus
-  filter(io::VoxelFrame& frame,
-         const std::optional<std::array<double, 3>>& sensor_position)
+  filter(io::VoxelFrame& frame, const SensorView& view)
+  {
+    const DirectionDepths* rays = finite(view.position) ? &rays_ : nullptr;
+    const TemporalFilterStatus status = filter(frame, view, rays);
+    rays_.clear();
+    return status;
+  }
+
+  TemporalFilterStatus
+  filter(io::VoxelFrame& frame, const SensorView& view, const DirectionDepths* rays)
   {
     TemporalFilterStatus status = check(frame);
     if (!status.ok())
       return status;
     if (frame.regions) {
       if (!of_regions_)
-        of_regions_ = std::make_unique<RegionTemporalFilter>(frames_);
-      return of_regions_->filter(frame, sensor_position);
+        of_regions_ = std::make_unique<RegionTemporalFilter>(frames_, holds_);
+      return of_regions_->filter(frame, view, rays);
     }
     if (is_interrupted_)
       reset();
     is_interrupted_ = true;
     follow(frame);
-    look(frame, sensor_position);
-    listSeldomVoxels(frame.grid.depth);
+    takeTime(view.time);
+    look(frame, finite(view.position), rays);
     surfaces_.learn(frame, [this](std::uint64_t key) { return distanceOf(key); });
+    status.sensor_motion = rest_.judge(frame, surfaces_, finite(view.position), ticks_);
+    if (status.sensor_motion == io::SensorMotion::Moving)
+      forgetVoxels();
+    else
+      filterVoxels(frame, status);
+    if (memory_rule_.shouldRelease(tracked_.size()))
+      releaseMemory();
+    is_interrupted_ = false;
+    return status;
+  }
+
+  /** \brief The voxels of a sensor that rests. */
+  void
+  filterVoxels(io::VoxelFrame& frame, TemporalFilterStatus& status)
+  {
+    listSeldomVoxels(frame.grid.depth);
     update(frame, status);
     if (same_scene_part * hit_count_ < shown_count_ ||
         tracked_.size() > mostTracked(frame.size())) {
@@ -130,21 +175,25 @@ public:
       status = TemporalFilterStatus();
       update(frame, status);
     }
+    judgeHolding();
     shown_.assign(keys_, frame.grid.depth);
     shown_count_ = keys_.size();
     frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
     frame.colours.swap(shown_colours_);
-    if (memory_rule_.shouldRelease(tracked_.size()))
-      releaseMemory();
-    is_interrupted_ = false;
-    return status;
   }
+
+  void
+  seeBeyond(io::PointBatches& points,
+            const io::BoundingBox& box,
+            const std::array<double, 3>& position);
 
   void
   reset()
   {
-    *this = Implementation(frames_);
+    DirectionDepths rays = std::move(rays_); // of the next frame
+    *this = Implementation(frames_, holds_);
+    rays_ = std::move(rays);
   }
 
   std::size_t
@@ -183,8 +232,16 @@ private:
   releaseMemory();
 
   void
+  takeTime(const std::optional<std::chrono::nanoseconds>& time)
+  {
+    ticks_ = frame_ticks_.take(time);
+    fall_ = std::min(ticks_ * 0x10000 / (FrameTicks::usual * frames_), one);
+  }
+
+  void
   look(const io::VoxelFrame& frame,
-       const std::optional<std::array<double, 3>>& sensor_position);
+       const std::optional<std::array<double, 3>>& sensor_position,
+       const DirectionDepths* rays);
 
   void
   listSeldomVoxels(unsigned int depth);
@@ -205,14 +262,17 @@ private:
   hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const
   {
     return voxel.occupancy < persistence.hidden_below ||
-           8 * voxel.empty_frames > persistence.eighths * frames_;
+           8 * voxel.empty_ticks > persistence.eighths * frames_ * FrameTicks::usual;
   }
 
   void
   countHit(TrackedVoxel& voxel) const;
 
   void
-  countMiss(TrackedVoxel& voxel) const;
+  countMiss(TrackedVoxel& voxel);
+
+  void
+  judgeHolding();
 
   /** \brief Square of the distance from the sensor, in voxels; 0 without one. */
   std::uint64_t
@@ -222,6 +282,7 @@ private:
   }
 
   unsigned int frames_;
+  bool holds_; // what has nothing near may be held at all
   std::unique_ptr<RegionTemporalFilter> of_regions_; // made when it is needed
   std::uint32_t rate_;                               // of the running means, 2^16 is 1
   /** \brief Empty voxels of a lower one are forgotten. */
@@ -240,7 +301,15 @@ private:
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
 
+  DirectionDepths rays_;  // beyond the next frame, metres
+  bool holds_now_ = true; // and is not too much
+  FrameTicks frame_ticks_;
+  SensorRest rest_;
+
   // Of the current frame; members so that their memory is reused.
+  unsigned int ticks_ = FrameTicks::usual; // since the last one
+  std::size_t left_count_ = 0; // shown voxels, or held ones, that it has nothing near
+  std::uint32_t fall_ = 0;     // of an occupancy where there is nothing, 2^16 is 1
   SeenDepths depths_;
   bool has_depths_ = false;
   std::vector<TrackedVoxel> next_;
@@ -352,25 +421,48 @@ TemporalVoxelFilter::Implementation::releaseMemory()
   seldom_.releaseMemory();
   surfaces_.releaseMemory();
   depths_.releaseMemory();
+  rays_ = DirectionDepths();
+}
+
+/** \brief Takes the ends of rays outside of a box. */
+void
+TemporalVoxelFilter::Implementation::seeBeyond(io::PointBatches& points,
+                                               const io::BoundingBox& box,
+                                               const std::array<double, 3>& position)
+{
+  rays_.clear();
+  io::visitPoints(points, [&](const auto* point) {
+    std::array<float, 3> from_sensor;
+    bool is_inside = true;
+    bool is_finite = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<double>(point[axis]);
+      is_inside = is_inside && at >= box.min[axis] && at <= box.max[axis];
+      from_sensor[axis] = static_cast<float>(at - position[axis]);
+      is_finite = is_finite && std::isfinite(from_sensor[axis]);
+    }
+    if (is_finite && !is_inside)
+      rays_.add(DirectionDepths::directionOf(from_sensor));
+  });
 }
 
 /** \brief Sets what the sensor sees, if it can be at its position. */
 void
 TemporalVoxelFilter::Implementation::look(
     const io::VoxelFrame& frame,
-    const std::optional<std::array<double, 3>>& sensor_position)
+    const std::optional<std::array<double, 3>>& sensor_position,
+    const DirectionDepths* rays)
 {
   has_depths_ = false;
-  if (!sensor_position ||
-      !std::all_of(sensor_position->begin(), sensor_position->end(), [](double value) {
-        return std::isfinite(value);
-      }))
+  if (!sensor_position)
     return;
   depths_.assign(frame.keys, frame.grid, *sensor_position);
   std::size_t behind = 0;
   for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
     behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
   has_depths_ = 4 * behind_sample_step * behind <= frame.size();
+  if (rays != nullptr)
+    depths_.add(*rays, frame.grid.resolution);
 }
 
 void
@@ -398,7 +490,7 @@ TemporalVoxelFilter::Implementation::isAmongSeldomVoxels(std::uint64_t key) cons
 void
 TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
 {
-  voxel.empty_frames = 0;
+  voxel.empty_ticks = 0;
   voxel.occupancy = static_cast<std::uint16_t>(
       voxel.occupancy + (((one - voxel.occupancy) * rate_) >> 16));
   if (voxel.is_shown)
@@ -422,17 +514,18 @@ TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
 }
 
 void
-TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
+TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel)
 {
-  voxel.empty_frames =
-      static_cast<std::uint8_t>(std::min(voxel.empty_frames + 1, 0xff));
-  voxel.occupancy =
-      static_cast<std::uint16_t>(voxel.occupancy - ((voxel.occupancy * rate_) >> 16));
+  // A surface that is in the next voxel of this frame may be in this one in the next.
+  const bool counts_frames = !voxel.is_shown || surfaces_.hasNeighbour(voxel.key);
+  voxel.empty_ticks = static_cast<std::uint8_t>(std::min(
+      voxel.empty_ticks + (counts_frames ? FrameTicks::usual : ticks_), 0xffu));
+  voxel.occupancy = static_cast<std::uint16_t>(
+      voxel.occupancy - ((voxel.occupancy * (counts_frames ? rate_ : fall_)) >> 16));
   if (!voxel.is_shown)
     return;
-  // From the second frame on, as most voxels that are empty in one are of a surface
-  // that is in the next voxel there.
-  if (has_depths_ && voxel.empty_frames > 1 && depths_.isSeenThrough(voxel.key)) {
+  if (has_depths_ && voxel.empty_ticks > ticks_to_look &&
+      depths_.isSeenThrough(voxel.key)) {
     voxel.is_shown = false;
     voxel.occupancy = 0;
     return;
@@ -440,6 +533,27 @@ TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel) const
   if (hasEnded(voxel, dense) &&
       (hasEnded(voxel, sparse) || !surfaces_.isSparse(distanceOf(voxel.key))))
     voxel.is_shown = false;
+  else if (!counts_frames) {
+    ++left_count_;
+    voxel.is_shown = holds_ && holds_now_;
+  }
+}
+
+/** \brief Sets whether what has nothing near is held in the next frame: not where that is
+ * a large part of what is shown, as where a sensor moves slowly. Where two of three shown
+ * voxels are empty it is the noise, which is larger than the voxels. */
+void
+TemporalVoxelFilter::Implementation::judgeHolding()
+{
+  if (holds_now_) {
+    const bool is_noise = 3 * hit_count_ < shown_count_;
+    holds_now_ = is_noise || 8 * left_count_ <= keys_.size();
+    return;
+  }
+  // Where none is held the count is that of a frame, not of the time they may stay.
+  const std::size_t frames_held =
+      std::max(1u, dense.eighths * frames_ * FrameTicks::usual / 8 / ticks_);
+  holds_now_ = 16 * left_count_ * frames_held <= keys_.size();
 }
 
 /** \brief Takes the intensity and the colour of a voxel of the frame for the last voxel
@@ -481,6 +595,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
 {
   const bool has_colours = frame.colour_bits > 0;
   hit_count_ = 0;
+  left_count_ = 0;
   next_.clear();
   next_colours_.clear();
   keys_.clear();
@@ -525,8 +640,8 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
   colours_.swap(next_colours_);
 }
 
-TemporalVoxelFilter::TemporalVoxelFilter(unsigned int frames)
-: implementation_(std::make_unique<Implementation>(frames))
+TemporalVoxelFilter::TemporalVoxelFilter(unsigned int frames, bool holds)
+: implementation_(std::make_unique<Implementation>(frames, holds))
 {}
 
 TemporalVoxelFilter::~TemporalVoxelFilter() = default;
@@ -535,10 +650,25 @@ TemporalVoxelFilter&
 TemporalVoxelFilter::operator=(TemporalVoxelFilter&&) noexcept = default;
 
 TemporalFilterStatus
-TemporalVoxelFilter::filter(io::VoxelFrame& frame,
-                            const std::optional<std::array<double, 3>>& sensor_position)
+TemporalVoxelFilter::filter(io::VoxelFrame& frame, const SensorView& view)
 {
-  return implementation_->filter(frame, sensor_position);
+  return implementation_->filter(frame, view);
+}
+
+TemporalFilterStatus
+TemporalVoxelFilter::filter(io::VoxelFrame& frame,
+                            const SensorView& view,
+                            const DirectionDepths* rays)
+{
+  return implementation_->filter(frame, view, rays);
+}
+
+void
+TemporalVoxelFilter::seeBeyond(io::PointBatches& points,
+                               const io::BoundingBox& box,
+                               const std::array<double, 3>& position)
+{
+  implementation_->seeBeyond(points, box, position);
 }
 
 void

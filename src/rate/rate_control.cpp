@@ -65,7 +65,8 @@ public:
   endFrame(std::size_t bytes,
            bool is_i_frame,
            Nanoseconds encode_time,
-           const VoxelGrid& grid)
+           const VoxelGrid& grid,
+           SensorMotion sensor_motion)
   {
     if (!is_on_)
       return true;
@@ -78,7 +79,7 @@ public:
       estimate.expectMultiple({ratio, ratio});
     }
     estimate.addFrame(bytes, is_i_frame, encode_time);
-    choice_.endFrame(grid);
+    choice_.endFrame(grid, sensor_motion);
     if (max_rate_ == 0.0)
       return true;
     if (bytes > budget_.room()) {
@@ -195,9 +196,10 @@ bool
 RateControl::endFrame(std::size_t bytes,
                       bool is_i_frame,
                       Nanoseconds encode_time,
-                      const VoxelGrid& grid)
+                      const VoxelGrid& grid,
+                      SensorMotion sensor_motion)
 {
-  return implementation_->endFrame(bytes, is_i_frame, encode_time, grid);
+  return implementation_->endFrame(bytes, is_i_frame, encode_time, grid, sensor_motion);
 }
 
 std::string

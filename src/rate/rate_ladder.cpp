@@ -98,6 +98,8 @@ RateLadder::ratios(std::size_t from, std::size_t to) const
   double i_frame = 0.0;
   double p_frame = 0.0;
   for (std::size_t step = std::min(from, to) + 1; step <= std::max(from, to); ++step) {
+    if (isIdle(step))
+      continue;
     i_frame += savings_[step].i_frame;
     p_frame += savings_[step].p_frame;
   }
@@ -105,11 +107,20 @@ RateLadder::ratios(std::size_t from, std::size_t to) const
   return {std::exp(sign * i_frame), std::exp(sign * p_frame)};
 }
 
+RateStep
+RateLadder::inForce(std::size_t step) const
+{
+  RateStep in_force = steps_[step];
+  if (is_filter_idle_)
+    in_force.temporal_filter = steps_[0].temporal_filter;
+  return in_force;
+}
+
 bool
 RateLadder::isLearned(std::size_t from, std::size_t to) const
 {
   for (std::size_t step = to + 1; step <= from; ++step)
-    if (!savings_[step].is_learned)
+    if (!savings_[step].is_learned && !isIdle(step))
       return false;
   return true;
 }
@@ -121,17 +132,21 @@ RateLadder::learn(std::size_t from, std::size_t to, const FrameRatios& observed)
   const double sign = from < to ? 1.0 : -1.0;
   const std::size_t first = std::min(from, to) + 1;
   const std::size_t last = std::max(from, to);
-  const double count = static_cast<double>(last - first + 1);
+  double count = 0.0;
+  for (std::size_t step = first; step <= last; ++step)
+    count += isIdle(step) ? 0.0 : 1.0;
   constexpr double most = 20.0; // what more there is may be the scene
   const auto share = [&](double seen, double guessed) {
     return sign * std::log(std::clamp(seen / guessed, 1.0 / most, most)) / count;
   };
   for (std::size_t step = first; step <= last; ++step) {
+    if (isIdle(step))
+      continue;
     Saving& saving = savings_[step];
     saving.i_frame = learned(saving.i_frame, share(observed.i_frame, expected.i_frame));
     saving.p_frame = learned(saving.p_frame, share(observed.p_frame, expected.p_frame));
     saving.is_learned = true;
-    saving.is_measured |= first == last;
+    saving.is_measured |= count == 1.0;
   }
 }
 
@@ -142,6 +157,9 @@ settingsOf(const RateStep& step,
 {
   EncoderSettings changed = settings;
   changed.effort = step.effort;
+  // What was not asked for shows nothing that was not measured.
+  if (settings.temporal_filter == 0 && step.temporal_filter != 0)
+    changed.temporal_filter_holds = false;
   changed.temporal_filter = step.temporal_filter;
   changed.intensity_curve = step.intensity_curve;
   changed.intensity_bits = step.intensity_bits;

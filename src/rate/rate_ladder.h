@@ -49,8 +49,26 @@ public:
   bool
   isMeasured(std::size_t step) const
   {
-    return savings_[step].is_measured;
+    return isIdle(step) || savings_[step].is_measured;
   }
+
+  /** \brief Says that steps of the temporal filter save nothing and are not taken, as the
+   * sensor moves. */
+  void
+  setFilterIdle(bool is_idle)
+  {
+    is_filter_idle_ = is_idle;
+  }
+
+  bool
+  isFilterIdle() const
+  {
+    return is_filter_idle_;
+  }
+
+  /** \brief What of a step is in force. */
+  RateStep
+  inForce(std::size_t step) const;
 
   /** \brief Learns from bytes before and after a change of the step. */
   void
@@ -59,6 +77,14 @@ public:
 private:
   void
   add(const RateStep& step, const FrameRatios& guess);
+
+  /** \brief Whether a step is that of the temporal filter, and not taken. */
+  bool
+  isIdle(std::size_t step) const
+  {
+    return is_filter_idle_ && step > 0 &&
+           steps_[step].temporal_filter != steps_[step - 1].temporal_filter;
+  }
 
   /** \brief Logarithms of ratios of a step to the one before. */
   struct Saving {
@@ -70,6 +96,7 @@ private:
 
   std::vector<RateStep> steps_;
   std::vector<Saving> savings_;
+  bool is_filter_idle_ = false;
 };
 
 /** \brief The settings of a step.

@@ -80,13 +80,37 @@ StepChoice::choose(bool is_short)
 }
 
 void
-StepChoice::endFrame(const VoxelGrid& grid)
+StepChoice::endFrame(const VoxelGrid& grid, SensorMotion sensor_motion)
 {
   has_changed_ = false;
   if (effective_.doublings == 0)
     finest_ = grid;
   if (change_ && estimate_.frames() >= settled_frames)
     learnFromChange();
+  takeMotion(sensor_motion);
+}
+
+/** \brief Does without the temporal filter while the sensor moves, for a while after, and
+ * until it is known to rest. */
+void
+StepChoice::takeMotion(SensorMotion sensor_motion)
+{
+  if (sensor_motion == SensorMotion::Moving)
+    moved_at_ = time_;
+  has_rested_ |= sensor_motion == SensorMotion::AtRest;
+  const bool is_idle = moved_at_ ? time_ - *moved_at_ < soon : !has_rested_;
+  if (is_idle == ladder_.isFilterIdle())
+    return;
+  ladder_.setFilterIdle(is_idle);
+  if (is_idle)
+    return take(step_, "the sensor moves");
+  std::size_t step = least_step_;
+  while (step < step_ && !fits(step, load_after))
+    ++step;
+  if (step < step_)
+    change(step, "the sensor rests");
+  else
+    take(step_, "the sensor rests");
 }
 
 void
@@ -263,11 +287,8 @@ StepChoice::change(std::size_t step, const std::string& reason)
 {
   if (change_ && estimate_.frames() > 1)
     learnFromChange();
-  const RateStep before = effective_;
   const bool is_better =
-      step < step_ || (step == step_ && effort_limit_ > before.effort);
-  effective_ = ladder_[step];
-  effective_.effort = std::min(effective_.effort, effort_limit_);
+      step < step_ || (step == step_ && effort_limit_ > effective_.effort);
   if (is_better)
     up_at_ = time_;
   else if (up_at_ && time_ - *up_at_ < soon)
@@ -278,11 +299,21 @@ StepChoice::change(std::size_t step, const std::string& reason)
   if (step != step_)
     change_ = Change{step_, estimate_.bytesOf(true), estimate_.bytesOf(false)};
   estimate_.scale(ladder_.ratios(step_, step));
-  step_ = step;
   changed_at_ = time_;
   over_since_.reset();
   rate_not_kept_.clear();
   time_not_kept_.clear();
+  take(step, reason);
+}
+
+/** \brief Sets the step, and what of it is in force. */
+void
+StepChoice::take(std::size_t step, const std::string& reason)
+{
+  const RateStep before = effective_;
+  step_ = step;
+  effective_ = ladder_.inForce(step);
+  effective_.effort = std::min(effective_.effort, effort_limit_);
   if (effective_ == before)
     return;
   settings_ = settingsOf(effective_, base_, finest_);

@@ -38,9 +38,10 @@ public:
 
   /** \brief Learns from a frame on the step.
    * \param[in] grid of the frame
+   * \param[in] sensor_motion of its sensor: only of one at rest the filter saves bytes
    */
   void
-  endFrame(const VoxelGrid& grid);
+  endFrame(const VoxelGrid& grid, SensorMotion sensor_motion);
 
   /** \brief What frames take; fed by the caller. */
   RateEstimate&
@@ -135,6 +136,12 @@ private:
   change(std::size_t step, const std::string& reason);
 
   void
+  take(std::size_t step, const std::string& reason);
+
+  void
+  takeMotion(SensorMotion sensor_motion);
+
+  void
   learnFromChange();
 
   EncoderSettings base_;     // of the first step
@@ -152,7 +159,9 @@ private:
   std::optional<Nanoseconds> up_at_;      // the last change to a better step
   std::optional<Nanoseconds> over_since_; // too much for the step
   Nanoseconds hold_;
-  std::optional<Change> change_; // not learned from yet
+  bool has_rested_ = false;             // the sensor, in some frame
+  std::optional<Nanoseconds> moved_at_; // in which it last moved
+  std::optional<Change> change_;        // not learned from yet
   bool has_changed_ = false;
   std::size_t changes_ = 0;
   std::string reason_ = "at the start of the stream";

@@ -4,6 +4,7 @@
 
 #include "bytes/exceptions.h"
 #include "codec/frame_limits.h"
+#include "outliers/frame_motion.h"
 #include "stream/cloud_voxelizer.h"
 #include "stream/frame_warnings.h"
 #include "voxelizing/field_collector.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -72,6 +74,23 @@ checkView(const PointView& points)
   return {};
 }
 
+std::optional<TemporalVoxelFilter>
+temporalFilterOf(const EncoderSettings& settings)
+{
+  std::optional<TemporalVoxelFilter> filter;
+  if (settings.temporal_filter != 0)
+    filter.emplace(settings.temporal_filter, settings.temporal_filter_holds);
+  return filter;
+}
+
+/** \brief Whether RateControl may turn the temporal filter on. */
+bool
+mayFilterLater(const EncoderSettings& settings)
+{
+  return settings.max_rate > 0.0 && settings.rate_temporal_filter != 0 &&
+         !settings.keep_point_counts && settings.fields.empty();
+}
+
 std::array<double, 3>
 elementsOf(const Eigen::Vector3d& vector)
 {
@@ -96,8 +115,7 @@ public:
              settings.effort,
              settings.first_frame_number)
   {
-    if (settings.temporal_filter != 0)
-      temporal_filter_.emplace(settings.temporal_filter);
+    temporal_filter_ = temporalFilterOf(settings);
   }
 
   const CompressionStatus&
@@ -143,8 +161,12 @@ public:
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
+  void
+  seeBeyond(PointBatches& points, const BoundingBox& box, const WorldPose& sensor_pose);
+
   CompressionStatus
-  filterOverTime(VoxelFrame& frame);
+  filterOverTime(VoxelFrame& frame,
+                 const std::optional<std::chrono::nanoseconds>& time);
 
   CompressionStatus
   encode(const VoxelFrame& frame,
@@ -167,6 +189,8 @@ private:
   IntensityUnit unit_;
   CloudVoxelizer voxelizer_;
   std::optional<TemporalVoxelFilter> temporal_filter_;
+  bool sees_beyond_ = false;                // seeBeyond() was called for the next cloud
+  FrameMotion motion_;                      // without a temporal filter
   std::array<double, 3> sensor_position_{}; // of the last voxelized frame
   FieldCollector fields_;
   ImageCollector image_;
@@ -188,6 +212,7 @@ CloudEncoder::Implementation::setSettings(const EncoderSettings& settings,
   changed.use_coordinate_step = settings.use_coordinate_step;
   changed.effort = settings.effort;
   changed.temporal_filter = settings.temporal_filter;
+  changed.temporal_filter_holds = settings.temporal_filter_holds;
   changed.intensity_curve = settings.intensity_curve;
   changed.intensity_bits = settings.intensity_bits;
   const bool keeps_voxels =
@@ -199,12 +224,9 @@ CloudEncoder::Implementation::setSettings(const EncoderSettings& settings,
   CompressionStatus status = checkSettings(changed, depth_law);
   // May throw, so it comes before the changes.
   CloudVoxelizer voxelizer(usableSettings(changed), unit_, shareExponent(depth_law));
-  if (status.ok() && changed.temporal_filter != settings_.temporal_filter) {
-    std::optional<TemporalVoxelFilter> filter;
-    if (changed.temporal_filter != 0)
-      filter.emplace(changed.temporal_filter);
-    temporal_filter_ = std::move(filter);
-  }
+  if (status.ok() && (changed.temporal_filter != settings_.temporal_filter ||
+                      changed.temporal_filter_holds != settings_.temporal_filter_holds))
+    temporal_filter_ = temporalFilterOf(changed);
   settings_ = std::move(changed);
   depth_law_ = depth_law;
   settings_status_ = std::move(status);
@@ -238,6 +260,9 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     if (voxelizer_.isIFrameDue())
       encoder_.requestIFrame();
     sensor_position_ = elementsOf(sensor_pose.translation());
+    if (settings_.bounding_box && !sees_beyond_)
+      seeBeyond(points, *settings_.bounding_box, sensor_pose);
+    sees_beyond_ = false;
     if (CompressionStatus status = collectFields(points, sensor_pose, frame);
         !status.ok()) {
       frame.clearVoxels();
@@ -338,13 +363,28 @@ CloudEncoder::Implementation::collectFields(PointBatches& points,
   return {};
 }
 
+void
+CloudEncoder::Implementation::seeBeyond(PointBatches& points,
+                                        const BoundingBox& box,
+                                        const WorldPose& sensor_pose)
+{
+  const std::array<double, 3> position = elementsOf(sensor_pose.translation());
+  if (!temporal_filter_ || !sensor_pose.translation().allFinite())
+    return;
+  temporal_filter_->seeBeyond(points, box, position);
+  sees_beyond_ = true;
+}
+
 CompressionStatus
-CloudEncoder::Implementation::filterOverTime(VoxelFrame& frame)
+CloudEncoder::Implementation::filterOverTime(
+    VoxelFrame& frame, const std::optional<std::chrono::nanoseconds>& time)
 {
   const auto filter = [&] {
     filtering_ = TemporalFilterStatus();
     if (temporal_filter_)
-      filtering_ = temporal_filter_->filter(frame, sensor_position_);
+      filtering_ = temporal_filter_->filter(frame, {sensor_position_, time});
+    else if (mayFilterLater(settings_))
+      filtering_.sensor_motion = motion_.judge(frame, sensor_position_, time);
     return filtering_.ok()
                ? CompressionStatus()
                : CompressionStatus(CompressionCode::InvalidInput, filtering_.message());
@@ -369,8 +409,12 @@ CloudEncoder::Implementation::encode(const VoxelFrame& frame,
   CompressionStatus status = encoder_.encode(frame, stamp, bytes);
   if (!status.ok())
     return status;
-  statistics_ = {
-      voxelization_, encoder_.statistics(), filtering_.hidden, filtering_.held};
+  statistics_ = {voxelization_,
+                 encoder_.statistics(),
+                 filtering_.hidden,
+                 filtering_.held,
+                 false,
+                 filtering_.sensor_motion};
   const LimitedCounts counts = limitedCounts(frame);
   statistics_.exceeds_limits = exceedsLimits(statistics_, settings_, counts);
   // Without memory for it the frame goes out without the warning.
@@ -471,10 +515,19 @@ CloudEncoder::voxelize(PointBatches& points,
   return implementation_->voxelize(points, sensor_pose, frame);
 }
 
-CompressionStatus
-CloudEncoder::filterOverTime(VoxelFrame& frame)
+void
+CloudEncoder::seeBeyond(PointBatches& points,
+                        const BoundingBox& box,
+                        const WorldPose& sensor_pose)
 {
-  return implementation_->filterOverTime(frame);
+  implementation_->seeBeyond(points, box, sensor_pose);
+}
+
+CompressionStatus
+CloudEncoder::filterOverTime(VoxelFrame& frame,
+                             const std::optional<std::chrono::nanoseconds>& time)
+{
+  return implementation_->filterOverTime(frame, time);
 }
 
 CompressionStatus

@@ -96,6 +96,57 @@ TEST(CompressionTemporalFilter, WhatTheSensorSeesThroughIsGone)
   EXPECT_EQ(voxelsOfThePlate(decoded), 0u);
 }
 
+TEST(CompressionTemporalFilter, WhatWasCroppedProvesThatTheWayIsFree)
+{
+  // The wall is outside of the box; a shelf in it stays, so that the scene is the same.
+  IntensityCompressionSettings settings = filteringSettings(64);
+  settings.bounding_box = pcl_ext::io::BoundingBox{{-10, -10, 0}, {10, 10, 3.0}};
+  Compression encoder(settings);
+  Compression decoder;
+  const auto cloudOf = [](bool has_plate, unsigned int seed) {
+    Cloud::Ptr cloud = wallWith(has_plate, seed);
+    for (int i = 0; i < 200; ++i)
+      for (int j = 0; j < 180; ++j)
+        cloud->emplace_back(sensor.x() + 0.8f + 0.01f * static_cast<float>(i),
+                            sensor.y() + 0.01f * static_cast<float>(j),
+                            sensor.z() + 1.5f);
+    return cloud;
+  };
+  const std::size_t shelf =
+      voxelsOfThePlate(roundTrip(encoder, decoder, cloudOf(false, 0)));
+  encoder = Compression(settings);
+  decoder = Compression();
+  for (unsigned int frame = 0; frame < 6; ++frame)
+    EXPECT_GT(voxelsOfThePlate(roundTrip(encoder, decoder, cloudOf(true, frame))),
+              shelf + 100u);
+  roundTrip(encoder, decoder, cloudOf(false, 6));
+  EXPECT_EQ(voxelsOfThePlate(roundTrip(encoder, decoder, cloudOf(false, 7))), shelf);
+}
+
+TEST(CompressionTemporalFilter, StampsDecideHowLongVoxelsAreHeld)
+{
+  // Behind the plate nothing is seen, so that it hides nothing and nothing passes it.
+  const auto heldWith = [](std::uint64_t interval) {
+    Compression encoder(filteringSettings(8));
+    std::vector<std::uint8_t> bytes;
+    std::uint64_t stamp = 0;
+    for (unsigned int frame = 0; frame < 10; ++frame) {
+      const Cloud::Ptr cloud = wallWith(false, 1);
+      cloud->header.stamp = stamp += interval;
+      for (int i = 0; i < 20 && frame < 9; ++i)
+        for (int j = 0; j < 20; ++j)
+          cloud->emplace_back(sensor.x() + 2.0f,
+                              sensor.y() + 0.01f * static_cast<float>(i),
+                              sensor.z() + 0.01f * static_cast<float>(j));
+      EXPECT_TRUE(encoder.encodePointCloud(cloud, bytes).ok());
+    }
+    return encoder.statistics().voxels_held;
+  };
+  EXPECT_GT(heldWith(50000), 4u);
+  EXPECT_EQ(heldWith(0), heldWith(50000));
+  EXPECT_EQ(heldWith(500000), 0u);
+}
+
 TEST(CompressionTemporalFilter, OctreeAndStatisticsAreThoseOfTheFrame)
 {
   IntensityCompressionSettings settings = filteringSettings(8);

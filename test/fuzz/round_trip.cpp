@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -150,7 +151,8 @@ requireShown(TemporalVoxelFilter& filter, VoxelFrame frame, std::uint8_t choice)
   std::optional<std::array<double, 3>> position;
   if (choice % 4 != 0)
     position = {0.1 * choice, -0.1 * choice, frame.grid.centre(2, 0)};
-  const TemporalFilterStatus status = filter.filter(frame, position);
+  const TemporalFilterStatus status =
+      filter.filter(frame, {position, std::chrono::milliseconds(choice * choice)});
   require(status.ok() && isConsistent(frame));
   require(status.hidden <= keys.size() && status.held <= frame.size());
   require(keys.size() - status.hidden == frame.size() - status.held);

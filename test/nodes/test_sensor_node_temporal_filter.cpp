@@ -2,6 +2,7 @@
  * \brief A SensorNode with the setting temporal_filter.
  */
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/sensor_node.h>
@@ -11,6 +12,7 @@
 #include "support/cell_frames.h"
 #include "support/sensor_clouds.h"
 #include "support/test_memory.h"
+#include "voxelizing/point_batches.h"
 
 #include <gtest/gtest.h>
 
@@ -57,6 +59,26 @@ protected:
     filtered_voxels_ = decodedWith(filtered_decoder_, filtered_bytes_);
   }
 
+  /** \brief Shows a filter the points of the last cloud. */
+  void
+  seeBeyondTheCrop(TemporalVoxelFilter& filter)
+  {
+    SensorPreprocessor<NoIntensity> preprocessor(NoIntensity(0.08));
+    preprocessor.setSensorPose(Eigen::Isometry3d(pose_));
+    pcl::PointCloud<pcl::PointXYZI> points;
+    ASSERT_TRUE(
+        preprocessor.process(cell::test::capture(cell_, 1, number_ - 1).cloud, points)
+            .ok());
+    io::PointView view;
+    view.coordinates = &points[0].x;
+    view.coordinate_stride = sizeof(points[0]);
+    view.count = points.size();
+    io::SingleBatch batch(view);
+    const Eigen::Vector3d position(pose_.translation());
+    filter.seeBeyond(
+        batch, cell::cropBox(), {position.x(), position.y(), position.z()});
+  }
+
   cell::RobotCell cell_{1};
   const WorldPose pose_{cell_.sensorPose(1)};
   std::uint32_t number_ = 0;
@@ -81,7 +103,8 @@ TEST_F(SensorNodeTemporalFilter, SendsWhatTheFilterShowsFromTheSensorsPosition)
   for (int i = 0; i < 10; ++i) {
     step();
     io::VoxelFrame expected = plain_voxels_;
-    ASSERT_TRUE(filter.filter(expected, position).ok());
+    seeBeyondTheCrop(filter);
+    ASSERT_TRUE(filter.filter(expected, {position, std::nullopt}).ok());
     EXPECT_EQ(filtered_voxels_.keys, expected.keys);
     EXPECT_EQ(filtered_voxels_.intensities, expected.intensities);
     io::VoxelFrame other = plain_voxels_;
@@ -112,7 +135,8 @@ TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
     io::VoxelFrame expected =
         decodedWith(plain_decoder_, encoded(plain_, cloud, pose_));
     ASSERT_TRUE(removal.filter(expected).ok());
-    ASSERT_TRUE(filter.filter(expected, position).ok());
+    seeBeyondTheCrop(filter);
+    ASSERT_TRUE(filter.filter(expected, {position, std::nullopt}).ok());
     const io::VoxelFrame sent = decodedWith(decoder, encoded(both, cloud, pose_));
     EXPECT_EQ(sent.keys, expected.keys);
     EXPECT_EQ(sent.intensities, expected.intensities);

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -162,8 +163,10 @@ TEST(RegionFilters, OverTimeOneEdgeIsFilteredAsAGridOfThatEdge)
     const Cloud cloud = floorCloud(i, i < 9 ? 300 : 0);
     coarse.add(cloud);
     plain.add(cloud);
-    const TemporalFilterStatus status = of_regions.filter(coarse.frame, sensor);
-    const TemporalFilterStatus expected = of_grid.filter(plain.frame, sensor);
+    const TemporalFilterStatus status =
+        of_regions.filter(coarse.frame, {sensor, std::nullopt});
+    const TemporalFilterStatus expected =
+        of_grid.filter(plain.frame, {sensor, std::nullopt});
     ASSERT_TRUE(status.ok());
     EXPECT_EQ(status.hidden, expected.hidden);
     EXPECT_EQ(status.held, expected.held);

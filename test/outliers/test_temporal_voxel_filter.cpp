@@ -1,11 +1,13 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "support/outlier_frames.h"
+#include "voxelizing/point_batches.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -20,6 +22,8 @@
 namespace {
 
 using namespace pcl_ext;
+using namespace std::chrono_literals;
+using io::SensorMotion;
 using io::VoxelFrame;
 
 constexpr double voxel_edge = 0.04;
@@ -60,10 +64,11 @@ constexpr std::array<double, 3> in_front = {
 Voxels
 shownOf(TemporalVoxelFilter& filter,
         const Voxels& symbols,
-        const std::optional<std::array<double, 3>>& sensor = in_front)
+        const std::optional<std::array<double, 3>>& sensor = in_front,
+        const std::optional<std::chrono::nanoseconds>& time = std::nullopt)
 {
   VoxelFrame frame = scene(symbols);
-  const TemporalFilterStatus status = filter.filter(frame, sensor);
+  const TemporalFilterStatus status = filter.filter(frame, {sensor, time});
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_TRUE(isConsistent(frame));
   const Voxels shown = voxelsOf(frame);
@@ -91,6 +96,17 @@ hasNear(const Voxels& symbols, const LatticeIndex& index)
         if (symbols.count({index[0] + x, index[1] + y, index[2] + z}) != 0)
           return true;
   return false;
+}
+
+/** \brief The wall with a hole through which nothing is seen. */
+Voxels
+wallWithHole(std::int64_t margin = 0)
+{
+  Voxels some = flatWall();
+  for (std::int64_t x = 20 + margin; x < 26 - margin; ++x)
+    for (std::int64_t y = 20 + margin; y < 26 - margin; ++y)
+      some.erase({x, y, wall_depth});
+  return some;
 }
 
 TEST(TemporalVoxelFilter, ASurfaceOnTheFaceBetweenVoxelsComesToRest)
@@ -170,10 +186,7 @@ TEST(TemporalVoxelFilter, WhatIsNotSeenIsHiddenAfterFiveEighthsOfTheFrames)
   for (const unsigned int frames : {8u, 16u}) {
     TemporalVoxelFilter filter(frames);
     const Voxels all = flatWall();
-    Voxels some = all;
-    for (std::int64_t x = 20; x < 26; ++x)
-      for (std::int64_t y = 20; y < 26; ++y)
-        some.erase({x, y, wall_depth});
+    const Voxels some = wallWithHole();
     for (int i = 0; i < 10; ++i)
       shownOf(filter, all);
     for (unsigned int i = 1; i <= frames * 5 / 8; ++i)
@@ -200,6 +213,144 @@ TEST(TemporalVoxelFilter, WhatTheSensorSeesThroughIsHiddenInTheSecondFrame)
   for (int i = 1; i <= 5; ++i)
     EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall() + box) << i;
   EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall());
+}
+
+TEST(TemporalVoxelFilter, TimeDecidesHowLongIsShownWhatHasNothingNear)
+{
+  // Next to the hole's edge there is something measured within a voxel: frames decide.
+  const Voxels edge_only = wallWithHole(1);
+  for (const auto& [interval, frames] : {std::pair(500ms, 0),
+                                         std::pair(200ms, 1),
+                                         std::pair(100ms, 2),
+                                         std::pair(50ms, 5),
+                                         std::pair(33ms, 7)}) {
+    SCOPED_TRACE(interval.count());
+    TemporalVoxelFilter filter;
+    std::chrono::nanoseconds time = 1000s;
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall(), in_front, time += interval);
+    for (int i = 1; i <= 5; ++i)
+      EXPECT_EQ(shownOf(filter, wallWithHole(), in_front, time += interval),
+                i <= frames ? flatWall() : edge_only)
+          << i;
+    // One frame more ends what frames decide, too.
+    Voxels rest = wallWithHole();
+    for (const auto& [index, symbol] : flatWall())
+      if (frames > 5 && edge_only.count(index) == 0)
+        rest[index] = symbol;
+    EXPECT_EQ(shownOf(filter, wallWithHole(), in_front, time += interval), rest);
+  }
+}
+
+TEST(TemporalVoxelFilter, StampsThatJitterRepeatOrGoBackCountAsEvenOnes)
+{
+  std::mt19937 random(8);
+  for (const bool has_jitter : {true, false}) {
+    TemporalVoxelFilter stamped;
+    TemporalVoxelFilter without;
+    for (int i = 0; i < 30; ++i) {
+      const std::chrono::milliseconds jitter(random() % 13);
+      const auto time = has_jitter ? 50ms * i + jitter - 6ms : 1000ms - 50ms * (i / 2);
+      const Voxels symbols = i % 7 < 2 ? flatWall() : wallWithHole();
+      EXPECT_EQ(shownOf(stamped, symbols, in_front, time),
+                shownOf(without, symbols, in_front))
+          << i;
+    }
+  }
+}
+
+TEST(TemporalVoxelFilter, APauseEndsWhatIsHeld)
+{
+  TemporalVoxelFilter filter;
+  for (int i = 0; i < 10; ++i)
+    shownOf(filter, flatWall(), in_front, 50ms * i);
+  EXPECT_EQ(shownOf(filter, wallWithHole(), in_front, 10h), wallWithHole(1));
+}
+
+TEST(TemporalVoxelFilter, PointsBehindTheCropProveThatTheWayToThemIsFree)
+{
+  Voxels box;
+  for (std::int64_t x = 20; x < 26; ++x)
+    for (std::int64_t y = 20; y < 26; ++y)
+      box[{x, y, 30}] = 5;
+  // A part of the wall is outside of the crop box; it is seen where the box was.
+  Voxels in_crop;
+  for (const auto& [index, symbol] : flatWall())
+    if (index[0] > 30)
+      in_crop[index] = symbol;
+  std::vector<float> wall{std::nanf(""), 0.0f, 0.0f, 1e30f, 1e30f, 3e38f};
+  for (int x = 0; x < 4 * wall_size; ++x)
+    for (int y = 0; y < 4 * wall_size; ++y)
+      for (const int axis : {x, y, static_cast<int>(4 * wall_depth)})
+        wall.push_back(0.01f * static_cast<float>(axis));
+  io::PointView view;
+  view.coordinates = wall.data();
+  view.coordinate_stride = 3 * sizeof(float);
+  view.count = wall.size() / 3;
+  for (const auto& [min_x, most_frames] :
+       {std::pair(31 * voxel_edge, 1), std::pair(-1.0, 5)}) { // all inside: nothing
+    TemporalVoxelFilter filter;
+    const io::BoundingBox crop{{min_x, -1.0, -1.0}, {4.0, 4.0, 4.0}};
+    for (int i = 0; i < 10; ++i)
+      EXPECT_EQ(shownOf(filter, in_crop + box), in_crop + box);
+    for (int i = 1; i <= 6; ++i) {
+      io::SingleBatch points(view);
+      filter.seeBeyond(points, crop, in_front);
+      EXPECT_EQ(shownOf(filter, in_crop), i <= most_frames ? in_crop + box : in_crop)
+          << i;
+    }
+  }
+}
+
+TEST(TemporalVoxelFilter, WithoutHoldingNothingIsShownThatHasNothingNear)
+{
+  TemporalVoxelFilter filter(8, false);
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
+  EXPECT_EQ(shownOf(filter, wallWithHole()), wallWithHole(1));
+  EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
+}
+
+TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
+{
+  const auto motionOf =
+      [](TemporalVoxelFilter& filter, const Voxels& symbols, double sensor_x) {
+        VoxelFrame frame = scene(symbols);
+        const TemporalFilterStatus status =
+            filter.filter(frame, {std::array{sensor_x, 1.0, -0.5}, std::nullopt});
+        EXPECT_TRUE(status.ok()) << status;
+        if (status.sensor_motion == SensorMotion::Moving) {
+          EXPECT_EQ(voxelsOf(frame), symbols);
+          EXPECT_EQ(status.held + status.hidden, 0u);
+        }
+        return status.sensor_motion;
+      };
+  // In its own coordinates a wall comes nearer.
+  TemporalVoxelFilter filter;
+  EXPECT_EQ(motionOf(filter, flatWall(), 1.0), SensorMotion::Unknown);
+  EXPECT_EQ(motionOf(filter, flatWall(), 1.0), SensorMotion::AtRest);
+  for (int i = 1; i <= 10; ++i)
+    EXPECT_EQ(motionOf(filter, flatWall(wall_depth - 2 * i), 1.0), SensorMotion::Moving)
+        << i;
+  for (int i = 0; i < 5; ++i)
+    motionOf(filter, flatWall(40), 1.0);
+  EXPECT_EQ(motionOf(filter, flatWall(40), 1.0), SensorMotion::AtRest);
+  // Less than a quarter that moves is not the sensor.
+  for (std::int64_t i = 0; i < 10; ++i) {
+    Voxels plate;
+    for (std::int64_t x = 0; x < 20; ++x)
+      for (std::int64_t y = 0; y < 20; ++y)
+        plate[{x, y, 30 - 3 * i}] = 5;
+    EXPECT_EQ(motionOf(filter, flatWall(40) + plate, 1.0), SensorMotion::AtRest) << i;
+  }
+  // By its positions, though nothing else changes.
+  TemporalVoxelFilter posed;
+  motionOf(posed, flatWall(), 1.0);
+  EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + voxel_edge / 2), SensorMotion::AtRest);
+  EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::Moving);
+  for (int i = 0; i < 9; ++i)
+    EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::Moving);
+  EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::AtRest);
 }
 
 TEST(TemporalVoxelFilter, APositionThatMostVoxelsAreHiddenFromIsNotUsed)
@@ -316,9 +467,9 @@ TEST(TemporalVoxelFilter, TheHistoryMovesWithTheGridAndEndsWithTheLattice)
     VoxelFrame frame = frameOf(some, gridAt(-5, 2, -9));
     change(frame);
     VoxelFrame unknown = frame;
-    EXPECT_TRUE(filter.filter(frame, in_front).ok());
+    EXPECT_TRUE(filter.filter(frame, {in_front, std::nullopt}).ok());
     TemporalVoxelFilter fresh;
-    EXPECT_TRUE(fresh.filter(unknown, in_front).ok());
+    EXPECT_TRUE(fresh.filter(unknown, {in_front, std::nullopt}).ok());
     return std::pair(voxelsOf(frame), voxelsOf(unknown));
   };
   // Without the part of the wall that the moved grid does not have.
@@ -353,7 +504,7 @@ TEST(TemporalVoxelFilter, IntensitiesMoveToAnotherScale)
   frame.intensity_scale.offset = -256.0f;
   frame.intensity_scale.step = 2.0f;
   frame.intensity_scale.bits = 9;
-  ASSERT_TRUE(filter.filter(frame, in_front).ok());
+  ASSERT_TRUE(filter.filter(frame, {in_front, std::nullopt}).ok());
   ASSERT_TRUE(isConsistent(frame));
   const Voxels shown = voxelsOf(frame);
   ASSERT_EQ(shown.size(), flatWall().size());
@@ -399,7 +550,7 @@ TEST(TemporalVoxelFilter, NoiseOfFineIntensitiesIsHeldSoonAfterTheStart)
     frame.intensity_scale.bits = 16;
     for (std::uint16_t& symbol : frame.intensities)
       symbol = static_cast<std::uint16_t>(std::clamp(noise(random), 0.0, 65535.0));
-    ASSERT_TRUE(filter.filter(frame, in_front).ok());
+    ASSERT_TRUE(filter.filter(frame, {in_front, std::nullopt}).ok());
     for (std::size_t voxel = 0; voxel < frame.size() && i >= 10; ++voxel)
       changes += frame.intensities[voxel] != last[voxel] ? 1 : 0;
     last = frame.intensities;

@@ -225,6 +225,39 @@ TEST(RateControl, CloudsAreLeftOutBeforeTheEdgeDoubles)
   }
 }
 
+TEST(RateControl, TheTemporalFilterIsForSensorsAtRest)
+{
+  // Of one that moves it would save nothing.
+  EncoderSettings settings = limitedSettings();
+  settings.i_frame_rate = 1000000;
+  RatedStream stream(settings);
+  for (const auto motion : {SensorMotion::Unknown, SensorMotion::Moving}) {
+    stream.setSensorMotion(motion);
+    for (int i = 0; i < 100; ++i) {
+      stream.send(100ms, share(1.5));
+      EXPECT_EQ(stream.control().settings().temporal_filter, 0u);
+    }
+  }
+  EncoderSettings without = settings;
+  without.rate_temporal_filter = 0;
+  RatedStream same(without);
+  same.sendFor(20s, share(1.5));
+  EXPECT_EQ(stream.status().clouds_left_out, same.status().clouds_left_out);
+  EXPECT_EQ(stream.status().choice, same.status().choice);
+  // It is used some time after the sensor has come to rest, and no more when it moves.
+  stream.setSensorMotion(SensorMotion::AtRest);
+  stream.sendFor(9s, share(1.5));
+  EXPECT_EQ(stream.status().step.temporal_filter, 0u);
+  stream.sendFor(10s, share(1.5));
+  EXPECT_EQ(stream.status().step.temporal_filter, 8u);
+  EXPECT_EQ(stream.status().step.intensity_bits, 0u);
+  EXPECT_EQ(stream.status().not_kept, "");
+  stream.setSensorMotion(SensorMotion::Moving);
+  stream.send(100ms, share(1.5));
+  EXPECT_EQ(stream.status().step.temporal_filter, 0u);
+  EXPECT_EQ(stream.status().reason, "the sensor moves");
+}
+
 TEST(RateControl, TextsSayWhatAndWhy)
 {
   EncoderSettings settings;

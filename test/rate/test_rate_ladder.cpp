@@ -180,6 +180,43 @@ TEST(RateLadder, SavingsAreLearnedFromWhatTheStreamTook)
   EXPECT_EQ(ladder.ratios(0, 1).p_frame, 1.0);
 }
 
+TEST(RateLadder, WhereTheSensorMovesTheTemporalFilterIsNoStep)
+{
+  EncoderSettings settings = limitedSettings();
+  settings.intensity_bits = 4;
+  RateLadder ladder(settings, true, false, std::nullopt); // filter, edge
+  ASSERT_EQ(ladder.size(), 3u);
+  const double doubling = ladder.ratios(1, 2).p_frame;
+  EXPECT_LT(ladder.ratios(0, 1).p_frame, 0.5);
+  EXPECT_FALSE(ladder.isLearned(1, 0));
+  EXPECT_EQ(ladder.inForce(2).temporal_filter, 8u);
+  ladder.setFilterIdle(true);
+  EXPECT_EQ(ladder.ratios(0, 1).p_frame, 1.0);
+  EXPECT_EQ(ladder.ratios(0, 2).p_frame, doubling);
+  EXPECT_TRUE(ladder.isLearned(1, 0));
+  EXPECT_EQ(ladder.inForce(2).temporal_filter, 0u);
+  EXPECT_EQ(ladder.inForce(2).doublings, 1u);
+  // What is seen is the edge's alone.
+  ladder.learn(0, 2, {0.5, 0.4});
+  EXPECT_NEAR(ladder.ratios(1, 2).p_frame, 0.4, 1e-12);
+  ladder.setFilterIdle(false);
+  EXPECT_LT(ladder.ratios(0, 1).p_frame, 0.5);
+}
+
+TEST(RateLadder, AFilterThatWasNotAskedForHoldsNothing)
+{
+  EncoderSettings settings = limitedSettings();
+  const auto holdsOf = [&settings](unsigned int temporal_filter) {
+    RateStep step;
+    step.temporal_filter = temporal_filter;
+    return settingsOf(step, settings, std::nullopt).temporal_filter_holds;
+  };
+  EXPECT_FALSE(holdsOf(8));
+  EXPECT_TRUE(holdsOf(0));
+  settings.temporal_filter = 4;
+  EXPECT_TRUE(holdsOf(8));
+}
+
 } // namespace rate_ladder
 
 } // namespace

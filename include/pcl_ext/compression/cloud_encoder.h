@@ -11,6 +11,7 @@
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -124,8 +125,8 @@ public:
   settings() const;
 
   /** \brief Changes what RateControl does: resolution, origin, use_coordinate_step, effort,
-   * temporal_filter, intensity_curve and intensity_bits. The next frame is an I-frame,
-   * unless only temporal_filter changes.
+   * temporal_filter, temporal_filter_holds, intensity_curve and intensity_bits. The next frame is an I-frame,
+   * unless only the temporal filter changes.
    * \param[in] settings checked here; of others than these nothing is taken
    * \param[in] depth_law the law at their resolution, if there is one
    */
@@ -167,13 +168,25 @@ public:
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
+  /** \brief Shows the temporal_filter, if it is on, the points of the next cloud before
+   * it is cropped; see TemporalVoxelFilter::seeBeyond(). Before voxelize(), which does so
+   * itself for the bounding_box of the settings.
+   * \param[in] points all of the cloud, in the coordinates of the grid
+   * \param[in] box to which the cloud will be cropped
+   * \param[in] sensor_pose as for voxelize()
+   */
+  void
+  seeBeyond(PointBatches& points, const BoundingBox& box, const WorldPose& sensor_pose);
+
   /** \brief The second step: applies the temporal_filter of the settings, if it is on.
    * \param[in,out] frame of the last voxelized cloud, as isConsistent() demands; once
    * for each cloud, as the filter learns from it
+   * \param[in] time of the cloud, by any clock; none: see TemporalVoxelFilter::filter()
    * \return Ok; InvalidInput for a frame with numbers of points; OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
-  filterOverTime(VoxelFrame& frame);
+  filterOverTime(VoxelFrame& frame,
+                 const std::optional<std::chrono::nanoseconds>& time = std::nullopt);
 
   /** \brief The last step: voxels -> bytes.
    * \param[in] frame the voxels

@@ -246,7 +246,9 @@ struct RateSettings {
   double max_encode_ms = 0.0;
 
   /** \brief Strongest temporal_filter that max_rate may choose, frames, 2 to 64, or 0:
-   * none, for sensors that move. Not used with keep_point_counts or fields. */
+   * none. Unless temporal_filter is set, too, it shows nothing that the cloud has nothing
+   * within one voxel of, and it is not used where the sensor moves, nor with
+   * keep_point_counts or fields. */
   unsigned int rate_temporal_filter = 8;
 
   /** \brief How often the voxel edge may be doubled, 0 to 8. */
@@ -286,6 +288,11 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSe
    * still: an eighth to a fifth of the bytes. Lossy, see TemporalVoxelFilter, and not
    * with keep_point_counts. */
   unsigned int temporal_filter = 0;
+
+  /** \brief Whether the temporal_filter shows a voxel for up to a quarter of a second (at
+   * strength 8) though the cloud has nothing within one voxel of it. RateControl does
+   * without, where it turns the filter on by itself. */
+  bool temporal_filter_holds = true;
 };
 
 /** \brief All settings of OctreePointCloudIntensityCompression, with their units,

@@ -43,6 +43,13 @@ struct CodedFrameStatistics {
   bool has_image = false;
 };
 
+/** \brief Whether a sensor moves, by its positions, or by what comes and goes. */
+enum class SensorMotion {
+  Unknown, ///< as of the first frame
+  AtRest,
+  Moving
+};
+
 /** \brief All figures of the last frame that was encoded or decoded. */
 struct FrameStatistics {
   VoxelizationStatistics voxelization; ///< encoding only
@@ -52,6 +59,9 @@ struct FrameStatistics {
   std::size_t voxels_held = 0;   ///< likewise: coded ones that are not occupied
   bool exceeds_limits = false;   ///< encoding only: decoders with the decoder_limits of
                                  ///< the settings refuse the frame
+  /** \brief Encoding only: where it is Moving, the temporal filter leaves the frame as it
+   * is. Unknown where the filter is off and max_rate may not turn it on. */
+  SensorMotion sensor_motion = SensorMotion::Unknown;
 
   /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
@@ -66,7 +67,7 @@ struct RateControlStatus {
  * holds. So that few are left out, steps of a ladder are taken, best quality first:
  * - the settings as they are;
  * - higher efforts, if max_encode_ms is set, as far as it allows;
- * - the temporal filter, up to rate_temporal_filter;
+ * - the temporal filter, up to rate_temporal_filter, where the sensor rests;
  * - 4 companded bits for intensities;
  * - the removal of outliers at log-odds 0, where the caller removes milder ones;
  * - leaving clouds out, as long as rate_sent_share of them is sent;
@@ -148,6 +149,7 @@ public:
    * \param[in] is_i_frame what it became
    * \param[in] encode_time it took from points to bytes
    * \param[in] grid of the frame
+   * \param[in] sensor_motion of the frame's statistics
    * \return false: it is larger than the room there is; the caller must not send it,
    * and makes the next frame an I-frame
    */
@@ -155,7 +157,8 @@ public:
   endFrame(std::size_t bytes,
            bool is_i_frame,
            Nanoseconds encode_time,
-           const VoxelGrid& grid);
+           const VoxelGrid& grid,
+           SensorMotion sensor_motion = SensorMotion::AtRest);
 
   /** \brief Why the last cloud was left out, in one sentence. */
   std::string

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <pcl_ext/compression/bounding_box.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -26,7 +30,19 @@ struct TemporalFilterStatus : Status<TemporalFilterCode> {
 
   std::size_t hidden = 0; ///< voxels of the frame that are not shown
   std::size_t held = 0;   ///< shown voxels that the frame does not have
+  /** \brief If it is Moving, all voxels of the frame are shown, and no others. */
+  io::SensorMotion sensor_motion = io::SensorMotion::Unknown;
 };
+
+/** \brief From where and when a sensor saw a frame. */
+struct SensorView {
+  /** \brief Of the sensor, metres, in the coordinates of the grid. */
+  std::optional<std::array<double, 3>> position;
+  /** \brief Of the cloud, by any clock. */
+  std::optional<std::chrono::nanoseconds> time;
+};
+
+class DirectionDepths; // of the implementation
 
 /** \brief Tells the voxels of surfaces from noise over time: what a still scene shows
  * does not change from frame to frame.
@@ -40,9 +56,13 @@ struct TemporalFilterStatus : Status<TemporalFilterCode> {
  * - A voxel is shown at once if as many of its neighbours are occupied as a surface
  *   has at this distance, and none of them is shown; else when it is occupied in most
  *   frames. It is hidden when it is empty in most, or for 5/8 of `frames`; far away,
- *   where a frame does not hit all voxels of a surface, for `frames`.
+ *   where a frame does not hit all voxels of a surface, for `frames`. Where a frame has
+ *   nothing within one voxel of it, time counts, not frames: 5/8 of `frames` twentieths
+ *   of a second.
  * - From the position of the sensor follows whether it sees through an empty voxel that
- *   is shown: then the voxel is hidden in the second frame.
+ *   is shown: then the voxel is hidden as soon as that was so for 1/15 second.
+ * - A sensor that moves is recognised by its positions, or by what comes and goes; its
+ *   frames stay as they are.
  * - The intensity and the colour of a shown voxel are held while their running mean is
  *   within the noise of the shown value, and follow at once where the value jumps. The
  *   noise is learned from the stream, so that counts, shares and a sensor's own
@@ -54,7 +74,7 @@ struct TemporalFilterStatus : Status<TemporalFilterCode> {
  * origin or colour bits change, where a depth model begins or ends, and before a frame
  * that has less than an eighth of the voxels that were shown. It has at most eight
  * voxels for each voxel of the frame, and 65,536. Memory: some 85 bytes for each,
- * 160 with colours, and up to 1.6 MB for the directions of the sensor; much that is not
+ * 160 with colours, and up to 3.2 MB for the directions of the sensor; much that is not
  * needed any more is released. The voxels are the same on all machines. If memory runs out
  * std::bad_alloc is thrown and the history is dropped.
  *
@@ -74,22 +94,37 @@ public:
    * \param[in] frames strength: how many frames a voxel's occupancy is averaged over,
    * least_frames to most_frames. More frames remove more noise, and a voxel that not
    * enough neighbours confirm is shown later
+   * \param[in] holds whether a shown voxel may stay for a while where the frame has
+   * nothing within one voxel of it
    */
-  explicit TemporalVoxelFilter(unsigned int frames = usual_frames);
+  explicit TemporalVoxelFilter(unsigned int frames = usual_frames, bool holds = true);
   ~TemporalVoxelFilter();
   TemporalVoxelFilter(TemporalVoxelFilter&&) noexcept;
   TemporalVoxelFilter&
   operator=(TemporalVoxelFilter&&) noexcept;
 
+  /** \brief Tells where rays end that the next frame has no points of, as these are
+   * outside of a crop box: what such a ray passes is empty.
+   * \param[in] points of the cloud before it is cropped, metres, in the coordinates of
+   * the grid
+   * \param[in] box in which the frame has its points
+   * \param[in] position of the sensor, finite, as the next call of filter() gets it
+   */
+  void
+  seeBeyond(io::PointBatches& points,
+            const io::BoundingBox& box,
+            const std::array<double, 3>& position);
+
   /** \brief Filters the stream's next frame.
    * \param[in,out] frame as isConsistent() demands; has the shown voxels then
-   * \param[in] sensor_position of the sensor, metres, in the coordinates of the grid.
-   * None, or a position from which more than a quarter of the voxels are behind others:
-   * what is empty is hidden by the number of frames alone
+   * \param[in] view from where and when it was seen. Without a position, or with one
+   * from which more than a quarter of the voxels are behind others, what is empty is
+   * hidden by the time alone. Without a time, or with one that is not later than the
+   * last, a frame counts as long after the last one as the one before it, at first as
+   * at 20 frames a second
    */
   [[nodiscard]] TemporalFilterStatus
-  filter(io::VoxelFrame& frame,
-         const std::optional<std::array<double, 3>>& sensor_position = std::nullopt);
+  filter(io::VoxelFrame& frame, const SensorView& view = {});
 
   /** \brief Drops the history, as at the start of a stream. */
   void
@@ -100,6 +135,11 @@ public:
   rememberedVoxels() const;
 
 private:
+  friend class RegionTemporalFilter; // whose filters have rays in common
+
+  TemporalFilterStatus
+  filter(io::VoxelFrame& frame, const SensorView& view, const DirectionDepths* rays);
+
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

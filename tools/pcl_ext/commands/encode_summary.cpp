@@ -78,7 +78,12 @@ describeEncoded(const EncodedSums& sums,
   if (options.codec().temporal_filter != 0)
     text += ", " + counted(sums.held_voxels, "voxel") + " held and " +
             formatted(static_cast<double>(sums.hidden_voxels), 0) +
-            " hidden by the temporal filter";
+            " hidden by the temporal filter" +
+            (sums.moving_frames == 0
+                 ? ""
+                 : ", which leaves " + counted(sums.moving_frames, "frame") + " of " +
+                       formatted(static_cast<double>(sums.frames), 0) +
+                       " as measured, as the sensor moves");
   return text;
 }
 

@@ -37,7 +37,7 @@ addBudgetOptions(CLI::App& app, io::RateSettings& settings)
             0u,
             TemporalVoxelFilter::most_frames,
             "FRAMES",
-            "strongest that may be chosen; 0 for moving sensors");
+            "strongest that may be chosen, of a sensor at rest");
   addNumber(app,
             "--rate-sent-share",
             settings.rate_sent_share,

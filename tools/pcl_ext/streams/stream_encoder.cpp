@@ -61,6 +61,7 @@ EncodedSums::operator+=(const EncodedSums& part)
   point_outliers += part.point_outliers;
   hidden_voxels += part.hidden_voxels;
   held_voxels += part.held_voxels;
+  moving_frames += part.moving_frames;
   bytes += part.bytes;
   point_bytes += part.point_bytes;
   if (warnings == 0)
@@ -163,6 +164,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.point_outliers = statistics.points_removed;
   sums.hidden_voxels = frame.voxels_hidden;
   sums.held_voxels = frame.voxels_held;
+  sums.moving_frames = frame.sensor_motion == io::SensorMotion::Moving ? 1 : 0;
   sums.bytes = bytes;
   if (statistics.rate_control.is_on)
     sums.largest_edge = frame.voxelization.resolution;

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief The least depth in each direction around a sensor.
+ *
+ * Directions are squares on the six faces of a cube around the sensor, 0.35 degrees
+ * wide in the middle of a face and half as wide at its edges. A depth is the distance
+ * along the face's axis, in any unit. Each result of floating-point arithmetic is one
+ * operation, so that no compiler rounds otherwise.
+ */
+class DirectionDepths {
+public:
+  /** \brief Squares along an edge of a face. */
+  static constexpr std::uint32_t width = 256;
+
+  /** \brief Of a square without a depth. */
+  static constexpr float unseen = std::numeric_limits<float>::infinity();
+
+  /** \brief Where a point is from the sensor. */
+  struct Direction {
+    std::uint32_t square; ///< (face * width + row) * width + column
+    float depth;
+  };
+
+  /** \param[in] from_sensor the point, less the sensor's position */
+  static Direction
+  directionOf(const std::array<float, 3>& from_sensor)
+  {
+    std::size_t axis = 0;
+    for (const std::size_t other : {std::size_t{1}, std::size_t{2}})
+      if (std::fabs(from_sensor[other]) > std::fabs(from_sensor[axis]))
+        axis = other;
+    const float depth = std::fabs(from_sensor[axis]);
+    // -1..1 -> squares
+    const auto square = [depth](float across) {
+      return std::min(static_cast<std::uint32_t>((across / depth + 1.0f) * 128.0f),
+                      width - 1);
+    };
+    if (!(depth > 0.0f))
+      return {0, 0.0f};
+    const std::size_t face = 2 * axis + (from_sensor[axis] < 0.0f ? 1 : 0);
+    return {(static_cast<std::uint32_t>(face) * width +
+             square(from_sensor[(axis + 1) % 3])) *
+                    width +
+                square(from_sensor[(axis + 2) % 3]),
+            depth};
+  }
+
+  /** \brief Takes a depth, if it is the least of its square. */
+  void
+  add(const Direction& direction)
+  {
+    std::vector<float>& face = faces_[direction.square / face_size];
+    if (face.empty())
+      face.assign(face_size, unseen);
+    float& depth = face[direction.square % face_size];
+    if (depth == unseen)
+      squares_.push_back(direction.square);
+    depth = std::min(depth, direction.depth);
+  }
+
+  /** \brief The least depth of a square, or \ref unseen. */
+  float
+  operator[](std::uint32_t square) const
+  {
+    const std::vector<float>& face = faces_[square / face_size];
+    return face.empty() ? unseen : face[square % face_size];
+  }
+
+  /** \brief The squares that have one. */
+  const std::vector<std::uint32_t>&
+  squares() const
+  {
+    return squares_;
+  }
+
+  void
+  clear()
+  {
+    for (const std::uint32_t square : squares_)
+      faces_[square / face_size][square % face_size] = unseen;
+    squares_.clear();
+  }
+
+private:
+  static constexpr std::uint32_t face_size = width * width;
+
+  std::array<std::vector<float>, 6> faces_; // empty until there is a depth
+  std::vector<std::uint32_t> squares_;      // that are not unseen
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext

@@ -1,0 +1,172 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "outliers/block_neighbours.h"
+#include "outliers/frame_ticks.h"
+#include "outliers/surface_support.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+/** \brief Tells whether a sensor moves: by its positions, and by the share of the
+ * surfaces' voxels that were near none in a frame before. */
+class SensorRest {
+public:
+  /** \brief Takes the next frame.
+   * \param[in] frame its voxels
+   * \param[in] surfaces that have learned from it
+   * \param[in] position of the sensor, metres, if it is known; finite
+   * \param[in] ticks since the frame before
+   * \return Unknown of the first one
+   */
+  io::SensorMotion
+  judge(const io::VoxelFrame& frame,
+        const SurfaceSupport& surfaces,
+        const std::optional<std::array<double, 3>>& position,
+        unsigned int ticks)
+  {
+    const bool is_elsewhere = hasOtherPosition(position, frame.grid.resolution, ticks);
+    const bool is_first = !reference_;
+    if (reference_) {
+      reference_->age += ticks;
+      has_other_surfaces_ = showsOtherSurfaces(frame, surfaces);
+    }
+    if (!reference_ || reference_->age >= oldest_reference) {
+      reference_.emplace();
+      reference_->grid = frame.grid;
+      for (unsigned int level = 0; level <= surfaces.highestLevel(); ++level)
+        reference_->occupied.push_back(surfaces.occupied(level));
+    }
+    return is_elsewhere || has_other_surfaces_ ? io::SensorMotion::Moving
+           : is_first                          ? io::SensorMotion::Unknown
+                                               : io::SensorMotion::AtRest;
+  }
+
+private:
+  /** \brief A reference is replaced when it is as old, ticks: in this time a slow sensor
+   * moves by more than a voxel. */
+  static constexpr unsigned int oldest_reference = 4 * FrameTicks::usual;
+
+  /** \brief For so long a sensor that has moved counts as moving, ticks. */
+  static constexpr unsigned int ticks_to_rest = 10 * FrameTicks::usual;
+
+  /** \brief One voxel of so many is compared. */
+  static constexpr std::size_t sample_step = 16;
+
+  /** \brief Of fewer surfaces' voxels in the sample nothing is said. */
+  static constexpr std::size_t least_sample = 16;
+
+  /** \brief Where fewer of the voxels than one of so many are of surfaces, coarse voxels
+   * are compared. */
+  static constexpr std::size_t surface_part = 4;
+
+  /** \brief Neighbours of the voxels of surfaces; noise has fewer. */
+  static constexpr unsigned int surface_neighbours = 4;
+
+  /** \brief A frame that later ones are compared with. */
+  struct Reference {
+    io::VoxelGrid grid;
+    std::vector<BlockNeighbours> occupied; // voxels, coarse voxels
+    unsigned int age = 0;                  // ticks
+  };
+
+  /** \brief True for a while after a position that is more than a voxel from the last. */
+  bool
+  hasOtherPosition(const std::optional<std::array<double, 3>>& position,
+                   double resolution,
+                   unsigned int ticks)
+  {
+    if (!position)
+      return false;
+    rest_ticks_ = std::min(rest_ticks_ + ticks, ticks_to_rest);
+    const std::array<double, 3> last = position_.value_or(*position);
+    double square = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double along = (*position)[axis] - last[axis];
+      square += along * along;
+    }
+    if (square > resolution * resolution)
+      rest_ticks_ = 0;
+    if (!position_ || rest_ticks_ == 0)
+      position_ = position;
+    return rest_ticks_ < ticks_to_rest;
+  }
+
+  /** \brief Voxels of surfaces, and how many of them are more than a voxel from all of the
+   * reference. */
+  struct Comparison {
+    std::size_t surfaces = 0;
+    std::size_t others = 0;
+  };
+
+  Comparison
+  compare(const io::VoxelFrame& frame,
+          const BlockNeighbours& occupied,
+          unsigned int level) const
+  {
+    Comparison sum;
+    for (std::size_t i = 0; i < frame.size(); i += sample_step) {
+      const std::uint64_t at = frame.keys[i] >> 3 * level;
+      if (occupied.count(at, surface_neighbours) < surface_neighbours)
+        continue;
+      ++sum.surfaces;
+      const std::optional<std::uint64_t> key =
+          keyInReference(frame.grid, frame.keys[i]);
+      const bool is_near = key && reference_->occupied[level].isNear(*key >> 3 * level);
+      sum.others += is_near ? 0 : 1;
+    }
+    return sum;
+  }
+
+  /** \brief True if more than a quarter of the surfaces' voxels are others than in the
+   * reference; more than an eighth, where that was so before. */
+  bool
+  showsOtherSurfaces(const io::VoxelFrame& frame, const SurfaceSupport& surfaces) const
+  {
+    const std::size_t levels =
+        std::min<std::size_t>(surfaces.highestLevel() + 1, reference_->occupied.size());
+    Comparison sum;
+    for (unsigned int level = 0; level < levels; ++level) {
+      sum = compare(frame, surfaces.occupied(level), level);
+      if (surface_part * sample_step * sum.surfaces >= frame.size())
+        break;
+    }
+    const std::size_t part = has_other_surfaces_ ? 8 : 4;
+    return sum.surfaces >= least_sample && part * sum.others > sum.surfaces;
+  }
+
+  /** \brief The key of a voxel in the reference's grid; none outside. */
+  std::optional<std::uint64_t>
+  keyInReference(const io::VoxelGrid& grid, std::uint64_t key) const
+  {
+    const io::VoxelPosition from = io::voxelPosition(key);
+    std::array<std::int64_t, 3> to = {from.x, from.y, from.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      to[axis] +=
+          std::int64_t{grid.first_index[axis]} - reference_->grid.first_index[axis];
+      if (to[axis] < 0 ||
+          to[axis] >= static_cast<std::int64_t>(reference_->grid.size()))
+        return std::nullopt;
+    }
+    return io::mortonKey({static_cast<std::uint32_t>(to[0]),
+                          static_cast<std::uint32_t>(to[1]),
+                          static_cast<std::uint32_t>(to[2])});
+  }
+
+  std::optional<Reference> reference_;
+  bool has_other_surfaces_ = false;
+  std::optional<std::array<double, 3>> position_; // at first, or of the last move
+  unsigned int rest_ticks_ = ticks_to_rest;       // since then
+};
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
