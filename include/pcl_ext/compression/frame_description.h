@@ -20,10 +20,10 @@ struct FrameDescription {
   CompressionStatus status;
 
   StreamFormat format = StreamFormat::Version1;
-  std::uint32_t frame_number = 0;   ///< number of the frame in its stream, from 1
-  bool is_i_frame = false;          ///< decodes without any other frame
-  bool is_of_changes = false;       ///< a P-frame that has only what changed
-  Effort effort = Effort::Fast;     ///< Version1 only
+  std::uint32_t frame_number = 0; ///< number of the frame in its stream, from 1
+  bool is_i_frame = false;        ///< decodes without any other frame
+  bool is_of_changes = false;     ///< a P-frame that has only what changed
+  Effort effort = Effort::Fast;   ///< Version1 only
   /** \brief Occupied voxels; of the published layout only in I-frames. */
   std::size_t voxels = 0;
   /** \brief Points in the voxels: as many as voxels, unless these have numbers of points.

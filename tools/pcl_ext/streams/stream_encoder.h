@@ -33,7 +33,8 @@ struct EncodedSums {
   std::size_t point_outliers = 0; ///< of these removed
   std::size_t hidden_voxels = 0;  ///< by --temporal-filter
   std::size_t held_voxels = 0;    ///< likewise, and part of `voxels`
-  std::size_t moving_frames = 0;  ///< of a sensor that moves, which it leaves as they are
+  std::size_t moving_frames =
+      0; ///< of a sensor that moves, which it leaves as they are
   std::size_t bytes = 0;
   std::size_t point_bytes = 0; ///< of encoded points in the clouds
   std::size_t warnings = 0;    ///< frames with one
