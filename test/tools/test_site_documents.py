@@ -150,12 +150,12 @@ class Machine:
             text = name.read_text()
             if "receive" in line:
                 assert status == 0 or (status == 1 and SLOW.search(text)), f"{line}: {status}\n{text}"
-                assert re.search(r"^site .*: [1-9]\d* frames? of ", text, re.M), f"{line}\n{text}"
+                assert re.search(r"^site .*: [1-9][\d,]* frames? of ", text, re.M), f"{line}\n{text}"
                 if "--merge" in line:
-                    assert re.search("; [1-9][0-9]* merged frame", text), f"{line}\n{text}"
+                    assert re.search(r"; [1-9][\d,]* merged frame", text), f"{line}\n{text}"
             else:
                 assert status == 130 or SLOW.search(text), f"{line}: {status}\n{text}"
-                assert re.search(r"^[1-9]\d* frames sent to site cell", text, re.M), f"{line}\n{text}"
+                assert re.search(r"^[1-9][\d,]* frames sent to site cell", text, re.M), f"{line}\n{text}"
 
     def receive(self, line):
         """A centre goes on for those above it; others are ended when something has come."""
@@ -185,7 +185,7 @@ class Machine:
             done = subprocess.run(self.shell(line), cwd=self.folder / "work", env=self.environment,
                                   capture_output=True, text=True)
             if done.returncode == 0:
-                assert re.search("[1-9][0-9]* frames of", done.stdout), done.stdout
+                assert re.search("[1-9][0-9,]* frames of", done.stdout), done.stdout
                 return
             assert time.monotonic() < end, f"{line}\n{done.stdout}{done.stderr}"
             (self.folder / "work" / re.search(r"(?:-o|--map) (\S+)", line)[1]).unlink(missing_ok=True)
