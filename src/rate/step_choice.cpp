@@ -75,6 +75,7 @@ StepChoice::advance(Nanoseconds elapsed, double max_rate)
 void
 StepChoice::choose(bool is_short)
 {
+  followMotion();
   if (!keepEncodeTime())
     keepRate(is_short);
 }
@@ -87,17 +88,16 @@ StepChoice::endFrame(const VoxelGrid& grid, SensorMotion sensor_motion)
     finest_ = grid;
   if (change_ && estimate_.frames() >= settled_frames)
     learnFromChange();
-  takeMotion(sensor_motion);
+  if (sensor_motion == SensorMotion::Moving)
+    moved_at_ = time_;
+  has_rested_ |= sensor_motion == SensorMotion::AtRest;
 }
 
 /** \brief Does without the temporal filter while the sensor moves, for a while after, and
  * until it is known to rest. */
 void
-StepChoice::takeMotion(SensorMotion sensor_motion)
+StepChoice::followMotion()
 {
-  if (sensor_motion == SensorMotion::Moving)
-    moved_at_ = time_;
-  has_rested_ |= sensor_motion == SensorMotion::AtRest;
   const bool is_idle = moved_at_ ? time_ - *moved_at_ < soon : !has_rested_;
   if (is_idle == ladder_.isFilterIdle())
     return;

@@ -139,7 +139,7 @@ private:
   take(std::size_t step, const std::string& reason);
 
   void
-  takeMotion(SensorMotion sensor_motion);
+  followMotion();
 
   void
   learnFromChange();

@@ -1,6 +1,7 @@
 #include "voxelizing/parallel_collector.h"
 
 #include "voxelizing/run_at_once.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <iterator>
@@ -43,16 +44,6 @@ addSums(const std::vector<std::uint64_t>& part_keys,
     if (!sums.colours.empty())
       sums.colours[voxel].add(part.colours[i]);
   }
-}
-
-/** \param[in] keys Morton keys of voxels, ascending */
-std::size_t
-countBlocks(const std::vector<std::uint64_t>& keys)
-{
-  std::size_t blocks = keys.empty() ? 0 : 1;
-  for (std::size_t i = 1; i < keys.size(); ++i)
-    blocks += keys[i] >> 6 != keys[i - 1] >> 6 ? 1 : 0;
-  return blocks;
 }
 
 } // namespace

@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -47,12 +48,28 @@ protected:
     return settings;
   }
 
+  /** \brief One of 20 clouds a second. */
+  pcl::PCLPointCloud2
+  nextCloud()
+  {
+    pcl::PCLPointCloud2 cloud =
+        messageOf(cell::test::capture(cell_, 1, number_++).cloud);
+    cloud.header.stamp = std::uint64_t{50000} * number_; // microseconds
+    return cloud;
+  }
+
+  /** \brief Of the last cloud. */
+  std::chrono::nanoseconds
+  time() const
+  {
+    return std::chrono::milliseconds(50) * number_;
+  }
+
   /** \brief Encodes the next cloud with both nodes, and decodes it. */
   void
   step()
   {
-    const pcl::PCLPointCloud2 cloud =
-        messageOf(cell::test::capture(cell_, 1, number_++).cloud);
+    const pcl::PCLPointCloud2 cloud = nextCloud();
     plain_bytes_ = encoded(plain_, cloud, pose_);
     filtered_bytes_ = encoded(filtering_, cloud, pose_);
     plain_voxels_ = decodedWith(plain_decoder_, plain_bytes_);
@@ -104,7 +121,7 @@ TEST_F(SensorNodeTemporalFilter, SendsWhatTheFilterShowsFromTheSensorsPosition)
     step();
     io::VoxelFrame expected = plain_voxels_;
     seeBeyondTheCrop(filter);
-    ASSERT_TRUE(filter.filter(expected, {position, std::nullopt}).ok());
+    ASSERT_TRUE(filter.filter(expected, {position, time()}).ok());
     EXPECT_EQ(filtered_voxels_.keys, expected.keys);
     EXPECT_EQ(filtered_voxels_.intensities, expected.intensities);
     io::VoxelFrame other = plain_voxels_;
@@ -130,13 +147,12 @@ TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
   const std::array<double, 3> position = {
       pose_.translation().x(), pose_.translation().y(), pose_.translation().z()};
   for (int i = 0; i < 10; ++i) {
-    const pcl::PCLPointCloud2 cloud =
-        messageOf(cell::test::capture(cell_, 1, number_++).cloud);
+    const pcl::PCLPointCloud2 cloud = nextCloud();
     io::VoxelFrame expected =
         decodedWith(plain_decoder_, encoded(plain_, cloud, pose_));
     ASSERT_TRUE(removal.filter(expected).ok());
     seeBeyondTheCrop(filter);
-    ASSERT_TRUE(filter.filter(expected, {position, std::nullopt}).ok());
+    ASSERT_TRUE(filter.filter(expected, {position, time()}).ok());
     const io::VoxelFrame sent = decodedWith(decoder, encoded(both, cloud, pose_));
     EXPECT_EQ(sent.keys, expected.keys);
     EXPECT_EQ(sent.intensities, expected.intensities);

@@ -81,7 +81,8 @@ TEST(ProgramLimits, StreamsShareTheMemory)
       pcl::io::savePCDFileBinary(
           folder / ("room/" + std::string(stream) + "/" + number + ".pcd"), cloud);
   }
-  expectRun(folder, "encode room -o x.mcap -r 0.04 -l none -e fast -q");
+  expectRun(folder,
+            "encode room/a room/b room/c room/d -o x.mcap -r 0.04 -l none -e fast -q");
   const ProgramRun roomy = expectRun(folder, "verify x.mcap");
   EXPECT_EQ(roomy.output, "12 frames decoded, 0 lost\n");
   const ProgramRun narrow = run(folder, "verify x.mcap --memory-limit 20MB");

@@ -33,13 +33,14 @@ expectText(const std::string& text, const std::string& part)
 
 } // namespace
 
-TEST(ProgramDefaults, AreThoseOfTheClass)
+TEST(ProgramDefaults, AreThoseOfTheClassButForTheEffortOfFiles)
 {
   const TestFolder folder;
   const pcl::PointCloud<pcl::PointXYZ> cloud = roomPoints();
   pcl::io::savePCDFileBinary(folder / "room.pcd", cloud);
-  io::OctreePointCloudIntensityCompression<pcl::PointXYZ> encoder{
-      io::IntensityCompressionSettings()};
+  io::IntensityCompressionSettings settings;
+  settings.effort = io::Effort::Balanced;
+  io::OctreePointCloudIntensityCompression<pcl::PointXYZ> encoder(settings);
   std::ostringstream frame;
   ASSERT_TRUE(encoder.encodePointCloud(cloud.makeShared(), frame).ok());
   expectRun(folder, "encode room.pcd -o x.pcxi --no-header");
