@@ -244,7 +244,8 @@ TEST(RateControl, TheTemporalFilterIsForSensorsAtRest)
   same.sendFor(20s, share(1.5));
   EXPECT_EQ(stream.status().clouds_left_out, same.status().clouds_left_out);
   EXPECT_EQ(stream.status().choice, same.status().choice);
-  // It is used some time after the sensor has come to rest, and no more when it moves.
+  // It is used some time after the sensor has come to rest, and no more in the cloud after
+  // one in which it moves.
   stream.setSensorMotion(SensorMotion::AtRest);
   stream.sendFor(9s, share(1.5));
   EXPECT_EQ(stream.status().step.temporal_filter, 0u);
@@ -253,6 +254,7 @@ TEST(RateControl, TheTemporalFilterIsForSensorsAtRest)
   EXPECT_EQ(stream.status().step.intensity_bits, 0u);
   EXPECT_EQ(stream.status().not_kept, "");
   stream.setSensorMotion(SensorMotion::Moving);
+  stream.send(100ms, share(1.5));
   stream.send(100ms, share(1.5));
   EXPECT_EQ(stream.status().step.temporal_filter, 0u);
   EXPECT_EQ(stream.status().reason, "the sensor moves");
