@@ -232,7 +232,7 @@ MUTANTS = [
            "sums.colours[voxel].add(part.colours[i]);",
            "sums.colours[voxel] = part.colours[i];"),
     Mutant(VOXELIZING + "parallel_collector.cpp", "a voxel counts as a block",
-           "keys[i] >> 6 != keys[i - 1] >> 6", "keys[i] != keys[i - 1]",
+           "occupied_blocks_ = countBlocks(keys);", "occupied_blocks_ = keys.size();",
            "chooses how the next voxels are collected, not which"),
     Mutant(VOXELIZING + "parallel_collector.cpp", "rounded sums are found for each cloud",
            "are_sums_rounded_ = true;", "", "only slower"),
