@@ -4,10 +4,8 @@
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 
-#include "health_messages.h"
 #include "message_conversions.h"
 #include "node_main.h"
-#include "node_parameters.h"
 #include "parameter_reader.h"
 #include "transform_lookup.h"
 
@@ -17,9 +15,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
 
-#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,8 +23,39 @@ namespace pcl_ext_ros1 {
 
 using pcl_ext::nodes::SenderHealth;
 using pcl_ext::nodes::SensorNodeCode;
-using pcl_ext::nodes::SensorNodeStatistics;
 using pcl_ext::nodes::valueOf;
+
+namespace {
+
+struct CompressorParameters {
+  pcl_ext::nodes::ParameterValues encoding; ///< of encodingParameters()
+  pcl_ext::nodes::ParameterValues node;     ///< of sensorNodeParameters()
+};
+
+/** \brief Reads the parameters and checks them one by one.
+ * \throws WrongParameter
+ */
+CompressorParameters
+readParameters()
+{
+  ParameterReader reader;
+  CompressorParameters parameters;
+  parameters.encoding = reader.values(pcl_ext::nodes::encodingParameters());
+  parameters.node = reader.values(pcl_ext::nodes::sensorNodeParameters());
+  reader.refuseUnknownNames();
+  return parameters;
+}
+
+pcl_ext::nodes::SensorNodeSettings
+settingsIn(const std::string& global_frame)
+{
+  pcl_ext::nodes::SensorNodeSettings settings;
+  settings.global_frame = global_frame;
+  settings.clock = rosTimeNow;
+  return settings;
+}
+
+} // namespace
 
 /** \brief Compresses the clouds of one sensor. doc/nodes.md has the topics and parameters.
  * All callbacks run in the thread of run(). */
@@ -38,10 +65,12 @@ public:
    * \throws WrongParameter
    */
   IntensityCompressor()
-  : sender_(senderOf(parameters_))
-  , transforms_(parameters_.global_frame,
-                valueOf<double>(parameters_.node, "tf_timeout"))
+  : sender_(settingsIn(global_frame_))
+  , transforms_(global_frame_, valueOf<double>(parameters_.node, "tf_timeout"))
   {
+    if (const std::string fault = sender_.setParameters(parameters_.encoding);
+        !fault.empty())
+      throw WrongParameter("Parameter ~" + fault);
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
     frames_ = node_.advertise<CompressedPointCloud2>(output_topic, 40);
     diagnostics_ =
@@ -77,7 +106,7 @@ private:
     std_msgs::Header header = cloud->header;
     const pcl_ext::nodes::FoundTransform transform = transforms_.toGlobalFrame(header);
     if (transform.is_latest) {
-      sender_->countLatestTransform();
+      sender_.countLatestTransform();
       ROS_WARN_THROTTLE(
           seconds_between_warnings,
           "The latest transform is used, as there is none at the stamp: %s",
@@ -87,7 +116,7 @@ private:
     pcl_ext::nodes::moveToPcl(*cloud, input);
     input.header.stamp = header.stamp.toNSec() / 1000;
     CompressedPointCloud2 message;
-    const auto status = sender_->encode(
+    const auto status = sender_.encode(
         input, transform.pose, frames_.getNumSubscribers(), message.compressed_data);
     if (status.code() == SensorNodeCode::UsedLastTransform)
       ROS_WARN_THROTTLE(seconds_between_warnings,
@@ -113,13 +142,13 @@ private:
   void
   send(std_msgs::Header header, CompressedPointCloud2& message)
   {
-    const pcl_ext::nodes::SensorNodeSettings settings = sender_->settings();
+    const pcl_ext::nodes::SensorNodeSettings settings = sender_.settings();
     if (settings.law != law_)
       ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings.law).c_str());
     law_ = settings.law;
-    header.frame_id = parameters_.global_frame;
+    header.frame_id = global_frame_;
     message.header = header;
-    pcl_ext::nodes::describeFrame(sender_->health().node, settings, message);
+    pcl_ext::nodes::describeFrame(sender_.health().node, settings, message);
     frames_.publish(message);
   }
 
@@ -132,21 +161,20 @@ private:
     constexpr std::uint32_t largest_gap = 999;
     const std::uint32_t gap = number - last_number_.value_or(number) - 1;
     if (last_number_ && gap <= largest_gap)
-      sender_->countMissed(gap);
+      sender_.countMissed(gap);
     last_number_ = number;
   }
 
   void
   receiveRequest(const std_msgs::Empty&)
   {
-    sender_->requestIFrame();
+    sender_.requestIFrame();
   }
 
   void
   reportHealth(const ros::WallTimerEvent&)
   {
-    const SenderHealth health = sender_->health();
-    const SensorNodeStatistics& now = health.node;
+    const SenderHealth health = sender_.health();
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
     message.status.push_back(
@@ -155,21 +183,14 @@ private:
                       health, reported_, pcl_ext::nodes::steadyTime())));
     diagnostics_.publish(message);
     reported_ = health;
-    if (parameters_.statistics)
-      ROS_INFO("%.1f frames/s, %.1f kB/s, ratio %.1f, %.1f ms, %zu voxels, %.3f bytes "
-               "per voxel",
-               now.rates.frames_per_second,
-               1e-3 * now.rates.bytes_per_second,
-               now.compressionRatio(),
-               1e3 * now.rates.mean_cycle_seconds,
-               now.frame.coding.voxels,
-               now.frame.bytesPerVoxel());
   }
 
   ros::NodeHandle node_;
-  const CompressorParameters parameters_ = readCompressorParameters();
+  const CompressorParameters parameters_ = readParameters();
+  const std::string global_frame_ = pcl_ext::nodes::withoutLeadingSlash(
+      valueOf<std::string>(parameters_.node, "global_frame"));
   const std::string input_topic_ = node_.resolveName("input");
-  const std::unique_ptr<pcl_ext::nodes::CloudSender> sender_;
+  pcl_ext::nodes::CloudSender sender_;
   TransformLookup transforms_;
   std::optional<pcl_ext::IntensityLaw> law_; // of the last frame
   std::optional<std::uint32_t> last_number_; // sequence number of the last cloud

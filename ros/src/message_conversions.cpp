@@ -1,6 +1,6 @@
 #include "message_conversions.h"
 
-#include <pcl_ext/nodes/cloud_messages.h>
+#include <ros/this_node.h>
 
 #include <limits>
 
@@ -28,13 +28,20 @@ rosTimeNow()
   return toNodeTime(ros::Time::now());
 }
 
-sensor_msgs::PointCloud2
-toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
+diagnostic_msgs::DiagnosticStatus
+toMessage(const std::string& name, const pcl_ext::nodes::HealthReport& report)
 {
-  sensor_msgs::PointCloud2 message;
-  message.header = header;
-  pcl_ext::nodes::writeVoxels(frame, message);
-  return message;
+  diagnostic_msgs::DiagnosticStatus status;
+  status.level = static_cast<std::uint8_t>(report.level());
+  status.name = ros::this_node::getName().substr(1) + ": " + name;
+  status.message = report.message();
+  status.hardware_id = name;
+  for (const auto& [key, value] : report.values()) {
+    auto& entry = status.values.emplace_back();
+    entry.key = key;
+    entry.value = value;
+  }
+  return status;
 }
 
 } // namespace pcl_ext_ros1

@@ -1,15 +1,17 @@
 #pragma once
 
-#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/health_report.h>
 #include <pcl_ext/nodes/stream_health.h>
 
+#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/time.h>
-#include <sensor_msgs/PointCloud2.h>
-#include <std_msgs/Header.h>
 
 #include <string>
 
 namespace pcl_ext_ros1 {
+
+/** \brief A warning is repeated at most this often. */
+constexpr double seconds_between_warnings = 5.0;
 
 /** \brief Exact conversions; a time that ROS cannot represent, before 1970 or after 2106,
  * becomes 0. */
@@ -22,8 +24,11 @@ toRosTime(pcl_ext::nodes::Time time);
 pcl_ext::nodes::Time
 rosTimeNow();
 
-/** \brief A cloud of the voxel centres, see pcl_ext::nodes::describeVoxels. */
-sensor_msgs::PointCloud2
-toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame);
+/** \brief One entry of /diagnostics.
+ * \param[in] name what it is about; the node's name is put before it
+ * \param[in] report its content
+ */
+diagnostic_msgs::DiagnosticStatus
+toMessage(const std::string& name, const pcl_ext::nodes::HealthReport& report);
 
 } // namespace pcl_ext_ros1

@@ -11,35 +11,8 @@ using XmlRpc::XmlRpcValue;
 
 namespace {
 
-/** \brief Nothing unless the value is an integer or a floating-point number. */
-std::optional<double>
-toNumber(XmlRpcValue value)
-{
-  if (value.getType() == XmlRpcValue::TypeInt)
-    return static_cast<int>(value);
-  if (value.getType() == XmlRpcValue::TypeDouble)
-    return static_cast<double>(value);
-  return std::nullopt;
-}
-
-} // namespace
-
-std::string
-toText(const XmlRpcValue& value)
-{
-  if (const auto known = toParameterValue(value))
-    return pcl_ext::nodes::textOf(*known);
-  XmlRpcValue copy = value; // some versions convert non-const values only
-  std::ostringstream text;
-  if (copy.getType() != XmlRpcValue::TypeArray) {
-    copy.write(text);
-    return text.str();
-  }
-  for (int i = 0; i < copy.size(); ++i)
-    text << (i == 0 ? "[" : ", ") << toText(copy[i]);
-  return text.str() + "]";
-}
-
+/** \brief Nothing if the value is of a type that no parameter of a table has, as maps, and
+ * lists of other elements than numbers. */
 std::optional<ParameterValue>
 toParameterValue(XmlRpcValue value)
 {
@@ -55,8 +28,10 @@ toParameterValue(XmlRpcValue value)
   case XmlRpcValue::TypeArray: {
     std::vector<double> numbers;
     for (int i = 0; i < value.size(); ++i)
-      if (const std::optional<double> number = toNumber(value[i]))
-        numbers.push_back(*number);
+      if (value[i].getType() == XmlRpcValue::TypeInt)
+        numbers.push_back(static_cast<int>(value[i]));
+      else if (value[i].getType() == XmlRpcValue::TypeDouble)
+        numbers.push_back(static_cast<double>(value[i]));
       else
         return std::nullopt;
     return numbers;
@@ -66,56 +41,66 @@ toParameterValue(XmlRpcValue value)
   }
 }
 
-std::optional<ParameterValue>
-convertedValue(const ParameterDescription& parameter, const XmlRpcValue& value)
+/** \brief A value in one line, for messages. */
+std::string
+toText(XmlRpcValue value)
 {
-  const std::optional<ParameterValue> known = toParameterValue(value);
-  return known ? pcl_ext::nodes::convertedValue(parameter, *known) : std::nullopt;
+  if (const auto known = toParameterValue(value))
+    return pcl_ext::nodes::textOf(*known);
+  std::ostringstream text;
+  if (value.getType() != XmlRpcValue::TypeArray) {
+    value.write(text);
+    return text.str();
+  }
+  for (int i = 0; i < value.size(); ++i)
+    text << (i == 0 ? "[" : ", ") << toText(value[i]);
+  return text.str() + "]";
 }
+
+[[noreturn]] void
+refuse(const std::string& name, const XmlRpcValue& value, const std::string& allowed)
+{
+  throw WrongParameter("Parameter ~" + name + " is " + toText(value) + "; it must be " +
+                       allowed);
+}
+
+} // namespace
 
 ParameterValues
 ParameterReader::values(const std::vector<ParameterDescription>& parameters)
 {
   ParameterValues values;
-  for (const ParameterDescription& parameter : parameters)
-    values[parameter.name] =
-        value(parameter.name, parameter).value_or(parameter.default_value);
+  for (const ParameterDescription& parameter : parameters) {
+    values[parameter.name] = parameter.default_value;
+    const auto found = find(parameter.name);
+    if (!found)
+      continue;
+    const auto value = toParameterValue(*found);
+    const auto converted =
+        value ? convertedValue(parameter, *value) : std::optional<ParameterValue>();
+    if (!converted)
+      refuse(parameter.name, *found, allowedValues(parameter));
+    values[parameter.name] = *converted;
+  }
   return values;
 }
 
-std::optional<ParameterValue>
-ParameterReader::value(const std::string& name, const ParameterDescription& description)
-{
-  const auto found = find(name);
-  if (!found)
-    return std::nullopt;
-  const std::optional<ParameterValue> converted = convertedValue(description, *found);
-  if (!converted)
-    refuse(name, toText(*found), allowedValues(description));
-  return converted;
-}
-
-std::optional<std::vector<XmlRpcValue>>
-ParameterReader::list(const std::string& name)
+std::optional<std::vector<std::string>>
+ParameterReader::topics(const std::string& name)
 {
   auto value = find(name);
   if (!value)
     return std::nullopt;
-  if (value->getType() != XmlRpcValue::TypeArray)
-    refuse(name, toText(*value), "a list");
-  std::vector<XmlRpcValue> elements;
-  for (int i = 0; i < value->size(); ++i)
-    elements.push_back((*value)[i]);
-  return elements;
-}
-
-void
-ParameterReader::refuse(const std::string& name,
-                        const std::string& value,
-                        const std::string& allowed)
-{
-  throw WrongParameter("Parameter ~" + name + " is " + value + "; it must be " +
-                       allowed);
+  const char* const allowed = "a list of topics, which is not empty";
+  if (value->getType() != XmlRpcValue::TypeArray || value->size() == 0)
+    refuse(name, *value, allowed);
+  std::vector<std::string> topics;
+  for (int i = 0; i < value->size(); ++i) {
+    if ((*value)[i].getType() != XmlRpcValue::TypeString)
+      refuse(name, *value, allowed);
+    topics.push_back(static_cast<std::string>((*value)[i]));
+  }
+  return topics;
 }
 
 void
@@ -128,7 +113,7 @@ ParameterReader::refuseUnknownNames() const
     if (full_name.compare(0, prefix.size(), prefix) != 0)
       continue;
     const std::string name = full_name.substr(prefix.size());
-    // Names with a slash are of single streams, or of a node in this node's namespace.
+    // Names with a slash are of a node in this node's namespace.
     if (name.find('/') != std::string::npos || known_names_.count(name) != 0)
       continue;
     std::string known;

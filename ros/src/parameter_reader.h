@@ -20,21 +20,8 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-/** \brief A value in one line, for messages. */
-std::string
-toText(const XmlRpc::XmlRpcValue& value);
-
-/** \brief Nothing if the value is of a type that no parameter of a table has, as maps, and
- * lists of other elements than numbers. */
-std::optional<pcl_ext::nodes::ParameterValue>
-toParameterValue(XmlRpc::XmlRpcValue value);
-
-/** \brief The value of a parameter of a table; nothing if it is not allowed. */
-std::optional<pcl_ext::nodes::ParameterValue>
-convertedValue(const pcl_ext::nodes::ParameterDescription& parameter,
-               const XmlRpc::XmlRpcValue& value);
-
-/** \brief Reads private parameters of this node and checks type and range.
+/** \brief Reads private parameters of this node and checks type and range. doc/nodes.md has
+ * their units, defaults and ranges.
  *
  * All members throw WrongParameter.
  */
@@ -44,24 +31,10 @@ public:
   pcl_ext::nodes::ParameterValues
   values(const std::vector<pcl_ext::nodes::ParameterDescription>& parameters);
 
-  /** \brief A value that a description of a table allows; nothing if it is not set.
-   * \param[in] name that of the description, or another one
-   */
-  std::optional<pcl_ext::nodes::ParameterValue>
-  value(const std::string& name,
-        const pcl_ext::nodes::ParameterDescription& description);
-
-  /** \brief The elements of a list; nothing if the parameter is not set. */
-  std::optional<std::vector<XmlRpc::XmlRpcValue>>
-  list(const std::string& name);
-
-  /** \brief Throws.
-   * \param[in] name of the parameter
-   * \param[in] value as it is printed
-   * \param[in] allowed values, as they are printed
-   */
-  [[noreturn]] static void
-  refuse(const std::string& name, const std::string& value, const std::string& allowed);
+  /** \brief The topics of a list, which must not be empty; nothing if the parameter is not
+   * set. */
+  std::optional<std::vector<std::string>>
+  topics(const std::string& name);
 
   /** \brief Refuses every parameter that is set and was not read. Without this check a
    * mistyped name would silently leave the default in force. */

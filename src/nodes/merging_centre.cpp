@@ -151,18 +151,6 @@ public:
       found->second.setSources(time, std::move(sources));
   }
 
-  std::vector<MergedSource>
-  sourcesOf(const MergeStatus& merged)
-  {
-    std::vector<MergedSource> sources;
-    const std::vector<StreamHealth> health = node_.health();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const MergedStream& stream : merged.streams)
-      if (const auto found = streams_.find(stream.name); found != streams_.end())
-        found->second.addSources(stream, health, sources);
-    return sources;
-  }
-
   void
   work()
   {
@@ -263,6 +251,18 @@ private:
     for (ScheduledFrame& frame : step.frames)
       decode(std::move(frame));
     due_ = step.merge;
+  }
+
+  std::vector<MergedSource>
+  sourcesOf(const MergeStatus& merged)
+  {
+    std::vector<MergedSource> sources;
+    const std::vector<StreamHealth> health = node_.health();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const MergedStream& stream : merged.streams)
+      if (const auto found = streams_.find(stream.name); found != streams_.end())
+        found->second.addSources(stream, health, sources);
+    return sources;
   }
 
   void
@@ -396,12 +396,6 @@ MergingCentre::setSources(const std::string& stream,
                           std::vector<MergedSource> sources)
 {
   implementation_->setSources(stream, time, std::move(sources));
-}
-
-std::vector<MergedSource>
-MergingCentre::sourcesOf(const MergeStatus& merged)
-{
-  return implementation_->sourcesOf(merged);
 }
 
 MergeCounts

@@ -144,11 +144,6 @@ public:
   void
   setSources(const std::string& stream, Time time, std::vector<MergedSource> sources);
 
-  /** \brief What voxels are of that were merged by node().merge(), as of
-   * MergedFrame::sources. */
-  std::vector<MergedSource>
-  sourcesOf(const MergeStatus& merged);
-
   /** \brief How many merged frames there were; those that were left out are a sign that
    * the machine is too slow for the streams. */
   MergeCounts
