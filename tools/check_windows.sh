@@ -111,6 +111,9 @@ check_program() {
     done
     cat windows.txt # of verify
   done
+  for command in view send receive keep; do
+    run_program "$wine" "$program" "$command" consumer.mcap | grep "this program was built without"
+  done
 }
 
 copy_headers

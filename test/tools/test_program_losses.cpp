@@ -65,11 +65,11 @@ TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
   const KnownStream stream = knownStream(0, 30, 10);
   Bytes damaged; // frame 3 is missing, and frame 14 has a wrong checksum
   for (std::size_t i = 0; i < stream.frames.size(); ++i) {
-    Bytes frame = stream.frames[i].bytes;
-    if (i == 14)
-      frame.back() ^= 1;
+    const Bytes& frame = stream.frames[i].bytes;
     if (i != 3)
       damaged.insert(damaged.end(), frame.begin(), frame.end());
+    if (i == 14)
+      damaged.at(damaged.size() - 1) ^= 1;
   }
   writeBytes(folder / "damaged.pcxi", damaged);
   for (const std::string command : {"cut", "merge"}) {

@@ -13,9 +13,63 @@
 #include <exception>
 #include <iostream>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+// In place of the commands that the program was built without.
+
+#if !defined(PCL_EXT_HAS_VIEW) || !defined(PCL_EXT_HAS_SITE)
+/** \brief Takes any options, and fails.
+ * \param[in] needed what was not found when the program was built
+ */
+static Run
+addUnbuilt(CLI::App& app, const char* needed)
+{
+  app.allow_extras();
+  return [needed]() -> int {
+    throw std::runtime_error("this program was built without " + std::string(needed));
+  };
+}
+#endif
+
+#ifndef PCL_EXT_HAS_VIEW
+Run
+addView(CLI::App& app)
+{
+  return addUnbuilt(app, "Boost.Beast, which the viewer's server needs");
+}
+#endif
+
+#ifndef PCL_EXT_HAS_SITE
+constexpr const char* site_needs =
+    "libnats, Boost.Beast or OctoMap, which the commands of a site need";
+
+Run
+addSend(CLI::App& app)
+{
+  return addUnbuilt(app, site_needs);
+}
+
+Run
+addReceive(CLI::App& app)
+{
+  return addUnbuilt(app, site_needs);
+}
+
+Run
+addKeep(CLI::App& app)
+{
+  return addUnbuilt(app, site_needs);
+}
+#endif
+
+} // namespace tools
+} // namespace pcl_ext
 
 namespace {
 

@@ -11,8 +11,7 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Shows compressed streams in browsers, where the package was built with the
- * library's component view. Thread-safe. */
+/** \brief Shows compressed streams in browsers. Thread-safe. */
 class StreamView {
 public:
   /** \brief Begins to serve.

@@ -18,14 +18,13 @@ struct CentreMapOptions {
   bool waits = false;          ///< for each update, as a replay can
 };
 
-/** \brief Feeds the map, where the program was built with OctoMap: with the latest frames,
- * once a second of the clouds' time, by a thread of its own, as that may take longer than
- * from one merged frame to the next. */
+/** \brief Feeds the map: with the latest frames, once a second of the clouds' time, by a
+ * thread of its own, as that may take longer than from one merged frame to the next. */
 class CentreMap {
 public:
   /** \param[in] resolution metres
    * \param[in] console must outlive this
-   * \throws UsageError if the map cannot be written, or there is no OctoMap
+   * \throws UsageError if the map cannot be written
    */
   CentreMap(const CentreMapOptions& options, double resolution, Console& console);
   ~CentreMap();

@@ -31,7 +31,7 @@ addSiteViewOptions(CLI::App& app, SiteViewOptions& options);
  * \param[in] name shown on the page
  * \param[in] metrics called by another thread
  * \param[in] request_i_frame called by another thread
- * \throws std::exception if it cannot be served, or the program was built without a server
+ * \throws std::exception if it cannot be served
  */
 std::unique_ptr<FrameTaker>
 makeSiteView(const SiteViewOptions& options,
