@@ -26,17 +26,14 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
           "--frames 2 -o out -q -l quadratic --threshold 30 --temporal-filter=4");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(result.errors, "");
-  EXPECT_NE(result.output.find("| cell_sensor_2 | count     | 3      |"),
-            std::string::npos)
+  const std::size_t row = result.output.find("| cell_sensor_2 | 3      |");
+  ASSERT_NE(row, std::string::npos) << result.output;
+  EXPECT_LT(result.output.find("| noise removed | surfaces kept |\n"), row);
+  const std::string denoising = "| 82.2 %        | 97.9 %        |\n";
+  EXPECT_EQ(result.output.find(denoising, row) + denoising.size(),
+            result.output.find('\n', row) + 1)
       << result.output;
-  EXPECT_NE(result.output.find("outlier filter (denoised clouds)"), std::string::npos);
-  EXPECT_NE(result.output.find("threshold 30 (denoised clouds)"), std::string::npos);
   EXPECT_NE(result.output.find("pcl_ext info out/cell.mcap"), std::string::npos);
-  // Streams that are filtered themselves are not compared with filtered ones.
-  const std::string comparison = "The same clouds with --temporal-filter=8";
-  const std::size_t compared = result.output.find(comparison);
-  EXPECT_NE(compared, std::string::npos);
-  EXPECT_EQ(result.output.find(comparison, compared + 1), std::string::npos);
   const std::vector<DecodedStream> streams = decode(folder / "out/cell.mcap");
   ASSERT_EQ(streams.size(), 2u);
   EXPECT_EQ(streams[1].name, "/cell_sensor_2");

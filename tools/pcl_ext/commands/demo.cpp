@@ -1,14 +1,15 @@
 #include "commands/commands.h"
 #include "commands/demo_stream.h"
-#include "commands/demo_tables.h"
 #include "console/console.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "measuring/markdown_table.h"
 #include "options/options.h"
 #include "outputs/cloud_folder.h"
 #include "outputs/frame_output.h"
 #include "simulator/crop_box.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -32,6 +33,55 @@ struct DemoOptions {
   EncodingOptions encoding;
   bool is_quiet = false;
 };
+
+std::string
+percent(std::size_t part, std::size_t whole)
+{
+  const double share = static_cast<double>(part) / static_cast<double>(whole);
+  return whole == 0 ? "-" : measuring::formatted(100.0 * share, 1) + " %";
+}
+
+void
+print(const std::vector<DemoReport>& reports)
+{
+  measuring::MarkdownTable table({"stream",
+                                  "frames",
+                                  "points",
+                                  "voxels",
+                                  "bytes",
+                                  "ratio",
+                                  "encode ms",
+                                  "decode ms",
+                                  "noise removed",
+                                  "surfaces kept"});
+  for (const DemoReport& report : reports) {
+    const EncodedSums& sums = report.encoded;
+    const double frames = static_cast<double>(std::max<std::size_t>(sums.frames, 1));
+    const auto mean = [frames](auto sum, int digits) {
+      return measuring::formatted(static_cast<double>(sum) / frames, digits);
+    };
+    const double ratio = 16.0 * static_cast<double>(sums.encoded_points) /
+                         static_cast<double>(std::max<std::size_t>(sums.bytes, 1));
+    const DenoisingReport& denoising = report.denoising;
+    table.addRow(
+        {report.name,
+         std::to_string(sums.frames),
+         mean(sums.encoded_points, 0),
+         mean(sums.voxels, 0),
+         mean(sums.bytes, 0),
+         measuring::formatted(ratio, 1),
+         mean(report.encode_ms, 2),
+         mean(report.decode_ms, 2),
+         percent(denoising.noise_removed, denoising.noise),
+         percent(denoising.surfaces - denoising.surfaces_removed, denoising.surfaces)});
+  }
+  std::cout << "Means of a frame:\n";
+  table.print(std::cout);
+  std::cout << "points: those in voxels. ratio: 16 bytes for each of them against the "
+               "bytes. ms: processor\ntime; encoding begins with the sensor's cloud. "
+               "noise: voxels without a point of a surface,\nwhich are known in the "
+               "robot cell.\n";
+}
 
 /** \brief Some sensors of the robot cell, through the whole pipeline. */
 class Demo {
@@ -73,9 +123,7 @@ public:
     std::string ending;
     if (output_)
       ending = output_->finish() + clouds_->finish();
-    printSizes(reports, std::cout);
-    printDenoising(reports, std::cout);
-    printTemporalFilter(reports, std::cout);
+    print(reports);
     if (output_)
       printNextSteps();
     if (!ending.empty())

@@ -61,9 +61,6 @@ DemoStream::DemoStream(EncodingOptions& options,
 , truth_(seed, sensor, options.codec().resolution)
 {
   name_ = sequence_->name();
-  if (options.codec().temporal_filter == 0)
-    filtered_.emplace(options.nodeSettings(law_, ""),
-                      WorldPose(sequence_->sensorPose()));
 }
 
 void
@@ -78,10 +75,7 @@ DemoStream::run(std::size_t frame)
   if (!status.ok())
     throw std::runtime_error("decoding failed: " + status.message());
   toCloud(voxels_, decoded_);
-  const std::vector<noise::VoxelTruth>* const truth = truth_.of(frame, voxels_);
-  denoise(truth);
-  if (filtered_)
-    filtered_->run(cloud_, voxels_, truth);
+  denoise(truth_.of(frame, voxels_));
 }
 
 void
@@ -101,13 +95,7 @@ DemoStream::denoise(const std::vector<noise::VoxelTruth>* truth)
 DemoReport
 DemoStream::report() const
 {
-  return {name_,
-          nameOf(law_),
-          encoder_.sums(),
-          encode_ms_,
-          decode_ms_,
-          denoising_.report(),
-          filtered_ ? std::optional(filtered_->report()) : std::nullopt};
+  return {name_, encoder_.sums(), encode_ms_, decode_ms_, denoising_.report()};
 }
 
 } // namespace tools

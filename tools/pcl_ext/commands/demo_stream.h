@@ -6,7 +6,6 @@
 #include "clouds/cloud_sequence.h"
 #include "options/encoding_options.h"
 #include "streams/denoising.h"
-#include "streams/filtered_stream.h"
 #include "streams/stream_encoder.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -23,12 +22,10 @@ namespace tools {
 /** \brief Figures of a stream; sums over its frames. */
 struct DemoReport {
   std::string name;
-  std::string law;
   EncodedSums encoded;
   double encode_ms = 0.0; ///< from the cloud on
   double decode_ms = 0.0;
   DenoisingReport denoising;
-  std::optional<FilteredReport> filtered; ///< none if the stream itself is filtered
 };
 
 /** \brief What the demonstration does with each cloud of one sensor of the robot
@@ -59,7 +56,7 @@ public:
   }
 
   /** \brief Takes the next cloud through all stages: captures, encodes, decodes,
-   * denoises; and encodes and decodes it with the temporal filter.
+   * denoises.
    * \throws std::runtime_error if one fails, or what was decoded is not what was
    * encoded
    */
@@ -105,7 +102,6 @@ private:
   io::FrameDecoder decoder_;
   Denoising denoising_;
   CellTruth truth_;
-  std::optional<FilteredStream> filtered_;
   double encode_ms_ = 0.0;
   double decode_ms_ = 0.0;
   // Of the last frame.

@@ -1,14 +1,12 @@
 #include "streams/denoising.h"
 
-#include "measuring/samples.h"
-
 namespace pcl_ext {
 namespace tools {
 
 namespace {
 
-/** \brief Thresholds of the paper's Figure 11, to compare the filter with. Native
- * intensities and fine voxels, which are faint everywhere, have none. */
+/** \brief Thresholds of the paper's Figure 11. Native intensities and fine voxels, which are
+ * faint everywhere, have none. */
 float
 defaultThreshold(IntensityLaw law, double resolution)
 {
@@ -24,21 +22,6 @@ removalSettings(IntensityLaw law)
   VoxelOutlierRemovalSettings settings;
   settings.unit = densityUnitOf(law);
   return settings;
-}
-
-void
-countRemoved(const std::vector<float>& scores,
-             float least,
-             const std::vector<noise::VoxelTruth>* truth,
-             RemovedVoxels& removed)
-{
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    if (scores[i] >= least)
-      continue;
-    ++removed.all;
-    if (truth)
-      ++((*truth)[i] == noise::VoxelTruth::Noise ? removed.noise : removed.surfaces);
-  }
 }
 
 } // namespace
@@ -58,38 +41,32 @@ CellTruth::of(std::size_t number, const io::VoxelFrame& frame)
 Denoising::Denoising(IntensityLaw law,
                      double resolution,
                      const std::optional<float>& threshold)
-: settings_(removalSettings(law)), removal_(settings_)
-{
-  report_.has_filter = VoxelOutlierRemoval::isMadeFor(resolution);
-  report_.threshold = threshold.value_or(defaultThreshold(law, resolution));
-  report_.uses_filter = report_.has_filter && !threshold;
-}
+: removal_(removalSettings(law))
+, uses_filter_(!threshold && VoxelOutlierRemoval::isMadeFor(resolution))
+, least_(uses_filter_ ? removalSettings(law).min_log_odds
+                      : threshold.value_or(defaultThreshold(law, resolution)))
+{}
 
 const std::vector<int>&
 Denoising::voxelsToKeep(const io::VoxelFrame& frame,
                         const std::vector<float>& intensities,
                         const std::vector<noise::VoxelTruth>* truth)
 {
-  if (report_.has_filter) {
-    const double ms = measuring::timeOf([&] { removal_.score(frame, log_odds_); });
-    report_.ms += report_.uses_filter ? ms : 0.0;
-    countRemoved(log_odds_, settings_.min_log_odds, truth, report_.by_filter);
+  if (uses_filter_)
+    removal_.score(frame, log_odds_);
+  const std::vector<float>& scores = uses_filter_ ? log_odds_ : intensities;
+  kept_.clear();
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const bool is_kept = scores[i] >= least_;
+    if (is_kept)
+      kept_.push_back(static_cast<int>(i));
+    if (!truth)
+      continue;
+    const bool is_noise = (*truth)[i] == noise::VoxelTruth::Noise;
+    ++(is_noise ? report_.noise : report_.surfaces);
+    if (!is_kept)
+      ++(is_noise ? report_.noise_removed : report_.surfaces_removed);
   }
-  countRemoved(intensities, report_.threshold, truth, report_.by_threshold);
-  if (truth) {
-    report_.labelled_voxels += truth->size();
-    for (const noise::VoxelTruth voxel : *truth)
-      report_.noise_voxels += voxel == noise::VoxelTruth::Noise ? 1 : 0;
-  }
-  report_.ms += measuring::timeOf([&] {
-    const std::vector<float>& scores = report_.uses_filter ? log_odds_ : intensities;
-    const float least =
-        report_.uses_filter ? settings_.min_log_odds : report_.threshold;
-    kept_.clear();
-    for (std::size_t i = 0; i < scores.size(); ++i)
-      if (scores[i] >= least)
-        kept_.push_back(static_cast<int>(i));
-  });
   return kept_;
 }
 

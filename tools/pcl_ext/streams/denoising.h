@@ -13,23 +13,12 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Voxels that one way of denoising removes. */
-struct RemovedVoxels {
-  std::size_t all = 0;
-  std::size_t noise = 0;    ///< of these, where the truth is known
-  std::size_t surfaces = 0; ///< the others of these
-};
-
-/** \brief What denoising does to a stream; sums over its frames. */
+/** \brief What denoising does to a stream; sums over the frames whose truth is known. */
 struct DenoisingReport {
-  float threshold = 0.0f;
-  bool has_filter = false;         ///< the outlier filter works on this stream
-  bool uses_filter = false;        ///< it made the denoised clouds, else the threshold
-  std::size_t labelled_voxels = 0; ///< whose truth is known
-  std::size_t noise_voxels = 0;    ///< of these noise
-  RemovedVoxels by_threshold;
-  RemovedVoxels by_filter;
-  double ms = 0.0; ///< processor time of the way that made the denoised clouds
+  std::size_t noise = 0;            ///< voxels that are noise
+  std::size_t noise_removed = 0;    ///< of these
+  std::size_t surfaces = 0;         ///< the other voxels
+  std::size_t surfaces_removed = 0; ///< of these
 };
 
 /** \brief Truth of the voxels of the robot cell. */
@@ -51,14 +40,14 @@ private:
   noise::LabelledFrame labelled_;
 };
 
-/** \brief Finds the noise among the decoded voxels of one stream: by a threshold on the
- * intensity, and by VoxelOutlierRemoval. */
+/** \brief Finds the noise among the decoded voxels of one stream: by VoxelOutlierRemoval, or
+ * by a threshold on the intensity where one is given or the voxels are not of an edge that
+ * the filter is made for. */
 class Denoising {
 public:
   /** \param[in] law of the intensities
    * \param[in] resolution voxel edge, metres
-   * \param[in] threshold least intensity that denoising keeps; none: the outlier filter
-   * denoises
+   * \param[in] threshold least intensity that stays
    */
   Denoising(IntensityLaw law, double resolution, const std::optional<float>& threshold);
 
@@ -80,8 +69,9 @@ public:
   }
 
 private:
-  VoxelOutlierRemovalSettings settings_;
   VoxelOutlierRemoval removal_;
+  bool uses_filter_;
+  float least_; // of the log-odds or of the intensities
   DenoisingReport report_;
   std::vector<float> log_odds_;
   std::vector<int> kept_;

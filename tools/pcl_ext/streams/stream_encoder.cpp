@@ -54,7 +54,6 @@ EncodedSums::operator+=(const EncodedSums& part)
   points += part.points;
   encoded_points += part.encoded_points;
   voxels += part.voxels;
-  saturated_voxels += part.saturated_voxels;
   outliers += part.outliers;
   judged_by |= part.judged_by;
   judged_points += part.judged_points;
@@ -155,7 +154,6 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.points = points.points - points.points_not_finite;
   sums.encoded_points = frame.voxelization.points_used;
   sums.voxels = frame.coding.voxels;
-  sums.saturated_voxels = frame.voxelization.intensities_out_of_range;
   sums.outliers = statistics.outliers_removed;
   if (statistics.judged_points)
     sums.judged_points = sums.points;

@@ -25,8 +25,7 @@ struct EncodedSums {
   std::size_t points = 0;          ///< finite ones of these
   std::size_t encoded_points = 0;  ///< in voxels
   std::size_t voxels = 0;
-  std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
-  std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
+  std::size_t outliers = 0; ///< voxels that --remove-outliers removed
   /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
   unsigned int judged_by = 0;
   std::size_t judged_points = 0;  ///< finite ones, if it judged points
