@@ -124,6 +124,19 @@ class Transforms(Scenario):
         self.expect_level(self.compressor_health, WARN)
 
 
+    def test_clouds_that_the_queue_drops_are_counted(self):
+        self.start(tf_timeout=1, queue_size=1)
+        health = self.compressor_health
+        self.clouds.publish(self.cloud(0))
+        self.expect_value(health, "clouds", 1)
+        for number in range(1, 7):  # while one waits for its transform
+            self.clouds.publish(self.cloud(number))
+        self.expect(lambda: health.value("clouds missed") > 0)
+        self.expect(lambda: health.value("clouds") + health.value("clouds missed") == 7,
+                    lambda: health.entries()[-1:])
+        self.expect_level(health, ERROR)  # as there is no transform
+
+
 class Losses(Scenario):
     def test_a_lost_frame(self):
         """The test forwards the frames, and loses one."""
@@ -220,17 +233,19 @@ class Losses(Scenario):
     def test_recorded_frames_give_the_voxels_again(self):
         self.start_both(i_frame_rate=8)
         bag = f"{FOLDER}/frames.bag"
-        recording = Process(self, ["rosbag", "record", "-O", bag, self.compressed])
+        recording = Process(self, ["rosbag", "record", "--limit=20", "-O", bag,
+                                   self.compressed])
         self.expect(lambda: self.compressor.connections(self.compressed) == 3, recording.output)
         self.expect_clouds(*range(20))
-        self.assertEqual(recording.end(), 0, recording.output())
+        self.assertEqual(recording.process.wait(20), 0, recording.output())
         again = Recorder(self, self.full("again/voxels"), PointCloud2)
         fresh = Node(self, "intensity_decompressor", self.full("fresh"),
                      {"streams": [self.full("again")]})
         self.expect(lambda: fresh.connections(again.topic) == 1)
         player = Process(self, ["rosbag", "play", "--quiet", "--wait-for-subscribers", bag,
                                 f"{self.compressed}:={self.full('again')}"])
-        self.expect(lambda: len(again.messages) == 20, player.output)
+        self.expect(lambda: len(again.messages) == 20,
+                    lambda: f"{len(again.messages)} clouds\n{player.output()}")
         for number, shown in enumerate(again.messages):
             self.assertEqual(shown.header.stamp, self.cloud(number).header.stamp)
             self.assertEqual(voxels_in(shown), voxels_of(number))

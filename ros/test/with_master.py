@@ -98,6 +98,8 @@ def run(command, environment, master):
 
 def main():
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what follows tidies up
+    # A shell starts what runs in its background with SIGINT ignored, which nodes inherit.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     folder = tempfile.mkdtemp(prefix="pcl_ext_ros1_test_")
     environment = dict(os.environ, ROS_IP="127.0.0.1", ROS_HOME=folder, ROS_LOG_DIR=folder,
