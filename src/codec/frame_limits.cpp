@@ -29,9 +29,6 @@ limitByBytes(std::uint64_t limit,
 FrameLimits
 frameLimits(const DecoderLimits& limits, std::uint64_t bytes)
 {
-  constexpr std::size_t free_blocks = std::size_t{1} << 20;
-  constexpr std::size_t free_points = std::size_t{1} << 24;
-  constexpr std::size_t free_values = std::size_t{1} << 26;
   const std::size_t max_voxels = std::min(limits.max_voxels, largest_frame);
   const std::uint64_t max_points =
       std::min<std::uint64_t>(limits.max_points, std::uint64_t{16} * max_voxels);
@@ -40,10 +37,26 @@ frameLimits(const DecoderLimits& limits, std::uint64_t bytes)
             max_voxels,
             static_cast<std::size_t>(max_points),
             limits.max_field_values};
-  return {limitByBytes(max_voxels, limits.free_voxels, bytes, 64),
-          limitByBytes(max_voxels, std::min(limits.free_voxels, free_blocks), bytes, 8),
-          limitByBytes(max_points, free_points, bytes, 256),
-          limitByBytes(limits.max_field_values, free_values, bytes, 512)};
+  return {
+      limitByBytes(max_voxels, limits.free_voxels, bytes, voxels_of_byte),
+      limitByBytes(
+          max_voxels, std::min(limits.free_voxels, free_blocks), bytes, blocks_of_byte),
+      limitByBytes(max_points, free_points, bytes, points_of_byte),
+      limitByBytes(limits.max_field_values, free_values, bytes, values_of_byte)};
+}
+
+std::uint64_t
+fewestBytes(const FrameCounts& counts)
+{
+  const auto bytes_for =
+      [](std::uint64_t count, std::uint64_t of_few_bytes, std::uint64_t of_byte) {
+        return count > of_few_bytes ? (count + of_byte - 1) / of_byte : 0;
+      };
+  return std::max(
+      {bytes_for(counts.voxels, DecoderLimits().free_voxels, voxels_of_byte),
+       bytes_for(counts.blocks, free_blocks, blocks_of_byte),
+       bytes_for(counts.points, free_points, points_of_byte),
+       bytes_for(counts.field_values, free_values, values_of_byte)});
 }
 
 } // namespace io

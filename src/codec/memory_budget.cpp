@@ -122,7 +122,7 @@ private:
 
 MemoryBudget::MemoryBudget(std::size_t bytes)
 : implementation_(
-      std::make_unique<Implementation>(bytes == 0 ? machineBytes() / 2 : bytes))
+      std::make_unique<Implementation>(bytes == 0 ? machineBytes() / 4 : bytes))
 {}
 
 MemoryBudget::~MemoryBudget() = default;

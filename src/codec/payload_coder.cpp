@@ -53,10 +53,12 @@ PayloadCoders::trackedVoxels(Effort effort) const
 std::size_t
 PayloadCoders::memoryBytes() const
 {
+  constexpr std::size_t bytes_of_few_voxels = std::size_t{1} << 17;
   std::size_t bytes = 0;
   for (const std::unique_ptr<PayloadCoder>& coder : coders_)
     if (coder)
-      bytes += coder->modelBytes() + bytes_of_block * coder->trackedBlocks();
+      bytes += bytes_of_few_voxels + coder->modelBytes() +
+               kept_bytes_of_block * coder->trackedBlocks();
   return bytes;
 }
 

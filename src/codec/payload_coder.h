@@ -87,6 +87,13 @@ public:
   void
   releaseMemory() noexcept;
 
+  /** \brief Whether there may be any. */
+  bool
+  isUsed() const
+  {
+    return fast_ != nullptr;
+  }
+
 private:
   std::unique_ptr<fast::Workspace> fast_;
   MemoryRule memory_rule_;

@@ -137,9 +137,8 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 std::size_t
 ReceivedStream::keptBytes() const
 {
-  constexpr std::size_t bytes_of_filter = 400; // a voxel
   return 2 * bytesOf(latest_) +
-         (outlier_removal_ ? bytes_of_filter * latest_.size() : 0);
+         (outlier_removal_ ? VoxelOutlierRemoval::bytes_of_voxel * latest_.size() : 0);
 }
 
 /** \brief Drops the voxels and the filter's history, as the memory is needed elsewhere. */

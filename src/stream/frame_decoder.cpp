@@ -270,8 +270,9 @@ private:
   std::size_t
   memoryBytes() const
   {
-    // Half for a voxel of the frame, half for one of the history.
-    return bytes_of_voxel / 2 * memory_rule_.most() + version1_.memoryBytes();
+    const std::size_t of_voxel =
+        own_workspace_.isUsed() ? kept_bytes_with_workspace : kept_bytes_of_voxel;
+    return of_voxel * memory_rule_.most() + version1_.memoryBytes();
   }
 
   /** \brief Drops what is kept of earlier frames, as the memory is needed elsewhere. */

@@ -166,9 +166,12 @@ private:
                          statistics);
       // The history knows little of the frame. An I-frame takes hardly more bytes, and
       // frames of changes may follow it.
-      if (was_of_changes_ && !statistics.is_i_frame &&
-          !version1_.mayBeFollowedByChanges())
+      const bool leaves_changes =
+          was_of_changes_ && !version1_.mayBeFollowedByChanges();
+      if (!statistics.is_i_frame && (leaves_changes || version1_.lacksBytes())) {
         encodeAgain(frame, stamp, bytes, statistics);
+        is_of_changes = false;
+      }
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;

@@ -11,24 +11,6 @@
 namespace pcl_ext {
 namespace io {
 
-namespace {
-
-/** \brief Number of values that a frame has of some fields. */
-std::uint64_t
-fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>& fields)
-{
-  std::uint64_t values = 0;
-  for (const FieldDescription& field : fields)
-    values += field.count;
-  // A decoded cloud has values in all pixels.
-  if (header.content.has_image && header.image.is_organised)
-    return values * header.image.pixelCount();
-  return values *
-         (header.content.has_point_counts ? header.point_count : header.voxel_count);
-}
-
-} // namespace
-
 CompressionStatus
 Version1Decoder::decode(ByteSource& source,
                         CodingWorkspace& work,
@@ -109,7 +91,9 @@ Version1Decoder::limitFrame()
   if (!limits_.budget)
     return {};
   const std::uint64_t limit = limits_.budget->limit();
-  const std::uint64_t least = bytes_of_voxel * header_.voxel_count;
+  // Half of it is for the history.
+  const std::uint64_t least =
+      (header_.is_i_frame ? bytes_of_voxel / 2 : bytes_of_voxel) * header_.voxel_count;
   if (least > limit)
     return tooMuchMemory(least, limits_.budget->limit());
   blocks_by_memory_ = static_cast<std::size_t>((limit - least) / bytes_of_block);
@@ -163,7 +147,10 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
                                PayloadSizes& sizes)
 {
   const std::uint8_t* payload = checked_bytes_.data() + header_size_;
-  const std::uint8_t* const end = payload + header_.payload_size;
+  const std::uint8_t* const padding_end = payload + header_.payload_size;
+  const std::uint8_t* const end = padding_end - header_.padding_size;
+  if (std::any_of(end, padding_end, [](std::uint8_t byte) { return byte != 0; }))
+    return corruptFrame("padding of other bytes than 0");
   if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
     return status;
   if (header_.is_of_changes)
@@ -181,6 +168,7 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
     coders_.of(header_.effort).discard();
     return corruptFrame("invalid voxels");
   }
+  sizes.occupancy += static_cast<std::size_t>(header_.padding_size);
   prepareChanges(frame);
   return {};
 }

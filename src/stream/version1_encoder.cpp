@@ -2,6 +2,7 @@
 
 #include "bytes/byte_writer.h"
 #include "bytes/exceptions.h"
+#include "codec/frame_limits.h"
 #include "codec/supplement/coarse_voxels.h"
 #include "stream/image_table.h"
 #include "stream/image_trial.h"
@@ -342,6 +343,31 @@ Version1Encoder::encodeContent(const VoxelFrame& frame, const VoxelFrame& coded)
   return sizes;
 }
 
+/** \brief Gives an I-frame as many bytes as decoders of default limits demand for what it
+ * has, or finds that a P-frame has too few. */
+void
+Version1Encoder::pad(const VoxelFrame& frame)
+{
+  Version1Header& header = header_;
+  header.padding_size = 0;
+  if (header.is_i_frame)
+    bytes_since_i_frame_ = 0;
+  bytes_since_i_frame_ += payload_.size();
+  const VoxelFrame& coded = content_.hasVoxels() ? coarse_voxels_ : frame;
+  const std::uint64_t fewest =
+      fewestBytes({header.voxel_count,
+                   coded.size() > free_blocks ? countBlocks(coded.keys) : 0,
+                   content_.has_point_counts ? header.point_count : 0,
+                   fieldValuesOf(header, fields_)});
+  lacks_bytes_ = bytes_since_i_frame_ < fewest;
+  if (!header.is_i_frame || !lacks_bytes_)
+    return;
+  header.padding_size = fewest - bytes_since_i_frame_;
+  payload_.resize(static_cast<std::size_t>(fewest));
+  bytes_since_i_frame_ = fewest;
+  lacks_bytes_ = false;
+}
+
 /** \brief Appends the frame whose payload is encoded. */
 void
 Version1Encoder::writeFrame(const VoxelFrame& frame,
@@ -352,6 +378,7 @@ Version1Encoder::writeFrame(const VoxelFrame& frame,
   Version1Header& header = header_;
   header.content = content_;
   header.voxel_count = frame.size();
+  pad(frame);
   header.payload_size = payload_.size();
   checksum_ =
       writeVersion1Frame(header, payload_, header.is_i_frame ? 0 : checksum_, bytes);
@@ -363,9 +390,11 @@ Version1Encoder::writeFrame(const VoxelFrame& frame,
   statistics.frame_number = frame_number_;
   statistics.bytes = bytes.size();
   statistics.header_bytes = bytes.size() - payload_.size();
-  statistics.occupancy_bytes = sizes.occupancy;
+  statistics.occupancy_bytes =
+      sizes.occupancy + static_cast<std::size_t>(header.padding_size);
   statistics.attribute_bytes = sizes.attributes;
-  statistics.intensity_bytes = payload_.size() - sizes.occupancy - sizes.attributes;
+  statistics.intensity_bytes =
+      payload_.size() - statistics.occupancy_bytes - sizes.attributes;
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   has_depth_model_ = frame.depth_model.has_value();

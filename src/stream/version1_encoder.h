@@ -116,6 +116,14 @@ public:
     return wants_i_frame_;
   }
 
+  /** \brief Whether the last frame, a P-frame, has so few bytes that decoders of default
+   * limits refuse it: an I-frame takes its place, see frameLimits(). */
+  bool
+  lacksBytes() const
+  {
+    return lacks_bytes_;
+  }
+
   /** \brief Ends a frame in the memory that is used for one.
    * \return voxels, bytes and records that the stream needed for it
    */
@@ -149,6 +157,9 @@ private:
   writeHeader(const VoxelFrame& frame,
               bool is_i_frame,
               const std::optional<FrameStamp>& stamp);
+
+  void
+  pad(const VoxelFrame& frame);
 
   void
   writeFrame(const VoxelFrame& frame,
@@ -210,6 +221,8 @@ private:
   // State after the previous frames.
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
+  std::uint64_t bytes_since_i_frame_ = 0; // payloads, that of the I-frame included
+  bool lacks_bytes_ = false;              // see lacksBytes()
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
   bool has_depth_model_ = false;          // the previous frame

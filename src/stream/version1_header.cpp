@@ -44,9 +44,10 @@ enum ContentFlag : std::uint16_t {
   fields_flag = 256,
   image_flag = 512,
   ray_pose_flag = 1024, // of a P-frame
-  regions_flag = 2048   // of a P-frame: another pose of them
+  regions_flag = 2048,  // of a P-frame: another pose of them
+  padding_flag = 4096   // of an I-frame
 };
-constexpr std::uint64_t known_content = 4095;
+constexpr std::uint64_t known_content = 8191;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -80,6 +81,8 @@ contentFieldOf(const Version1Header& header)
     field |= ray_pose_flag;
   if (header.is_i_frame ? header.regions.has_value() : header.region_pose.has_value())
     field |= regions_flag;
+  if (header.padding_size > 0)
+    field |= padding_flag;
   return field;
 }
 
@@ -165,6 +168,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
   writer.varint(header.payload_size);
   if (header.content.hasSupplement())
     writer.varint(header.supplement_size);
+  if (header.padding_size > 0)
+    writer.varint(header.padding_size);
 }
 
 CompressionStatus
@@ -239,12 +244,14 @@ readContent(ByteSource& source, Version1Header& header)
     header.region_pose.emplace();
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
+  header.padding_size = (field & padding_flag) != 0 ? 1 : 0; // follows
   if (source.failure() == ByteSource::Failure::None &&
       (field == 0 || field > known_content ||
        header.content.refinement_levels >= max_grid_depth ||
        (header.content.has_image &&
         (!header.content.has_point_counts || header.content.refinement_levels > 0)) ||
-       (!header.is_i_frame && header.intensity_scale.bits == 0) ||
+       (!header.is_i_frame &&
+        (header.intensity_scale.bits == 0 || header.padding_size > 0)) ||
        (has_regions &&
         (header.content.has_point_counts || header.content.has_fields)) ||
        (header.ray_pose && (header.is_i_frame || !header.content.has_image))))
@@ -308,6 +315,8 @@ readCounts(ByteSource& source, Version1Header& header)
   header.payload_size = source.varint();
   if (header.content.hasSupplement())
     header.supplement_size = source.varint();
+  if (header.padding_size > 0)
+    header.padding_size = source.varint();
 }
 
 CompressionStatus
@@ -373,10 +382,25 @@ checkFields(const Version1Header& header,
     return corruptFrame("payload smaller than its depth model");
   if (header.supplement_size > header.payload_size - model_size)
     return corruptFrame("payload smaller than its supplement");
+  if (header.padding_size > header.payload_size - model_size - header.supplement_size)
+    return corruptFrame("payload smaller than its padding");
   return {};
 }
 
 } // namespace
+
+std::uint64_t
+fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>& fields)
+{
+  std::uint64_t values = 0;
+  for (const FieldDescription& field : fields)
+    values += field.count;
+  // A decoded cloud has values in all pixels.
+  if (header.content.has_image && header.image.is_organised)
+    return values * header.image.pixelCount();
+  return values *
+         (header.content.has_point_counts ? header.point_count : header.voxel_count);
+}
 
 FrameLimits
 limitsOf(const Version1Header& header,

@@ -49,11 +49,12 @@ struct Version1Header {
   bool has_frame_id = false;               // P: only if it has changed
   std::string frame_id;                    // empty if absent
   std::uint64_t voxel_count = 0;
-  std::uint64_t payload_size = 0; // bytes, those of the supplement included
+  std::uint64_t payload_size = 0; // bytes, those of supplement and padding included
   // Depend on the content:
   std::uint64_t coarse_voxel_count = 0;
   std::uint64_t point_count = 0;
   std::uint64_t supplement_size = 0; // bytes
+  std::uint64_t padding_size = 0;    // bytes of 0 at the end of the payload; I only
 };
 
 /** \brief Size of a depth model in the payload, bytes. */
@@ -101,6 +102,11 @@ bool
 holdsVersion1Checksum(const std::uint8_t* bytes,
                       std::size_t size,
                       std::uint32_t reference_checksum);
+
+/** \brief Number of values that a frame has of some fields. */
+std::uint64_t
+fieldValuesOf(const Version1Header& header,
+              const std::vector<FieldDescription>& fields);
 
 /** \brief The limits of a frame by its bytes.
  * \param[in] header of the frame

@@ -152,7 +152,7 @@ changeScale(io::IntensityScale& scale, Random& random)
 inline void
 changeContent(io::Version1Header& header, Random& random)
 {
-  switch (random.below(7)) {
+  switch (random.below(8)) {
   case 0:
     header.content.refinement_levels = static_cast<unsigned int>(random.below(22));
     break;
@@ -170,6 +170,9 @@ changeContent(io::Version1Header& header, Random& random)
     break;
   case 5:
     changeBits<double, std::uint64_t>(header.grid.origin[random.below(3)], random);
+    break;
+  case 6:
+    change(header.padding_size, random);
     break;
   default:
     change(header.supplement_size, random);

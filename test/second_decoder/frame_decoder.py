@@ -194,6 +194,9 @@ class FrameDecoder:
             self._kept = replace(kept, changes_memory=changes_memory)
             return self._frame(header, kept, voxels, levels)
         payload_size = len(payload)
+        unpadded = payload_size - header.padding_size
+        require(not any(payload[unpadded:]), "padding has other bytes than 0")
+        payload = payload[:unpadded]
         model = kept.depth_model
         if header.has_depth_model:
             require(

@@ -23,8 +23,8 @@ _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 1
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
 _COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE, _POSE = 32, 64, 128, 256, 512, 1024
-_REGIONS = 2048
-"""In a P-frame another pose of them."""
+_REGIONS, _PADDING = 2048, 4096
+"""In a P-frame another pose of the regions, and no padding."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,8 @@ class Content:
     """A P-frame has a pose of its regions."""
     regions: Optional[Regions] = None
     """An I-frame's."""
+    has_padding: bool = False
+    """Of this frame alone."""
 
     @property
     def has_supplement(self) -> bool:
@@ -122,6 +124,7 @@ class FrameHeader:
     point_count: int
     payload_size: int
     supplement_size: int
+    padding_size: int
 
 
 def _grid(reader: ByteReader, has_origin: bool) -> Grid:
@@ -143,9 +146,12 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
-    require(0 < field < 4096, "the content is none")
+    require(0 < field < 8192, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
-    require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
+    require(
+        is_i_frame or not field & (_NO_INTENSITIES | _PADDING),
+        "the content is an I-frame's",
+    )
     require(
         not field & _IMAGE or (field & _POINT_COUNTS and not field & 31),
         "an image is without numbers of points or with a refinement",
@@ -167,6 +173,7 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         has_image=bool(field & _IMAGE),
         has_pose=bool(field & _POSE),
         has_regions=bool(field & _REGIONS),
+        has_padding=bool(field & _PADDING),
     )
 
 
@@ -275,6 +282,10 @@ def read_header(reader: ByteReader) -> FrameHeader:
     payload_size = reader.varint()
     supplement_size = reader.varint() if content.has_supplement else 0
     require(supplement_size <= payload_size, "the supplement is too large")
+    padding_size = reader.varint() if content.has_padding else 0
+    require(bool(padding_size) == content.has_padding, "there is no padding")
+    content = replace(content, has_padding=False)
+    require(padding_size <= payload_size - supplement_size, "the padding is too large")
     return FrameHeader(
         checksum,
         is_i_frame,
@@ -294,6 +305,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
         point_count,
         payload_size,
         supplement_size,
+        padding_size,
     )
 
 

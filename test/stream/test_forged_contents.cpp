@@ -81,6 +81,47 @@ TEST(ForgedContents, OfIFramesAreRefused)
   }
 }
 
+TEST(ForgedContents, PaddingIsOfZerosAtTheEndOfAnIFrame)
+{
+  std::mt19937_64 random(6);
+  VoxelFrame frame = fineFrame(random, 8);
+  addColours(random, 5, frame);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
+  const Parts i_frame = takeApart(encoded(encoder, frame));
+  const VoxelFrame next = [&] {
+    VoxelFrame other = fineFrame(random, 8);
+    addColours(random, 5, other);
+    return other;
+  }();
+  const Parts p_frame = takeApart(encoded(encoder, next));
+  ASSERT_FALSE(p_frame.header.is_i_frame);
+  const auto padded = [](Parts parts, std::uint64_t size, std::uint8_t last = 0) {
+    parts.payload.resize(parts.payload.size() + 3);
+    parts.payload.back() = last;
+    parts.header.padding_size = size;
+    return parts;
+  };
+  FrameDecoder decoder;
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, putTogetherSized(padded(i_frame, 3)), back),
+            CompressionCode::Ok);
+  expectSameFrame(back, frame);
+  const std::uint64_t all = i_frame.payload.size() + 3;
+  for (const Parts& wrong : {padded(i_frame, 0),
+                             padded(i_frame, 2),
+                             padded(i_frame, 4),
+                             padded(i_frame, all + 1),
+                             padded(i_frame, huge),
+                             padded(i_frame, 3, 1),
+                             padded(p_frame, 3)})
+    EXPECT_EQ(
+        decoded(decoder,
+                putTogetherSized(wrong, wrong.header.is_i_frame ? 0 : i_frame.checksum),
+                back),
+        CompressionCode::Corrupt)
+        << wrong.header.padding_size;
+}
+
 TEST(ForgedContents, OfFieldsAreRefused)
 {
   std::mt19937_64 random(6);

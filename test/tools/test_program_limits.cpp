@@ -51,24 +51,17 @@ TEST(ProgramLimits, FramesAboveADecodersDefaultAreRead)
       << limited.errors;
 }
 
-TEST(ProgramLimits, FrameThatReadersRefuseIsNotWritten)
+TEST(ProgramLimits, RegularGridsOfManyVoxelsAreRead)
 {
+  // They take fewer bytes than readers demand for so many blocks.
   const TestFolder folder;
   std::filesystem::create_directories(folder / "room");
   pcl::io::savePCDFileBinary(folder / "room/0.pcd", cubeOfVoxels(10, true));
   pcl::io::savePCDFileBinary(folder / "room/1.pcd", cubeOfVoxels(102, false, 4));
   pcl::io::savePCDFileBinary(folder / "room/2.pcd", cubeOfVoxels(10, true));
-  const ProgramRun result =
-      run(folder, "encode room -o x.pcxi -r 0.04 -l none -e fast -q");
-  EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.errors.find("room, frame 1: the frame has 1,061,208 voxels in "),
-            std::string::npos)
-      << result.errors;
-  EXPECT_NE(result.errors.find("use a larger --resolution"), std::string::npos);
-  // The frame after it does not need it.
-  const ProgramRun verified = run(folder, "verify x.pcxi");
-  EXPECT_NE(verified.output.find("2 frames decoded, 1 lost"), std::string::npos)
-      << verified.output;
+  expectRun(folder, "encode room -o x.pcxi -r 0.04 -l none -e fast -q");
+  const ProgramRun verified = expectRun(folder, "verify x.pcxi");
+  EXPECT_EQ(verified.output, "3 frames decoded, 0 lost\n");
 }
 
 TEST(ProgramLimits, StreamsShareTheMemory)
@@ -85,7 +78,7 @@ TEST(ProgramLimits, StreamsShareTheMemory)
             "encode room/a room/b room/c room/d -o x.mcap -r 0.04 -l none -e fast -q");
   const ProgramRun roomy = expectRun(folder, "verify x.mcap");
   EXPECT_EQ(roomy.output, "12 frames decoded, 0 lost\n");
-  const ProgramRun narrow = run(folder, "verify x.mcap --memory-limit 20MB");
+  const ProgramRun narrow = run(folder, "verify x.mcap --memory-limit 10MB");
   EXPECT_EQ(narrow.status, 0);
   EXPECT_EQ(narrow.output, roomy.output);
   EXPECT_NE(narrow.errors.find("to keep --memory-limit"), std::string::npos);

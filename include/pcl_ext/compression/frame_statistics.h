@@ -35,7 +35,7 @@ struct CodedFrameStatistics {
   std::size_t bytes = 0;           ///< the whole frame
   std::size_t header_bytes = 0;    ///< of these: frame header
   std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied; all
-                                   ///< of the payload of a frame of changes
+                                   ///< of the payload of a frame of changes; padding
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
   std::size_t attribute_bytes = 0; ///< of these: what else a voxel has
   std::size_t skipped_bytes = 0;   ///< decoding: bytes skipped before the frame

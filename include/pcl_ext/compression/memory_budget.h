@@ -25,7 +25,8 @@ namespace io {
  */
 class PCL_EXT_CODEC_EXPORT MemoryBudget {
 public:
-  /** \param[in] bytes that may be kept; 0: half of machineBytes() */
+  /** \param[in] bytes that may be kept; 0: a quarter of machineBytes(), as frames in work
+   * may take as much once more, and merging them likewise */
   explicit MemoryBudget(std::size_t bytes = 0);
   ~MemoryBudget();
   MemoryBudget(const MemoryBudget&) = delete;

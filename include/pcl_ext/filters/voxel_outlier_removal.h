@@ -258,6 +258,10 @@ public:
   DensityUnit
   unit() const;
 
+  /** \brief Bytes of memory that it keeps for each voxel of a frame, an estimate that is
+   * rather too high. */
+  static constexpr std::size_t bytes_of_voxel = 400;
+
   /** \brief Number of blocks of 4 x 4 x 4 voxels in the history. */
   std::size_t
   rememberedBlocks() const;

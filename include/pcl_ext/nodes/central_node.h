@@ -46,7 +46,7 @@ struct CentralNodeSettings {
 
   /** \brief Limits of decoding, for each stream; as anybody may send, free_voxels is 2^20.
    * The budget is for all of them, their latest voxels and outlier filters included; none:
-   * half of the machine's memory. */
+   * a quarter of the machine's memory. */
   io::DecoderLimits decoder_limits = defaultLimits();
 
   /** \brief Clock for rates, latencies and ages. */

@@ -89,6 +89,13 @@ struct IntensityContexts {
     return length < 5 ? (1u << length) / 2 : (std::min(length, 8u) - 4) * prefixes;
   }
 
+  /** \brief Bytes of memory besides the object. */
+  std::size_t
+  memoryBytes() const
+  {
+    return symbol.memoryBytes() + residual.memoryBytes() + escape.memoryBytes();
+  }
+
   LocalModels local;          ///< what neighbours let expect
   DecisionModel<4, 2> symbol; ///< a symbol reaches the middle of an interval
   DecisionModel<3> residual;  ///< a residual is above the value so far

@@ -119,6 +119,16 @@ public:
     return weights_.data() + set * ways;
   }
 
+  /** \brief Bytes of memory besides the object. */
+  std::size_t
+  memoryBytes() const
+  {
+    std::size_t bytes = weights_.size() * sizeof(weights_[0]);
+    for (const std::vector<AdaptiveBit>& bits : bits_)
+      bytes += bits.size() * sizeof(bits[0]);
+    return bytes;
+  }
+
 private:
   std::array<std::vector<AdaptiveBit>, WayCount> bits_;
   std::vector<std::int32_t> weights_;

@@ -70,7 +70,7 @@ public:
   std::size_t
   modelBytes() const override
   {
-    return sizeof(Payload);
+    return sizeof(Payload) + models_.memoryBytes() + trial_models_.memoryBytes();
   }
 
 private:
@@ -84,6 +84,15 @@ private:
     {
       if (has_points)
         points.emplace(is_small);
+    }
+
+    /** \brief Bytes of memory besides the object. */
+    std::size_t
+    memoryBytes() const
+    {
+      return tracked_voxels.voxel.memoryBytes() + new_voxels.block.memoryBytes() +
+             children.child.memoryBytes() + intensity.memoryBytes() +
+             (points ? points->memoryBytes() : 0);
     }
 
     TrackedVoxelModels tracked_voxels;

@@ -27,8 +27,8 @@ addLimits(CLI::App& app, io::DecoderLimits& limits)
   addParsed(app,
             "--memory-limit",
             "SIZE",
-            "for what decoders keep from frame to frame, such as 2GB (half of the "
-            "machine's)",
+            "for what decoders keep from frame to frame, such as 2GB (a quarter "
+            "of the machine's)",
             [&limits](const std::string& text) {
               limits.budget =
                   std::make_shared<io::MemoryBudget>(static_cast<std::size_t>(

@@ -84,7 +84,7 @@ remarkOnMemory(const io::DecoderLimits& limits, Console& console)
     console.remark(
         "the state of streams was dropped " + counted(drops, "time") +
         " to keep --memory-limit; those that go on are decoded again from an "
-        "I-frame on, which takes time");
+        "I-frame on, which takes time, and outliers are judged anew");
 }
 
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
@@ -97,6 +97,7 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 , min_intensity_(options.min_intensity)
 , law_(lawOf(reader.streams()[stream].metadata))
 , is_of_lidar_(isOfLidar(reader.streams()[stream].metadata))
+, budget_(options.limits.budget)
 , voxels_(voxels)
 , is_automatic_(options.unit == DensityUnit::Automatic)
 {
@@ -114,7 +115,7 @@ StreamDecoder::makeRemoval()
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "
                       "of a lidar --unit rays";
-  removal_.emplace(settings);
+  removal_ = std::make_unique<Removal>(settings, budget_);
 }
 
 void
@@ -122,7 +123,12 @@ StreamDecoder::removeOutliers(std::size_t number)
 {
   if (!removal_)
     makeRemoval();
-  const OutlierRemovalStatus removed = removal_->filter(voxels_);
+  removal_->share.begin();
+  if (!removal_->filter)
+    removal_->filter.emplace(removal_->settings);
+  const OutlierRemovalStatus removed = removal_->filter->filter(voxels_);
+  unit_ = removal_->filter->unit();
+  removal_->share.end(VoxelOutlierRemoval::bytes_of_voxel * decoded_voxels_);
   has_intensities_ &= voxels_.hasIntensities();
   judged_ += removed.ok() ? decoded_voxels_ : 0;
   removed_ += removed.removed;
@@ -148,7 +154,7 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
 std::optional<DensityUnit>
 StreamDecoder::judgedBy() const
 {
-  return judged_ > 0 ? std::optional(removal_->unit()) : std::nullopt;
+  return judged_ > 0 ? unit_ : std::nullopt;
 }
 
 std::string

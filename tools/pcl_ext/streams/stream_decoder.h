@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/compression/memory_budget.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "console/console.h"
@@ -7,8 +9,10 @@
 #include "options/decoding_options.h"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -82,6 +86,19 @@ public:
   remark() const;
 
 private:
+  /** \brief The filter of the stream, whose history is dropped where the memory is needed
+   * elsewhere. */
+  struct Removal {
+    Removal(const VoxelOutlierRemovalSettings& removal_settings,
+            std::shared_ptr<io::MemoryBudget> budget)
+    : settings(removal_settings), share(std::move(budget), [this] { filter.reset(); })
+    {}
+
+    VoxelOutlierRemovalSettings settings;
+    std::optional<VoxelOutlierRemoval> filter; // made when it is needed
+    io::MemoryShare share;
+  };
+
   /** \brief Makes the filter for a stream that begins with voxels_. */
   void
   makeRemoval();
@@ -96,7 +113,9 @@ private:
   std::optional<VoxelOutlierRemovalSettings> removal_settings_; // none: outliers stay
   std::optional<IntensityLaw> law_; // that the recording tells
   bool is_of_lidar_;                // likewise
-  std::optional<VoxelOutlierRemoval> removal_;
+  std::shared_ptr<io::MemoryBudget> budget_;
+  std::unique_ptr<Removal> removal_;
+  std::optional<DensityUnit> unit_; // by which outliers were judged last
   io::VoxelFrame& voxels_;
   std::size_t decoded_voxels_ = 0;
   bool outliers_stay_ = false; // of some frame
