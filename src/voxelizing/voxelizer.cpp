@@ -58,6 +58,9 @@ public:
     is_interrupted_ = true;
     const VoxelizationStatistics statistics = voxelizeCloud(points, may_refit, frame);
     is_interrupted_ = false;
+    // That of a large cloud would be there while the frame is encoded.
+    if (points.size() > most_points_kept)
+      releaseMemory();
     return statistics;
   }
 
@@ -149,6 +152,10 @@ private:
     quantiser_.releaseMemory();
     sums_ = VoxelSums();
   }
+
+  /** \brief The memory of larger clouds, 40 bytes a point, is released: to allocate it
+   * again takes little of the time of encoding them. */
+  static constexpr std::size_t most_points_kept = std::size_t{1} << 22;
 
   /** \brief With fewer points per block of voxels SortedVoxels is faster than
    * PointBlocks. */

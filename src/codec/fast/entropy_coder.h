@@ -166,7 +166,9 @@ private:
   {
     std::vector<std::uint32_t>& ranges = *encoder.ranges_;
     const auto used = static_cast<std::size_t>(encoder.next_ - ranges.data());
-    ranges.resize(2 * used + symbols);
+    // Large ones grow by less, as for a moment there are both.
+    constexpr std::size_t large = std::size_t{1} << 20;
+    ranges.resize(used + (used < large ? used : used / 8) + symbols);
     encoder.next_ = ranges.data() + used;
     encoder.end_ = ranges.data() + ranges.size();
     return encoder;

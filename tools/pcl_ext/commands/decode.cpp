@@ -135,6 +135,8 @@ private:
     StreamDecoder& decoder = decoders_[item.stream];
     std::string failure;
     const auto read = input_.read(item, frame_);
+    if (input_.size() == 1)
+      console_.status("decoding " + counted(frame_.description.voxels, "voxel"));
     if (!read.ok())
       failure = read.message();
     else if (const auto status = decoder.decode(frame_); !status.ok())

@@ -83,6 +83,8 @@ private:
   verify(const RecordingInput::Item& item)
   {
     const auto status = input_.read(item, frame_);
+    if (input_.size() == 1)
+      console_.status("decoding " + counted(frame_.description.voxels, "voxel"));
     const std::size_t missing = gaps_[item.stream].missingBefore(frame_.description);
     if (!status.ok()) {
       loseFrame(item, status.message());

@@ -82,6 +82,13 @@ public:
     codec_.first_frame_number = number;
   }
 
+  /** \brief Of a single cloud: encoders keep nothing for frames after it. */
+  void
+  setSingleCloud()
+  {
+    codec_.i_frame_rate = 1;
+  }
+
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
   void
   addCodecOptions(CLI::App& app);

@@ -19,9 +19,13 @@ namespace {
 using Outcome = CloudInWork::Outcome;
 
 EncodingOptions
-optionsOfPart(const EncodingOptions& options, std::size_t first_cloud)
+optionsOfPart(const EncodingOptions& options,
+              std::size_t first_cloud,
+              bool is_single_cloud)
 {
   EncodingOptions of_part = options;
+  if (is_single_cloud)
+    of_part.setSingleCloud();
   of_part.setFirstFrameNumber(static_cast<std::uint32_t>(first_cloud + 1));
   return of_part;
 }
@@ -70,7 +74,7 @@ struct EncodedStream::Part {
        std::shared_ptr<const pcl::PCLPointCloud2> law_cloud_of_stream,
        std::atomic<IntensityLaw>& law_of_stream,
        CloudInput& unread_input)
-  : options(optionsOfPart(all_options, first_cloud))
+  : options(optionsOfPart(all_options, first_cloud, unread_input.size() == 1))
   , encoder(options, name)
   , law_cloud(std::move(law_cloud_of_stream))
   , law(law_of_stream)
