@@ -69,6 +69,26 @@ naiveLogOdds(const VoxelFrame& frame, float full_intensity, const OcTree& map)
   return log_odds;
 }
 
+/** \brief As insertVoxels() with rays, by OctoMap's functions for single nodes. */
+void
+insertNodeByNode(const VoxelFrame& frame,
+                 float full_intensity,
+                 const point3d& sensor,
+                 OcTree& map)
+{
+  octomap::Pointcloud cloud;
+  pcl_ext::io::forEachVoxelCentre(frame, [&](float x, float y, float z, float) {
+    const float margin = pcl_ext::io::faceMargin(map.getResolution());
+    cloud.push_back(x + margin, y + margin, z + margin);
+  });
+  octomap::KeySet free_nodes;
+  octomap::KeySet occupied_nodes;
+  map.computeUpdate(cloud, sensor, free_nodes, occupied_nodes, -1.0);
+  for (const octomap::OcTreeKey& key : free_nodes)
+    map.updateNode(key, false, true);
+  insertVoxels(frame, full_intensity, std::nullopt, map);
+}
+
 /** \brief A frame along x from a voxel on, for rays that are easily followed.
  * \param[in] intensities of the voxels that follow each other
  */
@@ -210,6 +230,35 @@ TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)
   negative.intensity_scale.offset = -20.0f;
   insertVoxels(negative, 10.0f, std::nullopt, map);
   expectRow(map, 30, {unknown, map.getProbHitLog()});
+}
+
+TEST(OctomapInsertion, RaysMissEachNodeOnce)
+{
+  std::mt19937_64 random(3);
+  for (const bool notes_changes : {false, true})
+    for (const double edge : {0.04, 0.12}) {
+      OcTree map(edge);
+      OcTree expected(edge);
+      map.enableChangeDetection(notes_changes);
+      expected.enableChangeDetection(notes_changes);
+      // Until nodes are at both limits; whole parts of the tree are free.
+      for (int round = 0; round < 8; ++round) {
+        const VoxelFrame frame = randomFrame(random, round % 2 == 0 ? 5 : 4, 300);
+        const point3d sensor(round % 3 == 0 ? -1.0f : 0.9f, 0.3f, -0.8f);
+        insertVoxels(frame, 60.0f, sensor, map);
+        insertNodeByNode(frame, 60.0f, sensor, expected);
+        map.prune();
+        expected.prune();
+        EXPECT_EQ(map.numChangesDetected(), expected.numChangesDetected());
+        OcTree leaves(map);
+        OcTree expected_leaves(expected);
+        leaves.expand();
+        expected_leaves.expand();
+        ASSERT_TRUE(leaves == expected_leaves) << edge << ", round " << round;
+      }
+      EXPECT_LE(map.size(), expected.size());
+      EXPECT_EQ(map.calcNumNodes(), map.size());
+    }
 }
 
 TEST(OctomapInsertion, InnerNodesAreUpToDate)

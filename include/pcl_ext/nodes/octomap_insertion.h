@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/impl/free_nodes.h>
 
 #include <octomap/OcTree.h>
 
@@ -28,8 +29,8 @@ namespace nodes {
  * above 0
  * \param[in] sensor_origin where the sensor is in the world, metres; none: no rays
  * \param[in,out] map of any resolution; with that of the frame, the two grids coincide
- * \param[in] lazy_eval as in OctoMap: leave inner nodes unchanged, which is faster if
- * several frames are inserted before map.updateInnerOccupancy()
+ * \param[in] lazy_eval as in OctoMap: inner nodes may stay as they are, which is faster
+ * if several frames are inserted before map.updateInnerOccupancy()
  */
 inline void
 insertVoxels(const io::VoxelFrame& frame,
@@ -50,15 +51,20 @@ insertVoxels(const io::VoxelFrame& frame,
 
   octomap::OcTreeKey origin_key;
   if (sensor_origin && map.coordToKeyChecked(*sensor_origin, origin_key)) {
-    octomap::Pointcloud cloud;
-    cloud.reserve(frame.size());
-    forEachVoxel(
-        [&](const octomap::point3d& centre, float) { cloud.push_back(centre); });
-    octomap::KeySet free_nodes;
-    octomap::KeySet occupied_nodes;
-    map.computeUpdate(cloud, *sensor_origin, free_nodes, occupied_nodes, -1.0);
-    for (const octomap::OcTreeKey& key : free_nodes)
-      map.updateNode(key, false, lazily);
+    detail::FreeNodes free_nodes;
+    const auto forEachKey = [&](const auto& visit) {
+      forEachVoxel([&](const octomap::point3d& centre, float) {
+        if (octomap::OcTreeKey key; map.coordToKeyChecked(centre, key))
+          visit(centre, key);
+      });
+    };
+    forEachKey([&](const octomap::point3d& centre, const octomap::OcTreeKey&) {
+      free_nodes.addRay(map, *sensor_origin, centre);
+    });
+    forEachKey([&](const octomap::point3d&, const octomap::OcTreeKey& key) {
+      free_nodes.remove(key);
+    });
+    free_nodes.countAsMissed(map);
   }
   forEachVoxel([&](const octomap::point3d& centre, float intensity) {
     const float trust = frame.hasIntensities()
