@@ -67,6 +67,7 @@ class StreamStatistics(NamedTuple):
     frames_lost: int
     frames_dropped: int
     frames_skipped: int
+    frames_early: int
     frames_late: int
     frames_damaged: int
     messages_invalid: int

@@ -245,6 +245,7 @@ public:
                                     stream.frames_lost,
                                     stream.frames_dropped,
                                     stream.frames_skipped,
+                                    stream.frames_early,
                                     stream.frames_late,
                                     stream.frames_damaged,
                                     stream.messages_invalid,

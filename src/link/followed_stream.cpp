@@ -26,6 +26,12 @@ FollowedStream::begin(std::uint64_t publisher, std::uint32_t number)
   chain_.breakOff();
 }
 
+void
+FollowedStream::skip()
+{
+  ++(has_i_frame_ ? statistics.frames_skipped : statistics.frames_early);
+}
+
 bool
 FollowedStream::isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
 {
@@ -42,7 +48,7 @@ FollowedStream::accept(const FrameHeader& header, const WholeFrame& frame)
   // Another run of the publisher, or a second one. It begins anew with an I-frame; until
   // then the frames of the one before may go on.
   if (is_of_another && publisher_ && !is_i_frame) {
-    ++statistics.frames_skipped;
+    skip();
     ++frames_of_another_;
     return false;
   }
@@ -73,9 +79,10 @@ FollowedStream::accept(const FrameHeader& header, const WholeFrame& frame)
   order_.decoded(number, checksum, isIdentifiable(frame.description));
   if (!is_i_frame && (!is_next || place == io::FrameChain::Place::Gap)) {
     chain_.breakOff();
-    ++statistics.frames_skipped;
+    skip();
     return false;
   }
+  has_i_frame_ = true;
   chain_.follow(frame.description, frame.bytes, frame.size);
   requests_in_a_row_ = frames_of_another_ = late_in_a_row_ = 0;
   return true;

@@ -56,6 +56,10 @@ private:
   /** \brief More frames are not lost: the numbers are of another count. */
   static constexpr std::uint32_t most_lost = 1u << 24;
 
+  /** \brief Counts a frame that came and cannot be decoded. */
+  void
+  skip();
+
   /** \brief True if a frame of the same publisher is not to be used. */
   bool
   isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
@@ -68,6 +72,7 @@ private:
   std::uint32_t number_ = 0; // of its last frame, modulo 2^32
   io::FrameOrder order_{true};
   io::FrameChain chain_;
+  bool has_i_frame_ = false; // one was accepted
   // Since the last accepted frame:
   unsigned int frames_of_another_ = 0;
   unsigned int late_in_a_row_ = 0;

@@ -98,7 +98,8 @@ TEST(Link, BringsAStreamThatRunsFromItsNextIFrame)
   ASSERT_TRUE(receiver.take());
   EXPECT_TRUE(receiver.frames[0].is_i_frame);
   EXPECT_EQ(receiver.frames[0].bytes, sensor.frames()[2]);
-  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_skipped, 1u);
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_early, 1u);
+  EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_skipped, 0u);
   EXPECT_EQ(receiver.statisticsOf("/sensor_1").frames_lost, 0u);
   EXPECT_EQ(sensor.publisher().statistics().i_frame_requests, 1u);
 }

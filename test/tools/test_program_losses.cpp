@@ -61,7 +61,6 @@ TEST(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
 TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
 {
   const TestFolder folder;
-  const NatsServer server;
   const KnownStream stream = knownStream(0, 30, 10);
   Bytes damaged; // frame 3 is missing, and frame 14 has a wrong checksum
   for (std::size_t i = 0; i < stream.frames.size(); ++i) {
@@ -82,13 +81,44 @@ TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
         << run.output << run.errors;
     EXPECT_EQ(decode(folder / output).at(0).frames.size(), 17u);
   }
-  Receiving receiving(folder, "receive", at(server) + "-o received.pcxi");
-  const ProgramRun sent =
-      tools::test::run(folder, "send --rate 100 damaged.pcxi" + at(server));
-  EXPECT_EQ(sent.status, 1);
-  EXPECT_NE(sent.output.find("17 frames sent"), std::string::npos) << sent.output;
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "cut.pcxi"));
+  const NatsServer server;
+  for (const std::string input : {"--rate 100 damaged.pcxi", "- < damaged.pcxi"}) {
+    SCOPED_TRACE(input);
+    Receiving receiving(folder, "receive", at(server) + "--overwrite -o received.pcxi");
+    const ProgramRun sent = tools::test::run(folder, "send" + at(server) + input);
+    EXPECT_EQ(sent.status, 1);
+    EXPECT_NE(sent.output.find("17 frames sent"), std::string::npos) << sent.output;
+    EXPECT_NE(sent.errors.find("frame 3: left out, as a frame before it is missing"),
+              std::string::npos)
+        << sent.errors;
+    EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+    EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "cut.pcxi"));
+  }
+}
+
+TEST(ProgramLosses, FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasThereYet)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const KnownStream stream = knownStream(0, 30, 10);
+  const auto receive = [&](std::size_t first, std::size_t missing) {
+    Receiving receiving(folder, "receive", at(server) + "--overwrite -o received.mcap");
+    SitePublisher publisher(server);
+    for (std::size_t i = first; i < stream.frames.size(); ++i)
+      if (i != missing)
+        publisher.publish(stream.frames[i].time, stream.frames[i].bytes);
+    const int status = receiving.end(SIGINT);
+    return std::make_pair(status, receiving.output() + receiving.errors());
+  };
+  const auto [gap_status, gap] = receive(0, 3);
+  EXPECT_EQ(gap_status, 1);
+  EXPECT_NE(gap.find("/sensor: 23 frames, 6 left out after a gap"), std::string::npos)
+      << gap;
+  const auto [late_status, late] = receive(4, 30);
+  EXPECT_EQ(late_status, 0);
+  EXPECT_NE(late.find("20 frames of 1 stream"), std::string::npos) << late;
+  EXPECT_NE(late.find("; 6 before the first I-frames left out"), std::string::npos)
+      << late;
 }
 
 TEST(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)

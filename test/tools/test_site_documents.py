@@ -20,7 +20,7 @@ PROGRAM = pathlib.Path(sys.argv[1])
 SERVER = subprocess.run(["bash", ROOT / "tools/fetch_nats_server.sh"], check=True, capture_output=True,
                         text=True).stdout.strip()
 # What a machine says that has other work: the exit status is 1 then, and rightly so.
-SLOW = re.compile("too slow|lost on the way|--merge-age|skipped until")
+SLOW = re.compile("too slow|lost on the way|--merge-age|after a gap")
 PATIENCE = 60  # seconds until something has to have come
 
 

@@ -61,6 +61,7 @@ struct LinkStreamStatistics {
   std::uint64_t frames_lost = 0;      ///< gaps in the publisher's numbers
   std::uint64_t frames_dropped = 0;   ///< next() was called too rarely
   std::uint64_t frames_skipped = 0;   ///< could not be decoded after a gap
+  std::uint64_t frames_early = 0;     ///< came before the first I-frame
   std::uint64_t frames_late = 0;      ///< repeated, or older than their predecessor
   std::uint64_t frames_damaged = 0;   ///< their checksum is wrong
   std::uint64_t messages_invalid = 0; ///< no frames of this library

@@ -142,7 +142,8 @@ private:
     PrefixedOutput named(output, options_.prefix);
     const auto served = serve(output);
     announce("standard input");
-    PipedFrames(named, "/stream", console_).run([&] { showStatus(output); });
+    has_failed_ =
+        !PipedFrames(named, "/stream", console_).run([&] { showStatus(output); });
     summarise(output);
   }
 

@@ -94,7 +94,7 @@ public:
       showStandardInput();
     else
       showRecording();
-    return all_done;
+    return has_failed_ ? something_failed : all_done;
   }
 
 private:
@@ -150,7 +150,7 @@ private:
     view::ViewServer server(settings_);
     start(server);
     ViewOutput output(server);
-    PipedFrames(output, "/stream", console_).run();
+    has_failed_ = !PipedFrames(output, "/stream", console_).run();
     if (!isInterrupted())
       console_.remark("the input has ended; Ctrl-C ends the viewer");
     waitForInterruption();
@@ -195,6 +195,7 @@ private:
   ViewOptions options_;
   Console console_;
   view::ViewServerSettings settings_;
+  bool has_failed_ = false;
 };
 
 /** \brief Adds the options of the simulated cell, which need --cell. */

@@ -4,6 +4,7 @@
 
 #include "console/interruption.h"
 #include "inputs/standard_input.h"
+#include "options/text_values.h"
 
 #include <poll.h>
 #include <unistd.h>
@@ -71,6 +72,25 @@ PipedFrames::timeOf(const io::FrameDescription& frame)
 }
 
 void
+PipedFrames::publish(const std::uint8_t* frame, std::size_t size)
+{
+  const io::FrameDescription description =
+      io::describeFrame(frame, size, limitsOfFrames());
+  const std::size_t number = frames_++;
+  const io::FrameChain::Place place = chain_.take(description, frame, size);
+  if (place == io::FrameChain::Place::Next) {
+    ++frames_published_;
+    output_.publish(stream_, timeOf(description), {frame, frame + size});
+  }
+  else if (place == io::FrameChain::Place::Gap && frames_published_ == 0)
+    ++frames_early_;
+  else {
+    failures_.add(name_, number, "", undecodable_frame);
+    is_whole_ = false;
+  }
+}
+
+void
 PipedFrames::publishFrames()
 {
   std::size_t begin = 0;
@@ -84,21 +104,20 @@ PipedFrames::publishFrames()
       break;
     }
     if (size.status.ok()) {
-      const auto time = timeOf(io::describeFrame(bytes, count, limitsOfFrames()));
-      output_.publish(stream_, time, {bytes, bytes + size.known});
-      ++frames_;
+      publish(bytes, size.known);
     }
     else {
       if (skipped_bytes_ == 0)
         first_problem_ = size.status.message();
       skipped_bytes_ += size.drop;
+      is_whole_ &= frames_ == 0;
     }
     begin += size.known + size.drop;
   }
   bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(begin));
 }
 
-void
+bool
 PipedFrames::run(const std::function<void()>& meanwhile)
 {
   stream_ = output_.addStream(name_, {});
@@ -118,18 +137,38 @@ PipedFrames::run(const std::function<void()>& meanwhile)
     is_first = false;
     publishFrames();
   }
-  if (frames_ == 0 && !isInterrupted())
-    throw std::runtime_error("the standard input has no frame" +
-                             (bytes_.empty() && first_problem_.empty() ? ": it is empty"
-                              : first_problem_.empty()
-                                  ? ": it ends within the first one"
-                                  : ": " + first_problem_));
-  if (skipped_bytes_ > 0)
-    console_.remark(std::to_string(skipped_bytes_) +
-                    " bytes of the standard input are no frame: " + first_problem_);
-  if (!bytes_.empty() && !isInterrupted())
-    console_.remark("the standard input ends within a frame, which is lost");
+  failures_.finish();
+  if (frames_published_ == 0 && !isInterrupted())
+    throw std::runtime_error("the standard input has no " + emptiness());
+  const bool is_whole = report();
   output_.end();
+  return is_whole;
+}
+
+std::string
+PipedFrames::emptiness() const
+{
+  if (frames_ > 0)
+    return "frame that can be decoded: no I-frame is among its " +
+           counted(frames_, "frame");
+  if (!first_problem_.empty())
+    return "frame: " + first_problem_;
+  return bytes_.empty() ? "frame: it is empty" : "frame: it ends within the first one";
+}
+
+bool
+PipedFrames::report()
+{
+  if (frames_early_ > 0)
+    console_.remark(counted(frames_early_, "frame") +
+                    " left out before the first I-frame of the standard input");
+  if (skipped_bytes_ > 0)
+    console_.error(std::to_string(skipped_bytes_) +
+                   " bytes of the standard input are no frame: " + first_problem_);
+  const bool is_cut_off = !bytes_.empty() && !isInterrupted();
+  if (is_cut_off)
+    console_.error("the standard input ends within a frame, which is lost");
+  return is_whole_ && !is_cut_off;
 }
 
 } // namespace tools

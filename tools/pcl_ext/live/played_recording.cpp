@@ -36,10 +36,8 @@ playRecording(recording::RecordingReader& reader,
     if (chains[frame.stream].take(frame.description,
                                   frame.bytes.data(),
                                   frame.bytes.size()) != io::FrameChain::Place::Next) {
-      failures.add(reader.streams()[frame.stream].name,
-                   frame.number,
-                   "",
-                   "left out, as a frame before it is missing or it is damaged");
+      failures.add(
+          reader.streams()[frame.stream].name, frame.number, "", undecodable_frame);
       is_whole = false;
       continue;
     }

@@ -25,10 +25,9 @@ faultsOf(const link::LinkStreamStatistics& stream)
   add(stream.frames_late, "late or repeated");
   add(stream.frames_damaged, "with a wrong checksum");
   add(stream.messages_invalid, "messages that are no frames");
-  // The first ones are skipped always.
-  if (stream.frames == 0 ||
-      stream.frames_lost + stream.frames_dropped + stream.frames_damaged > 0)
-    add(stream.frames_skipped, "skipped until an I-frame came");
+  add(stream.frames_skipped, "left out after a gap, until an I-frame came");
+  if (stream.frames == 0)
+    add(stream.frames_early, "left out, as no I-frame came");
   return faults;
 }
 
@@ -102,16 +101,20 @@ liveFiguresOf(const SiteFigures& figures)
   const link::SubscriberStatistics& all = figures.received;
   live.is_connected = all.is_connected;
   std::uint64_t lost = 0;
+  std::uint64_t left_out = 0;
   for (const link::LinkStreamStatistics& stream : all.streams) {
     live.frames += stream.frames;
     live.bytes += stream.bytes;
     lost += stream.frames_lost + stream.frames_dropped + stream.frames_damaged;
+    left_out += stream.frames_skipped;
     if (stream.age)
       live.age = std::max(live.age.value_or(*stream.age), *stream.age);
   }
   live.rest = " of " + counted(all.streams.size(), "stream");
   if (lost > 0)
     live.rest += ", " + std::to_string(lost) + " lost";
+  if (left_out > 0)
+    live.rest += ", " + std::to_string(left_out) + " left out";
   if (figures.published)
     live.rest += ", " + std::to_string(figures.merged.made) + " merged";
   if (figures.merged.left_out > 0)
@@ -139,15 +142,19 @@ report(const SiteFigures& figures, Console& console)
   is_whole &= reportDecoded(figures, console);
   std::uint64_t frames = 0;
   std::uint64_t bytes = 0;
+  std::uint64_t early = 0;
   for (const link::LinkStreamStatistics& stream : figures.received.streams) {
     frames += stream.frames;
     bytes += stream.bytes;
+    early += stream.frames_early;
   }
   constexpr double megabyte = 1e6;
   std::string line = "site " + figures.site + ": " + counted(frames, "frame") + " of " +
                      counted(figures.received.streams.size(), "stream") + ", " +
                      measuring::formatted(static_cast<double>(bytes) / megabyte, 2) +
                      " MB";
+  if (early > 0)
+    line += "; " + std::to_string(early) + " before the first I-frames left out";
   if (figures.received.replay_pending > 0)
     line +=
         "; " + counted(figures.received.replay_pending, "kept frame") + " not replayed";

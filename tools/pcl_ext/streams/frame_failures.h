@@ -10,6 +10,10 @@
 namespace pcl_ext {
 namespace tools {
 
+/** \brief Reason of a frame that does not continue those before it. */
+constexpr char undecodable_frame[] =
+    "left out, as a frame before it is missing or it is damaged";
+
 /** \brief Prints failures of frames. Of those of a stream that are alike it prints the
  * first one, and at the end how many more there were: thousands of lines hide the
  * others. */
