@@ -1,4 +1,5 @@
 #include "noise/labelled_scans.h"
+#include "support/test_folder.h"
 
 #include <pcl/conversions.h>
 #include <pcl/io/pcd_io.h>
@@ -24,34 +25,22 @@ namespace fs = std::filesystem;
 /** \brief An empty folder that is removed with the object. */
 class Folder {
 public:
-  explicit Folder(const std::string& name)
-  : path_(fs::path(::testing::TempDir()) / ("labelled_scans_" + name))
-  {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-
-  ~Folder()
-  {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-
   fs::path
   operator/(const std::string& name) const
   {
-    fs::create_directories((path_ / name).parent_path());
-    return path_ / name;
+    const fs::path path = folder_ / name;
+    fs::create_directories(path.parent_path());
+    return path;
   }
 
   std::string
   path() const
   {
-    return path_.string();
+    return folder_ / "";
   }
 
 private:
-  fs::path path_;
+  pcl_ext::recording::test::TestFolder folder_;
 };
 
 template <typename NumberT>
@@ -91,7 +80,7 @@ TEST(LabelledScans, FilesAreFoundInAllLayoutsInTheOrderOfTheirNumbers)
   const std::array<std::array<std::string, 2>, 3> layouts = {
       {{"", ""}, {"velodyne/", "labels/"}, {"snow_velodyne/", "snow_labels/"}}};
   for (const auto& [scans, labels] : layouts) {
-    const Folder folder("layouts");
+    const Folder folder;
     write(folder / (scans + "10.bin"), two_points);
     write<std::uint32_t>(folder / (labels + "10.label"), {1, 0});
     write<float>(folder / (scans + "9.bin"), {7, 8, 9, 0.5f});
@@ -110,7 +99,7 @@ TEST(LabelledScans, FilesAreFoundInAllLayoutsInTheOrderOfTheirNumbers)
 
 TEST(LabelledScans, TheClassIsTheLowerHalfOfALabel)
 {
-  const Folder folder("halves");
+  const Folder folder;
   write(folder / "a.bin", two_points);
   // An instance in the upper half is no class.
   write<std::uint32_t>(folder / "a.label", {0x00010000u | 40u, 0xffff0000u | 110u});
@@ -135,7 +124,7 @@ TEST(LabelledScans, MeaningsOfLabels)
 TEST(LabelledScans, MissingReturnsHaveNoCoordinates)
 {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  const Folder folder("missing");
+  const Folder folder;
   write<float>(folder / "a.bin", {0,   0,  0,  0.5f, // no return
                                   -1,  -1, -1, -1, // of an image without a return there
                                   -1,  -1, -1, 0.5f, // a point
@@ -160,7 +149,7 @@ TEST(LabelledScans, LabelsOfPcdFilesAreTheirField)
   points[0].x = points[1].x = 5.0f;
   points[0].label = 110;
   points[1].label = 0x50000u + 30u;
-  const Folder folder("pcd");
+  const Folder folder;
   pcl::io::savePCDFileBinary((folder / "a.pcd").string(), points);
   const LabelledScan scan = scanOf(folder.path());
   EXPECT_EQ(scan.classes,
@@ -182,7 +171,7 @@ TEST(LabelledScans, WrongSizesAreNamedWithTheirNumbers)
     for (const std::string& word : words)
       EXPECT_NE(message.find(word), std::string::npos) << message;
   };
-  const Folder folder("sizes");
+  const Folder folder;
   write(folder / "a.bin", two_points);
   for (const std::size_t labels : {0, 1, 3}) {
     write(folder / "a.label", std::vector<std::uint32_t>(labels));
@@ -200,7 +189,7 @@ TEST(LabelledScans, WrongSizesAreNamedWithTheirNumbers)
 
 TEST(LabelledScans, FilesOfImagesHaveRows)
 {
-  const Folder folder("rows");
+  const Folder folder;
   write<float>(folder / "a.bin", std::vector<float>(4 * 6, 1.0f));
   write(folder / "a.label", std::vector<std::uint32_t>(6));
   LabelledScan scan;
@@ -219,7 +208,7 @@ TEST(LabelledScans, FilesOfImagesHaveRows)
 
 TEST(LabelledScans, FoldersWithoutLabelledScansAreRefused)
 {
-  const Folder folder("none");
+  const Folder folder;
   EXPECT_NE(failureOf(folder.path()).find("has no labelled scans"), std::string::npos);
   EXPECT_NE(failureOf(folder.path() + "/a").find("is no folder"), std::string::npos);
   write(folder / "a.bin", two_points);

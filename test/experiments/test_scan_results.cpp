@@ -1,11 +1,11 @@
 #include "measuring/result_file.h"
 #include "noise/scan_results.h"
+#include "support/test_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -85,10 +85,10 @@ lastTwo()
 std::map<std::string, double>
 resultsOf(ScriptedScans scans, const ScanRange& range, const ScanMethod& method)
 {
-  const auto path =
-      std::filesystem::path(::testing::TempDir()) / "scan_results_test.csv";
+  const recording::test::TestFolder folder;
+  const std::string path = folder / "results.csv";
   {
-    measuring::ResultFile results(path.string());
+    measuring::ResultFile results(path);
     judgeScans(scans, range, method, results);
     results.close();
   }
@@ -104,7 +104,6 @@ resultsOf(ScriptedScans scans, const ScanRange& range, const ScanMethod& method)
     values[words[0] + ',' + words[2] + ',' + words[3] + ',' + words[4]] =
         std::stod(words[5]);
   }
-  std::filesystem::remove(path);
   return values;
 }
 

@@ -8,6 +8,7 @@
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "recording/mcap_writer.h"
+#include "support/test_folder.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
@@ -27,40 +28,6 @@ namespace recording {
 namespace test {
 
 using Bytes = std::vector<std::uint8_t>;
-
-/** \brief A folder for the files of a test, which is removed with them. */
-class TestFolder {
-public:
-  TestFolder()
-  {
-    const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name =
-        std::string("pcl_ext_") + test->test_suite_name() + "_" + test->name();
-    std::replace(name.begin(), name.end(), '/', '_'); // of parametrised tests
-    path_ = std::filesystem::path(::testing::TempDir()) / name;
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-
-  ~TestFolder()
-  {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  TestFolder(const TestFolder&) = delete;
-  TestFolder&
-  operator=(const TestFolder&) = delete;
-
-  std::string
-  operator/(const std::string& name) const
-  {
-    return (path_ / name).string();
-  }
-
-private:
-  std::filesystem::path path_;
-};
 
 inline Bytes
 bytesOf(const std::string& path)
