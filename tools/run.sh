@@ -14,7 +14,7 @@
 #   advise IN...          which voxel edge and effort suit clouds
 #   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
-# Without arguments: demo. After the first run COMMAND --help lists the options.
+# Without arguments: demo --overwrite. After the first run COMMAND --help lists the options.
 # The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 93
 # packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds.
 # The first view builds the viewer's page, too, for which it installs more (0.3 GB).
@@ -25,7 +25,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build-run
 program=$build/tools/bin/pcl_ext
 
-[ $# -gt 0 ] || set -- demo
+[ $# -gt 0 ] || set -- demo --overwrite
 
 case " $* " in
   *" --help "* | *" -h "*)

@@ -23,7 +23,8 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
   const ProgramRun result =
       run(folder,
           "demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
-          "--frames 2 -o out -q -l quadratic --threshold 30 --temporal-filter=4");
+          "--frames 2 -o out --overwrite -q -l quadratic --threshold 30 "
+          "--temporal-filter=4");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(result.errors, "");
   const std::size_t row = result.output.find("| cell_sensor_2 | 3      |");
@@ -44,6 +45,22 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
   EXPECT_EQ(filesIn(folder / "out/cell_sensor_2/denoised"), 2u);
   expectVoxels(streams[1].voxels[1],
                readCloud(folder / "out/cell_sensor_2/decoded/000001.pcd"));
+}
+
+TEST(ProgramDemo, ReplacesNothingUnlessAsked)
+{
+  const TestFolder folder;
+  fs::create_directory(folder / "out");
+  const Bytes precious{'o', 'w', 'n'};
+  writeBytes(folder / "out/cell.mcap", precious);
+  expectFailure(
+      folder,
+      "demo --sensors 1 --frames 1 -q",
+      2,
+      "the folder 'out' is not empty: name another one, or replace the clouds "
+      "in it with --overwrite");
+  EXPECT_EQ(bytesOf(folder / "out/cell.mcap"), precious);
+  EXPECT_EQ(filesIn(folder / "out"), 1u);
 }
 
 TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)

@@ -28,7 +28,7 @@ struct DemoOptions {
   unsigned int sensors = 3;
   std::uint32_t frames = 100;
   std::uint32_t seed = 1;
-  std::string output = "out";
+  Output output{"out"};
   std::optional<float> threshold;
   EncodingOptions encoding;
   bool is_quiet = false;
@@ -98,7 +98,7 @@ public:
     for (unsigned int sensor = 1; sensor <= options.sensors; ++sensor)
       streams_.push_back(std::make_unique<DemoStream>(
           options_.encoding, sensor, options.frames, options.seed, options.threshold));
-    if (!options.output.empty())
+    if (!options.output.path.empty())
       openOutput();
   }
 
@@ -135,13 +135,15 @@ private:
   void
   openOutput()
   {
+    const Output& output = options_.output;
+    recording_ = (fs::path(output.path) / "cell.mcap").string();
+    refuseTakenFolder(output.path, output.may_replace);
     std::error_code error;
-    fs::create_directories(options_.output, error);
+    fs::create_directories(output.path, error);
     if (error)
-      throw std::runtime_error("cannot create the folder '" + options_.output +
+      throw std::runtime_error("cannot create the folder '" + output.path +
                                "': " + error.message());
-    recording_ = (fs::path(options_.output) / "cell.mcap").string();
-    output_.emplace(Output{recording_, true}, false, "ros2");
+    output_.emplace(Output{recording_, output.may_replace}, false, "ros2");
     std::vector<std::string> folders;
     for (const auto& stream : streams_) {
       folders.push_back(stream->name() + "/decoded");
@@ -151,8 +153,9 @@ private:
            "world",
            options_.encoding.metadataOf("/" + stream->name(), stream->law(), false)}));
     }
+    constexpr bool may_replace = true; // the recording is in the folder, too
     clouds_ = std::make_unique<CloudFolder>(
-        options_.output, CloudFormat::PcdCompressed, true, folders);
+        output.path, CloudFormat::PcdCompressed, may_replace, folders);
   }
 
   void
@@ -212,10 +215,9 @@ addDemo(CLI::App& app)
             "N",
             "frames of each");
   app.add_option("--seed", options->seed, "of the random errors (1)")->type_name("N");
-  app.add_option("-o,--output",
-                 options->output,
-                 "folder, in which an earlier demo is replaced; '' for none (out)")
+  app.add_option("-o,--output", options->output.path, "folder; '' for none (out)")
       ->type_name("OUT");
+  addOverwrite(app, options->output.may_replace);
   app.add_option_function<float>(
          "-t,--threshold",
          [options](float threshold) {

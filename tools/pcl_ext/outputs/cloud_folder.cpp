@@ -253,6 +253,17 @@ folderNames(const std::vector<std::string>& streams)
   return names;
 }
 
+void
+refuseTakenFolder(const std::string& path, bool may_replace)
+{
+  if (fs::exists(path) && !fs::is_directory(path))
+    throw UsageError("'" + path + "' is a file; the clouds need a folder");
+  if (fs::exists(path) && !fs::is_empty(path) && !may_replace)
+    throw UsageError("the folder '" + path +
+                     "' is not empty: name another one, or replace the clouds in it "
+                     "with --overwrite");
+}
+
 CloudFolder::CloudFolder(const std::string& path,
                          CloudFormat format,
                          bool may_replace,
@@ -264,12 +275,7 @@ CloudFolder::CloudFolder(const std::string& path,
 {
   if (folders_.size() == 1)
     folders_.front().clear();
-  if (fs::exists(path_) && !fs::is_directory(path_))
-    throw UsageError("'" + path_.string() + "' is a file; the clouds need a folder");
-  if (fs::exists(path_) && !fs::is_empty(path_) && !may_replace)
-    throw UsageError("the folder '" + path_.string() +
-                     "' is not empty: name another one, or replace the clouds in it "
-                     "with --overwrite");
+  refuseTakenFolder(path_.string(), may_replace);
   if (fs::exists(path_))
     checkForOtherStreams(path_, folders_);
   unfinished_ = makeUnfinishedFolder(path_);

@@ -22,6 +22,12 @@ enum class CloudFormat { PcdBinary, PcdCompressed, PcdAscii, Ply };
 std::vector<std::string>
 folderNames(const std::vector<std::string>& streams);
 
+/** \brief Refuses a file, and a folder that has files, unless these may be replaced.
+ * \throws UsageError
+ */
+void
+refuseTakenFolder(const std::string& path, bool may_replace);
+
 /** \brief A folder that gets a file for each cloud, in a folder for each stream if
  * there are several. The files are written beside it, or in a folder in it where it is
  * a mount of its own, and get their place when all are complete. Failures throw
