@@ -237,7 +237,7 @@ class FramePublisher:
 
     @property
     def statistics(self) -> Dict[str, int]:
-        """Frames and bytes sent, frames_not_sent, i_frame_requests, reconnections, is_connected."""
+        """Frames and bytes that the server has, frames_under_way, frames_not_sent, i_frame_requests, reconnections, is_connected."""
         return self._native.statistics()
 
 

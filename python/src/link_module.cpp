@@ -149,6 +149,7 @@ public:
     py::dict values;
     values["frames"] = statistics.frames;
     values["bytes"] = statistics.bytes;
+    values["frames_under_way"] = statistics.frames_under_way;
     values["frames_not_sent"] = statistics.frames_not_sent;
     values["i_frame_requests"] = statistics.i_frame_requests;
     values["reconnections"] = statistics.reconnections;

@@ -11,7 +11,8 @@ namespace link {
 namespace {
 
 constexpr std::int64_t reconnect_wait_ms = 200;
-constexpr std::int64_t ping_interval_ms = 5000;
+constexpr std::int64_t short_ping_interval_ms = 1500;
+constexpr std::int64_t long_ping_interval_ms = 5000;
 constexpr std::int64_t write_deadline_ms = 2000;
 constexpr std::size_t longest_site = 64;
 
@@ -97,8 +98,10 @@ checkSettings(const LinkSettings& settings)
   return {};
 }
 
-Connection::Connection(const LinkSettings& settings, std::function<void()> on_reconnect)
-: settings_(settings), on_reconnect_(std::move(on_reconnect))
+Connection::Connection(const LinkSettings& settings,
+                       std::function<void()> on_reconnect,
+                       Patience patience)
+: settings_(settings), on_reconnect_(std::move(on_reconnect)), patience_(patience)
 {}
 
 Connection::~Connection()
@@ -170,7 +173,10 @@ Connection::setOptions(natsOptions* options)
         natsOptions_SetMaxReconnect(options, for_ever),
         natsOptions_SetReconnectWait(options, reconnect_wait_ms),
         natsOptions_SetReconnectBufSize(options, no_buffer),
-        natsOptions_SetPingInterval(options, ping_interval_ms),
+        natsOptions_SetPingInterval(options,
+                                    patience_ == Patience::Short
+                                        ? short_ping_interval_ms
+                                        : long_ping_interval_ms),
         natsOptions_SetMaxPingsOut(options, pings_without_answer),
         natsOptions_SetWriteDeadline(options, write_deadline_ms),
         natsOptions_SetDisconnectedCB(options, onDisconnected, this),
@@ -258,6 +264,35 @@ Connection::statusOf(natsStatus failure) const
 }
 
 void
+Connection::countViolation(const std::string& what)
+{
+  ++violations_;
+  if (what.find("Publish to") != std::string::npos)
+    ++refused_messages_;
+  else
+    ++refused_subscriptions_;
+}
+
+std::uint64_t
+Connection::number() const
+{
+  natsStatistics* created = nullptr;
+  std::uint64_t number = 0;
+  if (natsStatistics_Create(&created) == NATS_OK) {
+    natsConnection_GetStats(connection_, created);
+    natsStatistics_GetCounts(created, nullptr, nullptr, nullptr, nullptr, &number);
+    natsStatistics_Destroy(created);
+  }
+  return number;
+}
+
+void
+Connection::tellOfServer(const std::string& state) const
+{
+  tell("the server at " + shownServers(settings_) + " " + state);
+}
+
+void
 Connection::tell(const std::string& event) const
 {
   if (settings_.on_event && !is_closing_)
@@ -276,6 +311,7 @@ Connection::onReconnected(natsConnection* /* connection */, void* self)
 {
   auto& it = *static_cast<Connection*>(self);
   ++it.reconnections_;
+  it.refused_subscriptions_ = 0;
   it.tell("the connection to the server at " + shownServers(it.settings_) +
           " is there again");
   if (it.on_reconnect_)
@@ -302,7 +338,7 @@ Connection::onError(natsConnection* connection,
   const char* details = nullptr;
   natsConnection_GetLastError(connection, &details);
   if (error == NATS_NOT_PERMITTED)
-    ++static_cast<Connection*>(self)->violations_;
+    static_cast<Connection*>(self)->countViolation(details != nullptr ? details : "");
   static_cast<Connection*>(self)->tell(
       "the server at " + shownServers(static_cast<Connection*>(self)->settings_) +
       " reports: " +

@@ -30,10 +30,18 @@ using JetStreamHandle = std::unique_ptr<jsCtx, NatsDeleter<jsCtx, jsCtx_Destroy>
 /** \brief A connection to a server, which is restored for ever once it was there. */
 class Connection {
 public:
+  /** \brief How soon a connection without answers counts as lost. */
+  enum class Patience {
+    Short, ///< 4.5 s: of what is live
+    Long   ///< 15 s: answers come behind many megabytes
+  };
+
   /** \param[in] settings checked by open()
    * \param[in] on_reconnect called by another thread; may be empty
    */
-  Connection(const LinkSettings& settings, std::function<void()> on_reconnect);
+  Connection(const LinkSettings& settings,
+             std::function<void()> on_reconnect,
+             Patience patience = Patience::Short);
 
   /** \brief Closes it. Subscriptions must have ended, as their handlers may use what the
    * caller destroys. */
@@ -80,11 +88,33 @@ public:
     return reconnections_;
   }
 
+  /** \brief A number that each new connection to a server changes. */
+  std::uint64_t
+  number() const;
+
+  /** \brief Tells that the server is in a state, such as "answers again". */
+  void
+  tellOfServer(const std::string& state) const;
+
   /** \brief How often the server did not permit what was asked of it. */
   std::uint64_t
   violations() const
   {
     return violations_;
+  }
+
+  /** \brief How many messages it did not permit to publish. */
+  std::uint64_t
+  refusedMessages() const
+  {
+    return refused_messages_;
+  }
+
+  /** \brief How many subscriptions it did not permit, since it was connected. */
+  std::size_t
+  refusedSubscriptions() const
+  {
+    return refused_subscriptions_;
   }
 
   /** \brief The status of a call that failed on an open connection. */
@@ -104,6 +134,12 @@ private:
   void
   tell(const std::string& event) const;
 
+  /** \brief Counts what the server did not permit.
+   * \param[in] what in its words
+   */
+  void
+  countViolation(const std::string& what);
+
   static void
   onDisconnected(natsConnection* connection, void* self);
   static void
@@ -118,11 +154,14 @@ private:
 
   const LinkSettings settings_;
   const std::function<void()> on_reconnect_;
+  const Patience patience_;
   natsConnection* connection_ = nullptr;
   std::atomic<std::uint64_t> reconnections_{0};
   std::atomic<std::uint64_t> violations_{0};
+  std::atomic<std::uint64_t> refused_messages_{0};
+  std::atomic<std::size_t> refused_subscriptions_{0};
   std::atomic<bool> is_closing_{false};
-  std::mutex mutex_;
+  std::mutex mutex_; // guards what follows
   std::condition_variable closed_;
   bool is_closed_ = false;
 };

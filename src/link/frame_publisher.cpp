@@ -3,6 +3,7 @@
 #include "link/connection.h"
 #include "link/frame_headers.h"
 #include "link/guarded.h"
+#include "link/sent_frames.h"
 #include "link/subjects.h"
 #include "link/whole_frame.h"
 
@@ -32,9 +33,14 @@ public:
   : request_i_frame_(std::move(request_i_frame))
   , publisher_(randomNumber())
   , connection_(settings, [this] { requestAll(); })
+  , sent_(connection_, [this] { requestAll(); })
   {}
 
-  ~Implementation() { flush(connection_.settings().connect_timeout); }
+  ~Implementation()
+  {
+    if (sent_.isAnswering())
+      flush(connection_.settings().connect_timeout);
+  }
   Implementation(const Implementation&) = delete;
   Implementation&
   operator=(const Implementation&) = delete;
@@ -56,27 +62,26 @@ public:
   bool
   flush(std::chrono::milliseconds timeout)
   {
-    return connection_.isConnected() &&
-           natsConnection_FlushTimeout(connection_.get(),
-                                       std::max<std::int64_t>(1, timeout.count())) ==
-               NATS_OK;
+    return sent_.flush(timeout);
   }
 
   PublisherStatistics
-  statistics() const
+  statistics()
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    PublisherStatistics statistics = statistics_;
+    PublisherStatistics statistics;
+    sent_.describe(statistics);
+    countRefused(statistics);
     statistics.i_frame_requests = i_frame_requests_;
     statistics.reconnections = connection_.reconnections();
     statistics.violations = connection_.violations();
-    statistics.is_connected = connection_.isConnected();
-    if (last_sent_)
-      statistics.age = std::chrono::steady_clock::now() - *last_sent_;
     return statistics;
   }
 
 private:
+  /** \brief Frames that the server has, but does not permit, are not sent. */
+  void
+  countRefused(PublisherStatistics& statistics) const;
+
   struct Stream {
     std::string name;
     std::string subject;
@@ -121,11 +126,23 @@ private:
   std::atomic<std::size_t> stream_count_{0};
   // Before the streams, whose subscriptions end first.
   Connection connection_;
-  mutable std::mutex mutex_; // guards what follows, and the order of frames
+  SentFrames sent_;
+  std::mutex mutex_; // guards what follows, and the order of frames
   std::deque<Stream> streams_;
-  PublisherStatistics statistics_;
-  std::optional<std::chrono::steady_clock::time_point> last_sent_;
 };
+
+void
+FramePublisher::Implementation::countRefused(PublisherStatistics& statistics) const
+{
+  const std::uint64_t refused =
+      std::min(statistics.frames, connection_.refusedMessages());
+  if (refused == 0)
+    return;
+  const std::uint64_t mean_bytes = statistics.bytes / statistics.frames;
+  statistics.frames -= refused;
+  statistics.bytes = statistics.frames * mean_bytes; // which are refused is not known
+  statistics.frames_not_sent += refused;
+}
 
 LinkStatus
 FramePublisher::Implementation::addStream(const std::string& name,
@@ -192,9 +209,12 @@ FramePublisher::Implementation::send(const Stream& stream,
                                      const MessageHandle& message,
                                      std::size_t size)
 {
+  const std::uint64_t connection = connection_.number();
   const natsStatus status = natsConnection_PublishMsg(connection_.get(), message.get());
-  if (status == NATS_OK)
+  if (status == NATS_OK) {
+    sent_.add(size, connection);
     return {};
+  }
   if (status != NATS_MAX_PAYLOAD)
     return connection_.statusOf(status);
   return {LinkCode::FrameTooLarge,
@@ -222,7 +242,7 @@ FramePublisher::Implementation::publish(std::size_t stream,
   // Also of a frame that cannot be sent, so that receivers see the gap.
   const FrameHeader header{publisher_, ++published.frames, time};
   LinkStatus status;
-  if (!connection_.isConnected())
+  if (!sent_.isAnswering())
     status = connection_.statusOf(NATS_CONNECTION_DISCONNECTED);
   else {
     MessageHandle message;
@@ -231,13 +251,8 @@ FramePublisher::Implementation::publish(std::size_t stream,
     status =
         made == NATS_OK ? send(published, message, size) : connection_.statusOf(made);
   }
-  if (status.ok()) {
-    ++statistics_.frames;
-    statistics_.bytes += size;
-    last_sent_ = std::chrono::steady_clock::now();
-  }
-  else
-    ++statistics_.frames_not_sent;
+  if (!status.ok())
+    sent_.addLost();
   return status;
 }
 

@@ -63,7 +63,11 @@ metadataOf(natsMsg* message)
 class FrameSubscriber::Implementation {
 public:
   explicit Implementation(const SubscriberSettings& settings)
-  : settings_(settings), connection_(settings.link, nullptr)
+  : settings_(settings)
+  , connection_(settings.link,
+                nullptr,
+                settings.replay_from ? Connection::Patience::Long
+                                     : Connection::Patience::Short)
   {
     if (settings.replay_from)
       replay_.emplace();
@@ -128,6 +132,7 @@ private:
   Connection connection_;
   std::optional<Replay> replay_; // in place of subscriptions
   std::atomic<bool> is_stopped_{false};
+  std::atomic<std::size_t> subscription_count_{0};
 
   mutable std::mutex mutex_; // guards what follows
   std::condition_variable arrived_;
@@ -143,6 +148,7 @@ private:
 LinkStatus
 FrameSubscriber::Implementation::subscribe(const std::string& subject)
 {
+  ++subscription_count_;
   const natsStatus status = subscriptions_.emplace_back().open(
       connection_, subject, [this](natsMsg* message) {
         guarded([&] {
@@ -353,6 +359,8 @@ FrameSubscriber::Implementation::statistics() const
   statistics.is_connected = connection_.isConnected();
   statistics.reconnections = connection_.reconnections();
   statistics.violations = connection_.violations();
+  statistics.is_refused = subscription_count_ > 0 &&
+                          connection_.refusedSubscriptions() >= subscription_count_;
   statistics.replay_pending = replay_ ? replay_->pending() : 0;
   return statistics;
 }

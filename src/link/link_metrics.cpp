@@ -107,14 +107,18 @@ linkMetrics(const PublisherStatistics& statistics,
         std::string("pcl_ext_publisher_") + name + "_total", "counter", help);
     text.add(static_cast<double>(count));
   };
-  add("frames", "Frames that were sent.", statistics.frames);
+  add("frames", "Frames that the server has.", statistics.frames);
   add("bytes", "Bytes of these frames.", statistics.bytes);
   add("frames_not_sent",
-      "Frames lost without a connection, or above max_payload.",
+      "Frames lost without a connection, above max_payload, or not permitted.",
       statistics.frames_not_sent);
   add("i_frame_requests",
       "Requests for I-frames that arrived.",
       statistics.i_frame_requests);
+  text.beginFamily("pcl_ext_publisher_frames_under_way",
+                   "gauge",
+                   "Frames of which it is not known yet whether the server has them.");
+  text.add(static_cast<double>(statistics.frames_under_way));
   text.beginFamily("pcl_ext_publisher_age_seconds",
                    "gauge",
                    "Time since a frame was sent; absent before the first.");

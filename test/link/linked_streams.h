@@ -57,9 +57,10 @@ public:
 
   /** \brief Encodes a frame, publishes it and waits until the server has it.
    * \param[in] change of its bytes before it is published; may be empty
+   * \param[in] flushes whether it waits
    */
   LinkStatus
-  publish(const std::function<void(Bytes&)>& change = {})
+  publish(const std::function<void(Bytes&)>& change = {}, bool flushes = true)
   {
     if (wants_i_frame_.exchange(false))
       source_.requestIFrame();
@@ -70,7 +71,8 @@ public:
                                                  timeOf(frames_.size() - 1),
                                                  frames_.back().data(),
                                                  frames_.back().size());
-    publisher_.flush(std::chrono::seconds(10));
+    if (flushes)
+      publisher_.flush(std::chrono::seconds(10));
     return status;
   }
 

@@ -136,6 +136,52 @@ TEST(Link, CountsFramesThatAServerLost)
   EXPECT_GE(before, 2u);
 }
 
+TEST(Link, CountsWhatAHangingServerDoesNotAnswerAndGoesOnAfterIt)
+{
+  NatsServer server;
+  Receiver receiver(settingsOf(server));
+  Sensor sensor(settingsOf(server));
+  FramePublisher& publisher = sensor.publisher();
+  sensor.publish();
+  sensor.publish();
+  ASSERT_TRUE(receiver.take());
+  ASSERT_TRUE(receiver.take());
+  server.hang();
+  std::uint64_t published = 2;
+  const auto publish = [&] {
+    ++published;
+    return sensor.publish(/* change */ {}, /* flushes */ false);
+  };
+  expectCode(publish(), LinkCode::Ok); // it is not known yet
+  EXPECT_TRUE(waitFor([&] { return !publisher.statistics().is_connected; }));
+  expectCode(publish(), LinkCode::NotConnected);
+  const PublisherStatistics hanging = publisher.statistics();
+  EXPECT_EQ(hanging.frames, 2u);
+  EXPECT_EQ(hanging.frames_under_way + hanging.frames_not_sent, 2u);
+  EXPECT_GE(hanging.frames_not_sent, 1u);
+  EXPECT_TRUE(waitFor([&] { return !receiver.subscriber.isConnected(); }));
+  server.goOn();
+  ASSERT_TRUE(waitFor([&] {
+    return publisher.statistics().is_connected && receiver.subscriber.isConnected();
+  }));
+  EXPECT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
+  // The server may know the receiver's subscription a moment later.
+  EXPECT_TRUE(waitFor([&] {
+    ++published;
+    sensor.publish();
+    while (receiver.take(milliseconds(50)))
+      ;
+    return receiver.frames.back().bytes == sensor.frames().back();
+  }));
+  const LinkStreamStatistics received = receiver.statisticsOf("/sensor_1");
+  EXPECT_EQ(received.frames + received.frames_skipped + received.frames_lost,
+            published);
+  EXPECT_GE(received.frames_lost, 1u);
+  const PublisherStatistics sent = publisher.statistics();
+  EXPECT_EQ(sent.frames + sent.frames_not_sent, published);
+  EXPECT_GE(sent.frames_not_sent, 1u);
+}
+
 TEST(Link, RefusesFramesAboveTheServersLimit)
 {
   const NatsServer server("max_payload: 100");

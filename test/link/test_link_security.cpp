@@ -92,7 +92,11 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermit)
                "Permissions Violation for Publish to \"cell./sensor_1.frames\"") !=
            std::string::npos;
   })) << events;
-  EXPECT_GE(sensor.publisher().statistics().violations, 1u);
+  const PublisherStatistics sent = sensor.publisher().statistics();
+  EXPECT_GE(sent.violations, 1u);
+  EXPECT_EQ(sent.frames, 0u); // the server had it, and did not permit it
+  EXPECT_EQ(sent.bytes, 0u);
+  EXPECT_EQ(sent.frames_not_sent, 1u);
 }
 
 TEST(LinkSecurity, Encrypts)

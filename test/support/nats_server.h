@@ -118,6 +118,19 @@ public:
     pid_ = -1;
   }
 
+  /** \brief Makes it hang, so that it takes and answers nothing, as behind a pulled cable. */
+  void
+  hang()
+  {
+    ::kill(pid_, SIGSTOP);
+  }
+
+  void
+  goOn()
+  {
+    ::kill(pid_, SIGCONT);
+  }
+
   std::string
   url(const std::string& scheme = "nats") const
   {

@@ -38,14 +38,15 @@ public:
   }
 };
 
-/** \brief A publisher with one stream, /sensor, of site cell. */
+/** \brief A publisher with one stream of site cell. */
 class SitePublisher {
 public:
-  explicit SitePublisher(const NatsServer& server)
+  explicit SitePublisher(const NatsServer& server,
+                         const std::string& stream = "/sensor")
   : publisher_(settingsOf(server), [this](std::size_t) { wants_i_frame_ = true; })
   {
     EXPECT_TRUE(publisher_.connect().ok());
-    EXPECT_TRUE(publisher_.addStream("/sensor", {}, stream_).ok());
+    EXPECT_TRUE(publisher_.addStream(stream, {}, stream_).ok());
   }
 
   void

@@ -9,12 +9,15 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 #include <thread>
 
 namespace pcl_ext {
 namespace tools {
 namespace test {
+
+namespace fs = std::filesystem;
 
 using recording::Time;
 using view::test::LiveSource;
@@ -119,6 +122,31 @@ TEST(ProgramLosses, FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasT
   EXPECT_NE(late.find("20 frames of 1 stream"), std::string::npos) << late;
   EXPECT_NE(late.find("; 6 before the first I-frames left out"), std::string::npos)
       << late;
+}
+
+TEST(ProgramLosses, WhatAHangingServerDoesNotAnswerIsLostAndNotTheMachinesFault)
+{
+  const TestFolder folder;
+  NatsServer server;
+  writeClouds(folder, "room", roomClouds(200));
+  BackgroundProgram receiving(folder, "receive", "receive -o x.mcap" + at(server));
+  receiving.waitForError("receiving from site");
+  BackgroundProgram sending(
+      folder, "send", "send room --rate 20 --resolution 0.05" + at(server));
+  EXPECT_TRUE(waitFor([&] {
+    return fs::exists(folder / "x.mcap.unfinished") &&
+           fs::file_size(folder / "x.mcap.unfinished") > 10000;
+  }));
+  server.hang();
+  sending.waitForError("does not answer: frames are lost");
+  receiving.waitForError("is lost");
+  EXPECT_EQ(sending.end(SIGINT), 130) << sending.errors();
+  EXPECT_NE(sending.output().find(" lost\n"), std::string::npos) << sending.output();
+  EXPECT_EQ(sending.errors().find("too slow"), std::string::npos) << sending.errors();
+  EXPECT_EQ(receiving.end(SIGINT), 1) << receiving.errors();
+  EXPECT_NE(receiving.errors().find("what was sent since then is missing"),
+            std::string::npos)
+      << receiving.errors();
 }
 
 TEST(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)

@@ -365,14 +365,24 @@ TEST(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
                 "nothing came of the stream second of site cell; " + both);
   expectRun(folder, receive + "--streams /first" + at(server));
   // What is not permitted cannot be named.
-  const NatsServer strict("authorization { user: u, password: p, permissions: { "
-                          "subscribe: \"cell.*.frames\" } }");
+  const NatsServer strict("authorization { users = [ { user: u, password: p, "
+                          "permissions: { subscribe: \"cell.*.frames\" } } ] }");
   const ProgramRun run = runShell(
       folder, "PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict));
   EXPECT_EQ(run.status, 1);
-  EXPECT_NE(run.errors.find("this user sees no other site on the server"),
-            std::string::npos)
+  EXPECT_NE(
+      run.errors.find("nothing that this user may receive is sent to this site at "
+                      "the moment; this user sees no other site on the server"),
+      std::string::npos)
       << run.errors;
+  const ProgramRun other = runShell(
+      folder, "PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict, "hall"));
+  EXPECT_EQ(other.status, 1);
+  EXPECT_NE(
+      other.errors.find("nothing came of any stream of site hall; the server does "
+                        "not permit this user to receive them"),
+      std::string::npos)
+      << other.errors;
 }
 
 TEST(ProgramSite, TellsWhatIsWrong)

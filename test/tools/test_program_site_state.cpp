@@ -102,6 +102,46 @@ TEST(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
   EXPECT_EQ(receiving.errors().find("--merge-age"), std::string::npos);
 }
 
+TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  Receiving receiving(
+      folder,
+      "receive",
+      at(server) +
+          "--merge all --merge-age 300ms --memory-limit 300kB --resolution 0.1");
+  const auto start = std::chrono::steady_clock::now();
+  const auto publish = [&](SitePublisher& sensor, const Bytes& frame) {
+    sensor.publish(std::chrono::steady_clock::now() - start, frame);
+  };
+  SitePublisher first(server, "/first");
+  SitePublisher large(server, "/large");
+  std::unique_ptr<SitePublisher> late;
+  for (int i = 0; i < 40; ++i) {
+    publish(first, iFrame());
+    publish(large, iFrame(/* width */ 60));
+    if (i == 20)
+      late = std::make_unique<SitePublisher>(server, "/late");
+    if (i >= 20 && i < 30)
+      publish(*late, iFrame());
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  const std::string errors = receiving.errors();
+  EXPECT_EQ(errors.find("/first: missing"), std::string::npos) << errors;
+  const std::string at_large =
+      errors.substr(std::min(errors.size(), errors.find("/large: missing in ")));
+  EXPECT_NE(at_large.find(", as its last frame could not be decoded\n"),
+            std::string::npos)
+      << errors;
+  EXPECT_EQ(errors.find("/large: missing in ", errors.size() - at_large.size() + 1),
+            std::string::npos)
+      << errors;
+  // Since it ended, and not before it began.
+  EXPECT_NE(errors.find("/late: missing in "), std::string::npos) << errors;
+}
+
 TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
 {
   const TestFolder folder;

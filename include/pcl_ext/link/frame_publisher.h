@@ -16,23 +16,26 @@ namespace link {
 
 /** \brief Figures of a FramePublisher, since it was made. */
 struct PublisherStatistics {
-  std::uint64_t frames = 0; ///< handed to the connection
+  std::uint64_t frames = 0; ///< that the server has, as it has answered after them
   std::uint64_t bytes = 0;  ///< of these
+  std::uint64_t frames_under_way = 0; ///< handed to the connection, not answered yet
   std::uint64_t frames_not_sent =
-      0; ///< the connection was lost, or they were too large
+      0; ///< the connection was lost, or they were too large or not permitted
   std::uint64_t i_frame_requests = 0; ///< received
   std::uint64_t violations = 0; ///< what the server did not permit, frames for one
   std::uint64_t reconnections = 0;
-  bool is_connected = false; ///< to the server, now
+  bool is_connected = false; ///< to a server that answers within 1.5 s, now
   std::optional<std::chrono::nanoseconds>
-      age; ///< since a frame was sent; none: none was
+      age; ///< since the last one of `frames` was published; none: there is none
 };
 
 /** \brief Publishes the frames of streams, each on the subject SITE.STREAM.frames.
  *
- * Frames that cannot be sent are not kept: a later one of the same stream arrives with a
+ * Frames that cannot be sent are not kept, nor are those of the time in which the server
+ * does not answer: a later one of the same stream arrives with a
  * gap before it, for which receivers request an I-frame. Lost connections are restored
- * for ever, after which an I-frame of each stream is requested. All members are
+ * for ever, after which, as when the server answers again, an I-frame of each stream is
+ * requested. All members are
  * thread-safe; nothing throws.
  * \code
  * pcl_ext::link::LinkSettings settings;

@@ -77,6 +77,7 @@ struct SubscriberStatistics {
   std::uint64_t messages_of_no_stream = 0;   ///< a subject that names none
   std::uint64_t messages_of_too_many = 0;    ///< of streams beyond max_streams
   std::uint64_t violations = 0;              ///< what the server did not permit
+  bool is_refused = false;                   ///< it permits none of the subscriptions
   std::uint64_t reconnections = 0;
   std::uint64_t replay_pending = 0; ///< messages that a replay has still to bring
   bool is_connected = false;        ///< to the server, now

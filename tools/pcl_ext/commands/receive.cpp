@@ -85,10 +85,18 @@ public:
       taker->finish();
       has_failed_ |= taker->hasLeftOut();
     }
+    if (merged_)
+      merged_->end(); // so that it is known which frames the server has
     events_.print(console_);
     const SiteFigures all = figures();
     has_failed_ |= missing_.report(all.received, !isInterrupted());
     has_failed_ |= !report(all, console_);
+    if (!replay_ && !all.received.is_connected) {
+      console_.error(
+          "the connection to the server is lost: what was sent since then is "
+          "missing");
+      has_failed_ = true;
+    }
     // A replay has an end of its own.
     if (isInterrupted() && replay_)
       return interrupted;
@@ -237,6 +245,7 @@ private:
     if (centre_) {
       figures.decoded = centre_->health();
       figures.missing = centre_->missing();
+      figures.has_slow_effort = centre_->hasSlowEffort();
       figures.merged = centre_->mergeCounts();
     }
     if (merged_)
@@ -256,7 +265,7 @@ private:
       return;
     next_remark_ = now + interval;
     told_left_out_ = merged.left_out;
-    console_.remark(slownessOf(merged));
+    console_.remark(slownessOf(merged, centre_->hasSlowEffort()));
   }
 
   ReceiveOptions options_;

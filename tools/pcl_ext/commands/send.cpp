@@ -171,19 +171,26 @@ private:
     const auto served = serve(output, [&] { return clouds.metrics(options_.prefix); });
     announce(options_.tried.input.inputs[0]);
     clouds.run(named, [&] {
-      const std::size_t late = clouds.lateClouds();
+      const std::size_t late = clouds.lateClouds() + clouds.blockedClouds();
       showStatus(output, late == 0 ? "" : ", " + counted(late, "cloud") + " left out");
     });
     for (const std::string& place : input->damage())
       console_.error(place);
     if (clouds.lateClouds() > 0)
       console_.error(counted(clouds.lateClouds(), "cloud") +
-                     " left out, as this machine is too slow for them: take a faster "
-                     "--effort or a larger --resolution");
+                     " left out, as this machine is too slow for them: take " +
+                     (options_.encoding.effort() == io::Effort::Fast
+                          ? ""
+                          : "a faster --effort, ") +
+                     "a larger --resolution or a faster machine");
+    if (clouds.blockedClouds() > 0)
+      console_.error(counted(clouds.blockedClouds(), "cloud") +
+                     " left out, as the server took none for a while");
     if (clouds.frames() == 0 && !isInterrupted())
       throw std::runtime_error("no cloud could be encoded");
-    has_failed_ = clouds.failedClouds() > 0 || clouds.lateClouds() > 0 ||
-                  !input->damage().empty();
+    has_failed_ =
+        clouds.failedClouds() + clouds.lateClouds() + clouds.blockedClouds() > 0 ||
+        !input->damage().empty();
     summarise(output);
   }
 
@@ -218,8 +225,9 @@ private:
   }
 
   void
-  summarise(const LinkOutput& output)
+  summarise(LinkOutput& output)
   {
+    output.end(); // so that it is known which frames the server has
     const link::PublisherStatistics statistics = output.statistics();
     constexpr double megabyte = 1e6;
     std::string line =
@@ -228,11 +236,12 @@ private:
         measuring::formatted(static_cast<double>(statistics.bytes) / megabyte, 2) +
         " MB";
     if (statistics.violations > 0) {
-      console_.error("the server did not permit what was sent: it is lost");
+      console_.error("the server did not permit all that was asked of it");
       has_failed_ = true;
     }
-    if (statistics.frames_not_sent > 0) {
-      line += ", " + counted(statistics.frames_not_sent, "frame") + " lost";
+    const std::uint64_t lost = statistics.frames_not_sent + statistics.frames_under_way;
+    if (lost > 0) {
+      line += ", " + counted(lost, "frame") + " lost";
       has_failed_ = true;
     }
     console_.summary(line);

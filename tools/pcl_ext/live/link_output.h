@@ -60,7 +60,9 @@ public:
   end() override
   {
     constexpr std::chrono::seconds patience{5};
-    publisher_.flush(patience);
+    // What the server did not permit is known a moment after its answer.
+    if (publisher_.flush(patience))
+      publisher_.flush(patience);
   }
 
   link::PublisherStatistics

@@ -40,7 +40,7 @@ LiveCell::Sensor::Sensor(EncodingOptions& options,
 , encoder(options, name)
 {}
 
-void
+LiveCell::Clock::duration
 LiveCell::Sensor::publish(std::uint32_t frame,
                           std::uint64_t start,
                           LiveOutput& output,
@@ -55,9 +55,11 @@ LiveCell::Sensor::publish(std::uint32_t frame,
   const bool has_frame = encoder.encode(cloud, name, bytes, time);
   figures.addCloud(stream, encoder.statistics());
   if (!has_frame) // --max-rate had no room for it
-    return;
+    return Clock::duration(0);
   requests.countFrame();
+  const Clock::time_point begin = Clock::now();
   output.publish(stream, time, std::move(bytes));
+  return Clock::now() - begin;
 }
 
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
@@ -87,6 +89,7 @@ void
 LiveCell::runSensors(std::size_t first, std::size_t step, LiveOutput& output)
 {
   std::uint32_t expected = 0; // the next frame; 0: any
+  Clock::duration blocked{0}; // by the output, in the last frame
   while (!has_ended_) {
     if (!output.isWanted()) {
       expected = 0;
@@ -96,12 +99,14 @@ LiveCell::runSensors(std::size_t first, std::size_t step, LiveOutput& output)
     // The one of now, so that a slow machine leaves frames out.
     const auto frame =
         static_cast<std::uint32_t>((Clock::now() - start_) / frame_period);
+    const auto excused = static_cast<std::uint32_t>(blocked / frame_period);
     const std::uint32_t left_out =
-        expected > 0 && frame > expected ? frame - expected : 0;
+        expected > 0 && frame > expected + excused ? frame - expected - excused : 0;
+    blocked = Clock::duration(0);
     expected = frame + 1;
     for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step) {
       count(*sensors_[i], left_out);
-      sensors_[i]->publish(frame, start_stamp_, output, figures_);
+      blocked += sensors_[i]->publish(frame, start_stamp_, output, figures_);
     }
     std::this_thread::sleep_until(start_ + (frame + std::int64_t{1}) * frame_period);
   }
@@ -127,8 +132,9 @@ LiveCell::overload() const
   return std::to_string(left_out) + " of " + counted(clouds + left_out, "cloud") +
          " left out, as this machine is too slow for them: " +
          measuring::formatted(rate, 1) + " a second of each sensor, not " +
-         measuring::formatted(cell::RobotCell::frame_rate, 0) +
-         "; take a faster --effort, a larger --resolution or fewer sensors";
+         measuring::formatted(cell::RobotCell::frame_rate, 0) + "; take " +
+         (options_.effort() == io::Effort::Fast ? "" : "a faster --effort, ") +
+         "a larger --resolution, fewer sensors or a faster machine";
 }
 
 std::string

@@ -81,7 +81,8 @@ private:
   struct Sensor {
     Sensor(EncodingOptions& options, unsigned int number, std::uint32_t seed);
 
-    void
+    /** \return how long the output took */
+    Clock::duration
     publish(std::uint32_t frame,
             std::uint64_t start,
             LiveOutput& output,

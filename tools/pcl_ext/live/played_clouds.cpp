@@ -9,6 +9,13 @@
 namespace pcl_ext {
 namespace tools {
 
+namespace {
+
+/** \brief Clouds that are later are left out. */
+constexpr std::chrono::milliseconds most_late{500};
+
+} // namespace
+
 void
 PlayedClouds::requestIFrame(std::size_t stream)
 {
@@ -32,8 +39,12 @@ PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
     const std::vector<std::string>& names = input_.streams();
     while (streams_.size() < names.size())
       streams_.emplace_back(options_, names[streams_.size()]);
-    if (!pace.waitFor(cloud.message.log_time, meanwhile)) {
-      ++late_clouds_;
+    const std::chrono::nanoseconds late =
+        pace.waitFor(cloud.message.log_time, meanwhile);
+    if (late == std::chrono::nanoseconds(0))
+      blocked_ = late;
+    if (late > most_late) {
+      ++(late - blocked_ > most_late ? late_clouds_ : blocked_clouds_);
       if (const auto number = streams_[cloud.stream].number)
         figures_.addMissed(*number, 1);
     }
@@ -80,7 +91,9 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
   if (*stream.number < requests_.size())
     requests_[*stream.number].countFrame();
   figures_.addCloud(*stream.number, stream.encoder.statistics());
+  const auto start = RealTime::Clock::now();
   output.publish(*stream.number, cloud.message.log_time, std::move(bytes));
+  blocked_ += RealTime::Clock::now() - start;
   ++frames_;
 }
 

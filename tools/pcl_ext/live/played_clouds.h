@@ -11,6 +11,7 @@
 #include "streams/stream_encoder.h"
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -74,6 +75,13 @@ public:
     return late_clouds_;
   }
 
+  /** \brief Clouds that were left out, as the output took none for a while. */
+  std::size_t
+  blockedClouds() const
+  {
+    return blocked_clouds_;
+  }
+
 private:
   struct Stream {
     Stream(const EncodingOptions& options, const std::string& name)
@@ -97,6 +105,8 @@ private:
   std::size_t frames_ = 0;
   std::size_t failed_clouds_ = 0;
   std::size_t late_clouds_ = 0;
+  std::size_t blocked_clouds_ = 0;
+  std::chrono::nanoseconds blocked_{0}; // by the output, since clouds were in time
 };
 
 } // namespace tools

@@ -2,6 +2,7 @@
 
 #include "console/interruption.h"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <optional>
@@ -19,22 +20,22 @@ public:
   /** \brief Waits until it is time.
    * \param[in] time of what comes next
    * \param[in] meanwhile called about 20 times a second
-   * \return false if that was more than half a second ago
+   * \return how late it is; 0 if it waited
    */
-  bool
+  std::chrono::nanoseconds
   waitFor(std::chrono::nanoseconds time, const std::function<void()>& meanwhile)
   {
     constexpr std::chrono::milliseconds longest_wait{50};
-    constexpr std::chrono::milliseconds most_late{500};
     if (!start_)
       start_ = Clock::now() - time;
     const Clock::time_point due = *start_ + time;
     meanwhile();
+    const auto late = std::max(Clock::now() - due, Clock::duration(0));
     while (!isInterrupted() && Clock::now() < due) {
       std::this_thread::sleep_until(std::min(due, Clock::now() + longest_wait));
       meanwhile();
     }
-    return Clock::now() - due <= most_late;
+    return late;
   }
 
 private:

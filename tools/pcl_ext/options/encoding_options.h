@@ -68,6 +68,12 @@ public:
     law_ = law;
   }
 
+  io::Effort
+  effort() const
+  {
+    return codec_.effort;
+  }
+
   /** \brief Sets the effort, before options are added its default. */
   void
   setEffort(io::Effort effort)

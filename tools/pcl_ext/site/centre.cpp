@@ -141,6 +141,11 @@ Centre::take(const link::LinkFrame& frame)
     found = streams_.emplace(frame.stream, addStream(frame)).first;
   if (found->second) // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
+  if (frame.is_i_frame)
+    has_slow_effort_ |= io::describeFrame(frame.bytes.data(),
+                                          frame.bytes.size(),
+                                          io::DecoderLimits::none())
+                            .effort != io::Effort::Fast;
 }
 
 bool
@@ -159,15 +164,35 @@ Centre::work()
 }
 
 void
+Centre::countMissing(const nodes::MergedFrame& merged)
+{
+  std::vector<nodes::StreamHealth> streams; // those of now, if one is missing
+  for (const nodes::MergedSource& source : merged.sources) {
+    if (source.stamp) {
+      merged_streams_.insert(source.name);
+      continue;
+    }
+    if (streams.empty())
+      streams = grid_->centre.node().health();
+    const auto stream = std::find_if(
+        streams.begin(), streams.end(), [&source](const nodes::StreamHealth& one) {
+          return one.name == source.name;
+        });
+    if (stream != streams.end() && stream->frames_failed > 0 && !stream->in_sync)
+      ++missing_[source.name].undecodable;
+    else if (merged_streams_.count(source.name) > 0)
+      ++missing_[source.name].old;
+  }
+}
+
+void
 Centre::publish(const nodes::MergedFrame& merged)
 {
   throwUnlessOk(merged.status);
   grid_->map.update(grid_->centre.node(), merged.time);
   if (outputs_.empty())
     return;
-  for (const nodes::MergedSource& source : merged.sources)
-    if (!source.stamp)
-      ++missing_[source.name];
+  countMissing(merged);
   if (requests_.take())
     grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;

@@ -16,6 +16,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -77,12 +78,25 @@ public:
   bool
   hasLeftOut() const override;
 
-  /** \brief How many merged frames a stream was missing in, as its last one was too old;
-   * by the names of the streams. */
-  const std::map<std::string, std::size_t>&
+  /** \brief How many merged frames a stream was missing in, and why. */
+  struct Missing {
+    std::size_t undecodable = 0; ///< its last frame could not be decoded
+    std::size_t old = 0;         ///< its last frame was too old
+  };
+
+  /** \brief By the names of the streams; none is missing before its first frame. */
+  const std::map<std::string, Missing>&
   missing() const
   {
     return missing_;
+  }
+
+  /** \brief Whether a faster effort helps: of the merged stream, or of one that arrives. */
+  bool
+  hasSlowEffort() const
+  {
+    return has_slow_effort_ ||
+           (!outputs_.empty() && options_.stream.effort != io::Effort::Fast);
   }
 
   /** \brief Health of the streams. Called by any thread. */
@@ -121,6 +135,9 @@ private:
   void
   publish(const nodes::MergedFrame& merged);
 
+  void
+  countMissing(const nodes::MergedFrame& merged);
+
   const CentreOptions& options_;
   const RequestIFrame request_i_frame_;
   Console& console_;
@@ -129,8 +146,10 @@ private:
   io::IFrameRequests requests_;
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
-  std::map<std::string, std::size_t> missing_; // see missing()
-  nodes::Time latest_time_{0};                 // of the clouds
+  std::map<std::string, Missing> missing_;
+  std::set<std::string> merged_streams_; // that a merged frame had
+  bool has_slow_effort_ = false;         // one of the streams that arrive
+  nodes::Time latest_time_{0};           // of the clouds
 };
 
 } // namespace tools

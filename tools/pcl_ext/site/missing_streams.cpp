@@ -60,8 +60,10 @@ MissingStreams::described(const std::vector<std::string>& names) const
 }
 
 std::string
-MissingStreams::reason() const
+MissingStreams::reason(const link::SubscriberStatistics& statistics) const
 {
+  if (statistics.is_refused)
+    return "the server does not permit this user to receive them";
   constexpr std::chrono::seconds duration{1};
   std::vector<SiteStream> found;
   const auto status = settings_.replay_from
@@ -88,7 +90,9 @@ MissingStreams::reason() const
   if (settings_.replay_from)
     return "the server keeps no frame of this site";
   const std::set<std::string> sites = sitesOf(found);
-  return "nothing is sent to this site at the moment; " +
+  return "nothing " +
+         std::string(statistics.violations > 0 ? "that this user may receive " : "") +
+         "is sent to this site at the moment; " +
          (sites.empty() ? "this user sees no other site on the server"
                         : "sites on this server: " + listed(sites));
 }
@@ -104,7 +108,8 @@ MissingStreams::remark(const link::FrameSubscriber& receiver,
   const link::SubscriberStatistics statistics = receiver.statistics();
   const std::vector<std::string> names = missing(statistics);
   if (statistics.streams.empty() || !names.empty())
-    console_.remark("nothing has come yet of " + described(names) + "; " + reason());
+    console_.remark("nothing has come yet of " + described(names) + "; " +
+                    reason(statistics));
 }
 
 bool
@@ -114,7 +119,7 @@ MissingStreams::report(const link::SubscriberStatistics& statistics, bool may_li
   if (!statistics.streams.empty() && names.empty())
     return false;
   console_.error("nothing came of " + described(names) +
-                 (may_listen ? "; " + reason() : ""));
+                 (may_listen ? "; " + reason(statistics) : ""));
   return true;
 }
 

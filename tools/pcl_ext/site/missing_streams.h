@@ -43,9 +43,9 @@ private:
   std::string
   described(const std::vector<std::string>& names) const;
 
-  /** \brief What the server has in their place. */
+  /** \brief What the server has in their place, or that it does not permit them. */
   std::string
-  reason() const;
+  reason(const link::SubscriberStatistics& statistics) const;
 
   const link::SubscriberSettings& settings_;
   Console& console_;

@@ -80,13 +80,19 @@ reportDecoded(const SiteFigures& figures, Console& console)
     }
     is_whole &= stream.frames_failed + stream.frames_refused == 0;
   }
-  const std::string slowness = slownessOf(figures.merged);
-  for (const auto& [name, count] : figures.missing)
-    console.error(name + ": missing in " + std::to_string(count) + " of " +
-                  counted(figures.merged.made, "merged frame") +
-                  (slowness.empty() && refused.count(name) == 0
-                       ? ", as its last frame was older than --merge-age"
-                       : ", as this machine is too slow"));
+  const std::string slowness = slownessOf(figures.merged, figures.has_slow_effort);
+  for (const auto& [name, missing] : figures.missing) {
+    const auto tell = [&, stream = name](std::size_t count, const std::string& reason) {
+      if (count > 0)
+        console.error(stream + ": missing in " + std::to_string(count) + " of " +
+                      counted(figures.merged.made, "merged frame") + ", as " + reason);
+    };
+    tell(missing.undecodable, "its last frame could not be decoded");
+    tell(missing.old,
+         slowness.empty() && refused.count(name) == 0
+             ? "its last frame was older than --merge-age"
+             : "this machine is too slow");
+  }
   if (!slowness.empty())
     console.error(slowness);
   return is_whole && slowness.empty();
@@ -124,15 +130,17 @@ liveFiguresOf(const SiteFigures& figures)
 }
 
 std::string
-slownessOf(const nodes::MergeCounts& merged)
+slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort)
 {
   if (merged.left_out == 0)
     return {};
   return "this machine is too slow for these streams: " +
          std::to_string(merged.left_out) + " of " +
          counted(merged.left_out + merged.made, "merged frame") +
-         " left out; take a longer --merge-period, a faster --effort here or where the "
-         "streams are sent, or several centres (--partition)";
+         " left out; take a longer --merge-period, " +
+         (has_slow_effort ? "a faster --effort here or where the streams are sent, "
+                          : "") +
+         "a larger --resolution where they are sent, or several centres (--partition)";
 }
 
 bool
@@ -158,8 +166,14 @@ report(const SiteFigures& figures, Console& console)
   if (figures.received.replay_pending > 0)
     line +=
         "; " + counted(figures.received.replay_pending, "kept frame") + " not replayed";
-  if (figures.published)
-    line += "; " + counted(figures.published->frames, "merged frame");
+  if (figures.published) {
+    const link::PublisherStatistics& merged = *figures.published;
+    const std::uint64_t lost = merged.frames_not_sent + merged.frames_under_way;
+    line += "; " + counted(merged.frames, "merged frame");
+    if (lost > 0)
+      line += ", " + std::to_string(lost) + " lost";
+    is_whole &= lost == 0;
+  }
   console.summary(line);
   return is_whole;
 }

@@ -7,6 +7,7 @@
 
 #include "console/console.h"
 #include "live/status_line.h"
+#include "site/centre.h"
 
 #include <cstddef>
 #include <map>
@@ -24,7 +25,8 @@ struct SiteFigures {
 
   // Of a centre; else empty.
   std::vector<nodes::StreamHealth> decoded;
-  std::map<std::string, std::size_t> missing; ///< see Centre::missing()
+  std::map<std::string, Centre::Missing> missing; ///< see Centre::missing()
+  bool has_slow_effort = false;                   ///< see Centre::hasSlowEffort()
   nodes::MergeCounts merged;
   std::optional<link::PublisherStatistics> published; ///< of the merged stream
 };
@@ -34,9 +36,11 @@ LiveFigures
 liveFiguresOf(const SiteFigures& figures);
 
 /** \brief A sentence on merged frames that were left out, as the machine is too slow; empty
- * if none was. */
+ * if none was.
+ * \param[in] has_slow_effort whether a faster effort helps
+ */
 std::string
-slownessOf(const nodes::MergeCounts& merged);
+slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort);
 
 /** \brief Prints what arrived, and what did not.
  * \return false if something is missing
