@@ -149,6 +149,35 @@ TEST(ProgramLosses, WhatAHangingServerDoesNotAnswerIsLostAndNotTheMachinesFault)
       << receiving.errors();
 }
 
+TEST(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  Receiving receiving(folder, "receive", at(server) + "-o x.pcxi");
+  SitePublisher first(server);
+  SitePublisher other(server, "/other");
+  LiveSource source(1000);
+  const Bytes i_frame = source.next();
+  first.publish(timeOfFrame(0), i_frame);
+  EXPECT_TRUE(waitFor([&] { return fs::exists(folder / "x.pcxi.unfinished"); }));
+  other.publish(timeOfFrame(0), i_frame);
+  receiving.waitForError("/other, frame 0: it is not recorded");
+  for (std::size_t i = 1; i < 4; ++i) {
+    const Bytes frame = source.next();
+    first.publish(timeOfFrame(i), frame);
+    other.publish(timeOfFrame(i), frame);
+    // A request would come at once.
+    std::this_thread::sleep_for(link::SubscriberSettings().i_frame_request_interval);
+  }
+  EXPECT_EQ(receiving.end(SIGINT), 1) << receiving.errors();
+  EXPECT_FALSE(first.takeRequest());
+  EXPECT_FALSE(other.takeRequest());
+  EXPECT_NE(receiving.errors().find("/other, frames 1 to 3: 3 more failures"),
+            std::string::npos)
+      << receiving.errors();
+  EXPECT_EQ(decode(folder / "x.pcxi").at(0).frames.size(), 4u);
+}
+
 TEST(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
 {
   const TestFolder folder;

@@ -101,30 +101,40 @@ RotatedRecording::leaveOut(const std::string& stream, const std::string& reason)
 {
   failures_.add(stream, arrived_[stream] - 1, "", "it is not recorded: " + reason);
   has_left_out_ = true;
-  request_i_frame_(stream);
+}
+
+std::optional<std::size_t>
+RotatedRecording::addStream(File& file, const link::LinkFrame& frame)
+{
+  std::size_t number = 0;
+  const auto added = file.writer.addStream({frame.stream, "", frame.metadata}, number);
+  if (added.code() == recording::RecordingCode::InvalidArgument) {
+    refused_.emplace(frame.stream, added.message());
+    leaveOut(frame.stream, added.message());
+    return std::nullopt;
+  }
+  throwUnlessOk(added);
+  file.streams.emplace(frame.stream, number);
+  return number;
 }
 
 void
 RotatedRecording::append(File& file, const link::LinkFrame& frame)
 {
-  // A full disk ends the recording; a frame that cannot be recorded does not.
-  const auto check = [&](const recording::RecordingStatus& status) {
-    if (status.code() == recording::RecordingCode::InvalidArgument)
-      leaveOut(frame.stream, status.message());
-    else
-      throwUnlessOk(status);
-    return status.ok();
-  };
-  auto found = file.streams.find(frame.stream);
-  if (found == file.streams.end()) {
-    std::size_t number = 0;
-    if (!check(file.writer.addStream({frame.stream, "", frame.metadata}, number)))
-      return;
-    found = file.streams.emplace(frame.stream, number).first;
-  }
-  if (!check(file.writer.append(
-          found->second, frame.time, frame.bytes.data(), frame.bytes.size())))
+  const auto found = file.streams.find(frame.stream);
+  const std::optional<std::size_t> number =
+      found != file.streams.end() ? found->second : addStream(file, frame);
+  if (!number)
     return;
+  const auto appended =
+      file.writer.append(*number, frame.time, frame.bytes.data(), frame.bytes.size());
+  // A full disk ends the recording; a frame that cannot be recorded does not.
+  if (appended.code() == recording::RecordingCode::InvalidArgument) {
+    leaveOut(frame.stream, appended.message());
+    request_i_frame_(frame.stream);
+    return;
+  }
+  throwUnlessOk(appended);
   ++file.frames;
   file.bytes += frame.bytes.size();
 }
@@ -133,6 +143,10 @@ void
 RotatedRecording::take(const link::LinkFrame& frame)
 {
   ++arrived_[frame.stream];
+  if (const auto refused = refused_.find(frame.stream); refused != refused_.end()) {
+    leaveOut(frame.stream, refused->second);
+    return;
+  }
   if (isRotationDue())
     rotate();
   if (before_ && !frame.is_i_frame && before_->streams.count(frame.stream) > 0) {
@@ -141,6 +155,7 @@ RotatedRecording::take(const link::LinkFrame& frame)
   }
   if (!frame.is_i_frame && current_->streams.count(frame.stream) == 0) {
     leaveOut(frame.stream, "no I-frame has come for this file");
+    request_i_frame_(frame.stream);
     return;
   }
   append(*current_, frame);

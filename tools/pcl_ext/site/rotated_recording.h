@@ -89,7 +89,13 @@ private:
   void
   append(File& file, const link::LinkFrame& frame);
 
-  /** \brief Tells of a frame that is not recorded, and requests an I-frame. */
+  /** \brief Adds a stream to a file, or tells that it does not take it.
+   * \return its number in the file
+   */
+  std::optional<std::size_t>
+  addStream(File& file, const link::LinkFrame& frame);
+
+  /** \brief Tells of a frame that is not recorded. */
   void
   leaveOut(const std::string& stream, const std::string& reason);
 
@@ -103,6 +109,8 @@ private:
   FrameFailures failures_;
   bool has_left_out_ = false;
   std::map<std::string, std::size_t> arrived_; // frames by stream, recorded or not
+  std::map<std::string, std::string>
+      refused_; // streams that files do not take, and why
   std::optional<File> current_;
   std::optional<File> before_; // until its streams have an I-frame
   Clock::time_point last_flush_{};
