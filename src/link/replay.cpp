@@ -43,14 +43,25 @@ jetStreamFailure(const Connection& connection, natsStatus status, jsErrCode erro
           (details != nullptr && *details != '\0' ? std::string(", ") + details : "")};
 }
 
-natsStatus
-openJetStream(const Connection& connection, JetStreamHandle& stream)
+/** \brief Makes what asks the server for kept frames, by an open connection. */
+LinkStatus
+makeJetStream(const Connection& connection, JetStreamHandle& stream)
 {
   jsCtx* created = nullptr;
   const natsStatus status =
       natsConnection_JetStream(&created, connection.get(), nullptr);
   stream.reset(created);
-  return status;
+  return status == NATS_OK ? LinkStatus()
+                           : jetStreamFailure(connection, status, jsErrCode(0));
+}
+
+/** \brief Opens a connection, and makeJetStream(). */
+LinkStatus
+openJetStream(Connection& connection, JetStreamHandle& stream)
+{
+  if (LinkStatus status = connection.open(); !status.ok())
+    return status;
+  return makeJetStream(connection, stream);
 }
 
 } // namespace
@@ -59,8 +70,8 @@ LinkStatus
 Replay::open(const Connection& connection, Time from)
 {
   connection_ = &connection;
-  if (const natsStatus status = openJetStream(connection, stream_); status != NATS_OK)
-    return jetStreamFailure(connection, status, jsErrCode(0));
+  if (LinkStatus status = makeJetStream(connection, stream_); !status.ok())
+    return status;
   jsErrCode error = jsErrCode(0);
   jsStreamInfo* kept = nullptr;
   const natsStatus status = js_GetStreamInfo(
@@ -235,11 +246,9 @@ keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
   if (settings.max_age < std::chrono::seconds(0))
     return {LinkCode::InvalidSettings, "max_age is negative; it must be at least 0"};
   Connection connection(link, nullptr);
-  if (LinkStatus status = connection.open(); !status.ok())
-    return status;
   JetStreamHandle stream;
-  if (const natsStatus status = openJetStream(connection, stream); status != NATS_OK)
-    return jetStreamFailure(connection, status, jsErrCode(0));
+  if (LinkStatus status = openJetStream(connection, stream); !status.ok())
+    return status;
   // With and without the part that a server appends which divides streams.
   const std::string whole = link.site + ".*.frames";
   const std::string divided = whole + ".*";
@@ -272,11 +281,9 @@ findKept(const LinkSettings& link, std::vector<SiteStream>& streams)
 {
   streams.clear();
   Connection connection(link, nullptr);
-  if (LinkStatus status = connection.open(); !status.ok())
-    return status;
   JetStreamHandle stream;
-  if (const natsStatus status = openJetStream(connection, stream); status != NATS_OK)
-    return jetStreamFailure(connection, status, jsErrCode(0));
+  if (LinkStatus status = openJetStream(connection, stream); !status.ok())
+    return status;
   jsOptions options;
   jsOptions_Init(&options);
   options.Stream.Info.SubjectsFilter = ">";

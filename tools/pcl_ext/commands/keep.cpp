@@ -9,11 +9,45 @@
 #include "options/options.h"
 #include "options/text_values.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 
 namespace pcl_ext {
 namespace tools {
+
+namespace {
+
+/** \brief Listens to the site for a moment, so that I-frames are requested of streams whose
+ * next frame is a P-frame, with which a replay cannot begin, and until these have come.
+ * Where that is not permitted, they come when they come. */
+void
+requestIFrames(const link::LinkSettings& link)
+{
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds least_time{500};
+  constexpr std::chrono::milliseconds most_time{3000};
+  constexpr std::chrono::milliseconds patience{10};
+  link::SubscriberSettings settings;
+  settings.link = link;
+  link::FrameSubscriber subscriber(settings);
+  if (!subscriber.connect().ok())
+    return;
+  const auto have_all_begun = [&subscriber] {
+    const auto streams = subscriber.statistics().streams;
+    return std::all_of(streams.begin(), streams.end(), [](const auto& stream) {
+      return stream.frames > 0;
+    });
+  };
+  link::LinkFrame frame;
+  const Clock::time_point start = Clock::now();
+  while (Clock::now() < start + least_time ||
+         (Clock::now() < start + most_time && !have_all_begun()))
+    subscriber.next(frame, patience);
+}
+
+} // namespace
 
 Run
 addKeep(CLI::App& app)
@@ -49,6 +83,8 @@ addKeep(CLI::App& app)
     completeLinkSettings(options->link);
     link::KeptFrames kept;
     throwUnlessOk(link::keepFrames(options->link, options->keep, kept));
+    if (kept.messages == 0)
+      requestIFrames(options->link);
     constexpr double megabyte = 1e6;
     console.summary(
         "the server keeps the frames of site " + options->link.site + "; now " +
