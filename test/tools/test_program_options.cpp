@@ -68,6 +68,9 @@ TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
                 "--keep-point-counts is on; it must be off with regions");
   expectRefusal(encode + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0",
                 "--pose is given twice");
+  expectRefusal(encode + "--temporal-filter 8",
+                "there is no '8'; as the number of --temporal-filter it is given as "
+                "--temporal-filter=8");
   expectRefusal(encode + "--temporal-filter --keep-point-counts",
                 "--keep-point-counts is on; it must be off with --temporal-filter");
   expectRefusal("encode bag.mcap -o y.mcap --rate 5", "--rate is for files");

@@ -88,7 +88,7 @@ addEncode(CLI::App& app)
   const auto options = std::make_shared<EncodeOptions>();
   addInput(app,
            options->input.inputs,
-           "PCD, PLY, KITTI .bin files, folders, 'globs' of them; or bags: "
+           "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
            "MCAP, rosbag2, ROS 1; -: standard input; one stream per folder");
   addOutput(app,
             options->output,

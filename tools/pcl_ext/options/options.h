@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -137,6 +138,16 @@ addOptionalNumber(CLI::App& app,
                : "'" + text + "' is no whole number from " + std::to_string(lowest) +
                      " to " + std::to_string(highest) + ", or 0";
   };
+  app.parse_complete_callback([&app, name] {
+    const CLI::Option* const inputs = app.get_option_no_throw("IN");
+    if (inputs == nullptr || !isGiven(app, name))
+      return;
+    for (const std::string& input : inputs->results())
+      if (input.find_first_not_of("0123456789") == std::string::npos &&
+          !std::filesystem::exists(input))
+        throw UsageError("there is no '" + input + "'; as the number of " + name +
+                         " it is given as " + name + "=" + input);
+  });
   return app
       .add_flag_function(
           name + "{" + std::to_string(usual) + "}",
@@ -144,7 +155,7 @@ addOptionalNumber(CLI::App& app,
           [&value](std::int64_t number) {
             value = static_cast<unsigned int>(std::max<std::int64_t>(number, 0));
           },
-          description + " (" + std::to_string(usual) + ")")
+          description + " (off; alone " + std::to_string(usual) + ")")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
       ->check(refuse)
       ->type_name(type);
