@@ -68,6 +68,20 @@ TEST(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
             std::string::npos);
   server.start();
   wait_for_problem("");
+  // What is told alternates, however soon it is lost again.
+  server.stop();
+  wait_for_problem("The connection to the server of site cell is lost");
+  server.start();
+  wait_for_problem("");
+  const auto times = [&](const std::string& text) {
+    const std::string errors = receiving.errors();
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = errors.find(text, at)) != std::string::npos; ++at)
+      ++count;
+    return count;
+  };
+  EXPECT_TRUE(view::test::waitFor([&] { return times("is there again") == 2; }));
+  EXPECT_EQ(times("is lost"), 2u);
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
 }
 
