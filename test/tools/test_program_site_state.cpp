@@ -124,7 +124,7 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
       folder,
       "receive",
       at(server) +
-          "--merge all --merge-age 300ms --memory-limit 300kB --resolution 0.1");
+          "--merge all --merge-age 300ms --max-voxels 1000 --resolution 0.1");
   const auto start = std::chrono::steady_clock::now();
   const auto publish = [&](SitePublisher& sensor, const Bytes& frame) {
     sensor.publish(std::chrono::steady_clock::now() - start, frame);
