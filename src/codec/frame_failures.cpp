@@ -7,10 +7,19 @@ namespace io {
 
 namespace {
 
+constexpr std::uint64_t tenth = 100000; // of a megabyte
+
 std::string
-megabytes(std::uint64_t bytes)
+megabytes(std::uint64_t tenths)
 {
-  return std::to_string(bytes / 1000000) + " MB";
+  const std::string rest = tenths % 10 == 0 ? "" : "." + std::to_string(tenths % 10);
+  return std::to_string(tenths / 10) + rest + " MB";
+}
+
+std::string
+shownLimit(std::size_t bytes)
+{
+  return megabytes(bytes / tenth);
 }
 
 } // namespace
@@ -48,15 +57,16 @@ droppedReference(std::uint32_t number, std::size_t limit)
           "P-frame " + std::to_string(number) +
               " depends on the previous frame, which was dropped to keep the memory "
               "limit of " +
-              megabytes(limit) + "; decoding continues at the next I-frame"};
+              shownLimit(limit) + "; decoding continues at the next I-frame"};
 }
 
 CompressionStatus
 tooMuchMemory(std::uint64_t bytes, std::size_t limit)
 {
   return {CompressionCode::LimitExceeded,
-          "the frame takes " + megabytes(bytes) +
-              " of memory or more, and the memory limit is " + megabytes(limit)};
+          "the frame takes " +
+              megabytes((bytes + tenth - 1) / tenth) + // above the limit
+              " of memory or more, and the memory limit is " + shownLimit(limit)};
 }
 
 CompressionStatus

@@ -82,6 +82,15 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
   return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
 }
 
+/** \brief The memory that the voxels of a frame take, without their blocks. */
+std::uint64_t
+Version1Decoder::bytesOfVoxels() const
+{
+  // Half of it is for the history.
+  return (header_.is_i_frame ? bytes_of_voxel / 2 : bytes_of_voxel) *
+         header_.voxel_count;
+}
+
 /** \brief Sets the limits of a frame by its bytes and by the memory that there is. */
 CompressionStatus
 Version1Decoder::limitFrame()
@@ -91,9 +100,7 @@ Version1Decoder::limitFrame()
   if (!limits_.budget)
     return {};
   const std::uint64_t limit = limits_.budget->limit();
-  // Half of it is for the history.
-  const std::uint64_t least =
-      (header_.is_i_frame ? bytes_of_voxel / 2 : bytes_of_voxel) * header_.voxel_count;
+  const std::uint64_t least = bytesOfVoxels();
   if (least > limit)
     return tooMuchMemory(least, limits_.budget->limit());
   blocks_by_memory_ = static_cast<std::size_t>((limit - least) / bytes_of_block);
@@ -106,7 +113,9 @@ CompressionStatus
 Version1Decoder::tooManyBlocks() const
 {
   if (limits_.budget && frame_limits_.max_blocks == blocks_by_memory_)
-    return tooMuchMemory(limits_.budget->limit(), limits_.budget->limit());
+    return tooMuchMemory(bytesOfVoxels() +
+                             (std::uint64_t{blocks_by_memory_} + 1) * bytes_of_block,
+                         limits_.budget->limit());
   return {CompressionCode::LimitExceeded,
           "the blocks of " + std::to_string(header_.voxel_count) +
               " voxels exceed the limit of " +

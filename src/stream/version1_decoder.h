@@ -97,6 +97,9 @@ private:
   CompressionStatus
   readFrame(ByteSource& source, std::uint32_t& checksum);
 
+  std::uint64_t
+  bytesOfVoxels() const;
+
   CompressionStatus
   limitFrame();
 

@@ -132,13 +132,14 @@ TEST(MemoryBudget, FramesBeyondTheWholeOfItAreRefusedWithTheReason)
   constexpr std::size_t of_voxel = bytes_of_voxel / 2; // without a history
   EXPECT_EQ(message_of(regularFrame(voxels, 1), (of_voxel + 10) * voxels), "");
   EXPECT_EQ(message_of(regularFrame(voxels, 1), of_voxel * voxels - 1),
-            "the frame takes 1 MB of memory or more, and the memory limit is 1 MB");
+            "the frame takes 1.2 MB of memory or more, and the memory limit is 1.1 MB");
   EXPECT_EQ(message_of(regularFrame(voxels, block_cells),
                        (of_voxel + bytes_of_block) * voxels),
             "");
-  EXPECT_EQ(message_of(regularFrame(voxels, block_cells),
-                       (of_voxel + bytes_of_block) * voxels - bytes_of_block),
-            "the frame takes 10 MB of memory or more, and the memory limit is 10 MB");
+  EXPECT_EQ(
+      message_of(regularFrame(voxels, block_cells),
+                 (of_voxel + bytes_of_block) * voxels - bytes_of_block),
+      "the frame takes 10.8 MB of memory or more, and the memory limit is 10.7 MB");
 }
 
 TEST(MemoryBudget, IsAQuarterOfTheMachinesMemoryByDefault)
