@@ -120,7 +120,10 @@ ErrorModel::pixelError(const RayGrid& rays,
   const double border = 1.0 + corner_noise_growth * (x * x + y * y) / 2.0;
   const double cosine = surfaces.cos_incidence[pixel];
   const double incidence = std::min(steepest_modelled_angle, std::acos(cosine));
-  error.sigma = static_cast<float>(border * axialNoise(depth, incidence));
+  const auto& [a, b, c] = depth_noise;
+  const double noise = a + b + c > 0.0 ? (a + (b + c * depth) * depth) / 1000.0
+                                       : axialNoise(depth, incidence);
+  error.sigma = static_cast<float>(border * noise);
 
   const double signal =
       reflectivity(surfaces.material[pixel]) * cosine / (depth * depth);

@@ -29,6 +29,7 @@
 #include "simulator/random_numbers.h"
 #include "simulator/shapes.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -142,6 +143,10 @@ struct ErrorModel {
    * (factor 1 + this), quadratic in between. [C] says that it grows; the amount is a
    * free parameter. */
   double corner_noise_growth = 0.5;
+
+  /** \brief Axial noise in place of [F]'s: a + b depth + c depth^2, millimetres, with the
+   * depth in metres; all 0: [F]'s. */
+  std::array<double, 3> depth_noise{};
 
   /** \brief Angle of incidence above which [F]'s growth with the angle is held, since
    * it has a pole at 90 degrees. Radians; free parameter. */

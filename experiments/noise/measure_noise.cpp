@@ -12,6 +12,7 @@
 #include "shell_weights.h"
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
+#include "temporal_rates.h"
 #include "temporal_results.h"
 
 #include <cstddef>
@@ -42,6 +43,7 @@ struct NoiseOptions {
   std::string samples_folder;            ///< for pictures of part temporal; empty: none
   ScanOptions scans;
   cell::LidarWeather weather; ///< of sensor 7
+  RateOptions rates;
 
   /** \brief The one voxel edge that was given.
    * \throws std::invalid_argument if there are several
@@ -94,18 +96,22 @@ addOptions(CLI::App& program, NoiseOptions& options)
 {
   program.option_defaults()->always_capture_default();
   program
-      .add_option("--part",
-                  options.part,
-                  "laws (the paper's laws and the library's filter), peers (PCL's "
-                  "filters), time, bytes (of a stream whose noise is removed), weights "
-                  "(fit of the filter's), merged (all six cameras), temporal "
-                  "(TemporalVoxelFilter, not part of all), scans (points and voxels of "
-                  "labelled scans, not part of all; implied by --labelled) or all")
+      .add_option(
+          "--part",
+          options.part,
+          "laws (the paper's laws and the library's filter), peers (PCL's "
+          "filters), time, bytes (of a stream whose noise is removed), weights "
+          "(fit of the filter's), merged (all six cameras), temporal "
+          "(TemporalVoxelFilter, not part of all), rates (the same at other rates "
+          "of frames and with other noise, not part of all), scans (points and voxels "
+          "of "
+          "labelled scans, not part of all; implied by --labelled) or all")
       ->check(CLI::IsMember({"all",
                              "bytes",
                              "merged",
                              "laws",
                              "peers",
+                             "rates",
                              "scans",
                              "temporal",
                              "time",
@@ -114,8 +120,8 @@ addOptions(CLI::App& program, NoiseOptions& options)
       .add_option("--sensor",
                   options.sensors,
                   "sensors, 1 to 6, and 7, the lidar, for parts laws, temporal and "
-                  "weights, and 8, the camera on a hand, for part temporal; without it "
-                  "sensor 1, of part temporal all")
+                  "weights, and 8, the camera on a hand, for parts temporal and rates; "
+                  "without it sensor 1, of parts temporal and rates all")
       ->check(CLI::Range(1u, hand_camera));
   program.add_option("--frames,-n", options.frames, "number of frames")
       ->check(CLI::Range(1, std::numeric_limits<std::int32_t>::max()));
@@ -136,6 +142,18 @@ addOptions(CLI::App& program, NoiseOptions& options)
                   "folder for samples of part temporal's first stream: its worst frame "
                   "and the bytes of each frame")
       ->check(CLI::ExistingDirectory);
+  program
+      .add_option("--step",
+                  options.rates.step,
+                  "of part rates: each n-th frame, so that the rate is an n-th")
+      ->check(CLI::Range(1, 100));
+  program
+      .add_option("--depth-noise",
+                  options.rates.depth_noise,
+                  "of part rates and the cameras: a, b and c of the standard deviation "
+                  "a + b d + c d^2, millimetres, of a depth d, metres; 0 0 0: the "
+                  "simulator's")
+      ->check(CLI::Range(0.0, 100.0));
   addScanOptions(program, options.scans);
   addWeatherOptions(program, options);
 }
@@ -209,18 +227,26 @@ measureTemporal(const NoiseOptions& options, measuring::ResultFile& results)
       options.sensors.empty() ? std::vector<unsigned int>{1, 2, 3, 4, 5, 6, 7, 8}
                               : options.sensors;
   for (std::size_t i = 0; i < sensors.size(); ++i)
-    measureTemporalFilter(options.seed,
-                          sensors[i],
-                          options.frames,
-                          options.givenResolution(),
-                          i == 0 ? options.samples_folder : "",
-                          results);
+    if (options.part == "rates") {
+      RateOptions rates = options.rates;
+      rates.seed = options.seed;
+      rates.frames = options.frames;
+      rates.resolution = options.givenResolution().value_or(rates.resolution);
+      measureRates(sensors[i], rates, results);
+    }
+    else
+      measureTemporalFilter(options.seed,
+                            sensors[i],
+                            options.frames,
+                            options.givenResolution(),
+                            i == 0 ? options.samples_folder : "",
+                            results);
 }
 
 void
 measure(NoiseOptions options)
 {
-  if (options.part == "temporal") {
+  if (options.part == "temporal" || options.part == "rates") {
     measuring::ResultFile results(options.results_file);
     measureTemporal(options, results);
     results.close();

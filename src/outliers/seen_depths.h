@@ -15,6 +15,10 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \brief What a sensor sees at the place of a voxel: nothing in its direction, something
+ * farther in all of it, something nearer, or something there. */
+enum class Sight { Unknown, Free, Hidden, Surface };
+
 /** \brief How far a sensor sees in each direction, in voxels: by the voxels of a frame,
  * and by points that the frame does not have. */
 class SeenDepths {
@@ -74,14 +78,14 @@ public:
     return at && depths_[at->square] + margin < at->depth;
   }
 
-  /** \brief True if the sensor sees through the place of a voxel: what it sees in the
-   * direction of the voxel and around is all farther. False where it sees nothing. */
-  bool
-  isSeenThrough(std::uint64_t key) const
+  /** \brief What the sensor sees at the place of a voxel, by what is nearest in the direction
+   * of the voxel and around. */
+  Sight
+  sightOf(std::uint64_t key) const
   {
     const std::optional<Direction> at = directionOf(key);
     if (!at)
-      return false;
+      return Sight::Unknown;
     // Half of a voxel, in squares.
     const std::uint32_t radius = at->depth <= 28.0f    ? 3
                                  : at->depth <= 51.0f  ? 2
@@ -94,15 +98,14 @@ public:
     const std::uint32_t bottom = std::min(row_of_at + radius, width - 1);
     const std::uint32_t left = column_of_at - std::min(column_of_at, radius);
     const std::uint32_t right = std::min(column_of_at + radius, width - 1);
-    bool is_seen = false;
+    float nearest = DirectionDepths::unseen;
     for (std::uint32_t row = top; row <= bottom; ++row)
-      for (std::uint32_t column = left; column <= right; ++column) {
-        const float depth = depths_[face + row * width + column];
-        if (depth <= at->depth + margin)
-          return false;
-        is_seen = is_seen || depth != DirectionDepths::unseen;
-      }
-    return is_seen;
+      for (std::uint32_t column = left; column <= right; ++column)
+        nearest = std::min(nearest, depths_[face + row * width + column]);
+    return nearest == DirectionDepths::unseen ? Sight::Unknown
+           : nearest > at->depth + margin     ? Sight::Free
+           : nearest + margin < at->depth     ? Sight::Hidden
+                                              : Sight::Surface;
   }
 
   /** \brief Square of the distance of a voxel from the sensor, in voxels; the sensor's

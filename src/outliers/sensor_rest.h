@@ -34,21 +34,30 @@ public:
         const std::optional<std::array<double, 3>>& position,
         unsigned int ticks)
   {
-    const bool is_elsewhere = hasOtherPosition(position, frame.grid.resolution, ticks);
+    rest_ticks_ = std::min(rest_ticks_ + ticks, ticks_to_rest);
+    followPosition(position, frame.grid.resolution);
+    const bool is_elsewhere = rest_ticks_ < ticks_to_rest;
     const bool is_first = !reference_;
     if (reference_) {
       reference_->age += ticks;
       has_other_surfaces_ = showsOtherSurfaces(frame, surfaces);
     }
     if (!reference_ || reference_->age >= oldest_reference) {
-      reference_.emplace();
-      reference_->grid = frame.grid;
+      reference_ = Reference{frame.grid, {}, 0};
       for (unsigned int level = 0; level <= surfaces.highestLevel(); ++level)
         reference_->occupied.push_back(surfaces.occupied(level));
     }
     return is_elsewhere || has_other_surfaces_ ? io::SensorMotion::Moving
            : is_first                          ? io::SensorMotion::Unknown
                                                : io::SensorMotion::AtRest;
+  }
+
+  /** \brief Takes it that the sensor moves in the last frame, as the temporal filter has
+   * found out. */
+  void
+  setMoving()
+  {
+    rest_ticks_ = 0;
   }
 
 private:
@@ -76,18 +85,16 @@ private:
   struct Reference {
     io::VoxelGrid grid;
     std::vector<BlockNeighbours> occupied; // voxels, coarse voxels
-    unsigned int age = 0;                  // ticks
+    unsigned int age;                      // ticks
   };
 
-  /** \brief True for a while after a position that is more than a voxel from the last. */
-  bool
-  hasOtherPosition(const std::optional<std::array<double, 3>>& position,
-                   double resolution,
-                   unsigned int ticks)
+  /** \brief A position that is more than a voxel from the last is of a sensor that moves. */
+  void
+  followPosition(const std::optional<std::array<double, 3>>& position,
+                 double resolution)
   {
     if (!position)
-      return false;
-    rest_ticks_ = std::min(rest_ticks_ + ticks, ticks_to_rest);
+      return;
     const std::array<double, 3> last = position_.value_or(*position);
     double square = 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -98,7 +105,6 @@ private:
       rest_ticks_ = 0;
     if (!position_ || rest_ticks_ == 0)
       position_ = position;
-    return rest_ticks_ < ticks_to_rest;
   }
 
   /** \brief Voxels of surfaces, and how many of them are more than a voxel from all of the
@@ -165,7 +171,7 @@ private:
   std::optional<Reference> reference_;
   bool has_other_surfaces_ = false;
   std::optional<std::array<double, 3>> position_; // at first, or of the last move
-  unsigned int rest_ticks_ = ticks_to_rest;       // since then
+  unsigned int rest_ticks_ = ticks_to_rest;       // since it moved
 };
 
 } // namespace PCL_EXT_ABI

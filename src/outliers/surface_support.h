@@ -3,7 +3,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "outliers/block_neighbours.h"
-#include "simd/bit_operations.h"
+#include "outliers/distance_bands.h"
 
 #include <algorithm>
 #include <array>
@@ -37,7 +37,7 @@ public:
   void
   add(std::uint64_t distance, unsigned int neighbours)
   {
-    Band& band = bands_[bandOf(distance)];
+    Band& band = bands_[distanceBand(distance)];
     band.voxels += unit;
     band.neighbours += unit * neighbours;
   }
@@ -72,7 +72,7 @@ public:
   std::uint32_t
   mean(std::uint64_t distance) const
   {
-    return means_[bandOf(distance)];
+    return means_[distanceBand(distance)];
   }
 
 private:
@@ -85,23 +85,13 @@ private:
     return bands_[band].voxels >= least_voxels * unit;
   }
 
-  /** \brief Four bands for each doubling of the distance. */
-  static std::size_t
-  bandOf(std::uint64_t distance)
-  {
-    const auto bounded = static_cast<std::uint32_t>(
-        std::clamp(distance, std::uint64_t{2}, std::uint64_t{0xffffffff}));
-    const unsigned int highest = highestBit(bounded);
-    return 2 * highest + (bounded >> (highest - 1) & 1);
-  }
-
   struct Band {
     std::uint64_t voxels = 0;
     std::uint64_t neighbours = 0;
   };
 
-  std::array<Band, 64> bands_{};
-  std::array<std::uint32_t, 64> means_{};
+  std::array<Band, distance_band_count> bands_{};
+  std::array<std::uint32_t, distance_band_count> means_{};
 };
 
 /** \brief How many neighbours of a voxel are occupied, in relation to those that
@@ -118,14 +108,16 @@ public:
    * \param[in] frame with keys
    * \param[in] distance_of called as distance_of(key): square of the distance of a
    * voxel from the sensor, in voxels; 0 without a sensor
+   * \param[in] is_noisy whether hasCoarseNeighbour() is called
    */
   template <typename DistanceT>
   void
-  learn(const io::VoxelFrame& frame, DistanceT&& distance_of)
+  learn(const io::VoxelFrame& frame, DistanceT&& distance_of, bool is_noisy = false)
   {
     for (unsigned int level = 0; level < level_count; ++level) {
-      if (level > 0 && (frame.grid.depth <= level ||
-                        !levels_[level - 1].density.isBelow(enough_neighbours)))
+      const bool is_used = level == 0 || (level == 1 && is_noisy) ||
+                           levels_[level - 1].density.isBelow(enough_neighbours);
+      if (!is_used || (level > 0 && frame.grid.depth <= level))
         return;
       highest_ = level;
       assign(frame, level);
@@ -167,6 +159,14 @@ public:
   hasNeighbour(std::uint64_t key) const
   {
     return levels_[0].occupied.count(key, 1) != 0;
+  }
+
+  /** \brief True if the frame has a voxel in one of the 27 coarse voxels of level 1 around
+   * a voxel, or one of its 26 neighbours where a grid has no coarse voxels. */
+  bool
+  hasCoarseNeighbour(std::uint64_t key) const
+  {
+    return highest_ > 0 ? levels_[1].occupied.isNear(key >> 3) : hasNeighbour(key);
   }
 
   /** \brief The level of the coarsest voxels in use. */

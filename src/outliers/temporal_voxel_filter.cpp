@@ -1,14 +1,12 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/reserve_ahead.h"
-#include "outliers/block_neighbours.h"
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
 #include "outliers/held_value.h"
 #include "outliers/region_filters.h"
-#include "outliers/seen_depths.h"
 #include "outliers/sensor_rest.h"
-#include "outliers/surface_support.h"
+#include "outliers/voxel_presence.h"
 #include "voxelizing/point_batches.h"
 #include "voxels/intensity_symbols.h"
 #include "voxels/memory_rule.h"
@@ -26,47 +24,13 @@ inline namespace PCL_EXT_ABI {
 
 namespace {
 
-constexpr std::uint32_t one = 0xffff; // of an occupancy
-
-/** \brief A voxel of the last frames. */
-struct TrackedVoxel {
-  std::uint64_t key;
-  std::uint16_t occupancy;  ///< running mean, 2^16 is 1
-  std::uint8_t empty_ticks; ///< since the last frame in which it was occupied
-  bool is_shown;
-  HeldValue intensity;
-};
-
-/** \brief When a voxel is shown by its occupancy and hidden. */
-struct Persistence {
-  std::uint32_t shown_above;  ///< occupancy
-  std::uint32_t hidden_below; ///< occupancy
-  unsigned int eighths;       ///< of the strength, that it may be empty
-};
-
-constexpr Persistence dense = {one * 3 / 5, one * 3 / 10, 5};
-
-/** \brief Where not each frame hits all voxels of a surface: they are shown sooner and
- * hidden later. */
-constexpr Persistence sparse = {one * 2 / 5, one / 7, 8};
-
 using HeldColour = std::array<HeldValue, 3>;
 
-/** \brief Of the voxels around one, tracked but not shown: where noise is usual. */
-constexpr unsigned int least_seldom_neighbours = 2;
-constexpr unsigned int most_seldom_neighbours = 5;
-
-/** \brief One voxel of so many is asked whether the sensor can see it. */
-constexpr std::size_t behind_sample_step = 32;
-
-/** \brief A voxel is hidden when the sensor has seen through it for longer, ticks. In the
- * first of frames that follow sooner, most voxels that are empty are of a surface that is
- * in the next voxel there. */
-constexpr unsigned int ticks_to_look = 4;
-
 /** \brief A frame that has less than this part of the voxels that were shown before it,
- * one in so many, is of another scene. */
+ * one in so many, is of another scene: with noise that is larger than the voxels, less
+ * than the second one. */
 constexpr std::size_t same_scene_part = 8;
+constexpr std::size_t same_noisy_scene_part = 64;
 
 /** \brief The most voxels of the history. Surfaces and usual noise have up to four for
  * each voxel of a frame. */
@@ -119,10 +83,7 @@ symbolOf(const io::VoxelFrame& frame, std::uint64_t key, std::uint16_t value)
 class TemporalVoxelFilter::Implementation {
 public:
   Implementation(unsigned int frames, bool holds)
-  : frames_(frames)
-  , holds_(holds)
-  , rate_(0x10000 / std::max(frames, 1u))
-  , least_occupancy_(rate_ * 3 / 4)
+  : frames_(frames), holds_(holds), presence_(frames)
   {}
 
   TemporalFilterStatus
@@ -149,10 +110,10 @@ public:
       reset();
     is_interrupted_ = true;
     follow(frame);
-    takeTime(view.time);
-    look(frame, finite(view.position), rays);
-    surfaces_.learn(frame, [this](std::uint64_t key) { return distanceOf(key); });
-    status.sensor_motion = rest_.judge(frame, surfaces_, finite(view.position), ticks_);
+    const unsigned int ticks = frame_ticks_.take(view.time);
+    presence_.beginFrame(frame, finite(view.position), rays, ticks);
+    status.sensor_motion =
+        rest_.judge(frame, presence_.surfaces(), finite(view.position), ticks);
     if (status.sensor_motion == io::SensorMotion::Moving)
       forgetVoxels();
     else
@@ -163,20 +124,29 @@ public:
     return status;
   }
 
-  /** \brief The voxels of a sensor that rests. */
+  /** \brief The voxels of a sensor that rests, unless they show that it moves. */
   void
   filterVoxels(io::VoxelFrame& frame, TemporalFilterStatus& status)
   {
-    listSeldomVoxels(frame.grid.depth);
+    presence_.beginVoxels(tracked_, frame.grid.depth);
     update(frame, status);
-    if (same_scene_part * hit_count_ < shown_count_ ||
+    const std::size_t part =
+        presence_.isAnyNoisy() ? same_noisy_scene_part : same_scene_part;
+    if (part * hit_count_ < shown_count_ ||
         tracked_.size() > mostTracked(frame.size())) {
       forgetVoxels();
       status = TemporalFilterStatus();
       update(frame, status);
     }
+    if (isLeft(16) && presence_.returnsRarely()) {
+      rest_.setMoving();
+      forgetVoxels();
+      status = TemporalFilterStatus();
+      status.sensor_motion = io::SensorMotion::Moving;
+      return;
+    }
     judgeHolding();
-    shown_.assign(keys_, frame.grid.depth);
+    presence_.setShown(keys_, frame.grid.depth);
     shown_count_ = keys_.size();
     frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
@@ -232,24 +202,6 @@ private:
   releaseMemory();
 
   void
-  takeTime(const std::optional<std::chrono::nanoseconds>& time)
-  {
-    ticks_ = frame_ticks_.take(time);
-    fall_ = std::min(ticks_ * 0x10000 / (FrameTicks::usual * frames_), one);
-  }
-
-  void
-  look(const io::VoxelFrame& frame,
-       const std::optional<std::array<double, 3>>& sensor_position,
-       const DirectionDepths* rays);
-
-  void
-  listSeldomVoxels(unsigned int depth);
-
-  bool
-  isAmongSeldomVoxels(std::uint64_t key) const;
-
-  void
   update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
 
   void
@@ -258,46 +210,28 @@ private:
   void
   show(const io::VoxelFrame& frame);
 
+  /** \brief True if more than one of so many shown voxels has nothing near in the frame. */
   bool
-  hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const
+  isLeft(std::size_t part) const
   {
-    return voxel.occupancy < persistence.hidden_below ||
-           8 * voxel.empty_ticks > persistence.eighths * frames_ * FrameTicks::usual;
+    return part * left_count_ > keys_.size();
   }
-
-  void
-  countHit(TrackedVoxel& voxel) const;
-
-  void
-  countMiss(TrackedVoxel& voxel);
 
   void
   judgeHolding();
 
-  /** \brief Square of the distance from the sensor, in voxels; 0 without one. */
-  std::uint64_t
-  distanceOf(std::uint64_t key) const
-  {
-    return has_depths_ ? depths_.squaredDistance(key) : 0;
-  }
-
   unsigned int frames_;
   bool holds_; // what has nothing near may be held at all
   std::unique_ptr<RegionTemporalFilter> of_regions_; // made when it is needed
-  std::uint32_t rate_;                               // of the running means, 2^16 is 1
-  /** \brief Empty voxels of a lower one are forgotten. */
-  std::uint32_t least_occupancy_;
+  VoxelPresence presence_;
   std::optional<io::VoxelGrid> grid_; // of the last frame
   io::IntensityScale scale_;
   unsigned int colour_bits_ = 0;
   bool has_depth_model_ = false;
   std::vector<TrackedVoxel> tracked_; // keys ascending
   std::vector<HeldColour> colours_;   // of each, with colours
-  BlockNeighbours shown_;             // by the last frame
-  std::size_t shown_count_ = 0;       // voxels of these
+  std::size_t shown_count_ = 0;       // by the last frame
   std::size_t hit_count_ = 0;         // of these, those that the current frame has
-  BlockNeighbours seldom_;            // tracked, but not shown by it
-  SurfaceSupport surfaces_;
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
 
@@ -307,11 +241,7 @@ private:
   SensorRest rest_;
 
   // Of the current frame; members so that their memory is reused.
-  unsigned int ticks_ = FrameTicks::usual; // since the last one
   std::size_t left_count_ = 0; // shown voxels, or held ones, that it has nothing near
-  std::uint32_t fall_ = 0;     // of an occupancy where there is nothing, 2^16 is 1
-  SeenDepths depths_;
-  bool has_depths_ = false;
   std::vector<TrackedVoxel> next_;
   std::vector<HeldColour> next_colours_;
   std::vector<std::uint64_t> keys_; // of the shown ones in the end
@@ -380,7 +310,7 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
   }
   tracked_.swap(next_);
   colours_.swap(next_colours_);
-  shown_.assign(keys_, grid.depth);
+  presence_.setShown(keys_, grid.depth);
 }
 
 /** \brief Changes the shown symbols to those of another scale, and learns values anew.
@@ -402,8 +332,7 @@ TemporalVoxelFilter::Implementation::forgetVoxels()
 {
   tracked_.clear();
   colours_.clear();
-  shown_.releaseMemory();
-  seldom_.releaseMemory();
+  presence_.forgetVoxels();
   shown_count_ = 0;
 }
 
@@ -418,9 +347,7 @@ TemporalVoxelFilter::Implementation::releaseMemory()
   next_colours_ = std::vector<HeldColour>();
   shown_intensities_ = std::vector<std::uint16_t>();
   shown_colours_ = std::vector<io::VoxelColour>();
-  seldom_.releaseMemory();
-  surfaces_.releaseMemory();
-  depths_.releaseMemory();
+  presence_.releaseMemory();
   rays_ = DirectionDepths();
 }
 
@@ -446,114 +373,17 @@ TemporalVoxelFilter::Implementation::seeBeyond(io::PointBatches& points,
   });
 }
 
-/** \brief Sets what the sensor sees, if it can be at its position. */
-void
-TemporalVoxelFilter::Implementation::look(
-    const io::VoxelFrame& frame,
-    const std::optional<std::array<double, 3>>& sensor_position,
-    const DirectionDepths* rays)
-{
-  has_depths_ = false;
-  if (!sensor_position)
-    return;
-  depths_.assign(frame.keys, frame.grid, *sensor_position);
-  std::size_t behind = 0;
-  for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
-    behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
-  has_depths_ = 4 * behind_sample_step * behind <= frame.size();
-  if (rays != nullptr)
-    depths_.add(*rays, frame.grid.resolution);
-}
-
-void
-TemporalVoxelFilter::Implementation::listSeldomVoxels(unsigned int depth)
-{
-  keys_.resize(tracked_.size());
-  std::size_t count = 0;
-  for (const TrackedVoxel& voxel : tracked_) {
-    keys_[count] = voxel.key;
-    count += voxel.is_shown ? 0 : 1;
-  }
-  keys_.resize(count);
-  seldom_.assign(keys_, depth);
-}
-
-/** \brief True where voxels come and go, as at the edges of things, whose pixels are
- * partly of what is behind. With more of them it is a surface that appears. */
-bool
-TemporalVoxelFilter::Implementation::isAmongSeldomVoxels(std::uint64_t key) const
-{
-  const unsigned int around = seldom_.count(key, most_seldom_neighbours + 1);
-  return around >= least_seldom_neighbours && around <= most_seldom_neighbours;
-}
-
-void
-TemporalVoxelFilter::Implementation::countHit(TrackedVoxel& voxel) const
-{
-  voxel.empty_ticks = 0;
-  voxel.occupancy = static_cast<std::uint16_t>(
-      voxel.occupancy + (((one - voxel.occupancy) * rate_) >> 16));
-  if (voxel.is_shown)
-    return;
-  // Most voxels end here, next to a shown one.
-  if (voxel.occupancy <= sparse.shown_above && shown_.count(voxel.key, 1) != 0)
-    return;
-  const std::uint64_t distance = distanceOf(voxel.key);
-  const bool is_sparse = surfaces_.isSparse(distance);
-  const bool is_frequent = voxel.occupancy > (is_sparse ? sparse : dense).shown_above;
-  if (!is_frequent && shown_.count(voxel.key, 1) != 0)
-    return;
-  Support support = surfaces_.of(voxel.key, distance);
-  if (support == Support::Enough && !is_frequent && !is_sparse &&
-      isAmongSeldomVoxels(voxel.key))
-    support = surfaces_.of(voxel.key, distance, 1);
-  if (support == Support::Enough && !is_frequent)
-    voxel.occupancy = one;
-  voxel.is_shown =
-      support == Support::Enough || (is_frequent && support == Support::Some);
-}
-
-void
-TemporalVoxelFilter::Implementation::countMiss(TrackedVoxel& voxel)
-{
-  // A surface that is in the next voxel of this frame may be in this one in the next.
-  const bool counts_frames = !voxel.is_shown || surfaces_.hasNeighbour(voxel.key);
-  voxel.empty_ticks = static_cast<std::uint8_t>(std::min(
-      voxel.empty_ticks + (counts_frames ? FrameTicks::usual : ticks_), 0xffu));
-  voxel.occupancy = static_cast<std::uint16_t>(
-      voxel.occupancy - ((voxel.occupancy * (counts_frames ? rate_ : fall_)) >> 16));
-  if (!voxel.is_shown)
-    return;
-  if (has_depths_ && voxel.empty_ticks > ticks_to_look &&
-      depths_.isSeenThrough(voxel.key)) {
-    voxel.is_shown = false;
-    voxel.occupancy = 0;
-    return;
-  }
-  if (hasEnded(voxel, dense) &&
-      (hasEnded(voxel, sparse) || !surfaces_.isSparse(distanceOf(voxel.key))))
-    voxel.is_shown = false;
-  else if (!counts_frames) {
-    ++left_count_;
-    voxel.is_shown = holds_ && holds_now_;
-  }
-}
-
 /** \brief Sets whether what has nothing near is held in the next frame: not where that is
- * a large part of what is shown, as where a sensor moves slowly. Where two of three shown
- * voxels are empty it is the noise, which is larger than the voxels. */
+ * a large part of what is shown. */
 void
 TemporalVoxelFilter::Implementation::judgeHolding()
 {
   if (holds_now_) {
-    const bool is_noise = 3 * hit_count_ < shown_count_;
-    holds_now_ = is_noise || 8 * left_count_ <= keys_.size();
+    holds_now_ = !isLeft(8);
     return;
   }
   // Where none is held the count is that of a frame, not of the time they may stay.
-  const std::size_t frames_held =
-      std::max(1u, dense.eighths * frames_ * FrameTicks::usual / 8 / ticks_);
-  holds_now_ = 16 * left_count_ * frames_held <= keys_.size();
+  holds_now_ = !isLeft(16 * presence_.framesHeld());
 }
 
 /** \brief Takes the intensity and the colour of a voxel of the frame for the last voxel
@@ -618,19 +448,21 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
     }
     else
       voxel.key = hit;
+    if (voxel.is_shown)
+      presence_.countShown(voxel, hit <= tracked);
     if (hit <= tracked) {
       hit_count_ += voxel.is_shown ? 1 : 0;
-      countHit(voxel);
+      presence_.countHit(voxel);
       learnValues(frame, j++);
       status.hidden += voxel.is_shown ? 0 : 1;
     }
     else {
-      countMiss(voxel);
+      left_count_ += presence_.countMiss(voxel, holds_ && holds_now_) ? 1 : 0;
       status.held += voxel.is_shown ? 1 : 0;
     }
     if (voxel.is_shown)
       show(frame);
-    else if (hit > tracked && voxel.occupancy < least_occupancy_) {
+    else if (hit > tracked && presence_.isForgotten(voxel)) {
       next_.pop_back();
       if (has_colours)
         next_colours_.pop_back();

@@ -135,6 +135,60 @@ TEST(TemporalVoxelFilter, ASurfaceOnTheFaceBetweenVoxelsComesToRest)
   EXPECT_LT(changed, 2304u);
 }
 
+/** \brief The wall as pixels see it whose depth has a standard deviation of 1.8 voxels,
+ * two for each voxel across. */
+Voxels
+noisyWall(std::mt19937& random)
+{
+  Voxels symbols;
+  for (std::int64_t x = 0; x < wall_size; ++x)
+    for (std::int64_t y = 0; y < wall_size; ++y)
+      for (int pixel = 0; pixel < 2; ++pixel) {
+        std::int64_t sixteenths = 0; // nearly a normal distribution
+        for (int i = 0; i < 4; ++i)
+          sixteenths += static_cast<std::int64_t>(random() % 50);
+        symbols[{x, y, wall_depth + (sixteenths - 98) / 16}] = 9;
+      }
+  return symbols;
+}
+
+TEST(TemporalVoxelFilter, OfNoiseLargerThanTheVoxelsAThickLayerComesToRest)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(1);
+  Voxels last;
+  std::size_t measured = 0;
+  std::size_t near = 0;
+  std::size_t shown_voxels = 0;
+  std::size_t changed = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Voxels symbols = noisyWall(random);
+    const Voxels shown = shownOf(filter, symbols);
+    if (i >= 60) {
+      measured += symbols.size();
+      shown_voxels += shown.size();
+      for (const auto& [index, symbol] : symbols)
+        near += hasNear(shown, index) ? 1 : 0;
+      for (const auto& [index, symbol] : shown)
+        changed += 1 - last.count(index);
+    }
+    last = shown;
+  }
+  EXPECT_GT(static_cast<double>(near), 0.985 * static_cast<double>(measured));
+  EXPECT_LT(static_cast<double>(changed), 0.02 * static_cast<double>(shown_voxels));
+  // The layer is gone 1.6 s, 96 sixtieths, after the wall, of which nothing is near.
+  const Voxels far = flatWall(wall_depth - 20);
+  std::size_t left = 0;
+  std::size_t frames = 0;
+  do {
+    const Voxels shown = shownOf(filter, far);
+    left = shown.size() - far.size();
+    ++frames;
+  }
+  while (left > 0 && frames < 100);
+  EXPECT_LE(frames, 33u);
+}
+
 TEST(TemporalVoxelFilter, ANewSurfaceIsShownAtOnceAndALoneVoxelIsNot)
 {
   TemporalVoxelFilter filter;
@@ -213,6 +267,28 @@ TEST(TemporalVoxelFilter, WhatTheSensorSeesThroughIsHiddenInTheSecondFrame)
   for (int i = 1; i <= 5; ++i)
     EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall() + box) << i;
   EXPECT_EQ(shownOf(without_sensor, flatWall(), std::nullopt), flatWall());
+}
+
+TEST(TemporalVoxelFilter, WhatIsBehindOthersIsHiddenInTheSecondFrame)
+{
+  const auto plateAt = [](std::int64_t depth) {
+    Voxels plate;
+    for (std::int64_t x = 16; x < 30; ++x)
+      for (std::int64_t y = 16; y < 30; ++y)
+        plate[{x, y, depth}] = 5;
+    return plate;
+  };
+  // The plate comes nearer: where it was is behind it.
+  TemporalVoxelFilter filter;
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(shownOf(filter, flatWall() + plateAt(30)), flatWall() + plateAt(30));
+  EXPECT_EQ(shownOf(filter, flatWall() + plateAt(20)),
+            flatWall() + plateAt(20) + plateAt(30));
+  // But at its edge, whose directions have nothing of the plate.
+  const Voxels shown = shownOf(filter, flatWall() + plateAt(20));
+  for (std::int64_t x = 18; x < 28; ++x)
+    for (std::int64_t y = 18; y < 28; ++y)
+      EXPECT_EQ(shown.count({x, y, 30}), 0u) << x << ' ' << y;
 }
 
 TEST(TemporalVoxelFilter, TimeDecidesHowLongIsShownWhatHasNothingNear)
@@ -351,6 +427,31 @@ TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
   for (int i = 0; i < 9; ++i)
     EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::Moving);
   EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::AtRest);
+}
+
+TEST(TemporalVoxelFilter, ASensorThatMovesSlowlyIsRecognisedByWhatDoesNotComeAgain)
+{
+  // It moves along the wall, of which nothing changes; posts before it pass by.
+  TemporalVoxelFilter filter;
+  int moving = 0;
+  for (std::int64_t i = 0; i < 40; ++i) {
+    Voxels symbols = flatWall();
+    for (std::int64_t x = 23 - i % 24; x < wall_size; x += 24)
+      for (std::int64_t y = 0; y < wall_size; ++y)
+        for (std::int64_t z = 1; z <= 4; ++z)
+          symbols[{x, y, wall_depth - z}] = 5;
+    VoxelFrame frame = scene(symbols);
+    const TemporalFilterStatus status = filter.filter(frame, {});
+    ASSERT_TRUE(status.ok()) << status;
+    moving += status.sensor_motion == SensorMotion::Moving ? 1 : 0;
+    std::size_t not_near = 0;
+    for (const auto& [index, symbol] : voxelsOf(frame))
+      not_near += hasNear(symbols, index) ? 0 : 1;
+    if (i >= 4) {
+      EXPECT_LE(16 * not_near, frame.size()) << i;
+    }
+  }
+  EXPECT_GE(moving, 20);
 }
 
 TEST(TemporalVoxelFilter, APositionThatMostVoxelsAreHiddenFromIsNotUsed)

@@ -1,0 +1,216 @@
+#include "outliers/voxel_presence.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+namespace {
+
+constexpr std::uint32_t certain = 0xffff; // occupancy of a voxel that each frame has
+
+/** \brief Of the voxels around one, tracked but not shown: where noise is usual. */
+constexpr unsigned int least_seldom_neighbours = 2;
+constexpr unsigned int most_seldom_neighbours = 5;
+
+/** \brief One voxel of so many is asked whether the sensor can see it. */
+constexpr std::size_t behind_sample_step = 32;
+
+/** \brief A voxel is hidden when the sensor has seen through it for longer, ticks. In the
+ * first of frames that follow sooner, most voxels that are empty are of a surface that is
+ * in the next voxel there. */
+constexpr unsigned int ticks_to_look = 4;
+
+} // namespace
+
+struct VoxelPresence::Persistence {
+  std::uint32_t shown_above;  ///< occupancy
+  std::uint32_t hidden_below; ///< occupancy
+  unsigned int eighths;       ///< of the strength, that it may be empty
+};
+
+const VoxelPresence::Persistence VoxelPresence::dense = {
+    certain * 3 / 5, certain * 3 / 10, 5};
+
+/** \brief Where not each frame hits all voxels of a surface: they are shown sooner and
+ * hidden later. */
+const VoxelPresence::Persistence VoxelPresence::sparse = {
+    certain * 2 / 5, certain / 7, 8};
+
+/** \brief Where few of the shown voxels are hit, as noise is larger than they are. */
+const VoxelPresence::Persistence VoxelPresence::noisy = {
+    certain * 3 / 5, certain / 64, 32};
+
+VoxelPresence::VoxelPresence(unsigned int frames)
+: frames_(frames)
+, rate_(0x10000 / std::max(frames, 1u))
+, least_occupancy_(rate_ * 3 / 4)
+{}
+
+void
+VoxelPresence::beginFrame(const io::VoxelFrame& frame,
+                          const std::optional<std::array<double, 3>>& sensor_position,
+                          const DirectionDepths* rays,
+                          unsigned int ticks)
+{
+  ticks_ = ticks;
+  fall_ = std::min(ticks * 0x10000 / (FrameTicks::usual * frames_), certain);
+  look(frame, sensor_position, rays);
+  surfaces_.learn(
+      frame,
+      [this](std::uint64_t key) { return distanceOf(key); },
+      hit_shares_.isAnyNoisy());
+}
+
+void
+VoxelPresence::beginVoxels(const std::vector<TrackedVoxel>& tracked, unsigned int depth)
+{
+  keys_.resize(tracked.size());
+  std::size_t count = 0;
+  for (const TrackedVoxel& voxel : tracked) {
+    keys_[count] = voxel.key;
+    count += voxel.is_shown ? 0 : 1;
+  }
+  keys_.resize(count);
+  seldom_.assign(keys_, depth);
+  hit_shares_.age();
+  shown_number_ = 0;
+}
+
+void
+VoxelPresence::countShown(const TrackedVoxel& voxel, bool is_hit)
+{
+  if (shown_number_++ % HitShares::sample_step == 0)
+    hit_shares_.add(distanceOf(voxel.key), voxel.empty_ticks > 0, is_hit);
+}
+
+void
+VoxelPresence::forgetVoxels()
+{
+  shown_.releaseMemory();
+  seldom_.releaseMemory();
+}
+
+void
+VoxelPresence::releaseMemory()
+{
+  seldom_.releaseMemory();
+  surfaces_.releaseMemory();
+  depths_.releaseMemory();
+  keys_ = std::vector<std::uint64_t>();
+}
+
+std::size_t
+VoxelPresence::framesHeld() const
+{
+  return std::max(1u, dense.eighths * frames_ * FrameTicks::usual / 8 / ticks_);
+}
+
+/** \brief Sets what the sensor sees, if it can be at its position. */
+void
+VoxelPresence::look(const io::VoxelFrame& frame,
+                    const std::optional<std::array<double, 3>>& sensor_position,
+                    const DirectionDepths* rays)
+{
+  has_depths_ = false;
+  if (!sensor_position)
+    return;
+  depths_.assign(frame.keys, frame.grid, *sensor_position);
+  std::size_t behind = 0;
+  for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
+    behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
+  has_depths_ = 4 * behind_sample_step * behind <= frame.size();
+  if (rays != nullptr)
+    depths_.add(*rays, frame.grid.resolution);
+}
+
+/** \brief True where voxels come and go, as at the edges of things, whose pixels are
+ * partly of what is behind. With more of them it is a surface that appears. */
+bool
+VoxelPresence::isAmongSeldomVoxels(std::uint64_t key) const
+{
+  const unsigned int around = seldom_.count(key, most_seldom_neighbours + 1);
+  return around >= least_seldom_neighbours && around <= most_seldom_neighbours;
+}
+
+void
+VoxelPresence::countHit(TrackedVoxel& voxel) const
+{
+  voxel.empty_ticks = 0;
+  voxel.occupancy = static_cast<std::uint16_t>(
+      voxel.occupancy + (((certain - voxel.occupancy) * rate_) >> 16));
+  if (voxel.is_shown)
+    return;
+  // Most voxels end here, next to a shown one.
+  if (voxel.occupancy <= sparse.shown_above && shown_.count(voxel.key, 1) != 0)
+    return;
+  const std::uint64_t distance = distanceOf(voxel.key);
+  const bool is_sparse = surfaces_.isSparse(distance);
+  const bool is_frequent = voxel.occupancy > (is_sparse ? sparse : dense).shown_above;
+  if (!is_frequent && shown_.count(voxel.key, 1) != 0)
+    return;
+  Support support = surfaces_.of(voxel.key, distance);
+  if (support == Support::Enough && !is_frequent && !is_sparse &&
+      isAmongSeldomVoxels(voxel.key))
+    support = surfaces_.of(voxel.key, distance, 1);
+  if (support == Support::Enough && !is_frequent)
+    voxel.occupancy = certain;
+  voxel.is_shown =
+      support == Support::Enough || (is_frequent && support == Support::Some);
+}
+
+bool
+VoxelPresence::countMiss(TrackedVoxel& voxel, bool holds) const
+{
+  // A surface that is in the next voxel of this frame may be in this one in the next.
+  const bool counts_frames = !voxel.is_shown || surfaces_.hasNeighbour(voxel.key);
+  voxel.empty_ticks = static_cast<std::uint8_t>(std::min(
+      voxel.empty_ticks + (counts_frames ? FrameTicks::usual : ticks_), 0xffu));
+  voxel.occupancy = static_cast<std::uint16_t>(
+      voxel.occupancy - ((voxel.occupancy * (counts_frames ? rate_ : fall_)) >> 16));
+  if (!voxel.is_shown)
+    return false;
+  const bool has_left = !counts_frames && !isOfNoisySurface(voxel.key);
+  const Sight sight = has_depths_ && voxel.empty_ticks > ticks_to_look
+                          ? depths_.sightOf(voxel.key)
+                          : Sight::Unknown;
+  if (sight == Sight::Free || (sight == Sight::Hidden && has_left)) {
+    voxel.is_shown = false;
+    voxel.occupancy = 0;
+    return false;
+  }
+  if (hasEnded(voxel, dense) && hasEnded(voxel, persistenceOf(voxel.key))) {
+    voxel.is_shown = false;
+    return false;
+  }
+  if (has_left)
+    voxel.is_shown = holds;
+  return has_left;
+}
+
+bool
+VoxelPresence::hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const
+{
+  return voxel.occupancy < persistence.hidden_below ||
+         8 * voxel.empty_ticks > persistence.eighths * frames_ * FrameTicks::usual;
+}
+
+/** \brief True if an empty voxel may be of a surface that the frame has, as the noise
+ * there is larger than the voxels. */
+bool
+VoxelPresence::isOfNoisySurface(std::uint64_t key) const
+{
+  return hit_shares_.isNoisy(distanceOf(key)) && surfaces_.hasCoarseNeighbour(key);
+}
+
+/** \brief How long a shown voxel may be empty. */
+const VoxelPresence::Persistence&
+VoxelPresence::persistenceOf(std::uint64_t key) const
+{
+  if (isOfNoisySurface(key))
+    return noisy;
+  return surfaces_.isSparse(distanceOf(key)) ? sparse : dense;
+}
+
+} // namespace PCL_EXT_ABI
+} // namespace pcl_ext
