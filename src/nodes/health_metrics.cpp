@@ -172,6 +172,20 @@ mergeMetrics(const MergeCounts& counts, const MetricLabels& labels)
 }
 
 std::string
+mapMetrics(const MapCounts& counts, const MetricLabels& labels)
+{
+  MetricsText text(labels);
+  text.beginFamily(
+      "pcl_ext_map_updates_total", counter, "How often the map got the latest frames.");
+  text.add(number(counts.made));
+  text.beginFamily("pcl_ext_map_updates_left_out_total",
+                   counter,
+                   "Updates of the map left out, as the machine was too slow.");
+  text.add(number(counts.left_out));
+  return text.text();
+}
+
+std::string
 senderMetrics(const std::vector<std::pair<std::string, SenderHealth>>& senders,
               Time now,
               const MetricLabels& labels)

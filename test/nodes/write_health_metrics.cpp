@@ -38,6 +38,6 @@ main(int argc, char** argv)
   const Time now = std::chrono::seconds(5);
   std::cout << streamMetrics(streams, now, labels)
             << senderMetrics(senders, now, labels) << mergeMetrics({3, 1}, labels)
-            << pcl_ext::link::linkMetrics(link, labels)
+            << mapMetrics({4, 2}, labels) << pcl_ext::link::linkMetrics(link, labels)
             << pcl_ext::link::linkMetrics(sent, labels);
 }

@@ -4,6 +4,7 @@
  */
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include "support/stranger.h"
 #include "tools/site_program.h"
 #include "view/live_source.h"
 
@@ -59,6 +60,26 @@ TEST(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
         << receiving.output();
     EXPECT_EQ(decode(folder / name).at(0).frames.size(), 38u);
   }
+}
+
+TEST(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  Receiving receiving(folder, "receive", at(server) + "-o x.mcap");
+  link::test::Stranger sensor(server);
+  LiveSource source(1000);
+  for (std::size_t i = 1; i <= 10; ++i) {
+    const Bytes frame = source.next();
+    const std::string header = "1 a " + std::to_string(i) + " 1000000";
+    for (std::size_t times = 0; times < 1 + i % 2; ++times)
+      sensor.publish("cell.sensor.frames", header, frame);
+  }
+  EXPECT_EQ(receiving.end(SIGINT), 0);
+  EXPECT_NE(receiving.errors().find("sensor: 5 frames late or repeated"),
+            std::string::npos)
+      << receiving.errors();
+  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 10u);
 }
 
 TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)

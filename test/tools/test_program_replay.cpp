@@ -75,6 +75,10 @@ TEST(ProgramReplay, HasNoLimitAndEndsAtOnceWhenItIsTold)
   EXPECT_NE(all.output.find("site cell: 132 frames of 1 stream"), std::string::npos)
       << all.output;
   EXPECT_NE(all.output.find("all.mcap: 132 frames"), std::string::npos);
+  // One for each second of the recorded 6.6.
+  EXPECT_NE(all.output.find("nodes written to all.ot, after 7 updates\n"),
+            std::string::npos)
+      << all.output;
   BackgroundProgram told(folder,
                          "told",
                          "receive --replay all --map told.ot --remove-outliers" +

@@ -136,6 +136,24 @@ TEST(ProgramSite, PassesOnWhatAnotherProgramEncodes)
       << receiving.output();
 }
 
+TEST(ProgramSite, ReplacesNoMapUnlessAsked)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const Bytes precious{'o', 'w', 'n'};
+  writeBytes(folder / "mine.ot", precious);
+  const std::string receive = "receive -q --for 10ms --map mine.ot" + at(server);
+  expectFailure(
+      folder, receive, 2, "'mine.ot' exists: name another output, or replace");
+  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
+  expectFailure(folder, "receive --view --overwrite", 2, "add -o or --map");
+  writeClouds(folder, "room", roomClouds(5));
+  Receiving receiving(folder, "receive", at(server) + "--overwrite --map mine.ot");
+  expectRun(folder, "send -q room --rate 50 --resolution 0.05" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  EXPECT_NE(bytesOf(folder / "mine.ot"), precious);
+}
+
 TEST(ProgramSite, ReplaysWhatTheServerKeeps)
 {
   const TestFolder folder;
@@ -165,7 +183,33 @@ TEST(ProgramSite, ReplaysWhatTheServerKeeps)
   EXPECT_NE(merged.output.find("; " + std::to_string(times.size()) + " merged frames"),
             std::string::npos)
       << merged.output;
-  EXPECT_GT(fs::file_size(folder / "x.ot"), 1000u);
+  EXPECT_TRUE(fs::exists(folder / "x.ot"));
+  EXPECT_NE(merged.output.find("nodes written to x.ot, after 2 updates\n"),
+            std::string::npos)
+      << merged.output;
+}
+
+TEST(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
+{
+  const TestFolder folder;
+  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  writeClouds(folder, "room", roomClouds(100));
+  const std::uint16_t port = freePort();
+  const BackgroundProgram sending(folder,
+                                  "send",
+                                  "send room --rate 10 --resolution 0.05 "
+                                  "--i-frame-rate 100000 --metrics-port " +
+                                      std::to_string(port) + at(server));
+  sending.waitForError("to site cell");
+  // Until the first frame was sent, which is an I-frame.
+  EXPECT_TRUE(view::test::waitFor([&] {
+    const std::string metrics = view::test::request(port, "/metrics").body;
+    return metrics.find("\npcl_ext_publisher_frames_total ") != std::string::npos &&
+           metrics.find("\npcl_ext_publisher_frames_total 0\n") == std::string::npos;
+  }));
+  expectRun(folder, "keep" + at(server));
+  expectRun(folder, "receive -q --replay all -o kept.mcap" + at(server));
+  EXPECT_TRUE(decode(folder / "kept.mcap")[0].frames[0].description.is_i_frame);
 }
 
 /** \brief The text of an example. */

@@ -156,6 +156,42 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   EXPECT_NE(errors.find("/late: missing in "), std::string::npos) << errors;
 }
 
+TEST(ProgramSiteState, AMapThatIsTooSlowSaysSo)
+{
+  const TestFolder folder;
+  const NatsServer server;
+  const std::uint16_t port = freePort();
+  Receiving receiving(folder,
+                      "receive",
+                      at(server) +
+                          "--map map.ot --merge all --merge-period 1s --metrics-port " +
+                          std::to_string(port));
+  link::FramePublisher sensor(SitePublisher::settingsOf(server));
+  ASSERT_TRUE(sensor.connect().ok());
+  std::size_t stream = 0;
+  // Whose rays are long.
+  ASSERT_TRUE(
+      sensor.addStream("/sensor", {{"sensor_pose", "30,30,30,1,0,0,0"}}, stream).ok());
+  const Bytes frame = iFrame(/* width */ 60);
+  const std::string told = "the map got ";
+  // Clouds a second apart, as fast as they can be sent.
+  for (int second = 0; receiving.errors().find(told) == std::string::npos; ++second) {
+    sensor.publish(stream, std::chrono::seconds(second), frame.data(), frame.size());
+    EXPECT_TRUE(sensor.flush(std::chrono::seconds(20))); // ctest ends it
+  }
+  const std::string metrics = metricsAt(port);
+  EXPECT_NE(metrics.find("\npcl_ext_map_updates_total "), std::string::npos);
+  EXPECT_NE(metrics.find("\npcl_ext_map_updates_left_out_total "), std::string::npos);
+  EXPECT_EQ(metrics.find("\npcl_ext_map_updates_left_out_total 0\n"),
+            std::string::npos);
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  const std::string last = receiving.errors().substr(receiving.errors().rfind(told));
+  EXPECT_NE(
+      last.find(" updates: this machine is too slow for a map of this resolution"),
+      std::string::npos)
+      << last;
+}
+
 TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
 {
   const TestFolder folder;

@@ -5,6 +5,7 @@
 #include <pcl_ext/nodes/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,16 @@ streamMetrics(const std::vector<StreamHealth>& streams,
 /** \brief How many merged frames a centre made: the metrics pcl_ext_merged_... . */
 PCL_EXT_EXPORT std::string
 mergeMetrics(const MergeCounts& counts, const MetricLabels& labels = {});
+
+/** \brief Updates of a map, one for each second of the clouds' time. */
+struct MapCounts {
+  std::size_t made = 0;
+  std::size_t left_out = 0; ///< as others were not complete in time
+};
+
+/** \brief How often a map got the frames of its streams: the metrics pcl_ext_map_... . */
+PCL_EXT_EXPORT std::string
+mapMetrics(const MapCounts& counts, const MetricLabels& labels = {});
 
 /** \brief Health of streams where they are encoded: the metrics pcl_ext_sender_... .
  * \param[in] senders by the names of their streams, all different

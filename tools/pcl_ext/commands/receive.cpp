@@ -14,6 +14,7 @@
 #include "options/link_options.h"
 #include "options/options.h"
 #include "options/text_values.h"
+#include "outputs/output_path.h"
 #include "site/centre.h"
 #include "site/missing_streams.h"
 #include "site/replay_progress.h"
@@ -58,7 +59,7 @@ public:
                        "--metrics-port");
     options_.centre.is_replay = options.link.replay_from.has_value();
     options_.centre.map.waits = options_.centre.is_replay;
-    refuseEqualOutputs();
+    checkMap();
     if (options_.merged_site.empty())
       options_.merged_site = options_.link.link.site + "-merged";
     if (options_.merged_site == options_.link.link.site)
@@ -104,12 +105,16 @@ public:
   }
 
 private:
+  /** \brief Refuses a file that exists, or is the recording. */
   void
-  refuseEqualOutputs() const
+  checkMap() const
   {
     namespace fs = std::filesystem;
     const std::string& map = options_.centre.map.path;
-    if (!map.empty() && !options_.output.path.empty() &&
+    if (map.empty())
+      return;
+    refuseTakenFile({}, map, options_.output.may_replace);
+    if (!options_.output.path.empty() &&
         fs::weakly_canonical(fs::absolute(map)) ==
             fs::weakly_canonical(fs::absolute(options_.output.path)))
       throw UsageError("-o and --map are both '" + map + "': name two files");
@@ -157,6 +162,8 @@ private:
     if (centre_)
       text += nodes::streamMetrics(centre_->health(), nodes::systemTime()) +
               nodes::mergeMetrics(centre_->mergeCounts());
+    if (const auto mapped = centre_ ? centre_->mapCounts() : std::nullopt)
+      text += nodes::mapMetrics(*mapped);
     if (merged_)
       text += link::linkMetrics(merged_->statistics());
     return text;
@@ -247,6 +254,7 @@ private:
       figures.missing = centre_->missing();
       figures.has_slow_effort = centre_->hasSlowEffort();
       figures.merged = centre_->mergeCounts();
+      figures.mapped = centre_->mapCounts().value_or(nodes::MapCounts());
     }
     if (merged_)
       figures.published = merged_->statistics();
@@ -259,13 +267,19 @@ private:
   {
     constexpr std::chrono::seconds interval{10};
     const auto now = std::chrono::steady_clock::now();
-    const nodes::MergeCounts merged =
-        centre_ ? centre_->mergeCounts() : nodes::MergeCounts();
-    if (merged.left_out == told_left_out_ || now < next_remark_)
+    if (!centre_ || now < next_remark_)
       return;
-    next_remark_ = now + interval;
-    told_left_out_ = merged.left_out;
-    console_.remark(slownessOf(merged, centre_->hasSlowEffort()));
+    const auto remark = [&](std::size_t count, std::size_t& told, const auto& text) {
+      if (count == std::exchange(told, count))
+        return;
+      next_remark_ = now + interval;
+      console_.remark(text);
+    };
+    const nodes::MergeCounts merged = centre_->mergeCounts();
+    const auto mapped = centre_->mapCounts().value_or(nodes::MapCounts());
+    remark(
+        merged.left_out, told_left_out_, slownessOf(merged, centre_->hasSlowEffort()));
+    remark(mapped.left_out, told_updates_left_out_, slownessOf(mapped));
   }
 
   ReceiveOptions options_;
@@ -286,7 +300,9 @@ private:
   bool has_taken_frame_ = false;
   bool has_failed_ = false;
   bool was_connected_ = true;
-  std::size_t told_left_out_ = 0; // merged frames, see remarkOnSlowness()
+  // See remarkOnSlowness().
+  std::size_t told_left_out_ = 0;         // merged frames
+  std::size_t told_updates_left_out_ = 0; // of the map
   std::chrono::steady_clock::time_point next_remark_;
 };
 
@@ -303,7 +319,6 @@ addRecordingOptions(CLI::App& app, ReceiveOptions& options)
   CLI::Option* const output =
       app.add_option("-o,--output", options.output.path, "record in x.mcap, or x.pcxi")
           ->type_name("OUT");
-  addOverwrite(app, options.output.may_replace)->needs(output);
   addParsed(app,
             "--rotate-every",
             "TIME",
@@ -401,11 +416,16 @@ addReceive(CLI::App& app)
         options->seconds = parseDuration("--for", text);
       });
   addRecordingOptions(app, *options);
+  app.add_flag("--overwrite",
+               options->output.may_replace,
+               "replace the files of -o and --map, if they are there");
   addSiteViewOptions(app, options->view);
   addMetricsOptions(app, options->metrics);
   addCentreOptions(app, *options);
   addQuiet(app, options->is_quiet);
   return [options, &app] {
+    if (options->output.path.empty() && options->centre.map.path.empty())
+      refuseOptions(app, {"--overwrite"}, "is for files: add -o or --map");
     if (options->centre.name.empty())
       refuseOptions(app,
                     {"--merge-period", "--merge-wait", "--merge-age", "--effort"},

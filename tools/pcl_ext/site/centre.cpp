@@ -93,6 +93,15 @@ Centre::mergeCounts() const
   return grid_ ? grid_->centre.mergeCounts() : nodes::MergeCounts();
 }
 
+std::optional<nodes::MapCounts>
+Centre::mapCounts() const
+{
+  if (options_.map.path.empty())
+    return std::nullopt;
+  const std::lock_guard<std::mutex> lock(grid_mutex_);
+  return grid_ ? grid_->map.counts() : nodes::MapCounts();
+}
+
 void
 Centre::addOutput(LiveOutput& output)
 {

@@ -107,6 +107,10 @@ public:
   nodes::MergeCounts
   mergeCounts() const;
 
+  /** \brief Updates of the map; none if there is no map. Called by any thread. */
+  std::optional<nodes::MapCounts>
+  mapCounts() const;
+
 private:
   /** \brief What there is for one edge of voxels. */
   struct Grid {

@@ -4,11 +4,13 @@
 
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "options/text_values.h"
 #include "streams/stream_decoder.h"
 
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <future>
 #include <map>
 #include <optional>
@@ -36,16 +38,24 @@ public:
   void
   update(const nodes::CentralNode& node, nodes::Time time)
   {
-    constexpr std::chrono::seconds interval{1};
-    using std::chrono::abs;
-    if ((last_time_ && abs(time - *last_time_) < interval) || isToldToEnd())
+    if (isToldToEnd())
+      return;
+    if (!begin_)
+      begin_ = time;
+    if (const auto second = std::chrono::floor<std::chrono::seconds>(time - *begin_);
+        second != second_) {
+      left_out_ += is_due_ ? 1 : 0;
+      is_due_ = true;
+      second_ = second;
+    }
+    if (!is_due_)
       return;
     if (update_.valid()) {
       if (update_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
       update_.get();
     }
-    last_time_ = time;
+    is_due_ = false;
     update_ = std::async(std::launch::async,
                          [this, &node, sensors = sensors_] { insert(node, sensors); });
     if (options_.waits)
@@ -55,18 +65,30 @@ public:
   void
   finish(const nodes::CentralNode& node)
   {
-    is_ending_ =
-        true; // an update that is under way ends after the stream that it is at
-    if (update_.valid())
-      update_.get();
-    is_ending_ = false;
-    last_write_ = std::chrono::steady_clock::now();
     constexpr std::chrono::seconds most_time{2};
-    if (last_duration_ < most_time && !isToldToEnd())
-      insert(node, sensors_);
-    else
+    if (update_.valid()) {
+      if (!isToldToEnd())
+        update_.wait_for(most_time);
+      is_ending_ = true; // it ends after the stream that it is at
+      update_.get();
+      is_ending_ = false;
+    }
+    last_write_ = std::chrono::steady_clock::now();
+    if (isToldToEnd())
       map_.completeRound();
-    console_.summary(write());
+    else if (last_duration_ < most_time)
+      insert(node, sensors_);
+    else {
+      ++left_out_;
+      map_.completeRound();
+    }
+    console_.summary(write() + ", after " + counted(made_, "update"));
+  }
+
+  nodes::MapCounts
+  counts() const
+  {
+    return {made_, left_out_};
   }
 
 private:
@@ -95,6 +117,7 @@ private:
     const auto start = std::chrono::steady_clock::now();
     for (const auto& [name, position] : sensors) {
       if (is_ending_) {
+        left_out_ += isToldToEnd() ? 0 : 1;
         last_duration_ = std::chrono::steady_clock::now() - start;
         return;
       }
@@ -108,6 +131,7 @@ private:
       map_.insertLatest(name, sensor, node);
     }
     map_.completeRound();
+    ++made_;
     last_duration_ = std::chrono::steady_clock::now() - start;
     constexpr std::chrono::minutes interval{1};
     const auto now = std::chrono::steady_clock::now();
@@ -131,7 +155,11 @@ private:
   Console& console_;
   nodes::detail::MergedMap map_;
   Sensors sensors_;
-  std::optional<nodes::Time> last_time_; // of the clouds
+  std::optional<nodes::Time> begin_; // of the clouds
+  std::chrono::seconds second_{0};   // that it is, from the begin
+  bool is_due_ = false;              // the update for the second before
+  std::atomic<std::size_t> made_{0}; // updates
+  std::atomic<std::size_t> left_out_{0};
   std::atomic<bool> is_ending_{false};
   std::chrono::steady_clock::duration last_duration_{}; // of an update
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
@@ -167,6 +195,12 @@ CentreMap::finish(const nodes::CentralNode& node)
 {
   if (implementation_)
     implementation_->finish(node);
+}
+
+nodes::MapCounts
+CentreMap::counts() const
+{
+  return implementation_ ? implementation_->counts() : nodes::MapCounts();
 }
 
 } // namespace tools

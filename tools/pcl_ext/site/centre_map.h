@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/health_metrics.h>
 
 #include "console/console.h"
 #include "inputs/stream_metadata.h"
@@ -18,8 +19,10 @@ struct CentreMapOptions {
   bool waits = false;          ///< for each update, as a replay can
 };
 
-/** \brief Feeds the map: with the latest frames, once a second of the clouds' time, by a
- * thread of its own, as that may take longer than from one merged frame to the next. */
+/** \brief Feeds the map: at the end of each second of the clouds' time, from the first
+ * update() on, with the latest frames. That is done by a thread of its own, as it may take
+ * longer than from one merged frame to the next; what it has no time for in the second that
+ * follows is left out, and counted. */
 class CentreMap {
 public:
   /** \param[in] resolution metres
@@ -36,8 +39,8 @@ public:
   void
   addStream(const std::string& name, const StreamMetadata& metadata);
 
-  /** \brief Inserts the latest frames, unless that was done within the last second, or is
-   * still being done, which a replay waits for. Writes the map once a minute.
+  /** \brief Inserts the latest frames, if a second has ended and no others are being
+   * inserted, for which a replay waits. Writes the map once a minute.
    * \param[in] node must outlive this
    * \param[in] time of the clouds
    * \throws std::runtime_error if it could not be written
@@ -51,6 +54,11 @@ public:
    */
   void
   finish(const nodes::CentralNode& node);
+
+  /** \brief Seconds whose frames were inserted, and those left out. Called by any thread.
+   */
+  nodes::MapCounts
+  counts() const;
 
 private:
   class Implementation;

@@ -22,7 +22,6 @@ faultsOf(const link::LinkStreamStatistics& stream)
   };
   add(stream.frames_lost, "lost on the way");
   add(stream.frames_dropped, "dropped, as this machine is too slow");
-  add(stream.frames_late, "late or repeated");
   add(stream.frames_damaged, "with a wrong checksum");
   add(stream.messages_invalid, "messages that are no frames");
   add(stream.frames_skipped, "left out after a gap, until an I-frame came");
@@ -42,6 +41,10 @@ reportReceived(const SiteFigures& figures, Console& console)
     is_whole &= faults.empty();
     if (!faults.empty())
       console.error(stream.name + ": " + counted(stream.frames, "frame") + faults);
+    // What they would have brought is there, or counted as lost.
+    if (stream.frames_late > 0)
+      console.remark(stream.name + ": " + counted(stream.frames_late, "frame") +
+                     " late or repeated, which are left out");
     if (stream.publishers > 1)
       console.remark(stream.name + ": its publisher began anew " +
                      counted(stream.publishers - 1, "time") +
@@ -95,7 +98,10 @@ reportDecoded(const SiteFigures& figures, Console& console)
   }
   if (!slowness.empty())
     console.error(slowness);
-  return is_whole && slowness.empty();
+  const std::string slowness_of_map = slownessOf(figures.mapped);
+  if (!slowness_of_map.empty())
+    console.error(slowness_of_map);
+  return is_whole && slowness.empty() && slowness_of_map.empty();
 }
 
 } // namespace
@@ -126,6 +132,9 @@ liveFiguresOf(const SiteFigures& figures)
   if (figures.merged.left_out > 0)
     live.rest += ", " + std::to_string(figures.merged.left_out) +
                  " not: this machine is too slow";
+  if (figures.mapped.left_out > 0)
+    live.rest +=
+        ", " + std::to_string(figures.mapped.left_out) + " updates of the map left out";
   return live;
 }
 
@@ -141,6 +150,17 @@ slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort)
          (has_slow_effort ? "a faster --effort here or where the streams are sent, "
                           : "") +
          "a larger --resolution where they are sent, or several centres (--partition)";
+}
+
+std::string
+slownessOf(const nodes::MapCounts& mapped)
+{
+  if (mapped.left_out == 0)
+    return {};
+  return "the map got " + std::to_string(mapped.made) + " of " +
+         counted(mapped.made + mapped.left_out, "update") +
+         ": this machine is too slow for a map of this resolution; take a larger "
+         "--resolution, or fewer streams (--streams, --partition)";
 }
 
 bool

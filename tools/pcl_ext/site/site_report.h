@@ -2,6 +2,7 @@
 
 #include <pcl_ext/link/frame_publisher.h>
 #include <pcl_ext/link/frame_subscriber.h>
+#include <pcl_ext/nodes/health_metrics.h>
 #include <pcl_ext/nodes/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
@@ -28,6 +29,7 @@ struct SiteFigures {
   std::map<std::string, Centre::Missing> missing; ///< see Centre::missing()
   bool has_slow_effort = false;                   ///< see Centre::hasSlowEffort()
   nodes::MergeCounts merged;
+  nodes::MapCounts mapped;
   std::optional<link::PublisherStatistics> published; ///< of the merged stream
 };
 
@@ -41,6 +43,10 @@ liveFiguresOf(const SiteFigures& figures);
  */
 std::string
 slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort);
+
+/** \brief As slownessOf() for the updates of a map. */
+std::string
+slownessOf(const nodes::MapCounts& mapped);
 
 /** \brief Prints what arrived, and what did not.
  * \return false if something is missing
