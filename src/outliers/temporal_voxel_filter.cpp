@@ -83,7 +83,7 @@ symbolOf(const io::VoxelFrame& frame, std::uint64_t key, std::uint16_t value)
 class TemporalVoxelFilter::Implementation {
 public:
   Implementation(unsigned int frames, bool holds)
-  : frames_(frames), holds_(holds), presence_(frames)
+  : frames_(frames), holds_(holds), presence_(frames, holds)
   {}
 
   TemporalFilterStatus
@@ -457,7 +457,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
       status.hidden += voxel.is_shown ? 0 : 1;
     }
     else {
-      left_count_ += presence_.countMiss(voxel, holds_ && holds_now_) ? 1 : 0;
+      left_count_ += presence_.countMiss(voxel, holds_now_) ? 1 : 0;
       status.held += voxel.is_shown ? 1 : 0;
     }
     if (voxel.is_shown)

@@ -41,8 +41,9 @@ const VoxelPresence::Persistence VoxelPresence::sparse = {
 const VoxelPresence::Persistence VoxelPresence::noisy = {
     certain * 3 / 5, certain / 64, 32};
 
-VoxelPresence::VoxelPresence(unsigned int frames)
+VoxelPresence::VoxelPresence(unsigned int frames, bool holds)
 : frames_(frames)
+, holds_(holds)
 , rate_(0x10000 / std::max(frames, 1u))
 , least_occupancy_(rate_ * 3 / 4)
 {}
@@ -170,7 +171,7 @@ VoxelPresence::countMiss(TrackedVoxel& voxel, bool holds) const
       voxel.occupancy - ((voxel.occupancy * (counts_frames ? rate_ : fall_)) >> 16));
   if (!voxel.is_shown)
     return false;
-  const bool has_left = !counts_frames && !isOfNoisySurface(voxel.key);
+  const bool has_left = !counts_frames && (!holds_ || !isOfNoisySurface(voxel.key));
   const Sight sight = has_depths_ && voxel.empty_ticks > ticks_to_look
                           ? depths_.sightOf(voxel.key)
                           : Sight::Unknown;
@@ -184,7 +185,7 @@ VoxelPresence::countMiss(TrackedVoxel& voxel, bool holds) const
     return false;
   }
   if (has_left)
-    voxel.is_shown = holds;
+    voxel.is_shown = holds_ && holds;
   return has_left;
 }
 

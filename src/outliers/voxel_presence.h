@@ -31,8 +31,9 @@ struct TrackedVoxel {
 /** \brief Decides which tracked voxels are shown (doc/temporal_filter.md, "Rules"). */
 class VoxelPresence {
 public:
-  /** \param[in] frames strength of the filter */
-  explicit VoxelPresence(unsigned int frames);
+  /** \param[in] frames strength of the filter
+   * \param[in] holds whether a voxel may stay where nothing within one voxel is measured */
+  VoxelPresence(unsigned int frames, bool holds);
 
   /** \brief Takes the next frame, before its voxels are counted.
    * \param[in] sensor_position metres, if it is known; finite
@@ -60,7 +61,7 @@ public:
   countHit(TrackedVoxel& voxel) const;
 
   /** \brief Takes a voxel that the frame has not.
-   * \param[in] holds whether it may stay where nothing near is measured
+   * \param[in] holds whether it may stay where nothing near is measured, in this frame
    * \return whether it has not ended, and nothing near is measured
    */
   bool
@@ -148,6 +149,7 @@ private:
   static const Persistence noisy;
 
   unsigned int frames_;
+  bool holds_;
   std::uint32_t rate_;            // of the running means, 2^16 is 1
   std::uint32_t least_occupancy_; // below it empty voxels are forgotten
   BlockNeighbours shown_;         // by the last frame

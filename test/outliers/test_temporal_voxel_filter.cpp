@@ -385,6 +385,14 @@ TEST(TemporalVoxelFilter, WithoutHoldingNothingIsShownThatHasNothingNear)
     EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
   EXPECT_EQ(shownOf(filter, wallWithHole()), wallWithHole(1));
   EXPECT_EQ(shownOf(filter, flatWall()), flatWall());
+  // Whatever the noise.
+  TemporalVoxelFilter of_noise(8, false);
+  std::mt19937 random(1);
+  for (int i = 0; i < 60; ++i) {
+    const Voxels symbols = noisyWall(random);
+    for (const auto& [index, symbol] : shownOf(of_noise, symbols))
+      EXPECT_TRUE(hasNear(symbols, index)) << i;
+  }
 }
 
 TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)

@@ -123,8 +123,7 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   Receiving receiving(
       folder,
       "receive",
-      at(server) +
-          "--merge all --merge-age 300ms --max-voxels 1000 --resolution 0.1");
+      at(server) + "--merge all --merge-age 300ms --max-voxels 1000 --resolution 0.1");
   const auto start = std::chrono::steady_clock::now();
   const auto publish = [&](SitePublisher& sensor, const Bytes& frame) {
     sensor.publish(std::chrono::steady_clock::now() - start, frame);

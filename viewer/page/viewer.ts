@@ -239,8 +239,13 @@ export class Viewer {
       case "undecodable":
         this.index.markLost(message.stream, message.number);
         this.timeline.requestDraw();
-        this.damage.push(`${message.name}, frame ${message.number + 1}: ${message.problem}`);
-        this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
+        if (message.failure === "TooLarge")
+          this.remark(`${message.name}, frame ${message.number + 1} is too large for the memory of this page (${message.problem}). ` +
+            "The recording is not damaged: pcl_ext decode reads it, and larger voxels (pcl_ext encode -r) are shown.");
+        else {
+          this.damage.push(`${message.name}, frame ${message.number + 1}: ${message.problem}`);
+          this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
+        }
         break;
       case "progress":
         this.store.set({ indexedShare: message.share });

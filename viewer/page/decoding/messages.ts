@@ -87,6 +87,9 @@ export interface ShownFrame {
   decodeMs: number;
 }
 
+/** A frame is damaged within, or takes more memory than the page has for it. */
+export type FrameFailure = "Damaged" | "TooLarge";
+
 export type FromWorker =
   | { type: "loaded" }
   /** What follows is of the source that was opened last. */
@@ -96,8 +99,8 @@ export type FromWorker =
   | { type: "frames"; startTime: bigint; batch: FrameBatch; hasTimes: boolean }
   | { type: "damage"; damage: Damage }
   | { type: "remark"; message: string }
-  /** A frame that is damaged within; those that depend on it are lost, too. */
-  | { type: "undecodable"; stream: number; name: string; number: number; problem: string }
+  /** A frame that cannot be decoded by itself; those that depend on it are lost, too. */
+  | { type: "undecodable"; stream: number; name: string; number: number; problem: string; failure: FrameFailure }
   /** More frames of coordinates have a place: those that are drawn may have another one. */
   | { type: "placesChanged" }
   | { type: "progress"; share: number }

@@ -6,7 +6,7 @@ import { CachedBytes } from "../recordings/cached_bytes";
 import type { FoundFrame, RecordedStream } from "../recordings/frame_places";
 import { Recording } from "../recordings/recording";
 import { FrameBatches } from "./frame_batches";
-import type { DecodingSettings, FromWorker, OpenFile, ShownFrame, WantedFrame } from "./messages";
+import type { DecodingSettings, FrameFailure, FromWorker, OpenFile, ShownFrame, WantedFrame } from "./messages";
 import type { BufferPool } from "./packed_voxels";
 import { ShownFrameCache } from "./shown_frame_cache";
 import { StreamDecoder, densityUnitOf } from "./stream_decoder";
@@ -195,17 +195,18 @@ export class RecordingPlayer {
       return this.lostFrame(stream, number, time, (error as Error).message);
     }
     const shown = played.decoder.decode({ stream, number, time, bytes, frameId, stamp }, this.settings, this.pool);
-    if (shown.problem && played.decoder.wasDamaged) this.reportDamage(stream, number, shown.problem);
+    const { failure } = played.decoder;
+    if (shown.problem && failure) this.reportFailure(stream, number, shown.problem, failure);
     this.cache.add(shown);
     return shown;
   }
 
-  /** Tells once of a damaged frame. */
-  private reportDamage(stream: number, number: number, problem: string): void {
+  /** Tells once of a frame that cannot be decoded. */
+  private reportFailure(stream: number, number: number, problem: string, failure: FrameFailure): void {
     const key = `${stream} ${number}`;
     if (this.damaged.has(key)) return;
     this.damaged.add(key);
-    this.send({ type: "undecodable", stream, name: this.descriptions[stream].name, number, problem });
+    this.send({ type: "undecodable", stream, name: this.descriptions[stream].name, number, problem, failure });
   }
 
   private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {

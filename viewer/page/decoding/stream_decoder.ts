@@ -2,7 +2,7 @@ import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from 
 
 import { fieldChoices } from "./field_choices";
 import type { FieldChoice } from "./field_choices";
-import type { DecodingSettings, PackedVoxels, ShownFrame } from "./messages";
+import type { DecodingSettings, FrameFailure, PackedVoxels, ShownFrame } from "./messages";
 import { arraysOf, bytesOf, outlierFlag } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
@@ -26,13 +26,18 @@ export interface FrameToDecode {
   stamp: bigint | null; // nanoseconds
 }
 
+function failureOf({ ok, code }: Status): FrameFailure | null {
+  if (ok || code === "MissingReference" || code === "OldFrame") return null;
+  return code === "OutOfMemory" || code === "LimitExceeded" ? "TooLarge" : "Damaged";
+}
+
 /** Decodes the frames of one stream in their order, with the outlier filter and the trail of past voxels. */
 export class StreamDecoder {
   private decoder: Decoder;
   private filter: OutlierFilter | null = null;
   private readonly trail = new VoxelTrail();
   private isStepLost = false;
-  private isLastDamaged = false;
+  private lastFailure: FrameFailure | null = null;
 
   constructor(
     private readonly codec: Codec,
@@ -59,9 +64,9 @@ export class StreamDecoder {
     this.trail.reset();
   }
 
-  /** True if the last frame failed by itself, not for want of those before it. */
-  get wasDamaged(): boolean {
-    return this.isLastDamaged;
+  /** Why the last frame failed by itself, not for want of those before it; null: it did not. */
+  get failure(): FrameFailure | null {
+    return this.lastFailure;
   }
 
   /** True after a failure until the next I-frame: a live source is asked for one. */
@@ -92,7 +97,7 @@ export class StreamDecoder {
       decodeMs: 0,
     };
     this.isStepLost = !status.ok;
-    this.isLastDamaged = !status.ok && status.code !== "MissingReference" && status.code !== "OldFrame";
+    this.lastFailure = failureOf(status);
     if (voxels) {
       shown.frameId ??= voxels.frameId;
       const isNoise = settings.removesOutliers ? this.judge(shown) : null;
