@@ -59,12 +59,13 @@ TEST(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
   const ProgramRun result = expectRun(
       folder,
       "advise room -r 0.2 -e small --law quadratic --sensor 87,58,848,480 --crop "
-      "-9,-9,-9,9,9,9 --keep-point-counts --fields intensity:0.5 --i-frame-rate 9 -q");
+      "-9,-9,-9,9,9,9 --keep-point-counts --fields intensity:0.5 --i-frame-rate 9 "
+      "--rate 1 -q");
   EXPECT_EQ(
       linesWith(result.output, "  p"),
       std::vector<std::string>(
-          {"  pcl_ext encode room -o small.mcap -r 0.2 -e small --law quadratic "
-           "--sensor "
+          {"  pcl_ext encode room -o small.mcap -r 0.2 -e small --rate 1 --law "
+           "quadratic --sensor "
            "87,58,848,480 --i-frame-rate 9 --crop -9,-9,-9,9,9,9 --keep-point-counts "
            "--fields intensity:0.5",
            "  parameters=[{'resolution': 0.2, 'intensity': 'quadratic', 'effort': "
