@@ -80,7 +80,9 @@ def test_frames_arrive(server):
     assert subscriber.statistics[name].frames == 5
     assert subscriber.statistics[name].frames_lost == 0
     assert subscriber.statistics[name].age >= 0
+    assert publisher.flush()  # the server has answered
     assert publisher.statistics["frames"] == 5
+    assert publisher.statistics["frames_under_way"] == 0
     assert not publisher.wants_i_frame(stream)
     subscriber.request_i_frame(name)
     end = time.monotonic() + 20
@@ -88,7 +90,6 @@ def test_frames_arrive(server):
         assert time.monotonic() < end
         time.sleep(0.01)
     assert not publisher.wants_i_frame(stream)  # told once
-    assert publisher.flush()
 
 
 def test_replay(server, tmp_path):
