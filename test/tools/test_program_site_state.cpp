@@ -123,7 +123,7 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   Receiving receiving(
       folder,
       "receive",
-      at(server) + "--merge all --merge-age 300ms --max-voxels 1000 --resolution 0.1");
+      at(server) + "--merge all --merge-age 1500ms --max-voxels 1000 --resolution 0.1");
   const auto start = std::chrono::steady_clock::now();
   const auto publish = [&](SitePublisher& sensor, const Bytes& frame) {
     sensor.publish(std::chrono::steady_clock::now() - start, frame);
@@ -131,7 +131,7 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   SitePublisher first(server, "/first");
   SitePublisher large(server, "/large");
   std::unique_ptr<SitePublisher> late;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 80; ++i) {
     publish(first, iFrame());
     publish(large, iFrame(/* width */ 60));
     if (i == 20)
