@@ -37,14 +37,14 @@ test("a stream that stops is told beside it and over the scene, and so are all o
   stop();
   stop = repeatFirst(server, frames, [1]);
   await untilBadge(viewer, "1 of 2 live");
-  assert.match(await banner.innerText(), /^No frames of cell_sensor_1 for \d+ s$/);
+  assert.match(await banner.innerText(), /^No frames of cell_sensor_1 for \d+ s$/m);
   const [first, second] = await viewer.locator(".streams li").allInnerTexts();
   assert.match(first, /No frames for \d+ s/);
   assert.doesNotMatch(second, /No frames/);
   assert.equal(await isStale(viewer), false);
   stop();
   await untilBadge(viewer, "No frames");
-  assert.match(await banner.innerText(), /^No frames for \d+ s$/);
+  assert.match(await banner.innerText(), /^No frames for \d+ s$/m);
   assert.equal(await rate(viewer), "0.0 kB/s compressed");
   assert.equal(await isStale(viewer), true);
   stop = repeatFirst(server, frames, [0, 1]);
