@@ -1,6 +1,6 @@
 /** \file
- * Measures this library beside the published layout, PCL's class, Draco and zstd, its
- * stages, its growth, and many streams. Prints the tables of doc/benchmarks.md.
+ * Measures this library beside the published layout, PCL's class, Draco and zstd, and
+ * many streams. Prints the tables of doc/benchmarks.md.
  */
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
@@ -28,12 +28,8 @@ const std::vector<std::pair<std::string, PrintTable>> all_tables = {
     {"peers", printPeers},
     {"recorded", printRecorded},
     {"points", printPoints},
-    {"threads", printThreads},
     {"profiles", printProfiles},
-    {"stages", printStages},
-    {"growth", printGrowth},
-    {"scale", printScale},
-    {"recording", printRecording}};
+    {"scale", printScale}};
 
 void
 addOptions(CLI::App& program, Options& options)
@@ -48,7 +44,7 @@ addOptions(CLI::App& program, Options& options)
   program.add_option("--tables", options.tables, "tables to print")
       ->check(CLI::IsMember(names))
       ->required();
-  program.add_option("--efforts", options.efforts, "of tables stages and scale")
+  program.add_option("--efforts", options.efforts, "of table scale")
       ->check(CLI::IsMember(variantNames()));
   program.add_option("--frames,-n", options.frames, "of a sensor of the robot cell")
       ->check(at_least_one);
@@ -57,20 +53,7 @@ addOptions(CLI::App& program, Options& options)
                   options.repetitions,
                   "of each stream; the fastest time of each frame counts")
       ->check(at_least_one);
-  program
-      .add_option(
-          "--most-points",
-          options.most_points,
-          "largest number of points of the sampled room; 50 millions take 10 GB "
-          "of memory")
-      ->check(at_least_one);
-  program
-      .add_option("--edge-points",
-                  options.edge_points,
-                  "growth: points of the room while the voxel edge changes")
-      ->check(at_least_one);
-  program.add_option(
-      "--results", options.results_file, "points, growth: CSV file to write");
+  program.add_option("--results", options.results_file, "points: CSV file to write");
   program.add_option("--edges", options.edges, "points: voxel edges, metres");
   program.add_option("--cloudini",
                      options.cloudini,
@@ -91,8 +74,6 @@ addOptions(CLI::App& program, Options& options)
                   "scale: frames over which the sensors filter their voxels, 8 "
                   "being usual; 0: they do not")
       ->check(CLI::Range(0u, pcl_ext::TemporalVoxelFilter::most_frames));
-  program.add_option("--minutes", options.minutes, "recording: its length")
-      ->check(at_least_one);
 }
 
 } // namespace

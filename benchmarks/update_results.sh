@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
 # Usage: benchmarks/update_results.sh SECTION [options of the program] [folder of clouds ...]
-#   SECTION  peers, points, profiles, stages, growth, scale or recording
+#   SECTION  peers, points, profiles or scale
 # Section points draws doc/points.webp and replaces the table of README.md, too.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
-section=${1:?"usage: $0 peers|points|profiles|stages|growth|scale|recording [options] [folder ...]"}
+section=${1:?"usage: $0 peers|points|profiles|scale [options] [folder ...]"}
 shift
 tables=$section
-[ "$section" != peers ] || tables="efforts from_sensor peers recorded threads"
+[ "$section" != peers ] || tables="efforts from_sensor peers recorded"
 
 "$root/tools/install_packages.sh" build benchmark
 build=$root/build-run

@@ -1,12 +1,10 @@
 #!/usr/bin/env bash
 # Installs missing packages, builds, measures the paper's experiments on the simulated robot
 # cell, checks that the results are plausible, and writes a report as one HTML file.
-# Usage: experiments/report.sh [--frames N] [--seconds S] [--points P] [--output file]
+# Usage: experiments/report.sh [--frames N] [--seconds S] [--output file]
 #   --frames   of each sensor, 3 to 1000000 (1000)
 #   --seconds  of the run of all sensors at once, for each coder, 0.1 to 86400 (a twentieth
 #              of the frames)
-#   --points   most points of a frame in the section on growth, 100000 to 50000000, for which
-#              10 GB of memory and ten minutes are needed (300000)
 #   --output   the report, a file .html (build-run/report/report.html); the measurements
 #              are written beside it. Existing ones are replaced by a complete new report.
 set -euo pipefail
@@ -19,20 +17,18 @@ stop() {
 
 frames=1000
 seconds=
-points=300000
 output=$root/build-run/report/report.html
 while [ $# -gt 0 ]; do
   case $1 in
     --help | -h)
-      sed -n '2,11s/^# //p' "$0"
+      sed -n '2,9s/^# //p' "$0"
       exit 0
       ;;
-    --frames | --seconds | --points | --output)
+    --frames | --seconds | --output)
       [ $# -ge 2 ] || stop "$1 needs a value"
       case $1 in
         --frames) frames=$2 ;;
         --seconds) seconds=$2 ;;
-        --points) points=$2 ;;
         --output) output=$2 ;;
       esac
       shift 2
@@ -48,8 +44,6 @@ if ! [[ $seconds =~ ^[0-9]+(\.[0-9]+)?$ ]] \
   || ! awk -v seconds="$seconds" 'BEGIN { exit !(seconds >= 0.1 && seconds <= 86400) }'; then
   stop "--seconds is '$seconds'; it must be a number from 0.1 to 86400"
 fi
-[[ $points =~ ^[1-9][0-9]{5,7}$ ]] && ((points <= 50000000)) \
-  || stop "--points is '$points'; it must be a whole number from 100000 to 50000000"
 [[ ${output##*/} == ?*.html ]] || stop "--output is '$output'; it must be a file that ends in .html"
 [ ! -d "$output" ] || stop "--output is '$output', which is a folder"
 # Written to a folder of its own, beside the output, until it is complete.
@@ -67,8 +61,7 @@ cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
-  --target measure_streams measure_at_once sample_pictures measure_noise benchmark \
-  pcl_ext_program
+  --target measure_streams measure_at_once sample_pictures measure_noise pcl_ext_program
 
 measured=$new/measurements
 mkdir "$measured"
@@ -116,10 +109,6 @@ for weather in none snow dust; do
     --methods "filter on points" "filter on rays" "filter on voxels" "DSOR 5" "DROR 10"
 done
 measure_noise temporal 300 --part temporal --samples "$measured"
-
-"$build/benchmarks/benchmark" --tables growth --most-points "$points" \
-  --edge-points $((points < 3000000 ? points / 3 : 1000000)) \
-  --results "$measured/results_growth.csv" > /dev/null
 
 # Debian's Python, which has the installed packages.
 python() { /usr/bin/python3 -B "$root/experiments/report/$1" "${@:2}"; }

@@ -21,7 +21,6 @@
 #include <ctime>
 #include <fstream>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -195,16 +194,6 @@ residentMegabytes()
 }
 
 #endif
-
-void
-restartPeakResident()
-{
-  constexpr const char* path = "/proc/self/clear_refs";
-  std::ofstream file(path);
-  file << 5 << std::flush;
-  if (!file)
-    throw std::runtime_error(std::string("cannot write '") + path + "'");
-}
 
 double
 peakResidentMegabytes()

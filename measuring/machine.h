@@ -41,14 +41,7 @@ threadCpuSeconds();
 double
 residentMegabytes();
 
-/** \brief Has peakResidentMegabytes() begin anew.
- * \throws std::runtime_error if the system does not offer it
- */
-void
-restartPeakResident();
-
-/** \brief The most memory that was resident since restartPeakResident(), or since the
- * process began, megabytes. */
+/** \brief The most memory that was resident since the process began, megabytes. */
 double
 peakResidentMegabytes();
 

@@ -61,7 +61,6 @@ compressionSettings(const Workload& workload, const Variant& variant)
   io::IntensityCompressionSettings settings;
   settings.resolution = workload.resolution;
   settings.i_frame_rate = workload.i_frame_rate;
-  settings.threads = workload.threads;
   settings.effort = variant.effort;
   settings.format = variant.format;
   settings.aggregation = io::Aggregation::Sum;

@@ -33,7 +33,6 @@ struct Workload {
   IntensityLaw law = IntensityLaw::Count;
   double resolution = 0.04; ///< voxel edge, metres
   unsigned int i_frame_rate = 30;
-  unsigned int threads = 1; ///< of this library's encoders
   /** \brief What sensor nodes remove before they encode; none: they send all voxels. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
   unsigned int temporal_filter = 0; ///< of sensor nodes, frames; 0: none

@@ -22,11 +22,7 @@ namespace {
 class LibraryCoder : public StreamCoder {
 public:
   LibraryCoder(const Workload& workload, const Variant& variant)
-  : StreamCoder(coderName(variant) +
-                    (workload.threads == 1
-                         ? ""
-                         : ", " + std::to_string(workload.threads) + " threads"),
-                Content::VoxelsWithIntensity)
+  : StreamCoder(coderName(variant), Content::VoxelsWithIntensity)
   , encoder_(compressionSettings(workload, variant))
   , decoder_(compressionSettings(workload, variant))
   , intensity_tolerance_(toleranceOf(workload, variant))

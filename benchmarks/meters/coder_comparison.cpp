@@ -29,13 +29,10 @@ struct FrameFigures {
 /** \brief Runs an action and measures its time and allocations. */
 template <typename ActionT>
 void
-measure(ActionT&& action,
-        bool measures_wall_time,
-        double& milliseconds,
-        std::size_t& allocations)
+measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
 {
   const std::size_t before = allocationCount();
-  milliseconds = measures_wall_time ? wallTimeOf(action) : timeOf(action);
+  milliseconds = timeOf(action);
   allocations = allocationCount() - before;
 }
 
@@ -61,14 +58,9 @@ public:
     const InputFrame& frame = frames_[index];
     FrameFigures figures;
     coder_->prepare(frame);
-    measure([&] { coder_->encode(frame); },
-            settings_.measures_wall_time,
-            figures.encode_ms,
-            figures.encode_allocations);
-    measure([&] { coder_->decode(); },
-            settings_.measures_wall_time,
-            figures.decode_ms,
-            figures.decode_allocations);
+    measure(
+        [&] { coder_->encode(frame); }, figures.encode_ms, figures.encode_allocations);
+    measure([&] { coder_->decode(); }, figures.decode_ms, figures.decode_allocations);
     coder_->check(frame);
     const PositionCloud::ConstPtr decoded = coder_->decodedPositions();
     figures.points = frame.points->size();

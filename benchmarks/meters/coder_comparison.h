@@ -51,8 +51,7 @@ struct ComparisonSettings {
   std::size_t repetitions = 1; ///< of the whole stream, with new coders each time
   std::size_t error_every =
       0; ///< frames from one with position errors to the next; 0: none
-  bool measures_wall_time = false; ///< for coders with threads; else processor time
-  Keep keep = Keep::Preprocessed;  ///< the clouds that the coders need
+  Keep keep = Keep::Preprocessed; ///< the clouds that the coders need
 };
 
 using MakeCoders = std::function<StreamCoders(const Workload&)>;

@@ -1,7 +1,6 @@
 /** \file
  * The tables that compare coders.
  */
-#include "inputs/sampled_room.h"
 #include "measuring/markdown_table.h"
 #include "meters/coder_comparison.h"
 #include "tables/table_cells.h"
@@ -9,8 +8,6 @@
 
 #include <ostream>
 #include <string>
-#include <thread>
-#include <utility>
 
 namespace pcl_ext {
 namespace measuring {
@@ -173,31 +170,6 @@ printRecorded(const Options& options, std::ostream& output)
             compareCoders(stream, workloadAt(0.04), makeAllCoders, settingsOf(options)),
             table);
   output << "### Recorded clouds, 4 cm, count\n\n";
-  table.print(output);
-}
-
-void
-printThreads(const Options& options, std::ostream& output)
-{
-  const auto make_coders = [](Workload workload) {
-    StreamCoders coders;
-    addPclVoxelGridCoder(workload, coders);
-    for (unsigned int count = 1; count <= std::thread::hardware_concurrency();
-         count *= 2) {
-      workload.threads = count;
-      addLibraryCoder(workload, libraryVariants().front(), coders);
-    }
-    return coders;
-  };
-  ComparisonSettings settings;
-  settings.measures_wall_time = true;
-  MarkdownTable table = tableOf("points");
-  for (std::size_t points = 100000; points <= options.most_points; points *= 10) {
-    const Comparison comparison = compareCoders(
-        openRoomStream(points, room_frames), workloadAt(0.04), make_coders, settings);
-    addRows(formatted(static_cast<double>(points), 0), comparison, table);
-  }
-  output << "### Threads, sampled room, 4 cm, count: wall-clock time\n\n";
   table.print(output);
 }
 

@@ -16,19 +16,14 @@ namespace measuring {
  * alone. */
 constexpr unsigned int first_sensor = 1;
 
-/** \brief Frames of the sampled room. */
-constexpr std::size_t room_frames = 5;
-
 /** \brief The command line. */
 struct Options {
   std::vector<std::string> recordings; ///< folders of clouds
   std::vector<std::string> tables;
-  std::vector<std::string> efforts = {"fast"}; ///< of tables stages and scale
+  std::vector<std::string> efforts = {"fast"}; ///< of table scale
   std::size_t frames = 60;                     ///< of each sensor of the robot cell
   std::size_t repetitions = 3; ///< of each stream; the least time of each frame counts
-  std::size_t most_points = 10000000; ///< of the sampled room
-  std::size_t edge_points = 1000000;  ///< of the room while the voxel edge changes
-  std::string results_file;           ///< of tables points and growth; empty: none
+  std::string results_file;    ///< of table points; empty: none
   std::vector<double> edges = {0.001, 0.01, 0.04}; ///< of table points, metres
   std::string cloudini;           ///< of table points: its converter; empty: left out
   double seconds = 5.0;           ///< of each run of table scale
@@ -37,7 +32,6 @@ struct Options {
    * noise. */
   std::optional<float> outlier_removal;
   unsigned int temporal_filter = 0; ///< of table scale: the sensors', frames; 0: none
-  unsigned int minutes = 10;        ///< of table recording
 };
 
 /** \brief Each effort against the published layout and PCL's class, three workloads. */
@@ -62,33 +56,15 @@ printRecorded(const Options& options, std::ostream& output);
 void
 printPoints(const Options& options, std::ostream& output);
 
-/** \brief Encoding with effort fast in one and more threads, up to one for each core,
- * against PCL's class; sampled room. */
-void
-printThreads(const Options& options, std::ostream& output);
-
 /** \brief PCL's profiles in PCL's class and in this library's, by point type, robot
  * cell and recorded streams. */
 void
 printProfiles(const Options& options, std::ostream& output);
 
-/** \brief Time of each stage, by effort and stream. */
-void
-printStages(const Options& options, std::ostream& output);
-
-/** \brief Time, memory and allocations over the number of points and over the voxel
- * edge. */
-void
-printGrowth(const Options& options, std::ostream& output);
-
 /** \brief The most streams that are decoded in time, on one core and on all, and the
  * most that a gigabit link carries. */
 void
 printScale(const Options& options, std::ostream& output);
-
-/** \brief Writing and reading a recording of six sensors. */
-void
-printRecording(const Options& options, std::ostream& output);
 
 } // namespace measuring
 } // namespace pcl_ext

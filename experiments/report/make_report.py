@@ -10,7 +10,6 @@ import paper_values
 import pictures
 import tables
 import temporal_pictures
-from growth_section import growth_curves, growth_section
 from lidar_noise_section import lidar_noise_section
 from motion_section import motion_section
 from noise_section import noise_section
@@ -174,7 +173,6 @@ def main():
     body += temporal_section(results,
                              temporal_pictures.bytes_over_time(folder, FILTERS),
                              temporal_pictures.worst_frame(folder))
-    body += growth_section(results, pictures.growth(growth_curves(results)))
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")
 

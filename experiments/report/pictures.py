@@ -15,7 +15,7 @@ from paper_values import FIGURE_10_COUNT, FIGURE_11  # noqa: E402
 from results import CODERS, LIDAR, MERGED  # noqa: E402
 
 CODER_COLOURS = {"published": "#8a6d3b", "fast": "#1b7837", "balanced": "#2166ac",
-                 "small": "#762a83", "PCL": "#e08214"}
+                 "small": "#762a83"}
 SENSOR_COLOURS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b",
                   "#000000"]
 METHOD_COLOURS = {"count": "#4d4d4d", "linear": "#2166ac", "quadratic": "#b2182b",
@@ -206,28 +206,6 @@ def bits_over_resolution(results):
              xticks=range(0, 21, 2))
     axes.grid(alpha=0.3)
     axes.legend()
-    return png_of(figure)
-
-
-def growth(columns):
-    """Time a point and time a voxel; see growth_curves() in growth_section.py."""
-    figure, plots = plt.subplots(2, len(columns), figsize=(11, 6.4), sharex="col",
-                                 sharey="row")
-    for (title, axis, places, lines), column in zip(columns, plots.T):
-        for axes, row in zip(column, (0, 1)):
-            for coder, curves in lines.items():
-                axes.plot(places, curves[row], marker=".", color=CODER_COLOURS[coder],
-                          label=coder)
-            axes.set(xscale="log", yscale="log")
-            axes.grid(alpha=0.3, which="both")
-        column[0].set_title(title, fontsize=10)
-        column[1].set_xlabel(axis)
-    # From coarse voxels to fine, as points grow from left to right.
-    plots[0, 1].invert_xaxis()
-    plots[0, 0].set_ylabel("encode, ns a point")
-    plots[1, 0].set_ylabel("decode, ns a voxel")
-    plots[0, 0].legend()
-    figure.tight_layout()
     return png_of(figure)
 
 

@@ -6,7 +6,6 @@ import tempfile
 import unittest
 
 import check_report
-import growth_section
 import lidar_noise_section
 import motion_section
 import noise_tables
@@ -170,48 +169,6 @@ class Motion(unittest.TestCase):
         self.assertEqual(len(problems), 5 * 4)
         self.assertIn("bytes against I-frames alone, camera on a hand balanced is",
                       problems[10])
-
-
-def growth_results(encode_ms_of_most="100"):
-    """From 1,000 to 1,000,000 points, a microsecond a point; and eight voxel edges."""
-    lines = []
-    sizes = [(f"growth_points:{points}", 4, points, ms) for points, ms in (
-        (1000, "1"), (10_000, "10"), (100_000, "100"), (1_000_000, encode_ms_of_most))]
-    sizes += [("growth_edges:500", edge, 500, "5")
-              for edge in (50, 20, 10, 5, 4, 2, 1, 0.5)]
-    for experiment, edge, points, encode_ms in sizes:
-        for coder in growth_section.CODERS:
-            lines += [f"{experiment},room,{coder},{edge},{quantity},{value},0,1\n"
-                      for quantity, value in (
-                          ("voxels", points // 2), ("encode_median_ms", encode_ms),
-                          ("decode_median_ms", "2"), ("encode_megabytes", "0.8"),
-                          ("decode_megabytes", "0.4"), ("encode_allocations", "0"),
-                          ("decode_allocations", "0"))]
-    return results_of("".join(lines))
-
-
-class Growth(unittest.TestCase):
-    def test_curves_are_times_of_a_point_and_of_a_voxel(self):
-        by_points, by_edge = growth_section.growth_curves(growth_results())
-        self.assertEqual(by_points[2], [1000, 10_000, 100_000, 1_000_000])
-        encode, decode = by_points[3]["PCL"]
-        self.assertEqual(encode, [1000, 1000, 1000, 100])
-        self.assertEqual(decode, [4000, 400, 40, 4])
-        self.assertEqual(by_edge[2], [50, 20, 10, 5, 4, 2, 1, 0.5])
-
-    def test_memory_of_few_points_has_no_share(self):
-        table = growth_section.memory_table(growth_results())
-        self.assertEqual(table.rows[0], ["1,000", "500"] + 2 * ["0.8", DASH, "0.4", DASH])
-        self.assertEqual(table.rows[1],
-                         ["10,000", "5,000"] + 2 * ["0.8", "80", "0.4", "80"])
-
-    def test_time_that_grows_faster_than_points_is_a_problem(self):
-        def problems(milliseconds):
-            return problems_of(growth_section.check_growth, growth_results(milliseconds))
-        self.assertEqual(problems("2900"), [])
-        self.assertEqual(problems("3100"), ["encoding time a point, ns, "
-                                            "growth_points:1000000 4 cm is 3100, "
-                                            "not 0 to 3000"])
 
 
 def lidar_noise_results(let_through="20", surfaces="99.9"):
