@@ -424,7 +424,7 @@ class Decoder:
     Parameters
     ----------
     max_voxels : int
-        Most voxels of a frame, up to 2**26; 120 bytes of memory for each, and 480 for
+        Most voxels of a frame, up to 2**28; 120 bytes of memory for each, and 480 for
         each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
         for 64, or 8 blocks, too.
     max_frame_bytes : int

@@ -77,7 +77,8 @@ class Recording:
     path : str or os.PathLike
         A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
-        Limits of decoding, see `Decoder`, which has the same defaults.
+        Limits of decoding, see `Decoder`, which has the same defaults but for
+        `max_voxels`: 2**28 here, as the memory of all streams has a limit.
     """
 
     def __init__(
@@ -394,7 +395,8 @@ def open(
     path : str or os.PathLike
         A file, a folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points, max_field_values : int, optional
-        Limits of decoding, see `Decoder`, which has the same defaults.
+        Limits of decoding, see `Decoder`, which has the same defaults but for
+        `max_voxels`: 2**28 here, as the memory of all streams has a limit.
 
     Returns
     -------

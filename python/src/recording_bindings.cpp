@@ -83,9 +83,9 @@ frameAndStatus(const recording::RecordedFrame& frame, const RecordingStatus& sta
 py::tuple
 openFile(RecordingFile& file, const std::string& path, const py::dict& limits)
 {
-  io::DecoderLimits all = readLimits(limits, io::DecoderLimits());
-  all.budget = std::make_shared<io::MemoryBudget>(); // of all its streams
-  file.setLimits(all);
+  const auto of_all_streams =
+      io::DecoderLimits::ofBudget(std::make_shared<io::MemoryBudget>());
+  file.setLimits(readLimits(limits, of_all_streams));
   const RecordingStatus status = withoutGil([&] { return file.open(path); });
   return asTuple(status);
 }

@@ -29,18 +29,20 @@ limitByBytes(std::uint64_t limit,
 FrameLimits
 frameLimits(const DecoderLimits& limits, std::uint64_t bytes)
 {
-  const std::size_t max_voxels = std::min(limits.max_voxels, largest_frame);
+  const std::size_t max_voxels =
+      std::min(limits.max_voxels, DecoderLimits::most_voxels);
   const std::uint64_t max_points =
       std::min<std::uint64_t>(limits.max_points, std::uint64_t{16} * max_voxels);
-  if (limits.free_voxels >= largest_frame)
+  const std::size_t max_blocks = std::min(max_voxels, most_blocks);
+  if (limits.free_voxels >= most_blocks)
     return {max_voxels,
-            max_voxels,
+            max_blocks,
             static_cast<std::size_t>(max_points),
             limits.max_field_values};
   return {
       limitByBytes(max_voxels, limits.free_voxels, bytes, voxels_of_byte),
       limitByBytes(
-          max_voxels, std::min(limits.free_voxels, free_blocks), bytes, blocks_of_byte),
+          max_blocks, std::min(limits.free_voxels, free_blocks), bytes, blocks_of_byte),
       limitByBytes(max_points, free_points, bytes, points_of_byte),
       limitByBytes(limits.max_field_values, free_values, bytes, values_of_byte)};
 }

@@ -8,9 +8,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The most voxels that a frame may have, also with higher limits, as indices of
- * cells in the history have 32 bits. */
-constexpr std::size_t largest_frame = std::size_t{1} << 26;
+/** \brief The most blocks that a frame may have, as indices of cells in the history have
+ * 32 bits. */
+constexpr std::size_t most_blocks = std::size_t{1} << 26;
 
 /** \brief The most bytes of memory that a frame takes for each of its voxels, and for each
  * of its blocks besides, while it is decoded and after. */

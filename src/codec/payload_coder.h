@@ -27,7 +27,7 @@ struct Workspace;
 constexpr bool
 fitsHistory(std::size_t blocks, std::size_t voxels)
 {
-  return blocks + voxels <= largest_frame;
+  return blocks + voxels <= most_blocks;
 }
 
 /** \brief The most tracked voxels, or blocks with them, that the history may have before a
@@ -61,7 +61,7 @@ struct CodedPayload {
   std::size_t voxel_count;   ///< of the frame
   bool is_i_frame;           ///< coded without the history
   /** \brief Most blocks that are not tracked. */
-  std::size_t max_blocks = largest_frame;
+  std::size_t max_blocks = most_blocks;
 };
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn.

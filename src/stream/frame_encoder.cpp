@@ -7,6 +7,7 @@
 #include "stream/version1_header.h"
 #include "voxels/grid_fit.h"
 #include "voxels/memory_rule.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <string>
@@ -124,10 +125,13 @@ private:
     else if (!isOrigin(frame.grid.origin) || leavesLattice(frame.grid))
       return {CompressionCode::InvalidInput,
               "in stream version 1 the grid must be within 2^20 voxels of its origin"};
-    if (frame.size() > largest_frame)
+    if (frame.size() > DecoderLimits::most_voxels)
       return {CompressionCode::InvalidInput,
               "the frame has " + std::to_string(frame.size()) +
-                  " voxels; at most 2^26 are supported"};
+                  " voxels; at most 2^28 are supported"};
+    if (frame.size() > most_blocks && countBlocks(frame.keys) > most_blocks)
+      return {CompressionCode::InvalidInput,
+              "the frame has more than 2^26 blocks of 4 x 4 x 4 voxels"};
     if (stamp && stamp->frame_id.size() > max_frame_id_size)
       return {CompressionCode::InvalidInput,
               "frame_id has " + std::to_string(stamp->frame_id.size()) +

@@ -96,7 +96,7 @@ CompressionStatus
 Version1Decoder::limitFrame()
 {
   frame_limits_ = limitsOf(header_, limits_, bytes_since_i_frame_);
-  blocks_by_memory_ = largest_frame;
+  blocks_by_memory_ = most_blocks;
   if (!limits_.budget)
     return {};
   const std::uint64_t limit = limits_.budget->limit();

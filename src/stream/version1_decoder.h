@@ -196,7 +196,7 @@ private:
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
   FrameLimits frame_limits_{};
-  std::size_t blocks_by_memory_ = largest_frame;
+  std::size_t blocks_by_memory_ = most_blocks;
   std::vector<std::uint8_t> checked_bytes_;
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;

@@ -208,7 +208,7 @@ TEST(FreeVoxels, FewestBytesAreWhatTheLimitsDemand)
                                         {0, free_blocks + 1, 0, 0},
                                         {0, 0, free_points + 1, 0},
                                         {0, 0, 0, free_values + 1},
-                                        {largest_frame, 0, 3 * free_points, 0}};
+                                        {most_blocks, 0, 3 * free_points, 0}};
   for (const FrameCounts& counts : all) {
     const auto are_within = [&](std::uint64_t bytes) {
       const FrameLimits limits = frameLimits(DecoderLimits(), bytes);
@@ -219,6 +219,13 @@ TEST(FreeVoxels, FewestBytesAreWhatTheLimitsDemand)
     EXPECT_TRUE(are_within(fewestBytes(counts)));
     EXPECT_FALSE(are_within(fewestBytes(counts) - 1));
   }
+}
+
+TEST(FreeVoxels, VoxelsAndBlocksHaveAnEndWithoutLimits)
+{
+  const FrameLimits limits = frameLimits(DecoderLimits::none(), 0);
+  EXPECT_EQ(limits.max_voxels, DecoderLimits::most_voxels);
+  EXPECT_EQ(limits.max_blocks, std::size_t{1} << 26);
 }
 
 TEST(FreeVoxels, BytesSinceTheIFrameAllowMore)

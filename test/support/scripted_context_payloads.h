@@ -164,14 +164,10 @@ private:
   bool
   newVoxels()
   {
-    return NewVoxelPass(coding, state.new_voxels, frame_, parameters_, largest_frame)
+    return NewVoxelPass(coding, state.new_voxels, frame_, parameters_, most_blocks)
                .run() &&
-           NewBlockPass(coding,
-                        state.children,
-                        frame_,
-                        parameters_,
-                        largest_frame,
-                        largest_frame)
+           NewBlockPass(
+               coding, state.children, frame_, parameters_, most_blocks, most_blocks)
                .run();
   }
 

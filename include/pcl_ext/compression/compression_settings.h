@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -66,10 +67,14 @@ inline constexpr std::array<NamedValue<IntensityCurve>, 2> intensity_curves = {
 
 /** \brief Limits of time and memory of decoding, for untrusted bytes. */
 struct DecoderLimits {
+  /** \brief The most voxels that a frame may have, whatever max_voxels is; as an encoder
+   * writes them, in at most 2^26 blocks of 4 x 4 x 4. */
+  static constexpr std::size_t most_voxels = std::size_t{1} << 28;
+
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 28;
 
-  /** \brief Voxels of one frame, up to 2^26. A frame takes up to 120 bytes of memory
+  /** \brief Voxels of one frame, up to most_voxels. A frame takes up to 120 bytes of memory
    * for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the memory is
    * released a few frames later. retain_octree, which builds PCL's octree of pointers, at least doubles
    * this. */
@@ -92,6 +97,17 @@ struct DecoderLimits {
   /** \brief Memory that the decoder shares with others; none: it keeps what it needs. A
    * frame that takes more than the whole of it is refused. */
   std::shared_ptr<MemoryBudget> budget;
+
+  /** \brief Those where a budget bounds the memory of all frames: the default ones, but
+   * as many voxels as a frame may have. */
+  static DecoderLimits
+  ofBudget(std::shared_ptr<MemoryBudget> shared_budget)
+  {
+    DecoderLimits limits;
+    limits.max_voxels = most_voxels;
+    limits.budget = std::move(shared_budget);
+    return limits;
+  }
 
   /** \brief Those of frames that are looked at, but not decoded. */
   static DecoderLimits

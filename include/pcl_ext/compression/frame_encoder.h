@@ -55,7 +55,7 @@ public:
   dropLastFrame();
 
   /** \brief Encodes the next frame of the stream. A frame may be empty and has at most
-   * 2^26 voxels.
+   * 2^28 voxels, in 2^26 blocks of 4 x 4 x 4.
    * \param[in] frame the voxels
    * \param[in] stamp stamp and frame_id of the cloud, to be coded if set; Version1 only
    * \param[out] bytes the encoded frame; empty unless the status is Ok

@@ -140,7 +140,7 @@ private:
                 Models& models,
                 const FrameParameters& parameters,
                 std::size_t max_voxels,
-                std::size_t max_blocks = largest_frame);
+                std::size_t max_blocks = most_blocks);
 
   template <typename CodingT>
   bool

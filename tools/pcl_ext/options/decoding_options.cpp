@@ -13,17 +13,17 @@ namespace tools {
 void
 addLimits(CLI::App& app, io::DecoderLimits& limits)
 {
-  constexpr std::size_t most = std::size_t{1} << 26;
+  constexpr std::size_t most = io::DecoderLimits::most_voxels;
+  limits = io::DecoderLimits::ofBudget(std::make_shared<io::MemoryBudget>());
   app.add_option_function<std::size_t>(
          "--max-voxels",
          [&limits](std::size_t voxels) {
            limits.max_voxels = voxels;
            limits.free_voxels = most;
          },
-         "refuse frames with more (2^26; above 2^23 a byte for 64 of them)")
+         "refuse frames with more (2^28; above 2^23 a byte for 64 of them)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))
       ->type_name("N");
-  limits.budget = std::make_shared<io::MemoryBudget>();
   addParsed(app,
             "--memory-limit",
             "SIZE",

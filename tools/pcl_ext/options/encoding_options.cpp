@@ -100,6 +100,7 @@ void
 EncodingOptions::addCodecOptions(CLI::App& app)
 {
   app_ = &app;
+  codec_.decoder_limits.max_voxels = io::DecoderLimits::most_voxels; // of readers
   addParameter(app,
                "-r,--resolution",
                codec_.resolution,

@@ -74,7 +74,7 @@ export class CodecError extends Error {
 export interface DecoderLimits {
   /** Bytes of one frame, and bytes skipped while looking for one. Default: 2^28. */
   readonly maxFrameBytes?: number;
-  /** Voxels of one frame. Default, and most: 2^26. */
+  /** Voxels of one frame. Default: 2^26, at most 2^28. */
   readonly maxVoxels?: number;
   /** Points of one frame, where voxels have numbers of points. Default: 2^30; above
    * 16 `maxVoxels` counts as that. */
