@@ -140,7 +140,7 @@ TEST_P(DamagedRecording, ThatIsCutAnywhereIsReadUpToTheLastWholeFrame)
 INSTANTIATE_TEST_SUITE_P(
     Of,
     DamagedRecording,
-    ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 1},
+    ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 3},
                       Container{"cell", "cell/cell_0.mcap", 1, true, 13},
                       Container{"sensor.pcxi", "sensor.pcxi", 1, false, 1}));
 
@@ -175,8 +175,7 @@ TEST(DamagedRecordings, MessagesAreComparedWithTheirIndex)
   McapMessage message;
   for (const std::size_t i : {0u, 1u}) {
     const RecordingStatus status = forged.read(forged.index().at(i), message);
-    EXPECT_NE(status.message().find("not where the index says"), std::string::npos)
-        << status;
+    EXPECT_TRUE(hasPart(status.message(), "not where the index says"));
   }
   EXPECT_TRUE(forged.read(forged.index().at(2), message).ok());
 }
@@ -234,14 +233,13 @@ TEST(DamagedRecordings, WhatIsNoRecordingIsRefusedWithItsKind)
     RecordingReader reader;
     const RecordingStatus status = reader.open(folder / name);
     EXPECT_EQ(status.code(), RecordingCode::NotARecording) << name;
-    EXPECT_NE(status.message().find(name), std::string::npos) << status;
+    EXPECT_TRUE(hasPart(status.message(), name));
     EXPECT_TRUE(reader.streams().empty() || reader.streams().front().frames == 0);
     return status.message();
   };
-  EXPECT_NE(refused("empty", {}).find("is empty"), std::string::npos);
+  EXPECT_TRUE(hasPart(refused("empty", {}), "is empty"));
   const std::string pcd = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n";
-  EXPECT_NE(refused("cloud.pcd", Bytes(pcd.begin(), pcd.end())).find("PCD"),
-            std::string::npos);
+  EXPECT_TRUE(hasPart(refused("cloud.pcd", Bytes(pcd.begin(), pcd.end())), "PCD"));
   refused("zeros", Bytes(100'000));
   refused("short.mcap", {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'});
   RecordingReader reader;

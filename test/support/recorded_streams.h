@@ -9,6 +9,7 @@
 
 #include "recording/mcap_writer.h"
 #include "support/test_folder.h"
+#include "support/text_parts.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
@@ -26,6 +27,8 @@
 namespace pcl_ext {
 namespace recording {
 namespace test {
+
+using pcl_ext::test::hasPart;
 
 using Bytes = std::vector<std::uint8_t>;
 

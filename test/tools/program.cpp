@@ -84,11 +84,17 @@ expectFailure(const TestFolder& folder,
 {
   const ProgramRun result = run(folder, arguments);
   EXPECT_EQ(result.status, status) << arguments << '\n' << result.errors;
-  EXPECT_NE(result.errors.find(text), std::string::npos) << arguments << '\n'
-                                                         << result.errors;
+  EXPECT_TRUE(hasPart(result.errors, text)) << arguments;
   EXPECT_EQ(result.errors.find('\n'), result.errors.size() - 1) << arguments << '\n'
                                                                 << result.errors;
   EXPECT_EQ(result.errors.rfind("pcl_ext", 0), 0u) << result.errors;
+}
+
+void
+expectRefusals(const TestFolder& folder, const std::vector<Refusal>& rows)
+{
+  for (const Refusal& row : rows)
+    expectFailure(folder, row.arguments, row.status, row.text);
 }
 
 std::vector<pcl::PointCloud<pcl::PointXYZI>>

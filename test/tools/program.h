@@ -4,6 +4,7 @@
 #pragma once
 
 #include "support/recorded_streams.h"
+#include "support/text_parts.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -16,6 +17,7 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
+using pcl_ext::test::hasPart;
 using recording::test::Bytes;
 using recording::test::bytesOf;
 using recording::test::knownStream;
@@ -60,6 +62,16 @@ expectFailure(const TestFolder& folder,
               const std::string& arguments,
               int status,
               const std::string& text);
+
+/** \brief A command line that the program refuses. */
+struct Refusal {
+  std::string arguments; ///< as a shell takes them
+  int status;
+  std::string text; ///< that its line of error has
+};
+
+void
+expectRefusals(const TestFolder& folder, const std::vector<Refusal>& rows);
 
 /** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99 in
  * whole numbers. */

@@ -25,7 +25,7 @@ pcl_ext_add_test(
     tools/test_program_options.cpp
     tools/test_program_parts.cpp
     tools/test_program_recordings.cpp
-    tools/test_program_words.cpp
+    tools/test_program_sentences.cpp
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/surface_closure.cpp
@@ -56,37 +56,6 @@ if(rosbag_libraries)
   target_include_directories(test_program SYSTEM PRIVATE ${rosbag_headers})
   target_link_libraries(test_program PRIVATE ${rosbag_libraries})
 endif()
-
-set(output ${CMAKE_CURRENT_BINARY_DIR}/out)
-file(MAKE_DIRECTORY ${output})
-set(clouds ${CMAKE_CURRENT_SOURCE_DIR}/data/clouds)
-function(pcl_ext_encode_refuses name status message)
-  pcl_ext_add_program_test(encode_refuses_${name} ${status} "${message}"
-                           $<TARGET_FILE:pcl_ext_program> encode ${ARGN} -o
-                           ${output}/refused.mcap)
-endfunction()
-pcl_ext_encode_refuses(other_file 1 "'.*CMakeLists.txt' is not a cloud: it is no PCD"
-                       ${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt)
-pcl_ext_encode_refuses(folder_without_clouds 1 "no PCD, PLY or .bin file in"
-                       ${PROJECT_SOURCE_DIR}/src)
-pcl_ext_encode_refuses(folder_of_folders 1 "name the folders in it.*data/clouds"
-                       ${CMAKE_CURRENT_SOURCE_DIR}/data)
-pcl_ext_encode_refuses(images_of_two_sizes 1 "3 x 2 points .*is not of the sensor of"
-                       ${clouds}/image_2x2.pcd ${clouds}/image_3x2.pcd)
-pcl_ext_add_program_test(
-  encode_two_viewpoints 0 "image_2x2: the files have different viewpoints"
-  $<TARGET_FILE:pcl_ext_program> encode ${clouds}/image_2x2.pcd ${clouds}/image_2x2_moved.pcd
-  --overwrite -o ${output}/viewpoints.pcxi)
-pcl_ext_add_program_test(
-  encode_colours 0 "coloured.pcxi: 1 frame" $<TARGET_FILE:pcl_ext_program> encode
-  --colour-bits=8 ${clouds}/coloured.pcd --overwrite -o ${output}/coloured.pcxi)
-pcl_ext_add_program_test(info_of_colours 0 "colours 8 bits" $<TARGET_FILE:pcl_ext_program>
-                         info ${output}/coloured.pcxi)
-pcl_ext_add_program_test(
-  decode_colours 0 "1 frame" $<TARGET_FILE:pcl_ext_program> decode --overwrite --ply
-  ${output}/coloured.pcxi -o ${output}/coloured)
-set_tests_properties(info_of_colours decode_colours PROPERTIES DEPENDS encode_colours)
-pcl_ext_add_program_test(no_command 2 "Usage: pcl_ext" $<TARGET_FILE:pcl_ext_program>)
 
 # What Prometheus is told, and the documents about it.
 if(TARGET pcl_ext_view AND TARGET pcl_ext_link)

@@ -216,11 +216,6 @@ TEST(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
                      after.messages.at("/front/points"));
   EXPECT_EQ(after.messages.count("/rear/points"), 0u);
   EXPECT_EQ(after.messages.count("/rear/points/pcl_ext"), 1u);
-  expectFailure(folder,
-                "encode bag.mcap -o x.mcap --topics /left",
-                2,
-                "no clouds of '/left'; there are /front/points, /rear/points");
-  expectFailure(folder, "encode bag.mcap -o x.pcxi", 2, "choose one with --topics");
   expectRun(folder, "encode --topics /rear/points bag.mcap -o x.pcxi");
   expectSameFrames(decode(folder / "one.mcap")[0], 0, decode(folder / "x.pcxi")[0]);
 }
@@ -245,26 +240,9 @@ TEST(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
   writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
   const ProgramRun encode = run(folder, "encode bag.mcap -o x.mcap");
   EXPECT_EQ(encode.status, 0);
-  EXPECT_NE(encode.errors.find("/points, frame 2: its frame_id is 'map', that of the "
-                               "clouds before 'lidar'"),
-            std::string::npos)
-      << encode.errors;
-}
-
-TEST(ProgramBags, BagsThatCannotBeEncodedAreNamedWithARemedy)
-{
-  const TestFolder folder;
-  writeMcap(folder / "imu.mcap", {imuChannel()});
-  expectFailure(folder,
-                "encode imu.mcap -o x.mcap",
-                1,
-                "has no clouds (sensor_msgs/msg/PointCloud2); its topics are /imu");
-  writeBag(folder / "bag.mcap", 1);
-  expectFailure(folder, "encode bag.mcap -o bag.mcap", 2, "is an input");
-  expectFailure(folder, "encode bag.mcap imu.mcap -o x.mcap", 2, "takes one bag");
-  expectFailure(folder, "info bag.mcap", 1, "'pcl_ext encode' compresses");
-  expectRun(folder, "encode bag.mcap -o small.mcap");
-  expectFailure(folder, "encode small.mcap -o x.mcap", 1, "compressed already");
+  EXPECT_TRUE(hasPart(encode.errors,
+                      "/points, frame 2: its frame_id is 'map', that of the "
+                      "clouds before 'lidar'"));
 }
 
 TEST(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
@@ -275,9 +253,8 @@ TEST(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
   const ProgramRun result =
       run(folder, "cut all.mcap -o part.mcap --from 0.5 --to 0.7");
   EXPECT_EQ(result.status, 0);
-  EXPECT_NE(result.output.find("2 frames of these before the first ones asked for"),
-            std::string::npos)
-      << result.output;
+  EXPECT_TRUE(
+      hasPart(result.output, "2 frames of these before the first ones asked for"));
   const Bag all = readBag(folder / "all.mcap");
   const Bag part = readBag(folder / "part.mcap");
   for (const std::string topic : {"/front/points/pcl_ext", "/rear/points/pcl_ext"}) {

@@ -125,7 +125,7 @@ TEST(ProgramHostileInputs, FilesThatAreNoCloudsAreNamedWithTheReason)
     EXPECT_EQ(result.status, 1);
     for (const std::string& text :
          {"'" + name + "': " + file.reason, std::string("'x.pcxi' was not written")})
-      EXPECT_NE(result.errors.find(text), std::string::npos) << result.errors;
+      EXPECT_TRUE(hasPart(result.errors, text));
     EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi"));
     EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi.unfinished"));
   }
@@ -153,9 +153,8 @@ TEST(ProgramHostileInputs, CloudsUntilAFailureStayWhereItsMessageTells)
   const ProgramRun result =
       runShell(folder, "ulimit -f 8; exec \"$P\" decode x.pcxi -o out");
   EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.errors.find("File too large"), std::string::npos) << result.errors;
-  EXPECT_NE(result.errors.find("is in 'out.unfinished'"), std::string::npos)
-      << result.errors;
+  EXPECT_TRUE(hasPart(result.errors, "File too large"));
+  EXPECT_TRUE(hasPart(result.errors, "is in 'out.unfinished'"));
   EXPECT_TRUE(std::filesystem::exists(folder / "out.unfinished/000000.pcd"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
@@ -175,7 +174,7 @@ TEST(ProgramHostileInputs, ASignalEndsWaitingForAPipe)
                      " & until ls -l /proc/$!/fd | grep -q '/p[.]'; do kill -0 $! || "
                      "break; sleep 0.05; done; kill -TERM $!; wait $!");
     EXPECT_EQ(result.status, 130);
-    EXPECT_NE(result.errors.find("interrupted"), std::string::npos) << result.errors;
+    EXPECT_TRUE(hasPart(result.errors, "interrupted"));
   }
 }
 
@@ -189,7 +188,6 @@ TEST(ProgramHostileInputs, FilesOfTheSystemAreNotWaitedFor)
                                            (command == "info" ? "" : " -o x.mcap"));
     EXPECT_EQ(result.status, 1) << command << result.errors;
   }
-  expectFailure(folder, "encode /proc/self/status -o x.pcxi", 1, "it is empty");
 }
 
 } // namespace test

@@ -76,15 +76,6 @@ TEST(ProgramInputs, NamedPipesAreRead)
   EXPECT_EQ(decode(folder / "z.mcap")[0].name, "/pipe2");
 }
 
-TEST(ProgramInputs, DevicesAreRefused)
-{
-  const TestFolder folder;
-  const std::string text = "is a device: only files and pipes can be read";
-  expectFailure(folder, "encode /dev/zero -o x.pcxi", 1, text);
-  expectFailure(folder, "info /dev/zero", 1, text);
-  expectFailure(folder, "verify - < /dev/zero", 1, "'standard input' " + text);
-}
-
 TEST(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
 {
   const TestFolder folder;
@@ -96,14 +87,6 @@ TEST(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
     EXPECT_EQ(run(folder, "encode " + name + " -o y.pcxi").status, 1);
     expectFailure(folder, "info " + name, 1, "is not a recording");
   }
-}
-
-TEST(ProgramInputs, CloudsArePointedToEncode)
-{
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(1));
-  expectFailure(folder, "info room/000.pcd", 1, "'pcl_ext encode' makes a recording");
-  expectFailure(folder, "info room", 1, "'pcl_ext encode' makes a recording");
 }
 
 TEST(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
@@ -128,8 +111,7 @@ TEST(ProgramInputs, PipesInAFolderAreLeftOut)
   ASSERT_EQ(runShell(folder, "mkfifo room/002.pcd").status, 0);
   const ProgramRun encode = run(folder, "encode room -o x.pcxi");
   EXPECT_EQ(encode.status, 0);
-  EXPECT_NE(encode.errors.find("left out: 1 other file (002.pcd)"), std::string::npos)
-      << encode.errors;
+  EXPECT_TRUE(hasPart(encode.errors, "left out: 1 other file (002.pcd)"));
 }
 
 TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
@@ -152,7 +134,7 @@ TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
   }
   const ProgramRun one = run(folder, "encode '*/0*.pcd' -o one.pcxi");
   EXPECT_EQ(one.status, 0);
-  EXPECT_NE(one.errors.find("files of 2 folders become one stream"), std::string::npos);
+  EXPECT_TRUE(hasPart(one.errors, "files of 2 folders become one stream"));
   EXPECT_EQ(decode(folder / "one.pcxi")[0].frames.size(), 5u);
 }
 
@@ -165,7 +147,7 @@ TEST(ProgramInputs, QosOfABagsMetadataIsKept)
   const Bytes yaml = bytesOf(folder / "bag/metadata.yaml");
   std::string text(yaml.begin(), yaml.end());
   const std::string key = "offered_qos_profiles: \"";
-  ASSERT_NE(text.find(key), std::string::npos);
+  ASSERT_TRUE(hasPart(text, key));
   text.insert(text.find(key) + key.size(), "- durability: 1\\n  depth: 2");
   writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
   expectRun(folder, "encode bag -o small");
@@ -195,9 +177,7 @@ TEST(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
     const ProgramRun result =
         runShell(folder, "cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
     EXPECT_EQ(result.status, 1);
-    EXPECT_NE(result.errors.find("another cloud follows the first one"),
-              std::string::npos)
-        << result.errors;
+    EXPECT_TRUE(hasPart(result.errors, "another cloud follows the first one"));
   }
 }
 
@@ -254,13 +234,11 @@ TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)
   const ProgramRun encoded = run(folder, "encode room -o x.pcxi");
   EXPECT_EQ(encoded.status, 1);
   EXPECT_EQ(linesOf(encoded.errors), 2u) << encoded.errors;
-  EXPECT_NE(encoded.errors.find("/room, frame 10: cannot read 'room/010.pcd'"),
-            std::string::npos);
-  EXPECT_NE(encoded.errors.find(
-                "/room, frames 11 to 24: 14 more failures like that of frame 10"),
-            std::string::npos)
-      << encoded.errors;
-  EXPECT_NE(encoded.output.find(", 15 failed"), std::string::npos);
+  EXPECT_TRUE(hasPart(encoded.errors, "/room, frame 10: cannot read 'room/010.pcd'"));
+  EXPECT_TRUE(
+      hasPart(encoded.errors,
+              "/room, frames 11 to 24: 14 more failures like that of frame 10"));
+  EXPECT_TRUE(hasPart(encoded.output, ", 15 failed"));
   // A stream without its first I-frame.
   const KnownStream stream = knownStream(0, 40, 40);
   Bytes bytes;
@@ -271,10 +249,8 @@ TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)
   const ProgramRun verified = run(folder, "verify lost.pcxi");
   EXPECT_EQ(verified.status, 1);
   EXPECT_EQ(linesOf(verified.output), 3u) << verified.output;
-  EXPECT_NE(verified.output.find(
-                "lost, frames 1 to 38: 38 more failures like that of frame 0"),
-            std::string::npos)
-      << verified.output;
+  EXPECT_TRUE(hasPart(verified.output,
+                      "lost, frames 1 to 38: 38 more failures like that of frame 0"));
   const ProgramRun decoded = run(folder, "decode lost.pcxi -o out");
   EXPECT_EQ(decoded.status, 1);
   EXPECT_EQ(linesOf(decoded.errors), 3u) << decoded.errors;

@@ -30,7 +30,7 @@ TEST(ProgramOutput, LimitOnFileSizesIsAnError)
   const ProgramRun result =
       runShell(folder, "ulimit -f 1; \"$P\" merge x.mcap -o y.mcap");
   EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.errors.find("File too large"), std::string::npos) << result.errors;
+  EXPECT_TRUE(hasPart(result.errors, "File too large"));
 }
 
 TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
@@ -163,8 +163,7 @@ TEST(ProgramInterruption, KeepsAnEarlierOutput)
       const ProgramRun result = interrupted(
           folder, command + " --overwrite", signal, folder / (name + ".unfinished"));
       EXPECT_EQ(result.status, 130) << result.errors;
-      EXPECT_NE(result.output.find("still the earlier"), std::string::npos)
-          << result.output;
+      EXPECT_TRUE(hasPart(result.output, "still the earlier"));
       EXPECT_EQ(bytesOf(file), earlier);
       EXPECT_TRUE(fs::exists(folder / (name + ".unfinished")));
       fs::remove_all(folder / (name + ".unfinished"));

@@ -103,15 +103,9 @@ TEST(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
   writeUnevenBag(folder / "bag.mcap", 10);
   const ProgramRun result =
       run(folder, "encode bag.mcap --topics /fast --max-rate 1Mbit/s -j 2 -o x.mcap");
-  EXPECT_NE(result.errors.find("--jobs 2 is more than there are streams: with "
-                               "--max-rate"),
-            std::string::npos)
-      << result.errors;
-  writeClouds(folder, "room", roomClouds(2));
-  EXPECT_EQ(run(folder, "encode room -o x.pcxi -j 2").errors,
-            "pcl_ext encode: --jobs 2 is more than there are streams: parts of one are "
-            "encoded side by side only if it is in an MCAP file that is complete\n");
-  expectFailure(folder, "encode bag.mcap -o x.mcap -j 257", 2, "--jobs");
+  EXPECT_TRUE(hasPart(result.errors,
+                      "--jobs 2 is more than there are streams: with "
+                      "--max-rate"));
 }
 
 TEST(ProgramJobs, JsonHasWhatTheSummaryHas)
@@ -132,8 +126,6 @@ TEST(ProgramJobs, JsonHasWhatTheSummaryHas)
   EXPECT_EQ(bag["streams"][1]["frames"], 7);
   EXPECT_EQ(bag["streams"][1]["failures"], 2);
   EXPECT_FALSE(bag["errors"].empty());
-  expectFailure(
-      folder, "encode bag.mcap -o - --json", 2, "--json has no effect with -o -");
 }
 
 } // namespace test

@@ -58,13 +58,6 @@ linesOfManifest(const std::string& path)
   return lines;
 }
 
-/** \brief Expects that a text has another one in it. */
-void
-expectPart(const std::string& text, const std::string& part)
-{
-  EXPECT_NE(text.find(part), std::string::npos) << text;
-}
-
 } // namespace
 
 TEST(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
@@ -76,7 +69,7 @@ TEST(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
   for (const std::string jobs : {"1", "2", "5"}) {
     const ProgramRun result =
         expectRun(folder, "encode bags -r 0.05 -o made" + jobs + " -j " + jobs);
-    expectPart(result.output, "| 4    | 0        | 36     |");
+    EXPECT_TRUE(hasPart(result.output, "| 4    | 0        | 36     |"));
     const auto made = recordingsIn(folder / ("made" + jobs));
     ASSERT_EQ(made.size(), 4u);
     for (const auto& [name, bytes] : made)
@@ -100,10 +93,12 @@ TEST(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
   writeBytes(folder / "bags/c.mcap", bytes);
   const ProgramRun one = run(folder, "encode bags -r 0.05 -o made");
   EXPECT_EQ(one.status, 1);
-  expectPart(one.output, "| 4    | 2        |");
-  expectPart(one.output, "| bags/b.mcap | failed     | 0      | 'bags/b.mcap' is not");
-  expectPart(one.output, "| bags/c.mcap | incomplete |");
-  expectPart(one.errors, "pcl_ext encode: bags/b.mcap: 'bags/b.mcap' is not a cloud");
+  EXPECT_TRUE(hasPart(one.output, "| 4    | 2        |"));
+  EXPECT_TRUE(hasPart(one.output,
+                      "| bags/b.mcap | failed     | 0      | 'bags/b.mcap' is not"));
+  EXPECT_TRUE(hasPart(one.output, "| bags/c.mcap | incomplete |"));
+  EXPECT_TRUE(
+      hasPart(one.errors, "pcl_ext encode: bags/b.mcap: 'bags/b.mcap' is not a cloud"));
   const ProgramRun several = run(folder, "encode bags -r 0.05 -o made2 -j 3");
   EXPECT_EQ(several.output, one.output);
   EXPECT_EQ(several.errors, one.errors);
@@ -138,7 +133,7 @@ TEST(ProgramManyBags, GoesOnWhereItWasKilled)
   writeBytes(folder / "made/e.mcap", {1, 2, 3});
   const auto time = fs::last_write_time(folder / "made/a.mcap");
   const ProgramRun again = expectRun(folder, "encode -q bags -r 0.05 -o made -j 2");
-  expectPart(again.output, "| 5    | 0        |");
+  EXPECT_TRUE(hasPart(again.output, "| 5    | 0        |"));
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "whole"));
   EXPECT_EQ(fs::last_write_time(folder / "made/a.mcap"), time);
   const std::vector<std::string> lines = linesOfManifest(manifest);
@@ -172,24 +167,12 @@ TEST(ProgramManyBags, WhatHasChangedIsEncodedAgain)
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "other"));
 }
 
-TEST(ProgramManyBags, WrongCommandLinesAreRefusedBeforeAnythingIsWritten)
+TEST(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)
 {
   const TestFolder folder;
   writeBags(folder, 2);
   fs::create_directories(folder / "more");
   fs::copy(folder / "bags/a.mcap", folder / "more/a.mcap");
-  writeClouds(folder, "room", roomClouds(1));
-  expectFailure(folder, "encode bags -o x.mcap", 2, "'x.mcap' takes one bag");
-  expectFailure(folder,
-                "encode bags more -o made",
-                2,
-                "'bags/a.mcap' and 'more/a.mcap' would both become 'made/a.mcap': "
-                "encode them into two folders");
-  expectFailure(folder, "encode bags -o bags", 2, "is an input");
-  expectFailure(folder, "encode bags room -o made", 2, "'room' is not");
-  expectFailure(folder, "encode bags -o made --rate 5", 2, "--rate is for files");
-  EXPECT_FALSE(fs::exists(folder / "made"));
-  // Files of others are not replaced, and bags of others' names not taken for known ones.
   fs::create_directories(folder / "made");
   writeBytes(folder / "made/b.mcap", {1});
   expectFailure(folder, "encode bags -o made", 2, "'made/b.mcap' exists");
@@ -199,7 +182,7 @@ TEST(ProgramManyBags, WrongCommandLinesAreRefusedBeforeAnythingIsWritten)
   const ProgramRun locked =
       runShell(folder, "flock made/manifest.jsonl \"$P\" encode bags -o made");
   EXPECT_EQ(locked.status, 2);
-  expectPart(locked.errors, "another run encodes bags into 'made'");
+  EXPECT_TRUE(hasPart(locked.errors, "another run encodes bags into 'made'"));
 }
 
 } // namespace test

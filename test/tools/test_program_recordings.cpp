@@ -26,10 +26,6 @@ TEST(ProgramPipe, EncodeAndDecodeInAPipe)
                "decode - -o out -q && \"$P\" encode room -o - -q | "
                "\"$P\" cut - -o part.pcxi --frames 0:2");
   EXPECT_EQ(result.status, 0) << result.errors;
-  expectFailure(folder,
-                "info - < room/000.pcd",
-                1,
-                "pcl_ext info: 'standard input' is not a recording: ");
   expectRun(folder, "encode room/000.pcd -o one.pcxi");
   expectVoxels(decode(folder / "one.pcxi")[0].voxels[0],
                readCloud(folder / "out/000000.pcd"));
@@ -73,9 +69,8 @@ TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
     EXPECT_EQ(stream["frame_id"], "world");
   }
   const ProgramRun table = expectRun(folder, "info x.mcap");
-  EXPECT_NE(table.output.find("| /sensor_1 | 31     | 5        | 0    | 20.0    |"),
-            std::string::npos)
-      << table.output;
+  EXPECT_TRUE(
+      hasPart(table.output, "| /sensor_1 | 31     | 5        | 0    | 20.0    |"));
 }
 
 TEST(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
@@ -85,7 +80,7 @@ TEST(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
   recordTwoStreams(folder / "b.mcap");
   const std::string table = expectRun(folder, "info a.mcap b.mcap").output;
   EXPECT_LT(table.find("a.mcap: "), table.find("\nb.mcap: "));
-  EXPECT_NE(table.find("\nb.mcap: "), std::string::npos) << table;
+  EXPECT_TRUE(hasPart(table, "\nb.mcap: "));
   const ProgramRun list = expectRun(folder, "info --json a.mcap b.mcap");
   const nlohmann::json json = nlohmann::json::parse(list.output);
   ASSERT_EQ(json.size(), 2u);
@@ -100,7 +95,7 @@ TEST(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
   const ProgramRun verified = run(folder, "verify none.mcap b.mcap");
   EXPECT_EQ(verified.status, 1);
   EXPECT_EQ(verified.output, "b.mcap: 71 frames decoded, 0 lost\n");
-  EXPECT_NE(verified.errors.find("none.mcap"), std::string::npos) << verified.errors;
+  EXPECT_TRUE(hasPart(verified.errors, "none.mcap"));
 }
 
 TEST(ProgramVerify, EachLossHasALine)
@@ -128,18 +123,19 @@ TEST(ProgramVerify, EachLossHasALine)
   EXPECT_EQ(bad.status, 1);
   const std::string& text = bad.output;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << text;
-  const auto expectLine = [&text](const std::string& line) {
-    EXPECT_NE(text.find(line), std::string::npos) << line << '\n' << text;
-  };
-  expectLine("frame 7 at byte " + std::to_string(at_8) +
-             ": 1 frame before it is not in the recording");
-  expectLine("frame 7 at byte " + std::to_string(at_8) +
-             ": it needs a frame before it");
+  EXPECT_TRUE(hasPart(text,
+                      "frame 7 at byte " + std::to_string(at_8) +
+                          ": 1 frame before it is not in the recording"));
+  EXPECT_TRUE(hasPart(text,
+                      "frame 7 at byte " + std::to_string(at_8) +
+                          ": it needs a frame before it"));
   // Frames are counted in one way, also where the decoder tells their own numbers.
-  expectLine("frame 12 at byte " + std::to_string(at_13) +
-             ": corrupt frame: checksum mismatch: ");
-  expectLine("bad, frames 8 to 13: 2 more failures like that of frame 7");
-  expectLine("15 frames decoded, 5 lost");
+  EXPECT_TRUE(hasPart(text,
+                      "frame 12 at byte " + std::to_string(at_13) +
+                          ": corrupt frame: checksum mismatch: "));
+  EXPECT_TRUE(
+      hasPart(text, "bad, frames 8 to 13: 2 more failures like that of frame 7"));
+  EXPECT_TRUE(hasPart(text, "15 frames decoded, 5 lost"));
   const ProgramRun info = run(folder, "info bad.pcxi --json");
   EXPECT_EQ(info.status, 1);
   EXPECT_EQ(nlohmann::json::parse(info.output)["streams"][0]["missing_frames"], 1);
@@ -153,11 +149,11 @@ TEST(ProgramVerify, FileThatWasCutOffIsReadUpToThere)
   bytes.resize(bytes.size() * 2 / 3);
   writeBytes(folder / "cut.mcap", bytes);
   const ProgramRun result = run(folder, "verify cut.mcap");
-  EXPECT_NE(result.output.find("was not finished"), std::string::npos) << result.output;
-  EXPECT_NE(result.output.find(" 0 lost"), std::string::npos) << result.output;
+  EXPECT_TRUE(hasPart(result.output, "was not finished"));
+  EXPECT_TRUE(hasPart(result.output, " 0 lost"));
   const ProgramRun info = run(folder, "info cut.mcap");
   EXPECT_EQ(info.status, result.status);
-  EXPECT_NE(info.output.find("unfinished"), std::string::npos) << info.output;
+  EXPECT_TRUE(hasPart(info.output, "unfinished"));
 }
 
 TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
@@ -180,11 +176,9 @@ TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
   EXPECT_GT(unreadable, 1u);
   const ProgramRun result = run(folder, "verify x.mcap");
   EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.output.find(std::to_string(frames - unreadable) +
-                               " frames decoded, " + std::to_string(unreadable) +
-                               " lost"),
-            std::string::npos)
-      << result.output;
+  EXPECT_TRUE(hasPart(result.output,
+                      std::to_string(frames - unreadable) + " frames decoded, " +
+                          std::to_string(unreadable) + " lost"));
 }
 
 TEST(ProgramNames, ControlCharactersAreNotPrinted)
@@ -208,7 +202,7 @@ TEST(ProgramNames, ControlCharactersAreNotPrinted)
     const std::string printed = result.output + result.errors;
     EXPECT_EQ(printed.find('\x1b'), std::string::npos) << arguments;
     EXPECT_EQ(printed.find('\xff'), std::string::npos) << arguments;
-    EXPECT_NE(printed.find("\\x1b[31m"), std::string::npos) << arguments << printed;
+    EXPECT_TRUE(hasPart(printed, "\\x1b[31m")) << arguments;
     const bool has_stream = std::string(arguments).find("x.mcap") != std::string::npos;
     EXPECT_EQ(printed.find(shown) != std::string::npos, has_stream) << printed;
   }

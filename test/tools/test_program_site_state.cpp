@@ -58,14 +58,12 @@ TEST(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
     }
   };
   wait_for_problem("");
-  EXPECT_NE(metricsAt(metrics_port).find("\npcl_ext_link_connected 1\n"),
-            std::string::npos);
+  EXPECT_TRUE(hasPart(metricsAt(metrics_port), "\npcl_ext_link_connected 1\n"));
   server.stop();
   wait_for_problem("The connection to the server of site cell is lost");
   const std::string metrics = metricsAt(metrics_port);
-  EXPECT_NE(metrics.find("\npcl_ext_link_connected 0\n"), std::string::npos);
-  EXPECT_NE(metrics.find("\npcl_ext_link_age_seconds{stream=\"/sensor\"} "),
-            std::string::npos);
+  EXPECT_TRUE(hasPart(metrics, "\npcl_ext_link_connected 0\n"));
+  EXPECT_TRUE(hasPart(metrics, "\npcl_ext_link_age_seconds{stream=\"/sensor\"} "));
   server.start();
   wait_for_problem("");
   // What is told alternates, however soon it is lost again.
@@ -106,14 +104,13 @@ TEST(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   const std::string metrics = metricsAt(port);
-  EXPECT_EQ(metrics.find("\npcl_ext_merged_frames_left_out_total 0\n"),
-            std::string::npos);
-  EXPECT_NE(metrics.find("\npcl_ext_merged_frames_left_out_total "), std::string::npos);
+  EXPECT_FALSE(hasPart(metrics, "\npcl_ext_merged_frames_left_out_total 0\n"));
+  EXPECT_TRUE(hasPart(metrics, "\npcl_ext_merged_frames_left_out_total "));
   EXPECT_EQ(receiving.end(SIGINT), 1);
   EXPECT_NE(receiving.errors().find(" left out; take ", receiving.errors().find(told)),
             std::string::npos)
       << receiving.errors();
-  EXPECT_EQ(receiving.errors().find("--merge-age"), std::string::npos);
+  EXPECT_FALSE(hasPart(receiving.errors(), "--merge-age"));
 }
 
 TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
@@ -142,17 +139,16 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   }
   EXPECT_EQ(receiving.end(SIGINT), 1);
   const std::string errors = receiving.errors();
-  EXPECT_EQ(errors.find("/first: missing"), std::string::npos) << errors;
+  EXPECT_FALSE(hasPart(errors, "/first: missing"));
   const std::string at_large =
       errors.substr(std::min(errors.size(), errors.find("/large: missing in ")));
-  EXPECT_NE(at_large.find(", as its last frame could not be decoded\n"),
-            std::string::npos)
+  EXPECT_TRUE(hasPart(at_large, ", as its last frame could not be decoded\n"))
       << errors;
   EXPECT_EQ(errors.find("/large: missing in ", errors.size() - at_large.size() + 1),
             std::string::npos)
       << errors;
   // Since it ended, and not before it began.
-  EXPECT_NE(errors.find("/late: missing in "), std::string::npos) << errors;
+  EXPECT_TRUE(hasPart(errors, "/late: missing in "));
 }
 
 TEST(ProgramSiteState, AMapThatIsTooSlowSaysSo)
@@ -179,16 +175,13 @@ TEST(ProgramSiteState, AMapThatIsTooSlowSaysSo)
     EXPECT_TRUE(sensor.flush(std::chrono::seconds(20))); // ctest ends it
   }
   const std::string metrics = metricsAt(port);
-  EXPECT_NE(metrics.find("\npcl_ext_map_updates_total "), std::string::npos);
-  EXPECT_NE(metrics.find("\npcl_ext_map_updates_left_out_total "), std::string::npos);
-  EXPECT_EQ(metrics.find("\npcl_ext_map_updates_left_out_total 0\n"),
-            std::string::npos);
+  EXPECT_TRUE(hasPart(metrics, "\npcl_ext_map_updates_total "));
+  EXPECT_TRUE(hasPart(metrics, "\npcl_ext_map_updates_left_out_total "));
+  EXPECT_FALSE(hasPart(metrics, "\npcl_ext_map_updates_left_out_total 0\n"));
   EXPECT_EQ(receiving.end(SIGINT), 1);
   const std::string last = receiving.errors().substr(receiving.errors().rfind(told));
-  EXPECT_NE(
-      last.find(" updates: this machine is too slow for a map of this resolution"),
-      std::string::npos)
-      << last;
+  EXPECT_TRUE(
+      hasPart(last, " updates: this machine is too slow for a map of this resolution"));
 }
 
 TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
@@ -210,11 +203,9 @@ TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
            metrics.substr(metrics.find("} ", at), 4) != "} 0\n";
   }));
   sending.end(SIGINT);
-  EXPECT_NE(sending.errors().find(" left out, as this machine is too slow for them: "),
-            std::string::npos)
-      << sending.errors();
-  EXPECT_NE(sending.errors().find(" a second of each sensor, not 20"),
-            std::string::npos);
+  EXPECT_TRUE(
+      hasPart(sending.errors(), " left out, as this machine is too slow for them: "));
+  EXPECT_TRUE(hasPart(sending.errors(), " a second of each sensor, not 20"));
 }
 
 TEST(ProgramSiteState, ATerminalShowsHowFarItIs)

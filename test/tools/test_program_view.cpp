@@ -141,23 +141,7 @@ TEST(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
   after.next();
   expectFrame(after, 10);
   EXPECT_EQ(view.waitForEnd(SIGINT), 0);
-  EXPECT_NE(view.errors().find("3 bytes of the standard input are no frame"),
-            std::string::npos)
-      << view.errors();
-}
-
-TEST(ProgramView, APipeWithoutFramesIsAnError)
-{
-  const TestFolder folder;
-  recordTwoStreams(folder / "x.mcap");
-  writeClouds(folder, "room", roomClouds(1));
-  writeBytes(folder / "page.html", {'x'});
-  const std::string view = "view - --page page.html --no-browser > out ";
-  expectFailure(
-      folder, view + "< /dev/null", 1, "standard input has no frame: it is empty");
-  expectFailure(folder, view + "< room/000.pcd", 1, "standard input has no frame: ");
-  expectFailure(
-      folder, view + "< x.mcap", 1, "an MCAP file, which can be read when it is");
+  EXPECT_TRUE(hasPart(view.errors(), "3 bytes of the standard input are no frame"));
 }
 
 TEST(ProgramView, TheCellIsShownLive)
@@ -215,8 +199,7 @@ TEST(ProgramView, OthersAreLetInWithAWarningOnly)
   const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   const ViewProcess open(folder, "x.mcap --address 0.0.0.0 -q");
-  EXPECT_NE(open.errors().find("anyone who can reach this machine can look"),
-            std::string::npos);
+  EXPECT_TRUE(hasPart(open.errors(), "anyone who can reach this machine can look"));
   EXPECT_EQ(request(open.port(), "/", "Host: robot-cell.example\r\n").status, 200);
   const ViewProcess closed(folder, "x.mcap --address 127.0.0.1");
   EXPECT_EQ(closed.errors(), "");
@@ -226,10 +209,6 @@ TEST(ProgramView, OthersAreLetInWithAWarningOnly)
                 "view x.mcap --page page.html --port " + port,
                 1,
                 "port " + port + " of 127.0.0.1 is taken");
-  expectFailure(folder,
-                "view x.mcap --page page.html --address here",
-                1,
-                "'here' is no address in numbers");
 }
 
 TEST(ProgramView, APageWithTheRecordingIsExported)
@@ -259,38 +238,54 @@ TEST(ProgramView, APageWithTheRecordingIsExported)
   }
 }
 
-TEST(ProgramView, WhatCannotBeExportedIsRefused)
+TEST(ProgramView, WhatCannotBeShownOrExportedIsRefused)
 {
   const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   recordFolder(folder, "bag");
+  writeClouds(folder, "room", roomClouds(1));
   const std::string nothing = "nothing";
   writeBytes(folder / "empty.html", Bytes(nothing.begin(), nothing.end()));
   writeBytes(folder / "page.html", Bytes(view_page, view_page + sizeof(view_page) - 1));
-  const std::string page = " --page page.html --export out.html";
-  expectFailure(folder, "view bag" + page, 1, "pcl_ext merge bag -o one.mcap");
-  expectFailure(folder, "view -" + page, 2, "not -");
-  expectFailure(folder, "view missing.mcap" + page, 1, "missing.mcap");
-  expectFailure(
-      folder, "view x.mcap --page empty.html --export out.html", 1, "no <body>");
-  expectFailure(
-      folder, "view x.mcap --page page.html --export x.mcap", 2, "is an input");
-  expectFailure(
-      folder, "view x.mcap --page page.html --export no/out.html", 1, "no/out.html");
   fs::create_directory(folder / "empty");
-  expectFailure(
-      folder, "view x.mcap --page page.html --export empty", 2, "'empty' is a folder");
-  expectFailure(folder, "view empty" + page, 1, "'empty' is no recording of rosbag2");
   record({knownStream(0, 3, 5)}, folder / "large.pcxi");
   fs::resize_file(folder / "large.pcxi", 400'000'000);
-  expectFailure(folder,
-                "view large.pcxi" + page,
-                1,
-                "browsers take pages with 384 MB at most: take a part of it with "
-                "pcl_ext cut");
+  const std::string page = " --page page.html";
+  const std::string pipe = "view - --page page.html --no-browser > out ";
+  const std::string out = page + " --export out.html";
+  expectRefusals(
+      folder,
+      {{pipe + "< /dev/null", 1, "standard input has no frame: it is empty"},
+       {pipe + "< room/000.pcd", 1, "standard input has no frame: "},
+       {pipe + "< x.mcap", 1, "an MCAP file, which can be read when it is"},
+       {"view missing.mcap" + page, 1, "missing.mcap"},
+       {"view room/000.pcd" + page, 1, "is not a recording"},
+       {"view room" + page, 1, "room"},
+       {"view x.mcap --page no.html", 1, "the page 'no.html' cannot be"},
+       {"view" + page, 2, "name a recording, - or --cell"},
+       {"view x.mcap --cell" + page, 2, "without a recording"},
+       {"view x.mcap --resolution 0.1" + page, 2, "requires --cell"},
+       {"view x.mcap --sensors 2" + page, 2, "requires --cell"},
+       {"view --cell --sensors 7" + page, 2, "--sensors"},
+       {"view x.mcap --port 65536" + page, 2, "--port"},
+       {"view x.mcap --address here" + page, 1, "'here' is no address in numbers"},
+       {"view x.mcap --port 1 --export o.html", 2, "excludes"},
+       {"view --cell --export o.html", 2, "excludes"},
+       {"view bag" + out, 1, "pcl_ext merge bag -o one.mcap"},
+       {"view -" + out, 2, "not -"},
+       {"view missing.mcap" + out, 1, "missing.mcap"},
+       {"view x.mcap --page empty.html --export out.html", 1, "no <body>"},
+       {"view x.mcap --export x.mcap" + page, 2, "is an input"},
+       {"view x.mcap --export no/out.html" + page, 1, "no/out.html"},
+       {"view x.mcap --export empty" + page, 2, "'empty' is a folder"},
+       {"view empty" + out, 1, "'empty' is no recording of rosbag2"},
+       {"view large.pcxi" + out,
+        1,
+        "browsers take pages with 384 MB at most: take a part of it with pcl_ext "
+        "cut"}});
   EXPECT_FALSE(fs::exists(folder / "out.html"));
   EXPECT_FALSE(fs::exists(folder / "out.html.unfinished"));
-  expectRun(folder, "view bag/bag_0.mcap" + page);
+  expectRun(folder, "view bag/bag_0.mcap" + out);
 }
 
 TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
@@ -306,7 +301,7 @@ TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
                                  const std::string& command) {
     const ProgramRun result = runShell(folder, prefix + "/bin/pcl_ext view x.mcap");
     EXPECT_EQ(result.status, 1);
-    EXPECT_NE(result.errors.find(command), std::string::npos) << result.errors;
+    EXPECT_TRUE(hasPart(result.errors, command));
   };
   expectCommand(
       "installed",
@@ -318,28 +313,6 @@ TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
                      folder / "built/share/pcl_ext/viewer.html");
   expectCommand("built",
                 "this command makes it: bash " + (folder / "sources/viewer/build.sh"));
-}
-
-TEST(ProgramView, WrongCommandLinesAreRefused)
-{
-  const TestFolder folder;
-  recordTwoStreams(folder / "x.mcap");
-  writeClouds(folder, "room", roomClouds(1));
-  writeBytes(folder / "page.html", {'x'});
-  const std::string page = " --page page.html";
-  expectFailure(folder, "view missing.mcap" + page, 1, "missing.mcap");
-  expectFailure(folder, "view room/000.pcd" + page, 1, "is not a recording");
-  expectFailure(folder, "view room" + page, 1, "room");
-  expectFailure(
-      folder, "view x.mcap --page no.html", 1, "the page 'no.html' cannot be");
-  expectFailure(folder, "view" + page, 2, "name a recording, - or --cell");
-  expectFailure(folder, "view x.mcap --cell" + page, 2, "without a recording");
-  expectFailure(folder, "view x.mcap --resolution 0.1" + page, 2, "requires --cell");
-  expectFailure(folder, "view x.mcap --sensors 2" + page, 2, "requires --cell");
-  expectFailure(folder, "view --cell --sensors 7" + page, 2, "--sensors");
-  expectFailure(folder, "view x.mcap --port 65536" + page, 2, "--port");
-  expectFailure(folder, "view x.mcap --port 1 --export o.html", 2, "excludes");
-  expectFailure(folder, "view --cell --export o.html", 2, "excludes");
 }
 
 } // namespace test

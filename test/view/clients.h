@@ -5,6 +5,8 @@
 
 #include <pcl_ext/version.h>
 
+#include "support/text_parts.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -16,6 +18,8 @@
 namespace pcl_ext {
 namespace view {
 namespace test {
+
+using pcl_ext::test::hasPart;
 
 /** \brief A connection that sends any bytes. */
 class RawConnection {

@@ -1,0 +1,24 @@
+/** \file
+ * \brief Whether a text has another one in it, for EXPECT_TRUE and EXPECT_FALSE.
+ */
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace test {
+
+/** \return with the text as its message */
+inline ::testing::AssertionResult
+hasPart(const std::string& text, const std::string& part)
+{
+  const bool has_part = text.find(part) != std::string::npos;
+  return ::testing::AssertionResult(has_part)
+         << "'" << part << "' is " << (has_part ? "" : "not ") << "in:\n"
+         << text;
+}
+
+} // namespace test
+} // namespace pcl_ext

@@ -1,0 +1,353 @@
+/** \file
+ * \brief What the program answers to command lines: a row for each, with its status and a
+ * part of what it says.
+ */
+#include "tools/cloud_bags.h"
+#include "tools/program.h"
+
+#include <pcl/common/io.h>
+#include <pcl/io/pcd_io.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string data = PCL_EXT_TEST_DATA;
+
+/** \brief A folder with inputs of all kinds. */
+class ProgramSentences : public ::testing::Test {
+protected:
+  ProgramSentences()
+  {
+    writeClouds(folder_, "room", roomClouds(2));
+    writeClouds(folder_, "hall", roomClouds(1));
+    auto clouds = roomClouds(1);
+    pcl::PointCloud<pcl::PointXYZ> plain;
+    pcl::copyPointCloud(clouds[0], plain);
+    fs::create_directories(folder_ / "plain");
+    pcl::io::savePCDFileBinary(folder_ / "plain/0.pcd", plain);
+    for (pcl::PointXYZI& point : clouds[0])
+      point.getVector3fMap() *= 1000.0f;
+    writeClouds(folder_, "millimetres", clouds);
+    writeText("rings/0.pcd",
+              "VERSION .7\nFIELDS x y z ring time:gps\nSIZE 4 4 4 2 8\nTYPE F F F U F\n"
+              "COUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n"
+              "1 0 0 0 .1\n2 0 0 1 .2\n");
+    writeText("page.html", "x");
+    writeText("x.json", "");
+    recordTwoStreams(folder_ / "two.mcap");
+    writeBag(folder_ / "bag.mcap", 2);
+    writeMcap(folder_ / "imu.mcap", {imuChannel()});
+    fs::create_directories(folder_ / "there");
+    fs::create_directories(folder_ / "there.pcxi");
+    expectRun(folder_, "encode room -o x.mcap");
+    for (const std::string bag : {"bags/a.mcap", "more/a.mcap"}) {
+      fs::create_directories(fs::path(folder_ / bag).parent_path());
+      fs::copy(folder_ / "bag.mcap", folder_ / bag);
+    }
+  }
+
+  void
+  writeText(const std::string& name, const std::string& text)
+  {
+    fs::create_directories(fs::path(folder_ / name).parent_path());
+    writeBytes(folder_ / name, {text.begin(), text.end()});
+  }
+
+  /** \brief Expects of each row one line of error, and that nothing is written. */
+  void
+  expectRefusals(const std::vector<Refusal>& rows)
+  {
+    const std::size_t files = filesIn(folder_ / "");
+    test::expectRefusals(folder_, rows);
+    EXPECT_EQ(filesIn(folder_ / ""), files);
+  }
+
+  TestFolder folder_;
+};
+
+} // namespace
+
+TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
+{
+  const std::string room = "encode room -o y.pcxi ";
+  const std::string refused = "' is no whole number from 2 to 64, or 0";
+  std::vector<Refusal> rows = {
+      {room + "--unit points", 2, "--unit requires --remove-outliers"},
+      {room + "--sensor kinect_v2", 2, "add --law quadratic"},
+      {room + "--sensor kinect_v2 -l count", 2, "add --law quadratic"},
+      {room + "-l count --intensity-field a", 2, "--intensity-field has no"},
+      {room + "-l none --intensity-bits 4", 2, "--intensity-bits has no effect"},
+      {room + "-l none --aggregation sum", 2, "--aggregation has no effect"},
+      {room + "-l count --format published -e small", 2, "--effort has no"},
+      {room + "-l count --format published --colour-bits 5",
+       2,
+       "--colour-bits has no effect"},
+      {room + "--no-header --frame-id hall", 2, "--frame-id has no effect"},
+      {room + "--sensor kinect_v2 -l linear --coarsen", 2, "--coarsen has no"},
+      {room + "--region 0,0,0,1,1,1", 2, "must be x0,y0,z0,x1,y1,z1=EDGE"},
+      {room + "--region 0,0,0,1,1,1=0.1,0.2", 2, "one edge after ="},
+      {room + "-r 0.05 --region 0,0,0,1,1,1=0.15",
+       2,
+       "the edge is 0.15 m; it must be --resolution (0.05 m) times 1, 2, 4, 8, 16 or "
+       "32"},
+      {room + "--outside left-out", 2, "--outside requires --region"},
+      {room + "--region-frame sensor", 2, "--region-frame requires --region"},
+      {room + "--most-doublings 2", 2, "--most-doublings requires --coarser-beyond"},
+      {room + "--coarser-beyond 5 --keep-point-counts",
+       2,
+       "--keep-point-counts is on; it must be off with regions"},
+      {room + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0", 2, "--pose is given twice"},
+      {room + "--temporal-filter 8",
+       2,
+       "there is no '8'; as the number of --temporal-filter it is given as "
+       "--temporal-filter=8"},
+      {room + "--temporal-filter --keep-point-counts",
+       2,
+       "--keep-point-counts is on; it must be off with --temporal-filter"},
+      {room + "-r 1e-5 --remove-outliers", 2, "--resolution is"},
+      {room + "--pose /roof=1,2,3,0,0,0",
+       2,
+       "--pose: there is no stream '/roof'; there are /room"},
+      {room + "--intensity-field signal", 2, "the clouds have no field 'signal'"},
+      {room + "--brightness 1", 2, "--brightness"},
+      {room + "-r 0", 2, "--resolution: Value 0 not in range"},
+      {room + "--resolution 5cm",
+       2,
+       "'5cm' is no number: edge of a voxel, metres, such as 0.05"},
+      {room + "-e great", 2, "great not in {fast,balanced,small}"},
+      {room + "-l quadratic", 2, "--sensor is not set"},
+      {room + "--sensor d435", 2, "unknown sensor 'd435'"},
+      {room + "--sensor 87,58,848", 2, "--sensor needs 4 numbers"},
+      {room + "--sensor 87,58,848,0", 2, "columns and rows are whole"},
+      {room + "--crop 0,0,0,1,1", 2, "--crop needs 6 numbers"},
+      {room + "--crop wide,0,0,1,1,1", 2, "'wide' is not a number"},
+      {room + "--crop 0,0,0,1,0,1", 2, "must be below"},
+      {room + "--pose 0,0,nan,0,0,0", 2, "'nan' is not a finite number"},
+      {room + "--pose 0,0,0", 2, "--pose has 3 numbers"},
+      {room + "--pose 0,0,0,1,1,0,0", 2, "has the length 1.4"},
+      {room + "--pose 2,0,0,0,0,2,0,0,0,0,2,0", 2, "not a rotation"},
+      {room + "--frames 2:", 2, "the longest stream has 2 clouds"},
+      {room + "--frames 2:1", 2, "is no frame"},
+      {room + "--topics /a", 2, "--topics is for bags"},
+      {room + "--format published --intensity-curve companded",
+       2,
+       "--intensity-curve is companded"},
+      {"encode plain -o y.pcxi --intensity-bits 4",
+       2,
+       "--intensity-bits has no effect on clouds without intensities"},
+      {"encode plain room -o y.mcap --intensity-range 100",
+       2,
+       "has no effect on clouds without intensities"}};
+  for (const std::string option : {"--rate", "--resolution", "--intensity-range"})
+    rows.push_back({room + option + " nan", 2, option + ": 'nan' is no number"});
+  for (const std::string frames : {"1", "65", "4.5", "-8", "0x8", "many"})
+    rows.push_back({room + "--temporal-filter=" + frames,
+                    2,
+                    "--temporal-filter: '" + frames + refused});
+  expectRefusals(rows);
+}
+
+TEST_F(ProgramSentences, OfFieldsThatEncodeRefuses)
+{
+  const std::string fields = "encode rings -o y.pcxi --fields ";
+  expectRefusals(
+      {{fields + "all:0.1", 2, "step of the field 'all' is 0.1; it must be 0"},
+       {fields + "ring,ring",
+        2,
+        "--fields has 'ring' twice; it must have each name once"},
+       {fields + "ring,", 2, "--fields is 'ring,'; it must be names"},
+       {fields + ",", 2, "--fields is ','; it must be names"},
+       {fields + "ring:0", 2, "--fields is 'ring:0'; it must be names"},
+       {fields + "ring:a", 2, "--fields is 'ring:a'; it"},
+       {fields + "ring --format published",
+        2,
+        "--fields is set; it must be empty in the published layout"},
+       {fields + "ring --temporal-filter",
+        2,
+        "--fields is set; it must be empty with --temporal-filter"}});
+}
+
+TEST_F(ProgramSentences, OfInputsAndOutputsThatEncodeRefuses)
+{
+  const std::string to = " -o y.pcxi";
+  expectRefusals(
+      {{"encode room hall" + to, 2, "takes one stream, and there are 2: /room"},
+       {"encode room -o x.las", 2, "is no kind of output"},
+       {"encode room", 2, "--output is required"},
+       {"encode" + to, 2, "IN is required"},
+       {"encode nowhere" + to, 1, "there is no 'nowhere'"},
+       {"encode /dev/zero" + to, 1, "is a device: only files and pipes can be read"},
+       {"encode /proc/self/status" + to, 1, "it is empty"},
+       {"encode room -o missing/x.pcxi", 1, "missing/x.pcxi"},
+       {"encode '" + data + "/../CMakeLists.txt'" + to,
+        1,
+        "CMakeLists.txt' is not a cloud: it is no PCD"},
+       {"encode '" + data + "/../../src'" + to, 1, "no PCD, PLY or .bin file in"},
+       {"encode '" + data + "'" + to, 1, "name the folders in it"},
+       {"encode '" + data + "'/clouds/image_[23]x2.pcd" + to,
+        1,
+        "is not of the sensor of"},
+       // Bags.
+       {"encode bag.mcap -o y.mcap --rate 5", 2, "--rate is for files"},
+       {"encode bag.mcap -o y.mcap -j 257", 2, "--jobs"},
+       {"encode bag.mcap -o - --json", 2, "--json has no effect with -o -"},
+       {"encode bag.mcap -o y.mcap --topics /left",
+        2,
+        "no clouds of '/left'; there are /front/points, /rear/points"},
+       {"encode bag.mcap" + to, 2, "choose one with --topics"},
+       {"encode bag.mcap -o bag.mcap", 2, "is an input"},
+       {"encode bag.mcap imu.mcap -o y.mcap", 2, "takes one bag"},
+       {"encode imu.mcap -o y.mcap",
+        1,
+        "has no clouds (sensor_msgs/msg/PointCloud2); its topics are /imu"},
+       {"encode x.mcap -o y.mcap", 1, "compressed already"},
+       {"encode bags -o y.mcap", 2, "'y.mcap' takes one bag"},
+       {"encode bags more -o made",
+        2,
+        "'bags/a.mcap' and 'more/a.mcap' would both become 'made/a.mcap': encode them "
+        "into two folders"},
+       {"encode bags -o bags", 2, "is an input"},
+       {"encode bags room -o made", 2, "'room' is not"},
+       {"encode bags -o made --rate 5", 2, "--rate is for files"}});
+  // Frames without points are written.
+  expectFailure(folder_,
+                "encode room --crop 100,100,100,101,101,101 -o y.pcxi",
+                1,
+                "/room: no point is inside the box; its first points are between (-1");
+}
+
+TEST_F(ProgramSentences, OfOtherCommandsThatAreRefused)
+{
+  const std::string no_question = "; 500kbit/s or 2Mbit/s is one";
+  std::vector<Refusal> rows = {
+      {"frobnicate", 2, "frobnicate"},
+      {"encod x.pcd -o y.pcxi",
+       2,
+       "there is no command 'encod'; there are encode, decode, info"},
+      {"decode x.mcap -o y.mcap --ply", 2, "--ply is for a folder of files"},
+      {"decode x.mcap -o y.mcap --pcd ascii", 2, "--pcd is for a folder"},
+      {"decode x.mcap -o y --unit points", 2, "--unit requires --remove-outliers"},
+      {"decode x.mcap -o y --min-intensity nan",
+       2,
+       "--min-intensity: 'nan' is no number"},
+      {"decode x.mcap -o y --remove-outliers --sensor-position 4,1",
+       2,
+       "sensor-position"},
+      {"decode x.mcap -o y --sensor-position 4,1,2", 2, "requires"},
+      {"decode x.mcap -o /dev/null", 2, "is no file or folder"},
+      {"decode x.mcap -o there --bag", 2, "exists: name another"},
+      {"info /dev/zero", 1, "is a device: only files and pipes can be read"},
+      {"info room/000.pcd", 1, "'pcl_ext encode' makes a recording"},
+      {"info room", 1, "'pcl_ext encode' makes a recording"},
+      {"info bag.mcap", 1, "'pcl_ext encode' compresses"},
+      {"info - < room/000.pcd",
+       1,
+       "pcl_ext info: 'standard input' is not a recording: "},
+      {"verify - < /dev/zero", 1, "'standard input' is a device"},
+      {"cut two.mcap -o y.pcxi", 2, "choose one with --streams"},
+      {"cut two.mcap -o y.mcap --from 9", 2, "takes 1.950 s"},
+      {"cut two.mcap -o y.mcap --from 2 --to 1", 2, "--from must be less than --to"},
+      {"cut two.mcap -o y.mcap --streams /a", 2, "there is no '/a'"},
+      {"cut two.mcap -o two.mcap", 2, "is an input"},
+      {"cut none.mcap -o y.mcap", 1, "cannot open 'none.mcap'"},
+      {"merge x.mcap -o y.pcxi --prefix a", 2, "--prefix has no effect"},
+      {"merge x.mcap x.mcap -o y.mcap --prefix a", 2, "--prefix needs"},
+      {"demo --sensor kinect_v1 -n 1", 2, "add --law quadratic"},
+      {"advise", 2, "name clouds or a bag, or --cell"},
+      {"advise none", 1, "there is no 'none'"},
+      {"advise room --cell", 2, "--cell is an input itself"},
+      {"advise room --format published", 2, "--format has nothing"},
+      {"advise room --law linear", 2, "--sensor is not set"},
+      {"benchmark none", 1, "there is no 'none'"},
+      {"benchmark room --cell", 2, "--cell is an input itself"},
+      {"benchmark --rate 5", 2, "--rate is for inputs"},
+      {"benchmark room -n 0", 2, "--frames"},
+      {"benchmark room --json x.json", 2, "'x.json' exists"},
+      {"benchmark room --json no/x.json", 2, "there is no folder for it"},
+      {"benchmark room --json .", 2, "it is a folder"}};
+  for (const std::string command :
+       {"info x.mcap", "info --json x.mcap", "verify x.mcap", "--help"})
+    rows.push_back(
+        {command + " > /dev/full", 1, "cannot write to the standard output"});
+  for (const std::string command : {"encode room", "cut x.mcap", "merge x.mcap"}) {
+    for (const std::string there : {"there", "there.pcxi"})
+      rows.push_back({command + " -o " + there, 2, "exists: name another"});
+    for (const std::string device : {"/dev/null", "/dev/stdout", "/dev/full"})
+      rows.push_back({command + " -o " + device, 2, "is no file or folder"});
+  }
+  for (const auto& [rate, fault] : std::vector<std::pair<std::string, std::string>>{
+           {"2", "has no unit"},
+           {"2MB/s", "has none of the units bit/s, kbit/s, Mbit/s, Gbit/s"},
+           {"0kbit/s", "is not above 0"},
+           {"-1Mbit/s", "is not above 0"},
+           {"nankbit/s", "is no number with a unit"},
+           {"1e999bit/s", "is no number with a unit"},
+           {"fast", "is no number with a unit"}})
+    rows.push_back({"advise room --max-rate=" + rate,
+                    2,
+                    "--max-rate: '" + rate + "' " + fault + no_question});
+  expectRefusals(rows);
+}
+
+TEST_F(ProgramSentences, OfCommandsThatSucceed)
+{
+  const std::string few = "only voxels that are seldom occupied are noise";
+  const std::string images = "'" + data + "'/clouds/image_2x2";
+  // What is encoded, and a part of the output and of the remarks.
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      {"encode room -o a.pcxi --intensity-range 10",
+       "use a larger --intensity-range or more --intensity-bits"},
+      {"encode room -o b.pcxi -r 0.05 --law count --remove-outliers",
+       " voxels removed as outliers"},
+      {"encode room -o c.pcxi -r 0.05 --remove-outliers --law none",
+       "a depth camera's noise is found with --law count or quadratic; of a lidar, "
+       "points are judged where its clouds are in its own coordinates"},
+      {"encode millimetres -o d.pcxi",
+       "if that is in millimetres, --resolution 10 makes voxels"},
+      {"advise millimetres -q",
+       "\nIts points are metres apart: if they are in millimetres, so are the "
+       "edges.\n"},
+      {"encode rings -o e.pcxi --fields ring",
+       "fields that are left out: time:gps; --fields keeps fields"},
+      {"encode room -o native.mcap -r 0.1", "native.mcap: 2 frames"},
+      {"decode native.mcap -o native --remove-outliers", few},
+      {"encode room -o none.pcxi -r 0.1 -l none", "none.pcxi: 2 frames"},
+      {"decode none.pcxi -o none --remove-outliers", few},
+      {"encode room -o f.pcxi -j 2",
+       "pcl_ext encode: --jobs 2 is more than there are streams: parts of one are "
+       "encoded side by side only if it is in an MCAP file that is complete\n"},
+      {"encode " + images + ".pcd " + images + "_moved.pcd -o g.pcxi",
+       "image_2x2: the files have different viewpoints"},
+      {"encode --colour-bits=8 '" + data + "/clouds/coloured.pcd' -o coloured.pcxi",
+       "coloured.pcxi: 1 frame"},
+      {"info coloured.pcxi", "colours 8 bits"},
+      {"decode --ply coloured.pcxi -o coloured", "1 frame"}};
+  for (const auto& [arguments, part] : rows) {
+    const ProgramRun result = run(folder_, arguments);
+    EXPECT_EQ(result.status, 0) << arguments << result.errors;
+    EXPECT_TRUE(hasPart(result.output + result.errors, part)) << arguments;
+  }
+  // Without a reason for a remark there is none.
+  expectRun(folder_, "encode plain -o h.pcxi");
+  expectRun(folder_,
+            "encode room -o i.pcxi -r 0.05 --law count --remove-outliers --quiet");
+  const ProgramRun nothing = run(folder_, "");
+  EXPECT_EQ(nothing.status, 2);
+  EXPECT_TRUE(hasPart(nothing.output + nothing.errors, "Usage: pcl_ext"));
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
