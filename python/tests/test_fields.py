@@ -105,47 +105,6 @@ def test_the_most_values(room):
         assert keep(more).dtype.names == ("x", "y", "z", "number")
 
 
-@pytest.mark.parametrize(
-    "kind, step",
-    [("f4", 0.25), ("f4", 1e-3), ("f8", 1e-6), ("i4", 10), ("u2", 7), ("i1", 3)],
-)
-def test_steps(room, random, kind, step):
-    points = with_fields(room, ("value", kind))
-    if kind[0] == "f":
-        points["value"] = random.normal(0, 50, len(room))
-        ends = np.finfo(kind)
-    else:
-        ends = np.iinfo(kind)
-        points["value"] = random.integers(ends.min, ends.max, len(room), kind)
-    decoded = keep(points, ["number", ("value", step)])
-    exact = points["value"].astype("f8")
-    # Multiples of a step are rounded to the type.
-    rounding = np.abs(exact).max() * np.finfo(kind).eps if kind[0] == "f" else 0.0
-    error = np.abs(decoded["value"].astype("f8") - exact)
-    assert 0.4 * step / 2 < error.max() <= step / 2 + rounding
-    multiples = np.clip(np.rint(exact / step) * step, ends.min, ends.max)
-    np.testing.assert_allclose(decoded["value"], multiples, rtol=0, atol=rounding)
-
-
-def test_steps_that_are_not_possible(room):
-    points = with_fields(room, ("time", "f8"))
-    points["time"] = 1.7e9
-    with pytest.raises(pcl_ext.Error, match="'number' cannot be kept: .* its step is 1.5; "):
-        code(points, fields={"number": 1.5})
-    assert keep(points, fields={"number": None, "time": 1e-6}) is not None
-    # Doubles are 2.4e-7 apart there.
-    for keep_point_counts in (False, True):
-        with pytest.raises(pcl_ext.Error, match=r"'time' has a value of 2\^52 steps"):
-            code(points, fields={"time": 1e-7}, keep_point_counts=keep_point_counts)
-
-
-def test_special_values_with_a_step(room):
-    points = with_fields(room[:4], ("value", "f8"))
-    points["value"] = [np.nan, np.inf, -np.inf, 0.3]
-    decoded = keep(points, {"number": None, "value": 0.5})
-    np.testing.assert_array_equal(decoded["value"], [np.nan, np.inf, -np.inf, 0.5])
-
-
 def most_frequent(numbers):
     """The lowest of the most frequent ones."""
     values, counts = np.unique(numbers, return_counts=True)
@@ -212,16 +171,6 @@ def test_a_voxel_of_one_point_keeps_its_bits(random):
     set_bits(points, random)
     decoded = in_order(code(points, fields="all"))
     assert_same_bits(decoded, points, points.dtype.names[3:])
-
-
-def test_order_of_points_in_a_voxel():
-    """Ascending by the first field that is named."""
-    points = with_fields(np.full((5, 3), 0.05), ("time", "f8"))
-    points["time"] = [3, 1, 2, -5, 4]
-    decoded = code(points, fields=["time", "number"], keep_point_counts=True)
-    assert decoded["time"].tolist() == [-5, 1, 2, 3, 4]
-    assert decoded["number"].tolist() == [3, 1, 2, 0, 4]
-    assert decoded.dtype.names == ("x", "y", "z", "time", "number")
 
 
 def test_ways_to_name_fields(room, random):

@@ -413,22 +413,6 @@ def test_an_exception_leaves_an_unfinished_file(room, tmp_path):
     assert recording.is_unfinished
 
 
-@pytest.mark.parametrize("name", ["a.mcap", "a.pcxi"])
-def test_after_a_refused_frame_the_next_i_frame_is_recorded(room, tmp_path, name):
-    frames = frames_of(room, 12)
-    with pcl_ext.RecordingWriter(tmp_path / name) as writer:
-        stream = writer.add_stream("/a")
-        with pytest.raises(ValueError, match="time is"):
-            writer.append(stream, frames[0], -1.0)
-        for number in (1, 2, 3):
-            with pytest.raises(ValueError, match="needs one before it"):
-                writer.append(stream, frames[number], float(number))
-        for number in range(4, 12):
-            writer.append(stream, frames[number], float(number))
-    with pcl_ext.open(tmp_path / name) as recording:
-        assert [frame.data for frame in recording] == frames[4:]
-
-
 def test_places_that_cannot_be_written(tmp_path):
     with pytest.raises(pcl_ext.Error, match="no_such_folder") as raised:
         pcl_ext.RecordingWriter(tmp_path / "no_such_folder" / "cell.mcap")
@@ -459,14 +443,3 @@ def test_a_stream_without_frames_has_no_frame_0(room, tmp_path):
     for call in (recording.frame, recording.read, recording.time_of):
         with pytest.raises(IndexError, match="0 frames"):
             call("/empty", 0)
-
-
-def test_a_failure_of_finish_is_kept(tmp_path):
-    folder = tmp_path / "gone"
-    folder.mkdir()
-    writer = pcl_ext.RecordingWriter(folder / "a.mcap")
-    (folder / "a.mcap.unfinished").unlink()
-    folder.rmdir()
-    for _ in range(2):
-        with pytest.raises(pcl_ext.Error, match="a.mcap"):
-            writer.finish()

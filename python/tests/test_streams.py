@@ -181,13 +181,6 @@ def test_float64_keeps_the_precision_of_far_coordinates(layout):
     assert np.abs(xyz[order[0]] - points[order[1]]).max() <= 0.02 + 1e-6
 
 
-def test_float64_near_the_origin_is_decoded_as_float32(room):
-    decoded = pcl_ext.Decoder().decode(
-        pcl_ext.Encoder(0.04).encode(room.astype("f8"))
-    )
-    assert pcl_ext.positions(decoded).dtype == np.float32
-
-
 def test_depth_of_far_clouds():
     # A wall 2 m in front of a sensor far from the origin has the intensities of one near.
     wall = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 100)], [2.0]), -1)
