@@ -1,16 +1,13 @@
-// Phones, keyboards, contrast, browsers without what the page needs; and the screenshots.
+// Phones, keyboards, contrast, browsers without what the page needs.
 import assert from "node:assert/strict";
-import { join } from "node:path";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, openViewer, phone, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
 import { contrastProblems } from "./support/contrast.mjs";
-import { cellRecording, screenshots } from "./support/fixtures.mjs";
+import { cellRecording } from "./support/fixtures.mjs";
 
 before(startBrowser);
 after(stopBrowser);
-
-const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
 
 test("on a phone nothing is wider than the screen, and all controls can be reached", async () => {
   const page = await openViewer(phone);
@@ -140,29 +137,3 @@ test("where workers are refused the page decodes by itself", async () => {
   assert.ok((await page.ask(() => window.pclExtViewer.counts())).all > 10_000);
   await page.finish();
 });
-
-const sizes = [["desk", { viewport: { width: 1440, height: 900 } }], ["phone", phone]];
-for (const [size, options] of sizes)
-  for (const colorScheme of ["light", "dark"])
-    test(`screenshots, ${size}, ${colorScheme}`, async () => {
-      const page = await openViewer({ ...options, colorScheme });
-      const shoot = async (name) => {
-        await page.waitForTimeout(600);
-        await page.screenshot({ path: join(screenshots, `${size}_${colorScheme}_${name}.png`) });
-      };
-      await shoot("0_welcome");
-      await openFiles(page, cellRecording(60, 6));
-      await untilIndexed(page);
-      await seek(page, 30);
-      await shoot("1_raw");
-      await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true, noise: "colour" }));
-      await page.until(() => window.pclExtViewer.counts().kept < window.pclExtViewer.counts().all);
-      await shoot("2_noise");
-      await page.evaluate(() => window.pclExtViewer.set({ threshold: 2, noise: "hide", colourBy: "height" }));
-      await shoot("3_denoised");
-      await page.evaluate(() => window.pclExtViewer.set({ colourBy: "stream", removesOutliers: false }));
-      if (size === "phone") await page.evaluate(() => window.pclExtViewer.set({ showsPanel: true }));
-      else await page.evaluate(() => window.pclExtViewer.set({ showsHelp: true }));
-      await shoot("4_panel");
-      await page.finish();
-    });

@@ -57,7 +57,7 @@ test("the outlier filter keeps the voxels that the program keeps", async () => {
   const kept = decodedByProgram(recording, "--remove-outliers");
   const page = await openCell();
   await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true }));
-  for (let frame = 0; frame < 20; ++frame) {
+  for (let frame = 0; frame < 10; ++frame) {
     await seek(page, frame);
     for (const stream of [0, 1])
       assert.deepEqual(await drawnVoxels(page, stream), kept[stream][frame].map(keyOf).sort(), `frame ${frame}`);

@@ -15,6 +15,8 @@ setTimeout(() => {
 }, 15 * 60_000).unref();
 let browser = null;
 
+export const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+
 export async function startBrowser() {
   browser = await chromium.launch({
     executablePath,

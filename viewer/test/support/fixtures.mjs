@@ -1,16 +1,14 @@
 // Recordings that the program pcl_ext makes, and what it decodes of them.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const viewer = resolve(dirname(fileURLToPath(import.meta.url)), "../..");
-export const screenshots = join(viewer, "build", "screenshots");
 export const pagePath = process.env.PCL_EXT_VIEWER_PAGE ?? join(viewer, "dist", "viewer.html");
 const program = process.env.PCL_EXT_PROGRAM ?? resolve(viewer, "../build/tools/bin/pcl_ext");
 
-mkdirSync(screenshots, { recursive: true });
 for (const [what, path] of [["the page, by viewer/build.sh", pagePath], ["the program, or set PCL_EXT_PROGRAM", program]])
   if (!existsSync(path)) throw new Error(`${path} is missing: build ${what}`);
 
