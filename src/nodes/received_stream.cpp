@@ -152,6 +152,7 @@ ReceivedStream::dropVoxels() noexcept
   latest_ = io::VoxelFrame();
   has_latest_ = false;
   ++health_.memory_drops;
+  health_.lacks_voxels = true;
 }
 
 io::CompressionStatus
@@ -205,6 +206,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                  latencySeconds(stamp, now).value_or(0.0)});
     follow(coding.frame_number);
     ++health_.frames_decoded;
+    health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
     health_.voxels = coding.voxels;
     health_.kept_voxels = kept_.size();

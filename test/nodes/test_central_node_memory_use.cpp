@@ -200,8 +200,10 @@ TEST(CentralNodeMemoryUse, OfAllStreamsIsWithinTheBudget)
   }
   EXPECT_LT(memory_use.live(), limit + pcl_ext::io::bytes_of_voxel * voxels);
   std::size_t drops = 0;
-  for (const StreamHealth& health : node.health())
+  for (const StreamHealth& health : node.health()) {
     drops += health.memory_drops;
+    EXPECT_EQ(health.lacks_voxels, health.memory_drops > 0) << health.name;
+  }
   EXPECT_GT(drops, 10u);
   EXPECT_LT(drops, streams);
   EXPECT_TRUE(latestVoxels(node, "0").keys.empty());
@@ -217,6 +219,7 @@ TEST(CentralNodeMemoryUse, OfAllStreamsIsWithinTheBudget)
   sendAndWait(node, "0", pcl_ext::io::test::encoded(encoder, cube));
   sendAndWait(node, "0", pcl_ext::io::test::encoded(encoder, cube));
   EXPECT_TRUE(node.health()[0].in_sync);
+  EXPECT_FALSE(node.health()[0].lacks_voxels);
   EXPECT_EQ(latestVoxels(node, "0").size(), voxels);
 }
 

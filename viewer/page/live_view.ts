@@ -63,7 +63,7 @@ export class LiveView {
       onLost: (wasConnected, wait) => {
         store.set({ source: "live", isConnected: false });
         parts.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
-          [`Is the server running? The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
+          [`${wasConnected ? "" : "Is the server running? "}The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
       },
     });
     this.timer = window.setInterval(() => this.look(), msBetweenLooks);

@@ -57,6 +57,7 @@ struct StreamHealth {
   std::size_t frames_lost =
       0; ///< gaps in the sender's numbers that were not filled in time
   std::size_t memory_drops = 0; ///< its voxels were dropped to keep the memory limit
+  bool lacks_voxels = false;    ///< no frame was decoded since the last drop
   std::size_t i_frame_requests = 0; ///< frames whose wants_i_frame was set
   std::uint64_t bytes = 0;          ///< of all frames received
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising

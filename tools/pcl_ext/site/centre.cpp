@@ -187,7 +187,9 @@ Centre::countMissing(const nodes::MergedFrame& merged)
         streams.begin(), streams.end(), [&source](const nodes::StreamHealth& one) {
           return one.name == source.name;
         });
-    if (stream != streams.end() && stream->frames_failed > 0 && !stream->in_sync)
+    if (stream != streams.end() && stream->lacks_voxels)
+      ++missing_[source.name].dropped;
+    else if (stream != streams.end() && stream->frames_failed > 0 && !stream->in_sync)
       ++missing_[source.name].undecodable;
     else if (merged_streams_.count(source.name) > 0)
       ++missing_[source.name].old;

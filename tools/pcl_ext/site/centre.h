@@ -81,6 +81,7 @@ public:
   /** \brief How many merged frames a stream was missing in, and why. */
   struct Missing {
     std::size_t undecodable = 0; ///< its last frame could not be decoded
+    std::size_t dropped = 0;     ///< its voxels were dropped to keep the memory limit
     std::size_t old = 0;         ///< its last frame was too old
   };
 

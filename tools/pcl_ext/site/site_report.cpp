@@ -91,6 +91,7 @@ reportDecoded(const SiteFigures& figures, Console& console)
                       counted(figures.merged.made, "merged frame") + ", as " + reason);
     };
     tell(missing.undecodable, "its last frame could not be decoded");
+    tell(missing.dropped, "its voxels were dropped to keep --memory-limit");
     tell(missing.old,
          slowness.empty() && refused.count(name) == 0
              ? "its last frame was older than --merge-age"
