@@ -90,13 +90,6 @@ expectFailure(const TestFolder& folder,
   EXPECT_EQ(result.errors.rfind("pcl_ext", 0), 0u) << result.errors;
 }
 
-void
-expectRefusals(const TestFolder& folder, const std::vector<Refusal>& rows)
-{
-  for (const Refusal& row : rows)
-    expectFailure(folder, row.arguments, row.status, row.text);
-}
-
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 roomClouds(std::size_t frames, unsigned int seed)
 {

@@ -9,6 +9,8 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
+#include <gtest/gtest.h>
+
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -70,19 +72,60 @@ struct Refusal {
   std::string text; ///< that its line of error has
 };
 
-void
-expectRefusals(const TestFolder& folder, const std::vector<Refusal>& rows);
-
-/** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99 in
- * whole numbers. */
-std::vector<pcl::PointCloud<pcl::PointXYZI>>
-roomClouds(std::size_t frames, unsigned int seed = 1);
-
 /** \brief Writes clouds as 000.pcd and so on into a folder of a folder. */
 void
 writeClouds(const TestFolder& folder,
             const std::string& name,
             const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds);
+
+/** \brief A test with a folder, in which the program runs. */
+class ProgramTest : public ::testing::Test {
+protected:
+  ProgramRun
+  run(const std::string& arguments) const
+  {
+    return test::run(folder, arguments);
+  }
+
+  ProgramRun
+  runShell(const std::string& line) const
+  {
+    return test::runShell(folder, line);
+  }
+
+  ProgramRun
+  expectRun(const std::string& arguments) const
+  {
+    return test::expectRun(folder, arguments);
+  }
+
+  void
+  expectFailure(const std::string& arguments, int status, const std::string& text) const
+  {
+    test::expectFailure(folder, arguments, status, text);
+  }
+
+  void
+  expectRefusals(const std::vector<Refusal>& rows) const
+  {
+    for (const Refusal& row : rows)
+      expectFailure(row.arguments, row.status, row.text);
+  }
+
+  void
+  writeClouds(const std::string& name,
+              const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds) const
+  {
+    test::writeClouds(folder, name, clouds);
+  }
+
+  const TestFolder folder;
+};
+
+/** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99 in
+ * whole numbers. */
+std::vector<pcl::PointCloud<pcl::PointXYZI>>
+roomClouds(std::size_t frames, unsigned int seed = 1);
 
 /** \brief The points of a cloud as a file of KITTI has them.
  * \param[in] is_swapped whether numbers are big-endian, as in no such file

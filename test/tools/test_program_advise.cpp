@@ -25,12 +25,12 @@ linesWith(const std::string& text, const std::string& beginning)
   return lines;
 }
 
-TEST(ProgramAdvise, PrintsACommandThatDoesWhatItAdvises)
+using ProgramAdvise = ProgramTest;
+
+TEST_F(ProgramAdvise, PrintsACommandThatDoesWhatItAdvises)
 {
-  const TestFolder folder;
-  writeClouds(folder, "a room", roomClouds(3));
-  const ProgramRun result =
-      expectRun(folder, "advise 'a room' --law count --rate 20 -q");
+  writeClouds("a room", roomClouds(3));
+  const ProgramRun result = expectRun("advise 'a room' --law count --rate 20 -q");
   EXPECT_EQ(linesWith(result.output, "/a room: 3 clouds of ").size(), 1u)
       << result.output;
   EXPECT_TRUE(hasPart(result.output, " points, 20.0 a second; law count\n"));
@@ -46,17 +46,15 @@ TEST(ProgramAdvise, PrintsACommandThatDoesWhatItAdvises)
   EXPECT_EQ(
       linesWith(result.output, "| " + edge.substr(0, edge.find(' ')) + " *").size(),
       1u);
-  const ProgramRun run = runShell(folder, "\"$P\"" + commands[0].substr(9) + " -q");
+  const ProgramRun run = runShell("\"$P\"" + commands[0].substr(9) + " -q");
   EXPECT_EQ(run.status, 0) << run.errors << commands[0];
   EXPECT_EQ(decode(folder / "small.mcap")[0].voxels.size(), 3u);
 }
 
-TEST(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
+TEST_F(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
+  writeClouds("room", roomClouds(2));
   const ProgramRun result = expectRun(
-      folder,
       "advise room -r 0.2 -e small --law quadratic --sensor 87,58,848,480 --crop "
       "-9,-9,-9,9,9,9 --keep-point-counts --fields intensity:0.5 --i-frame-rate 9 "
       "--rate 1 -q");
@@ -78,41 +76,36 @@ TEST(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
   EXPECT_EQ(linesWith(result.output, "| 0.").size(), 1u);
 }
 
-TEST(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
+TEST_F(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(3));
-  const auto edgeAt = [&folder](const std::string& rate) {
-    const ProgramRun result = run(folder, "advise room -q --rate 1 --max-rate " + rate);
+  writeClouds("room", roomClouds(3));
+  const auto edgeAt = [this](const std::string& rate) {
+    const ProgramRun result = run("advise room -q --rate 1 --max-rate " + rate);
     const std::string line = linesWith(result.output, "  pcl_ext encode ").at(0);
     return std::stod(line.substr(line.find(" -r ") + 4));
   };
   EXPECT_LT(edgeAt("1gBIT/s"), edgeAt("'6 kbit/s'"));
   expectFailure(
-      folder,
       "advise room -q --rate 1 --max-rate 12bit/s",
       1,
       "/room: nothing here keeps within --max-rate 12bit/s; the mark is at the "
       "fewest bytes: --crop, --temporal-filter or fewer clouds take fewer");
 }
 
-TEST(ProgramAdvise, PointsThatAreKeptHaveFineVoxels)
+TEST_F(ProgramAdvise, PointsThatAreKeptHaveFineVoxels)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  const ProgramRun kept =
-      expectRun(folder, "advise room --keep-point-counts --rate 1 -q");
+  writeClouds("room", roomClouds(2));
+  const ProgramRun kept = expectRun("advise room --keep-point-counts --rate 1 -q");
   EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
 }
 
-TEST(ProgramAdvise, ABagHasATableForEachTopic)
+TEST_F(ProgramAdvise, ABagHasATableForEachTopic)
 {
-  const TestFolder folder;
-  writeClouds(folder, "a", roomClouds(2));
-  writeClouds(folder, "b", roomClouds(2, 7));
-  expectRun(folder, "encode a b -o two.mcap -r 0.02 --law count -q --rate 5");
-  expectRun(folder, "decode two.mcap -o clouds.mcap -q");
-  const ProgramRun result = expectRun(folder, "advise clouds.mcap -q");
+  writeClouds("a", roomClouds(2));
+  writeClouds("b", roomClouds(2, 7));
+  expectRun("encode a b -o two.mcap -r 0.02 --law count -q --rate 5");
+  expectRun("decode two.mcap -o clouds.mcap -q");
+  const ProgramRun result = expectRun("advise clouds.mcap -q");
   EXPECT_EQ(linesWith(result.output, "/a: 2 clouds of ").size(), 1u) << result.output;
   EXPECT_EQ(linesWith(result.output, "| edge, m ").size(), 2u);
   const std::vector<std::string> commands =
@@ -122,11 +115,10 @@ TEST(ProgramAdvise, ABagHasATableForEachTopic)
   EXPECT_TRUE(hasPart(result.output, " 5.0 a second; law native\n"));
 }
 
-TEST(ProgramAdvise, SaysWhatCannotBeTold)
+TEST_F(ProgramAdvise, SaysWhatCannotBeTold)
 {
-  const TestFolder folder;
-  writeClouds(folder, "one", roomClouds(1));
-  const ProgramRun one = expectRun(folder, "advise one -q");
+  writeClouds("one", roomClouds(1));
+  const ProgramRun one = expectRun("advise one -q");
   EXPECT_EQ(
       linesWith(one.output,
                 "One cloud does not tell what P-frames take, which is less: rates "
@@ -138,23 +130,20 @@ TEST(ProgramAdvise, SaysWhatCannotBeTold)
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   pcl::PointCloud<pcl::PointXYZI> unknown;
   unknown.emplace_back(nan, nan, nan, 1.0f);
-  writeClouds(folder, "unknown", {unknown, unknown});
+  writeClouds("unknown", {unknown, unknown});
   expectFailure(
-      folder,
       "advise unknown -q",
       1,
       "/unknown: nothing can be told: /unknown: no cloud has a point with finite "
       "coordinates");
-  expectFailure(folder,
-                "advise one -q --crop 90,90,90,91,91,91",
+  expectFailure("advise one -q --crop 90,90,90,91,91,91",
                 1,
                 "/one: nothing can be told: /one: no point is inside the box");
   pcl::PointCloud<pcl::PointXYZI> few;
   few.emplace_back(0.0f, 0.0f, 1.0f, 1.0f);
   few.emplace_back(4.0f, 0.0f, 1.0f, 1.0f);
-  writeClouds(folder, "few", {few, few});
+  writeClouds("few", {few, few});
   expectFailure(
-      folder,
       "advise few -q",
       1,
       "/few: no edge here has at most 25 % holes, or there is no surface; the mark "

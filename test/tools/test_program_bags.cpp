@@ -107,11 +107,12 @@ cloudOf(const McapMessage& message, bool is_compressed)
 
 } // namespace
 
-TEST(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
+using ProgramBags = ProgramTest;
+
+TEST_F(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 5);
-  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.05");
+  expectRun("encode bag.mcap -o small.mcap -r 0.05");
   const Bag before = readBag(folder / "bag.mcap");
   const Bag after = readBag(folder / "small.mcap");
   expectSameRest(before, after);
@@ -140,24 +141,22 @@ TEST(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
   }
 }
 
-TEST(ProgramBags, InfoNamesTheOtherTopics)
+TEST_F(ProgramBags, InfoNamesTheOtherTopics)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 2);
-  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.1");
-  const ProgramRun result = expectRun(folder, "info small.mcap --json");
+  expectRun("encode bag.mcap -o small.mcap -r 0.1");
+  const ProgramRun result = expectRun("info small.mcap --json");
   const nlohmann::json json = nlohmann::json::parse(result.output);
   ASSERT_EQ(json["other_topics"].size(), 1u);
   EXPECT_EQ(json["other_topics"][0]["topic"], "/imu");
   EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
 }
 
-TEST(ProgramBags, DecodedBagHasTheTopicsAgain)
+TEST_F(ProgramBags, DecodedBagHasTheTopicsAgain)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 4);
-  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.05");
-  expectRun(folder, "decode small.mcap -o again.mcap");
+  expectRun("encode bag.mcap -o small.mcap -r 0.05");
+  expectRun("decode small.mcap -o again.mcap");
   const Bag before = readBag(folder / "bag.mcap");
   const Bag after = readBag(folder / "again.mcap");
   expectSameRest(before, after);
@@ -192,22 +191,20 @@ TEST(ProgramBags, DecodedBagHasTheTopicsAgain)
   }
 }
 
-TEST(ProgramBags, FoldersOfRosbag2AreReadAndWritten)
+TEST_F(ProgramBags, FoldersOfRosbag2AreReadAndWritten)
 {
-  const TestFolder folder;
   writeBag(folder / "bag", 3);
-  expectRun(folder, "encode bag -o small -r 0.05");
+  expectRun("encode bag -o small -r 0.05");
   EXPECT_TRUE(std::filesystem::exists(folder / "small/metadata.yaml"));
-  expectRun(folder, "decode small -o again --bag");
+  expectRun("decode small -o again --bag");
   expectSameRest(readBag(folder / "bag"), readBag(folder / "again"));
-  expectFailure(folder, "encode bag -o small", 2, "exists");
+  expectFailure("encode bag -o small", 2, "exists");
 }
 
-TEST(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
+TEST_F(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 3);
-  expectRun(folder, "encode bag.mcap -o one.mcap --topics /rear/points");
+  expectRun("encode bag.mcap -o one.mcap --topics /rear/points");
   const Bag before = readBag(folder / "bag.mcap");
   const Bag after = readBag(folder / "one.mcap");
   expectSameRest(before, after);
@@ -216,42 +213,38 @@ TEST(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
                      after.messages.at("/front/points"));
   EXPECT_EQ(after.messages.count("/rear/points"), 0u);
   EXPECT_EQ(after.messages.count("/rear/points/pcl_ext"), 1u);
-  expectRun(folder, "encode --topics /rear/points bag.mcap -o x.pcxi");
+  expectRun("encode --topics /rear/points bag.mcap -o x.pcxi");
   expectSameFrames(decode(folder / "one.mcap")[0], 0, decode(folder / "x.pcxi")[0]);
 }
 
-TEST(ProgramBags, ByteOrderOfTheCloudsDoesNotMatter)
+TEST_F(ProgramBags, ByteOrderOfTheCloudsDoesNotMatter)
 {
-  const TestFolder folder;
   writeBag(folder / "little.mcap", 3, false);
   writeBag(folder / "big.mcap", 3, true);
-  expectRun(folder, "encode little.mcap -o a.pcxi --topics /rear/points");
-  expectRun(folder, "encode big.mcap -o b.pcxi --topics /rear/points");
+  expectRun("encode little.mcap -o a.pcxi --topics /rear/points");
+  expectRun("encode big.mcap -o b.pcxi --topics /rear/points");
   EXPECT_EQ(bytesOf(folder / "a.pcxi"), bytesOf(folder / "b.pcxi"));
 }
 
-TEST(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
+TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(3);
   std::vector<McapMessage> messages;
   for (std::size_t i = 0; i < clouds.size(); ++i)
     messages.push_back(cloudMessage(clouds[i], i, false, i < 2 ? "lidar" : "map"));
   writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
-  const ProgramRun encode = run(folder, "encode bag.mcap -o x.mcap");
+  const ProgramRun encode = run("encode bag.mcap -o x.mcap");
   EXPECT_EQ(encode.status, 0);
   EXPECT_TRUE(hasPart(encode.errors,
                       "/points, frame 2: its frame_id is 'map', that of the "
                       "clouds before 'lidar'"));
 }
 
-TEST(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
+TEST_F(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 10);
-  expectRun(folder, "encode bag.mcap -o all.mcap --i-frame-rate 4");
-  const ProgramRun result =
-      run(folder, "cut all.mcap -o part.mcap --from 0.5 --to 0.7");
+  expectRun("encode bag.mcap -o all.mcap --i-frame-rate 4");
+  const ProgramRun result = run("cut all.mcap -o part.mcap --from 0.5 --to 0.7");
   EXPECT_EQ(result.status, 0);
   EXPECT_TRUE(
       hasPart(result.output, "2 frames of these before the first ones asked for"));

@@ -36,14 +36,13 @@ TEST(Samples, APercentileIsTheNearestRankAndNeverTheWorst)
   EXPECT_FALSE(few.percentile(999));
 }
 
-TEST(ProgramBenchmark, EncodesAsTheCommandEncodeAndTellsRates)
+using ProgramBenchmark = ProgramTest;
+
+TEST_F(ProgramBenchmark, EncodesAsTheCommandEncodeAndTellsRates)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(4));
-  expectRun(folder,
-            "encode room -o room.pcxi -r 0.05 --law count -e fast -q --rate 20");
+  writeClouds("room", roomClouds(4));
+  expectRun("encode room -o room.pcxi -r 0.05 --law count -e fast -q --rate 20");
   expectRun(
-      folder,
       "benchmark room -r 0.05 --law count -n 4 -e fast --rate 20 --json x.json -q");
   const auto json = nlohmann::json::parse(std::ifstream(folder / "x.json"));
   EXPECT_EQ(
@@ -64,19 +63,17 @@ TEST(ProgramBenchmark, EncodesAsTheCommandEncodeAndTellsRates)
   EXPECT_GT(fast["encode"]["worst_ms"], 0.0);
   EXPECT_NE(fast["encode"]["p50_ms"], nullptr);
   EXPECT_EQ(fast["decode"]["p99_ms"], nullptr);
-  expectRun(folder,
-            "decode room.pcxi -o room_clouds --remove-outliers --unit points -q");
+  expectRun("decode room.pcxi -o room_clouds --remove-outliers --unit points -q");
   std::size_t kept = 0;
   for (const auto& entry : fs::directory_iterator(folder / "room_clouds"))
     kept += readCloud(entry.path()).size();
   EXPECT_EQ(fast["removed_voxels"], voxels - kept);
 }
 
-TEST(ProgramBenchmark, RepeatsCloudsWithEachEffortAndSaysWhatItCannotTell)
+TEST_F(ProgramBenchmark, RepeatsCloudsWithEachEffortAndSaysWhatItCannotTell)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  const ProgramRun run = expectRun(folder, "benchmark room -r 0.5 -n 5 -q --json -");
+  writeClouds("room", roomClouds(2));
+  const ProgramRun run = expectRun("benchmark room -r 0.5 -n 5 -q --json -");
   const auto json = nlohmann::json::parse(run.output);
   ASSERT_EQ(json["results"].size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -89,27 +86,25 @@ TEST(ProgramBenchmark, RepeatsCloudsWithEachEffortAndSaysWhatItCannotTell)
     EXPECT_NE(row["filter_failure"], "");
     EXPECT_EQ(row["filter"]["worst_ms"], nullptr);
   }
-  const ProgramRun table = expectRun(folder, "benchmark room -r 0.5 -n 5 -q");
+  const ProgramRun table = expectRun("benchmark room -r 0.5 -n 5 -q");
   EXPECT_TRUE(hasPart(table.output,
                       "/room: nothing tells the times of its clouds: 10.0 a "
                       "second are assumed; --rate sets it\n"));
 }
 
-TEST(ProgramBenchmark, MeasuresTheCellWhereNothingElseIsNamed)
+TEST_F(ProgramBenchmark, MeasuresTheCellWhereNothingElseIsNamed)
 {
-  const TestFolder folder;
-  const ProgramRun result = expectRun(folder, "benchmark -n 2 -e fast -q");
+  const ProgramRun result = expectRun("benchmark -n 2 -e fast -q");
   EXPECT_TRUE(
       hasPart(result.output, "resolution 0.04 m, law count, an I-frame every 30"));
   EXPECT_TRUE(hasPart(result.output, "| /cell_sensor_1 | fast   | filter |"));
 }
 
-TEST(ProgramBenchmark, ACloudThatIsDamagedIsNamedAndTheOthersAreMeasured)
+TEST_F(ProgramBenchmark, ACloudThatIsDamagedIsNamedAndTheOthersAreMeasured)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(1));
+  writeClouds("room", roomClouds(1));
   writeBytes(folder / "room/999.pcd", {1, 2, 3});
-  const ProgramRun damaged = run(folder, "benchmark room -n 2 -e fast -q");
+  const ProgramRun damaged = run("benchmark room -n 2 -e fast -q");
   EXPECT_EQ(damaged.status, 1);
   EXPECT_TRUE(hasPart(damaged.errors, "999.pcd"));
   EXPECT_TRUE(hasPart(damaged.output, "| /room  | fast   | 1      | 2      |"));

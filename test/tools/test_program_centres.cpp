@@ -139,9 +139,10 @@ addLatest(const Merged& zone, Time time, pcl_ext::test::WorldVoxels& voxels)
 
 } // namespace
 
-TEST(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
+using ProgramCentres = ProgramTest;
+
+TEST_F(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
 {
-  const TestFolder folder;
   const NatsServer server("mappings = { \"cell.*.frames\": "
                           "\"cell.{{wildcard(1)}}.frames.{{partition(3,1)}}\" }");
   const std::string common =

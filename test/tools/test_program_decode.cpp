@@ -15,9 +15,10 @@ namespace test {
 
 namespace fs = std::filesystem;
 
-TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
+using ProgramDecode = ProgramTest;
+
+TEST_F(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
 {
-  const TestFolder folder;
   const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
   record(streams, folder / "x.pcxi");
   const std::pair<const char*, const char*> kinds[] = {{"", ".pcd"},
@@ -27,7 +28,7 @@ TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
                                                        {"--ply", ".ply"}};
   for (const auto& [option, extension] : kinds) {
     SCOPED_TRACE(option);
-    expectRun(folder, std::string("decode x.pcxi -o out --overwrite ") + option);
+    expectRun(std::string("decode x.pcxi -o out --overwrite ") + option);
     EXPECT_EQ(filesIn(folder / "out"), 6u);
     for (std::size_t i = 0; i < 6; ++i)
       expectVoxels(streams[0].frames[i].voxels,
@@ -36,34 +37,30 @@ TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
   EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
 }
 
-TEST(ProgramDecode, WhatHasTheNameOfItsUnfinishedFolderStays)
+TEST_F(ProgramDecode, WhatHasTheNameOfItsUnfinishedFolderStays)
 {
-  const TestFolder folder;
   record({knownStream(0, 3, 3)}, folder / "x.pcxi");
   fs::create_directory(folder / "out.unfinished");
   writeBytes(folder / "out.unfinished/notes.txt", {1, 2, 3});
-  expectRun(folder, "decode x.pcxi -o out");
+  expectRun("decode x.pcxi -o out");
   EXPECT_EQ(filesIn(folder / "out"), 3u);
   EXPECT_EQ(bytesOf(folder / "out.unfinished/notes.txt"), (Bytes{1, 2, 3}));
   EXPECT_FALSE(fs::exists(folder / "out.unfinished.1"));
 }
 
-TEST(ProgramDecode, RunsAtOnceDoNotMixTheirFiles)
+TEST_F(ProgramDecode, RunsAtOnceDoNotMixTheirFiles)
 {
-  const TestFolder folder;
   record({knownStream(0, 20, 3)}, folder / "x.pcxi");
   const ProgramRun runs = runShell(
-      folder,
       "for i in 1 2 3 4; do $P decode x.pcxi -o out -q --overwrite --pcd ascii "
       "& done; wait");
   EXPECT_EQ(filesIn(folder / "out"), 20u) << runs.errors;
 }
 
-TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
+TEST_F(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
 {
-  const TestFolder folder;
   const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
-  expectRun(folder, "decode x.mcap -o by_number --frames 12:15");
+  expectRun("decode x.mcap -o by_number --frames 12:15");
   for (std::size_t stream = 0; stream < 2; ++stream) {
     const std::string of_stream = "by_number/sensor_" + std::to_string(stream);
     EXPECT_EQ(filesIn(folder / of_stream), 3u);
@@ -73,23 +70,21 @@ TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
           readCloud(folder / (of_stream + "/0000" + std::to_string(i) + ".pcd")));
   }
   // Frames are 50 ms apart; stream 1 is a millisecond behind.
-  expectRun(folder,
-            "decode x.mcap -o by_time --from 0.5 --to 0.601 --streams /sensor_1");
+  expectRun("decode x.mcap -o by_time --from 0.5 --to 0.601 --streams /sensor_1");
   EXPECT_EQ(filesIn(folder / "by_time"), 2u);
   expectVoxels(streams[1].frames[10].voxels, readCloud(folder / "by_time/000010.pcd"));
   expectVoxels(streams[1].frames[11].voxels, readCloud(folder / "by_time/000011.pcd"));
 }
 
-TEST(ProgramDecode, VoxelsAreFiltered)
+TEST_F(ProgramDecode, VoxelsAreFiltered)
 {
-  const TestFolder folder;
   const std::vector<KnownStream> streams = {knownStream(0, 3, 3)};
   record(streams, folder / "x.pcxi");
-  expectRun(folder, "decode x.pcxi -o faint --min-intensity 5");
+  expectRun("decode x.pcxi -o faint --min-intensity 5");
   io::VoxelFrame kept = streams[0].frames[2].voxels;
   ASSERT_GT(removeVoxelsBelow(kept, 5.0f), 0u);
   expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
-  expectRun(folder, "decode x.pcxi -o clean --remove-outliers --unit points");
+  expectRun("decode x.pcxi -o clean --remove-outliers --unit points");
   VoxelOutlierRemovalSettings settings;
   settings.unit = DensityUnit::Points;
   VoxelOutlierRemoval removal(settings);
@@ -102,9 +97,8 @@ TEST(ProgramDecode, VoxelsAreFiltered)
   }
 }
 
-TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
+TEST_F(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
 {
-  const TestFolder folder;
   auto clouds = roomClouds(3);
   std::mt19937_64 random(5);
   for (auto& cloud : clouds)
@@ -115,19 +109,18 @@ TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
       point.z = io::test::uniform(random, 0.2, 1.2);
       cloud.push_back(point);
     }
-  writeClouds(folder, "room", clouds);
-  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count");
-  const ProgramRun automatic =
-      expectRun(folder, "decode x.mcap -o a --remove-outliers");
+  writeClouds("room", clouds);
+  expectRun("encode room -o x.mcap -r 0.05 --law count");
+  const ProgramRun automatic = expectRun("decode x.mcap -o a --remove-outliers");
   const ProgramRun points =
-      expectRun(folder, "decode x.mcap -o b --remove-outliers --unit points");
+      expectRun("decode x.mcap -o b --remove-outliers --unit points");
   EXPECT_TRUE(hasPart(points.output, "of the voxels left out"));
   for (const char* file : {"000000.pcd", "000001.pcd", "000002.pcd"})
     EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
               bytesOf(folder / (std::string("b/") + file)));
   // Frames alone do not tell their law.
-  expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count");
-  const ProgramRun unknown = run(folder, "decode x.pcxi -o c --remove-outliers");
+  expectRun("encode room -o x.pcxi -r 0.05 --law count");
+  const ProgramRun unknown = run("decode x.pcxi -o c --remove-outliers");
   EXPECT_EQ(unknown.status, 0);
   EXPECT_TRUE(hasPart(unknown.errors, "--unit points"));
 }
@@ -149,46 +142,39 @@ snowyRoom(int count)
   return clouds;
 }
 
-TEST(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
+TEST_F(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", snowyRoom(2));
-  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
-  const ProgramRun by_pose =
-      run(folder, "decode x.mcap -o a --remove-outliers --unit rays");
+  writeClouds("room", snowyRoom(2));
+  expectRun("encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
+  const ProgramRun by_pose = run("decode x.mcap -o a --remove-outliers --unit rays");
   EXPECT_EQ(by_pose.status, 0);
   EXPECT_TRUE(hasPart(by_pose.output, "of the voxels left out, judged by rays"));
   // The room is far sparser than a lidar there would see it.
   EXPECT_TRUE(
       hasPart(by_pose.errors, "more than noise usually is; --sensor-position tells"));
-  run(folder,
-      "decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
-  expectRun(folder,
-            "decode x.mcap -o c --remove-outliers --unit rays --sensor-position 0,9,9");
+  run("decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
+  expectRun("decode x.mcap -o c --remove-outliers --unit rays --sensor-position 0,9,9");
   EXPECT_EQ(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "b/000001.pcd"));
   EXPECT_NE(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "c/000001.pcd"));
-  EXPECT_TRUE(hasPart(expectRun(folder, "decode x.mcap -o d --remove-outliers").output,
+  EXPECT_TRUE(hasPart(expectRun("decode x.mcap -o d --remove-outliers").output,
                       "of the voxels left out, judged by points"));
 }
 
-TEST(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
+TEST_F(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", snowyRoom(2));
+  writeClouds("room", snowyRoom(2));
   for (const char* law : {"none", "native"}) {
-    expectRun(folder,
-              std::string("encode room -o x.mcap --overwrite -r 0.05 --law ") + law);
+    expectRun(std::string("encode room -o x.mcap --overwrite -r 0.05 --law ") + law);
     const ProgramRun automatic =
-        run(folder, std::string("decode x.mcap --remove-outliers -o ") + law);
+        run(std::string("decode x.mcap --remove-outliers -o ") + law);
     EXPECT_EQ(automatic.status, 0);
     EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
     EXPECT_TRUE(
         hasPart(automatic.errors, "left out: of a lidar, --unit rays finds snow"));
   }
   // Named, it says nothing.
-  EXPECT_EQ(
-      expectRun(folder, "decode x.mcap -o rays --remove-outliers --unit rays").errors,
-      "");
+  EXPECT_EQ(expectRun("decode x.mcap -o rays --remove-outliers --unit rays").errors,
+            "");
 }
 
 /** \brief A turn of a lidar on a car between walls, row after row. */
@@ -217,18 +203,17 @@ streetTurn(float along)
   return cloud;
 }
 
-TEST(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
+TEST_F(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
 {
-  const TestFolder folder;
-  writeClouds(folder, "street", {streetTurn(0.0f), streetTurn(1.0f), streetTurn(2.0f)});
-  expectRun(folder, "encode street -o x.mcap -r 0.1 --law count");
-  const ProgramRun automatic = run(folder, "decode x.mcap -o a --remove-outliers");
+  writeClouds("street", {streetTurn(0.0f), streetTurn(1.0f), streetTurn(2.0f)});
+  expectRun("encode street -o x.mcap -r 0.1 --law count");
+  const ProgramRun automatic = run("decode x.mcap -o a --remove-outliers");
   EXPECT_EQ(automatic.status, 0);
   EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
   EXPECT_TRUE(hasPart(automatic.errors, "of a lidar, --unit rays finds snow"));
   EXPECT_FALSE(hasPart(automatic.errors, "does not tell"));
-  expectRun(folder, "decode x.mcap -o all");
-  run(folder, "decode x.mcap -o points --remove-outliers --unit points");
+  expectRun("decode x.mcap -o all");
+  run("decode x.mcap -o points --remove-outliers --unit points");
   for (const char* file : {"/000000.pcd", "/000001.pcd", "/000002.pcd"}) {
     const std::size_t all = readCloud(folder / ("all" + std::string(file))).size();
     EXPECT_GE(100 * readCloud(folder / ("a" + std::string(file))).size(), 98 * all);
@@ -237,60 +222,55 @@ TEST(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
   }
 }
 
-TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
+TEST_F(ProgramDecode, FolderOfTheUserIsNotTouched)
 {
-  const TestFolder folder;
   record({knownStream(0, 3, 3)}, folder / "x.pcxi");
   fs::create_directories(folder / "out");
   writeBytes(folder / "out/notes.pcd", {1});
   writeBytes(folder / "out/000007.pcd", {1});
-  expectFailure(folder, "decode x.pcxi -o out", 2, "is not empty");
-  expectRun(folder, "decode x.pcxi -o out --overwrite");
+  expectFailure("decode x.pcxi -o out", 2, "is not empty");
+  expectRun("decode x.pcxi -o out --overwrite");
   EXPECT_EQ(bytesOf(folder / "out/notes.pcd").size(), 1u);
   EXPECT_FALSE(fs::exists(folder / "out/000007.pcd"));
   EXPECT_EQ(filesIn(folder / "out"), 4u);
 }
 
-TEST(ProgramDecode, CloudsOfOtherStreamsAreNeitherMixedInNorRemoved)
+TEST_F(ProgramDecode, CloudsOfOtherStreamsAreNeitherMixedInNorRemoved)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
-  expectRun(folder, "decode x.mcap -o out --frames 0:2");
+  expectRun("decode x.mcap -o out --frames 0:2");
   writeBytes(folder / "out/sensor_1/notes.txt", {1});
-  expectRun(folder, "cut x.mcap -o one.mcap --streams /sensor_0 --frames 0:1");
-  expectFailure(
-      folder, "decode one.mcap -o out --overwrite", 2, "remove them, or name");
+  expectRun("cut x.mcap -o one.mcap --streams /sensor_0 --frames 0:1");
+  expectFailure("decode one.mcap -o out --overwrite", 2, "remove them, or name");
   EXPECT_TRUE(fs::exists(folder / "out/sensor_0/000001.pcd"));
   EXPECT_TRUE(fs::exists(folder / "out/sensor_1/000001.pcd"));
   // The streams' own are replaced, and files of other names stay.
-  expectRun(folder, "decode x.mcap -o out --frames 0:1 --overwrite");
+  expectRun("decode x.mcap -o out --frames 0:1 --overwrite");
   EXPECT_TRUE(fs::exists(folder / "out/sensor_1/000000.pcd"));
   EXPECT_FALSE(fs::exists(folder / "out/sensor_1/000001.pcd"));
   EXPECT_TRUE(fs::exists(folder / "out/sensor_1/notes.txt"));
 }
 
-TEST(ProgramDecode, FoldersThatAreLinksGetAndKeepClouds)
+TEST_F(ProgramDecode, FoldersThatAreLinksGetAndKeepClouds)
 {
-  const TestFolder folder;
   record({knownStream(0, 3, 1)}, folder / "x.mcap");
   fs::create_directory(folder / "real");
   fs::create_directory_symlink("real", folder / "link");
-  expectRun(folder, "decode x.mcap -o link");
+  expectRun("decode x.mcap -o link");
   EXPECT_EQ(filesIn(folder / "real"), 3u);
-  expectRun(folder, "decode x.mcap -o link --frames 1:2 --overwrite");
+  expectRun("decode x.mcap -o link --frames 1:2 --overwrite");
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
   EXPECT_EQ(filesIn(folder / "real"), 1u);
   EXPECT_FALSE(fs::exists(folder / "real.unfinished"));
 }
 
-TEST(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
+TEST_F(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
 {
-  const TestFolder folder;
   std::vector<KnownStream> streams = {knownStream(0, 1, 1), knownStream(1, 1, 1)};
   streams[0].name = "/../../escaped";
   streams[1].name = "..";
   record(streams, folder / "x.mcap");
-  expectRun(folder, "decode x.mcap -o out");
+  expectRun("decode x.mcap -o out");
   EXPECT_EQ(filesIn(folder / "out"), 2u);
   EXPECT_TRUE(fs::exists(folder / "out/______escaped/000000.pcd"));
   EXPECT_TRUE(fs::exists(folder / "out/__/000000.pcd"));

@@ -41,11 +41,12 @@ bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& setti
 
 } // namespace
 
-TEST(ProgramEncode, TemporalFilterIsThatOfTheClass)
+using ProgramEncode = ProgramTest;
+
+TEST_F(ProgramEncode, TemporalFilterIsThatOfTheClass)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(7);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.05;
   settings.effort = io::Effort::Balanced;
@@ -55,65 +56,58 @@ TEST(ProgramEncode, TemporalFilterIsThatOfTheClass)
   // as 20 a second.
   for (const auto& [option, frames] : std::vector<std::pair<std::string, unsigned int>>{
            {"--temporal-filter", 8}, {"--temporal-filter=2", 2}}) {
-    expectRun(folder,
-              "encode --rate 20 " + option +
-                  " room -o x.pcxi -r 0.05 --no-header --overwrite");
+    expectRun("encode --rate 20 " + option +
+              " room -o x.pcxi -r 0.05 --no-header --overwrite");
     settings.temporal_filter = frames;
     const Bytes bytes = bytesOf(folder / "x.pcxi");
     EXPECT_EQ(bytes, (bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings)));
     EXPECT_TRUE(all.insert(bytes).second) << option << " has no effect";
   }
-  expectRun(folder,
-            "encode --temporal-filter=0 room -o x.pcxi -r 0.05 --no-header "
+  expectRun("encode --temporal-filter=0 room -o x.pcxi -r 0.05 --no-header "
             "--overwrite");
   EXPECT_EQ(all.count(bytesOf(folder / "x.pcxi")), 1u);
 }
 
-TEST(ProgramEncode, FileHasTheBytesOfTheClass)
+TEST_F(ProgramEncode, FileHasTheBytesOfTheClass)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(7);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.05;
   settings.i_frame_rate = 3;
   settings.effort = io::Effort::Small;
-  expectRun(folder,
-            "encode room -o native.pcxi -r 0.05 --i-frame-rate 3 -e small "
+  expectRun("encode room -o native.pcxi -r 0.05 --i-frame-rate 3 -e small "
             "--no-header");
   const Bytes native = bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "native.pcxi"), native);
-  expectRun(folder,
-            "encode room -o count.pcxi -r 0.05 --i-frame-rate 3 -e small "
+  expectRun("encode room -o count.pcxi -r 0.05 --i-frame-rate 3 -e small "
             "--no-header --law count");
   const Bytes count = bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "count.pcxi"), count);
-  expectRun(folder,
-            "encode room -o none.pcxi -r 0.05 --i-frame-rate 3 -e small "
+  expectRun("encode room -o none.pcxi -r 0.05 --i-frame-rate 3 -e small "
             "--no-header --law none");
   const Bytes none = bytesOfClass<pcl::PointXYZ, NoIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "none.pcxi"), none);
   // Defaults are those of the class, but for the effort of files.
   settings = io::IntensityCompressionSettings();
   settings.effort = io::Effort::Balanced;
-  expectRun(folder, "encode room -o default.pcxi --no-header");
+  expectRun("encode room -o default.pcxi --no-header");
   const Bytes defaults =
       bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "default.pcxi"), defaults);
   pcl::PointCloud<pcl::PointXYZ> plain;
   pcl::copyPointCloud(clouds[0], plain);
   pcl::io::savePCDFileBinary(folder / "plain.pcd", plain);
-  expectRun(folder, "encode plain.pcd -o plain.pcxi --no-header");
+  expectRun("encode plain.pcd -o plain.pcxi --no-header");
   const Bytes of_plain =
       bytesOfClass<pcl::PointXYZ, NoIntensity>({clouds[0]}, settings);
   EXPECT_EQ(bytesOf(folder / "plain.pcxi"), of_plain);
 }
 
-TEST(ProgramEncode, SettingsReachTheEncoder)
+TEST_F(ProgramEncode, SettingsReachTheEncoder)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(4);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.1;
   settings.effort = io::Effort::Fast;
@@ -124,8 +118,7 @@ TEST(ProgramEncode, SettingsReachTheEncoder)
   settings.keep_point_counts = true;
   settings.origin = {0.03, 0.01, 0.02};
   settings.bounding_box = io::BoundingBox{{-0.9, -0.9, 0.0}, {0.9, 0.9, 3.0}};
-  expectRun(folder,
-            "encode room -o x.pcxi -r 0.1 -e fast --intensity-bits 5 "
+  expectRun("encode room -o x.pcxi -r 0.1 -e fast --intensity-bits 5 "
             "--intensity-range 200 --intensity-curve companded --aggregation "
             "sum --keep-point-counts --origin 0.03,0.01,0.02 --bounding-box "
             "-0.9,-0.9,0,0.9,0.9,3 --no-header -q");
@@ -133,25 +126,23 @@ TEST(ProgramEncode, SettingsReachTheEncoder)
   EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytes);
 }
 
-TEST(ProgramEncode, PublishedLayoutHasTheBytesOfTheClass)
+TEST_F(ProgramEncode, PublishedLayoutHasTheBytesOfTheClass)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(3);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.05;
   settings.format = io::StreamFormat::Published;
   settings.colour_bits = 0;
-  expectRun(folder, "encode room -o x.pcxi -r 0.05 -l count --format published");
+  expectRun("encode room -o x.pcxi -r 0.05 -l count --format published");
   const Bytes bytes = bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, settings);
   EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytes);
 }
 
-TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
+TEST_F(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(3);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.05;
   settings.compression.effort = io::Effort::Balanced;
@@ -175,47 +166,44 @@ TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
   }
   const std::string common = "encode room -r 0.05 -l quadratic --sensor 70,60,100,90 "
                              "--crop 0,-1,-1,4,2,1.5 --remove-outliers --no-header ";
-  expectRun(folder, common + "-o quaternion.pcxi --pose 1,0.5,2,1,0,0,0");
+  expectRun(common + "-o quaternion.pcxi --pose 1,0.5,2,1,0,0,0");
   EXPECT_EQ(bytesOf(folder / "quaternion.pcxi"), expected);
-  expectRun(folder,
-            common + "-o matrix.pcxi --pose "
+  expectRun(common + "-o matrix.pcxi --pose "
                      "'1 0 0 1  0 -1 0 0.5  0 0 -1 2  0 0 0 1'");
   EXPECT_EQ(bytesOf(folder / "matrix.pcxi"), expected);
-  expectRun(folder, common + "-o x.mcap --pose 1,0.5,2,1,0,0,0");
+  expectRun(common + "-o x.mcap --pose 1,0.5,2,1,0,0,0");
   recording::RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   EXPECT_EQ(reader.streams()[0].metadata.at("sensor_pose"), "1,0.5,2,1,0,0,0");
   EXPECT_EQ(reader.streams()[0].metadata.at("crop_box"), "0,-1,-1,4,2,1.5");
-  expectRun(folder, common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0");
+  expectRun(common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0");
   EXPECT_EQ(bytesOf(folder / "named.pcxi"), expected);
 }
 
-TEST(ProgramEncode, NumbersInNamesOfFilesOrderThem)
+TEST_F(ProgramEncode, NumbersInNamesOfFilesOrderThem)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(4);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   std::filesystem::create_directories(folder / "numbered");
   const char* const names[] = {"cloud_2", "cloud_009", "cloud_10", "cloud_11"};
   for (std::size_t i = 0; i < 4; ++i)
     std::filesystem::copy(folder / ("room/00" + std::to_string(i) + ".pcd"),
                           folder / (std::string("numbered/") + names[i] + ".pcd"));
-  expectRun(folder, "encode room -o room.pcxi -r 0.05");
-  expectRun(folder, "encode numbered -o folder.pcxi -r 0.05");
-  expectRun(folder, "encode 'numbered/*.pcd' -o pattern.pcxi -r 0.05");
+  expectRun("encode room -o room.pcxi -r 0.05");
+  expectRun("encode numbered -o folder.pcxi -r 0.05");
+  expectRun("encode 'numbered/*.pcd' -o pattern.pcxi -r 0.05");
   EXPECT_EQ(bytesOf(folder / "folder.pcxi"), bytesOf(folder / "room.pcxi"));
   EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "room.pcxi"));
 }
 
-TEST(ProgramEncode, AnglesAreAboutTheFixedAxes)
+TEST_F(ProgramEncode, AnglesAreAboutTheFixedAxes)
 {
-  const TestFolder folder;
   pcl::PointCloud<pcl::PointXYZI> cloud;
   cloud.push_back(pcl::PointXYZI{1.01f, 2.01f, 3.01f, 0.0f});
-  writeClouds(folder, "point", {cloud});
+  writeClouds("point", {cloud});
   // Roll turns (1, 2, 3) to (1, -3, 2), yaw then to (3, 1, 2).
-  expectRun(folder, "encode point -o x.pcxi -r 0.1 --pose 10,20,30,90,0,90");
-  expectRun(folder, "decode x.pcxi -o decoded");
+  expectRun("encode point -o x.pcxi -r 0.1 --pose 10,20,30,90,0,90");
+  expectRun("decode x.pcxi -o decoded");
   const auto decoded = readCloud(folder / "decoded/000000.pcd");
   ASSERT_EQ(decoded.size(), 1u);
   EXPECT_NEAR(decoded[0].x, 13.01f, 0.06f);
@@ -223,12 +211,11 @@ TEST(ProgramEncode, AnglesAreAboutTheFixedAxes)
   EXPECT_NEAR(decoded[0].z, 32.01f, 0.06f);
 }
 
-TEST(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
+TEST_F(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
 {
-  const TestFolder folder;
-  writeClouds(folder, "a", roomClouds(4, 1));
-  writeClouds(folder, "b", roomClouds(2, 2));
-  expectRun(folder, "encode a b -o x.mcap --rate 4 --frame-id hall --frames 1:");
+  writeClouds("a", roomClouds(4, 1));
+  writeClouds("b", roomClouds(2, 2));
+  expectRun("encode a b -o x.mcap --rate 4 --frame-id hall --frames 1:");
   const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
   ASSERT_EQ(streams.size(), 2u);
   EXPECT_EQ(streams[0].name, "/a");
@@ -243,44 +230,39 @@ TEST(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
   }
 }
 
-TEST(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
+TEST_F(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(4);
   std::filesystem::create_directories(folder / "room");
   ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "room/0.pcd", clouds[0]), 0);
   ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "room/1.pcd", clouds[1]), 0);
   ASSERT_EQ(pcl::io::savePLYFileBinary(folder / "room/2.ply", clouds[2]), 0);
   writeBytes(folder / "room/3.bin", kittiBytes(clouds[3]));
-  expectRun(folder, "encode 'room/*' -o pattern.pcxi --resolution 0.05");
-  expectRun(folder, "encode room/ -o folder.pcxi --resolution 0.05");
-  expectRun(folder,
-            "encode room/0.pcd room/1.pcd room/2.ply room/3.bin -o files.pcxi "
+  expectRun("encode 'room/*' -o pattern.pcxi --resolution 0.05");
+  expectRun("encode room/ -o folder.pcxi --resolution 0.05");
+  expectRun("encode room/0.pcd room/1.pcd room/2.ply room/3.bin -o files.pcxi "
             "--resolution 0.05");
-  writeClouds(folder, "binary", clouds);
-  expectRun(folder, "encode binary -o binary.pcxi --resolution 0.05");
+  writeClouds("binary", clouds);
+  expectRun("encode binary -o binary.pcxi --resolution 0.05");
   const Bytes expected = bytesOf(folder / "binary.pcxi");
   EXPECT_FALSE(expected.empty());
   // Text has fewer digits, which may move a point across the side of a voxel.
-  expectRun(folder, "encode room/1.pcd room/2.ply room/3.bin -o three.pcxi -r 0.05");
-  expectRun(folder,
-            "encode binary/001.pcd binary/002.pcd binary/003.pcd -o same.pcxi "
+  expectRun("encode room/1.pcd room/2.ply room/3.bin -o three.pcxi -r 0.05");
+  expectRun("encode binary/001.pcd binary/002.pcd binary/003.pcd -o same.pcxi "
             "-r 0.05");
   EXPECT_EQ(bytesOf(folder / "three.pcxi"), bytesOf(folder / "same.pcxi"));
   EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "folder.pcxi"));
   EXPECT_EQ(bytesOf(folder / "files.pcxi"), bytesOf(folder / "folder.pcxi"));
 }
 
-TEST(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
+TEST_F(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
 {
-  const TestFolder folder;
   const Clouds clouds = roomClouds(4);
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   Bytes cut = bytesOf(folder / "room/001.pcd");
   cut.resize(cut.size() / 2);
   writeBytes(folder / "room/001.pcd", cut);
   expectFailure(
-      folder,
       "encode room -o x.mcap",
       1,
       "pcl_ext encode: /room, frame 1: cannot read 'room/001.pcd': it was cut "
@@ -291,44 +273,41 @@ TEST(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
   EXPECT_EQ(streams[0].frames[1].time, std::chrono::milliseconds(200));
 }
 
-TEST(ProgramEncode, MostPointsMayBeInfinite)
+TEST_F(ProgramEncode, MostPointsMayBeInfinite)
 {
-  const TestFolder folder;
   Clouds clouds = roomClouds(1);
   for (std::size_t i = 0; i < clouds[0].size(); ++i)
     if (i % 10 != 0)
       clouds[0][i].x = std::numeric_limits<float>::infinity();
   clouds[0].is_dense = false;
-  writeClouds(folder, "room", clouds);
-  expectRun(folder, "encode room -o x.mcap");
+  writeClouds("room", clouds);
+  expectRun("encode room -o x.mcap");
 }
 
-TEST(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
+TEST_F(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
+  writeClouds("room", roomClouds(2));
   const Bytes before = {1, 2, 3};
   writeBytes(folder / "x.mcap", before);
   writeBytes(folder / "no.pcd", {});
-  EXPECT_EQ(run(folder, "encode no.pcd -o x.mcap --overwrite").status, 1);
+  EXPECT_EQ(run("encode no.pcd -o x.mcap --overwrite").status, 1);
   EXPECT_EQ(bytesOf(folder / "x.mcap"), before);
-  EXPECT_EQ(runShell(folder, "\"$P\" encode room -o - > /dev/full").status, 1);
+  EXPECT_EQ(runShell("\"$P\" encode room -o - > /dev/full").status, 1);
 }
 
-TEST(ProgramEncode, FewIntensitiesFarFromTheOthersAreReportedAndCountsAreNot)
+TEST_F(ProgramEncode, FewIntensitiesFarFromTheOthersAreReportedAndCountsAreNot)
 {
-  const TestFolder folder;
   pcl::PointCloud<pcl::PointXYZI> cloud;
   for (int i = 0; i < 600; ++i)
     cloud.push_back(pcl::PointXYZI{0.1f * static_cast<float>(i) + 0.05f,
                                    0.05f,
                                    0.05f,
                                    static_cast<float>(i % 200)});
-  writeClouds(folder, "plain", {cloud});
+  writeClouds("plain", {cloud});
   cloud[0].intensity = -999.0f; // 0 before
-  writeClouds(folder, "lost", {cloud});
-  expectRun(folder, "encode plain -o plain.pcxi -r 0.1");
-  const std::string output = run(folder, "encode lost -o lost.pcxi -r 0.1").errors;
+  writeClouds("lost", {cloud});
+  expectRun("encode plain -o plain.pcxi -r 0.1");
+  const std::string output = run("encode lost -o lost.pcxi -r 0.1").errors;
   EXPECT_TRUE(hasPart(output,
                       "/lost, frame 0: 1 of 600 voxels have an intensity beyond the "
                       "scale and were set to its end: they are few and far from the "
@@ -337,23 +316,21 @@ TEST(ProgramEncode, FewIntensitiesFarFromTheOthersAreReportedAndCountsAreNot)
   EXPECT_EQ(bytesOf(folder / "lost.pcxi"), bytesOf(folder / "plain.pcxi"));
   for (pcl::PointXYZI& point : cloud)
     point.x = 0.05f;
-  writeClouds(folder, "near", {cloud});
-  EXPECT_FALSE(
-      hasPart(run(folder, "encode near -o near.pcxi -r 0.1 --law count").errors,
-              "beyond the scale"));
+  writeClouds("near", {cloud});
+  EXPECT_FALSE(hasPart(run("encode near -o near.pcxi -r 0.1 --law count").errors,
+                       "beyond the scale"));
 }
 
-TEST(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
+TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
 {
-  const TestFolder folder;
   std::vector<pcl::PointCloud<pcl::PointXYZI>> clouds = roomClouds(3);
   for (auto& cloud : clouds) {
     cloud[7].x = std::numeric_limits<float>::quiet_NaN();
     cloud.is_dense = false;
   }
-  writeClouds(folder, "room", clouds);
+  writeClouds("room", clouds);
   const ProgramRun result =
-      run(folder, "encode room -o x.pcxi -r 0.1 --crop -2,-2,1.8,2,2,3 --rate 4");
+      run("encode room -o x.pcxi -r 0.1 --crop -2,-2,1.8,2,2,3 --rate 4");
   EXPECT_EQ(result.status, 0) << result.errors;
   const DecodedStream stream = decode(folder / "x.pcxi")[0];
   std::size_t voxels = 0;

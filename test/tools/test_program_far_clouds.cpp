@@ -137,9 +137,10 @@ expectCentres(const DoublePoints& decoded, const DoublePoints& points)
 
 } // namespace
 
-TEST(ProgramFarClouds, FilesOfAllKindsKeepThePrecisionOfDoubles)
+using ProgramFarClouds = ProgramTest;
+
+TEST_F(ProgramFarClouds, FilesOfAllKindsKeepThePrecisionOfDoubles)
 {
-  const TestFolder folder;
   const DoublePoints points = farPoints();
   ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "in.pcd", mapCloud(points)), 0);
   ASSERT_EQ(pcl::PLYWriter().writeBinary(folder / "in.ply", mapCloud(points)), 0);
@@ -148,21 +149,18 @@ TEST(ProgramFarClouds, FilesOfAllKindsKeepThePrecisionOfDoubles)
                                                        {"--pcd ascii", ".pcd"},
                                                        {"--ply", ".ply"}};
   for (const char* input : {"in.pcd", "in.ply"}) {
-    expectRun(folder,
-              std::string("encode ") + input + " -o " + input + ".pcxi -r 0.04");
+    expectRun(std::string("encode ") + input + " -o " + input + ".pcxi -r 0.04");
     for (const auto& [option, extension] : kinds) {
       SCOPED_TRACE(std::string(input) + option);
       const std::string out = std::string("out_") + input + option;
-      expectRun(folder,
-                std::string("decode ") + input + ".pcxi -o '" + out + "' " + option);
+      expectRun(std::string("decode ") + input + ".pcxi -o '" + out + "' " + option);
       expectCentres(readFile(folder / (out + "/000000" + extension)), points);
     }
   }
 }
 
-TEST(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
+TEST_F(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
 {
-  const TestFolder folder;
   const DoublePoints points = farPoints();
   PointCloudMessage message;
   message.frame_id = "map";
@@ -184,8 +182,8 @@ TEST(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
     const std::string pose =
         moved == 0.0 ? "" : " --pose=" + sign + "600000," + sign + "5200000,0,0,0,0,1";
     const std::string name = std::to_string(static_cast<int>(moved)) + ".mcap";
-    expectRun(folder, "encode in.mcap -o x" + name + " -r 0.04" + pose);
-    expectRun(folder, "decode x" + name + " -o again" + name);
+    expectRun("encode in.mcap -o x" + name + " -r 0.04" + pose);
+    expectRun("decode x" + name + " -o again" + name);
     recording::McapReader reader;
     ASSERT_TRUE(reader.open(folder / ("again" + name)).ok());
     recording::McapMessage read;

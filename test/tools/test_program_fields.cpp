@@ -110,33 +110,30 @@ fieldsOf(const pcl::PCLPointCloud2& cloud)
 }
 
 /** \brief A folder with such a cloud in clouds/0.pcd. */
-class ProgramFields : public ::testing::Test {
+class ProgramFields : public ProgramTest {
 protected:
   ProgramFields()
   {
-    std::filesystem::create_directories(folder_ / "clouds");
-    EXPECT_EQ(pcl::PCDWriter().writeBinary(folder_ / "clouds/0.pcd", cloudWithRings()),
+    std::filesystem::create_directories(folder / "clouds");
+    EXPECT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloudWithRings()),
               0);
   }
-
-  TestFolder folder_;
 };
 
 } // namespace
 
 TEST_F(ProgramFields, ComeBackInFilesAndInMessages)
 {
-  expectRun(folder_, "encode clouds -o x.mcap -r 0.1 --keep-point-counts --fields all");
-  expectRun(folder_, "decode x.mcap -o out");
-  expectRun(folder_, "decode x.mcap -o messages.mcap");
+  expectRun("encode clouds -o x.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("decode x.mcap -o out");
+  expectRun("decode x.mcap -o messages.mcap");
   // The messages are as good as the files.
-  expectRun(folder_,
-            "encode messages.mcap -o y.mcap -r 0.1 --keep-point-counts --fields all");
-  expectRun(folder_, "decode y.mcap -o again");
+  expectRun("encode messages.mcap -o y.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("decode y.mcap -o again");
   const pcl::PCLPointCloud2 sent = cloudWithRings();
   for (const char* file : {"out/000000.pcd", "again/000000.pcd"}) {
     pcl::PCLPointCloud2 received;
-    ASSERT_EQ(pcl::io::loadPCDFile(folder_ / file, received), 0) << file;
+    ASSERT_EQ(pcl::io::loadPCDFile(folder / file, received), 0) << file;
     ASSERT_EQ(received.fields.size(), sent.fields.size());
     for (std::size_t i = 0; i < sent.fields.size(); ++i) {
       EXPECT_EQ(received.fields[i].name, sent.fields[i].name);
@@ -149,23 +146,23 @@ TEST_F(ProgramFields, ComeBackInFilesAndInMessages)
 TEST_F(ProgramFields, HaveNamesOfOneWordInFiles)
 {
   const pcl::PCLPointCloud2 sent = cloudWithRings("the\nring\x7f", "the_ring_");
-  recordCloud(sent, folder_ / "x.mcap");
+  recordCloud(sent, folder / "x.mcap");
   for (const char* format : {"binary", "ascii", "compressed"}) {
-    expectRun(folder_, std::string("decode x.mcap -o out --overwrite --pcd ") + format);
+    expectRun(std::string("decode x.mcap -o out --overwrite --pcd ") + format);
     pcl::PCLPointCloud2 received;
-    ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+    ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", received), 0);
     EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__") << format;
     EXPECT_EQ(furtherBytes(received), furtherBytes(sent)) << format;
   }
-  expectRun(folder_, "decode x.mcap -o out --overwrite --ply");
+  expectRun("decode x.mcap -o out --overwrite --ply");
   pcl::PCLPointCloud2 received;
-  ASSERT_EQ(pcl::io::loadPLYFile(folder_ / "out/000000.ply", received), 0);
+  ASSERT_EQ(pcl::io::loadPLYFile(folder / "out/000000.ply", received), 0);
   EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__");
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
   // What fills gaps is no name.
-  recordCloud(cloudWithRings(" ", "time"), folder_ / "y.mcap");
-  expectRun(folder_, "decode y.mcap -o out --overwrite");
-  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+  recordCloud(cloudWithRings(" ", "time"), folder / "y.mcap");
+  expectRun("decode y.mcap -o out --overwrite");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", received), 0);
   EXPECT_EQ(fieldsOf(received), "x y z __ time");
 }
 
@@ -177,30 +174,30 @@ TEST_F(ProgramFields, OfSeveralValuesAreSeveralInPlyFiles)
   sent.fields[4].datatype = pcl::PCLPointField::UINT16;
   sent.fields[4].count = 4;
   sent.fields[3].name = "pair_1";
-  recordCloud(sent, folder_ / "x.mcap");
-  expectRun(folder_, "decode x.mcap -o ply --ply");
+  recordCloud(sent, folder / "x.mcap");
+  expectRun("decode x.mcap -o ply --ply");
   pcl::PCLPointCloud2 received;
-  ASSERT_EQ(pcl::io::loadPLYFile(folder_ / "ply/000000.ply", received), 0);
+  ASSERT_EQ(pcl::io::loadPLYFile(folder / "ply/000000.ply", received), 0);
   EXPECT_EQ(fieldsOf(received), "x y z pair_1 pair_0 pair_1_ pair_2 pair_3");
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
   // The program reads it, too.
-  expectRun(folder_, "encode ply -o y.mcap -r 0.1 --keep-point-counts --fields all");
-  expectRun(folder_, "decode y.mcap -o pcd");
-  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "pcd/000000.pcd", received), 0);
+  expectRun("encode ply -o y.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("decode y.mcap -o pcd");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "pcd/000000.pcd", received), 0);
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
   // PCD files keep them together.
-  expectRun(folder_, "decode x.mcap -o whole");
-  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "whole/000000.pcd", received), 0);
+  expectRun("decode x.mcap -o whole");
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "whole/000000.pcd", received), 0);
   EXPECT_EQ(fieldsOf(received), "x y z pair_1 pair");
 }
 
 TEST_F(ProgramFields, IntensityIsCodedOnce)
 {
   const auto bitsOf = [this](const std::string& options) {
-    expectRun(folder_, "encode room -q -o x.mcap --overwrite " + options);
-    return decode(folder_ / "x.mcap").at(0).voxels.at(0).intensity_scale.bits;
+    expectRun("encode room -q -o x.mcap --overwrite " + options);
+    return decode(folder / "x.mcap").at(0).voxels.at(0).intensity_scale.bits;
   };
-  writeClouds(folder_, "room", roomClouds(1));
+  writeClouds("room", roomClouds(1));
   EXPECT_GT(bitsOf(""), 0u);
   for (const std::string fields : {"--fields all", "--fields intensity:0.5"}) {
     EXPECT_EQ(bitsOf(fields), 0u);
@@ -211,14 +208,13 @@ TEST_F(ProgramFields, IntensityIsCodedOnce)
     EXPECT_GT(bitsOf(fields + " --intensity-field intensity"), 0u);
   }
   const pcl::PointCloud<pcl::PointXYZI> sent = roomClouds(1)[0];
-  expectRun(folder_,
-            "encode room -q -o x.mcap --overwrite --fields all --keep-point-counts");
-  expectRun(folder_, "decode x.mcap -o out");
+  expectRun("encode room -q -o x.mcap --overwrite --fields all --keep-point-counts");
+  expectRun("decode x.mcap -o out");
   std::multiset<float> sent_intensities;
   std::multiset<float> received;
   for (const pcl::PointXYZI& point : sent)
     sent_intensities.insert(point.intensity);
-  for (const pcl::PointXYZI& point : readCloud(folder_ / "out/000000.pcd"))
+  for (const pcl::PointXYZI& point : readCloud(folder / "out/000000.pcd"))
     received.insert(point.intensity);
   EXPECT_EQ(received, sent_intensities);
 }
@@ -228,10 +224,9 @@ TEST_F(ProgramFields, AreInTheRatio)
   // x, y, z, ring and time take 22 bytes.
   for (const auto& [options, of_point] :
        {std::pair<std::string, double>{"--fields all", 22.0}, {"", 16.0}}) {
-    const ProgramRun encoded =
-        run(folder_, "encode clouds -o x.pcxi --overwrite " + options);
+    const ProgramRun encoded = run("encode clouds -o x.pcxi --overwrite " + options);
     const auto bytes =
-        static_cast<double>(decode(folder_ / "x.pcxi").at(0).frames.at(0).bytes.size());
+        static_cast<double>(decode(folder / "x.pcxi").at(0).frames.at(0).bytes.size());
     std::ostringstream ratio;
     ratio << "ratio " << std::fixed << std::setprecision(1) << 600 * of_point / bytes
           << " against " << std::setprecision(0) << of_point << " bytes a point";
@@ -241,10 +236,10 @@ TEST_F(ProgramFields, AreInTheRatio)
 
 TEST_F(ProgramFields, AreNamedByInfo)
 {
-  expectRun(folder_, "encode clouds -o x.pcxi --fields time:gps:0.01,ring");
-  const ProgramRun table = expectRun(folder_, "info x.pcxi");
+  expectRun("encode clouds -o x.pcxi --fields time:gps:0.01,ring");
+  const ProgramRun table = expectRun("info x.pcxi");
   EXPECT_TRUE(hasPart(table.output, "field time:gps, field ring"));
-  const ProgramRun json = expectRun(folder_, "info --json x.pcxi");
+  const ProgramRun json = expectRun("info --json x.pcxi");
   EXPECT_TRUE(hasPart(json.output, "\"name\": \"time:gps\""));
   EXPECT_TRUE(hasPart(json.output, "\"type\": \"float64\""));
   EXPECT_TRUE(hasPart(json.output, "\"step\": 0.01"));
@@ -260,16 +255,15 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
                             0.1f * static_cast<float>(i % 16)};
     std::memcpy(&cloud.data[i * cloud.point_step], place, sizeof(place));
   }
-  ASSERT_EQ(pcl::PCDWriter().writeBinary(folder_ / "clouds/0.pcd", cloud), 0);
-  expectRun(folder_,
-            "encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
-  const ProgramRun table = expectRun(folder_, "info x.pcxi");
+  ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloud), 0);
+  expectRun("encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
+  const ProgramRun table = expectRun("info x.pcxi");
   EXPECT_TRUE(hasPart(table.output, "numbers of points, rays of 38 x 16 points"));
-  const ProgramRun json = expectRun(folder_, "info --json x.pcxi");
+  const ProgramRun json = expectRun("info --json x.pcxi");
   EXPECT_TRUE(hasPart(json.output, "\"is_organised\": false"));
-  expectRun(folder_, "decode x.pcxi -o out");
+  expectRun("decode x.pcxi -o out");
   pcl::PCLPointCloud2 received;
-  ASSERT_EQ(pcl::io::loadPCDFile(folder_ / "out/000000.pcd", received), 0);
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", received), 0);
   EXPECT_EQ(received.width, 600u);
   EXPECT_EQ(received.height, 1u);
 }
@@ -277,9 +271,9 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
 TEST_F(ProgramFields, ThatAllCannotKeepAreNamedWithoutTheOption)
 {
   const std::string name(65, 'n');
-  EXPECT_EQ(
-      pcl::PCDWriter().writeBinary(folder_ / "clouds/0.pcd", cloudWithRings(name)), 0);
-  const ProgramRun all = run(folder_, "encode clouds -o x.pcxi --fields all");
+  EXPECT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloudWithRings(name)),
+            0);
+  const ProgramRun all = run("encode clouds -o x.pcxi --fields all");
   EXPECT_EQ(all.status, 0) << all.errors;
   EXPECT_TRUE(hasPart(all.output + all.errors,
                       "fields that are left out: " + name.substr(0, 64) + '\n'))
@@ -288,7 +282,7 @@ TEST_F(ProgramFields, ThatAllCannotKeepAreNamedWithoutTheOption)
 
 TEST_F(ProgramFields, ThatAreMissingAreNamedWithThoseThatAreThere)
 {
-  const ProgramRun missing = run(folder_, "encode clouds -o x.pcxi --fields label");
+  const ProgramRun missing = run("encode clouds -o x.pcxi --fields label");
   EXPECT_EQ(missing.status, 1);
   EXPECT_TRUE(
       hasPart(missing.errors,

@@ -17,12 +17,13 @@ namespace fs = std::filesystem;
 const std::string documentation =
     std::string(PCL_EXT_TEST_DATA) + "/../../tools/pcl_ext/documentation/";
 
-TEST(ProgramDemo, MakesARecordingAndClouds)
+using ProgramDemo = ProgramTest;
+using ProgramHelp = ProgramTest;
+
+TEST_F(ProgramDemo, MakesARecordingAndClouds)
 {
-  const TestFolder folder;
   const ProgramRun result =
-      run(folder,
-          "demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
+      run("demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
           "--frames 2 -o out --overwrite -q -l quadratic --threshold 30 "
           "--temporal-filter=4");
   EXPECT_EQ(result.status, 0) << result.errors;
@@ -47,14 +48,12 @@ TEST(ProgramDemo, MakesARecordingAndClouds)
                readCloud(folder / "out/cell_sensor_2/decoded/000001.pcd"));
 }
 
-TEST(ProgramDemo, ReplacesNothingUnlessAsked)
+TEST_F(ProgramDemo, ReplacesNothingUnlessAsked)
 {
-  const TestFolder folder;
   fs::create_directory(folder / "out");
   const Bytes precious{'o', 'w', 'n'};
   writeBytes(folder / "out/cell.mcap", precious);
   expectFailure(
-      folder,
       "demo --sensors 1 --frames 1 -q",
       2,
       "the folder 'out' is not empty: name another one, or replace the clouds "
@@ -63,11 +62,10 @@ TEST(ProgramDemo, ReplacesNothingUnlessAsked)
   EXPECT_EQ(filesIn(folder / "out"), 1u);
 }
 
-TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
+TEST_F(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
 {
-  const TestFolder folder;
   const ProgramRun script =
-      runShell(folder, "sh " + documentation + "man_page.sh \"$P\" pcl_ext.1");
+      runShell("sh " + documentation + "man_page.sh \"$P\" pcl_ext.1");
   EXPECT_EQ(script.status, 0) << script.errors;
   const Bytes page = bytesOf(folder / "pcl_ext.1");
   const std::string man(page.begin(), page.end());
@@ -81,7 +79,7 @@ TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
                                     "advise",
                                     "benchmark",
                                     "demo"}) {
-    const ProgramRun help = expectRun(folder, command + " --help");
+    const ProgramRun help = expectRun(command + " --help");
     EXPECT_LE(std::count(help.output.begin(), help.output.end(), '\n'), 60) << command;
     std::size_t longest = 0;
     for (std::size_t begin = 0; begin < help.output.size();) {
@@ -97,16 +95,14 @@ TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
   EXPECT_TRUE(hasPart(man, "\n.SH EXAMPLES\n"));
 }
 
-TEST(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
+TEST_F(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
 {
-  const TestFolder folder;
   writeBytes(folder / "x.mcap", {});
-  const auto complete = [&folder](const std::string& words) {
-    const ProgramRun result = runShell(folder,
-                                       "export P; bash -c '. " + documentation +
-                                           "pcl_ext.bash; COMP_WORDS=(\"$P\" " + words +
-                                           "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); "
-                                           "_pcl_ext; echo ${COMPREPLY[*]}'");
+  const auto complete = [this](const std::string& words) {
+    const ProgramRun result = runShell("export P; bash -c '. " + documentation +
+                                       "pcl_ext.bash; COMP_WORDS=(\"$P\" " + words +
+                                       "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); "
+                                       "_pcl_ext; echo ${COMPREPLY[*]}'");
     EXPECT_EQ(result.errors, "") << words;
     return result.output;
   };

@@ -113,15 +113,16 @@ invalidFiles()
 
 } // namespace
 
-TEST(ProgramHostileInputs, FilesThatAreNoCloudsAreNamedWithTheReason)
+using ProgramHostileInputs = ProgramTest;
+
+TEST_F(ProgramHostileInputs, FilesThatAreNoCloudsAreNamedWithTheReason)
 {
-  const TestFolder folder;
   for (const InvalidFile& file : invalidFiles()) {
     SCOPED_TRACE(file.extension + ": " + file.reason);
     const std::string name = "a" + file.extension;
     writeBytes(folder / name, file.bytes);
     const ProgramRun result =
-        runShell(folder, "timeout 60 \"$P\" encode " + name + " -o x.pcxi");
+        runShell("timeout 60 \"$P\" encode " + name + " -o x.pcxi");
     EXPECT_EQ(result.status, 1);
     for (const std::string& text :
          {"'" + name + "': " + file.reason, std::string("'x.pcxi' was not written")})
@@ -131,27 +132,24 @@ TEST(ProgramHostileInputs, FilesThatAreNoCloudsAreNamedWithTheReason)
   }
 }
 
-TEST(ProgramHostileInputs, NumbersAreReadInAllWaysOfWriting)
+TEST_F(ProgramHostileInputs, NumbersAreReadInAllWaysOfWriting)
 {
-  const TestFolder folder;
   writeBytes(
       folder / "a.pcd",
       bytesOfText(pcd("3", "ascii\n+1 -.5 2e-1\r\n\nnan -nan inf\n\t1.  0 -0\n\n \n")));
-  expectRun(folder, "encode a.pcd -o x.pcxi");
+  expectRun("encode a.pcd -o x.pcxi");
   EXPECT_EQ(decode(folder / "x.pcxi")[0].voxels[0].size(), 2u);
 }
 
-TEST(ProgramHostileInputs, CloudsUntilAFailureStayWhereItsMessageTells)
+TEST_F(ProgramHostileInputs, CloudsUntilAFailureStayWhereItsMessageTells)
 {
-  const TestFolder folder;
   writeBytes(folder / "a.pcd", bytesOfText(pcd("1", "ascii\n1 2 3\n")));
   std::string points;
   for (int i = 0; i < 2000; ++i)
     points += std::to_string(i) + " 2 3\n";
   writeBytes(folder / "b.pcd", bytesOfText(pcd("2000", "ascii\n" + points)));
-  expectRun(folder, "encode a.pcd b.pcd -o x.pcxi --resolution 1");
-  const ProgramRun result =
-      runShell(folder, "ulimit -f 8; exec \"$P\" decode x.pcxi -o out");
+  expectRun("encode a.pcd b.pcd -o x.pcxi --resolution 1");
+  const ProgramRun result = runShell("ulimit -f 8; exec \"$P\" decode x.pcxi -o out");
   EXPECT_EQ(result.status, 1);
   EXPECT_TRUE(hasPart(result.errors, "File too large"));
   EXPECT_TRUE(hasPart(result.errors, "is in 'out.unfinished'"));
@@ -159,33 +157,29 @@ TEST(ProgramHostileInputs, CloudsUntilAFailureStayWhereItsMessageTells)
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(ProgramHostileInputs, ASignalEndsWaitingForAPipe)
+TEST_F(ProgramHostileInputs, ASignalEndsWaitingForAPipe)
 {
-  const TestFolder folder;
-  ASSERT_EQ(runShell(folder, "mkfifo p.mcap p.pcd; echo > page.html").status, 0);
+  ASSERT_EQ(runShell("mkfifo p.mcap p.pcd; echo > page.html").status, 0);
   for (const std::string command : {"encode p.pcd -o x.mcap",
                                     "encode p.mcap -o x.mcap",
                                     "info p.mcap",
                                     "view p.mcap --export x.html --page page.html"}) {
     SCOPED_TRACE(command);
     const ProgramRun result =
-        runShell(folder,
-                 "\"$P\" " + command +
-                     " & until ls -l /proc/$!/fd | grep -q '/p[.]'; do kill -0 $! || "
-                     "break; sleep 0.05; done; kill -TERM $!; wait $!");
+        runShell("\"$P\" " + command +
+                 " & until ls -l /proc/$!/fd | grep -q '/p[.]'; do kill -0 $! || "
+                 "break; sleep 0.05; done; kill -TERM $!; wait $!");
     EXPECT_EQ(result.status, 130);
     EXPECT_TRUE(hasPart(result.errors, "interrupted"));
   }
 }
 
-TEST(ProgramHostileInputs, FilesOfTheSystemAreNotWaitedFor)
+TEST_F(ProgramHostileInputs, FilesOfTheSystemAreNotWaitedFor)
 {
-  const TestFolder folder;
   // Its size is 0, and who reads it waits for the kernel's next message.
   for (const std::string command : {"encode", "merge", "info"}) {
-    const ProgramRun result = runShell(folder,
-                                       "timeout 20 \"$P\" " + command + " /proc/kmsg" +
-                                           (command == "info" ? "" : " -o x.mcap"));
+    const ProgramRun result = runShell("timeout 20 \"$P\" " + command + " /proc/kmsg" +
+                                       (command == "info" ? "" : " -o x.mcap"));
     EXPECT_EQ(result.status, 1) << command << result.errors;
   }
 }

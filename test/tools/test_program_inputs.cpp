@@ -40,11 +40,12 @@ streamNames(const TestFolder& folder, const std::string& line)
 
 } // namespace
 
-TEST(ProgramInputs, StandardInputHasOneName)
+using ProgramInputs = ProgramTest;
+
+TEST_F(ProgramInputs, StandardInputHasOneName)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  expectRun(folder, "encode room -o x.pcxi");
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o x.pcxi");
   const std::vector<std::string> name = {"stdin"};
   EXPECT_EQ(streamNames(folder, "cat x.pcxi | \"$P\" info - --json"), name);
   EXPECT_EQ(streamNames(folder, "\"$P\" info - --json < x.pcxi"), name);
@@ -61,14 +62,12 @@ TEST(ProgramInputs, StandardInputHasOneName)
       topic);
 }
 
-TEST(ProgramInputs, NamedPipesAreRead)
+TEST_F(ProgramInputs, NamedPipesAreRead)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(1));
-  expectRun(folder, "encode room/000.pcd -o x.pcxi");
+  writeClouds("room", roomClouds(1));
+  expectRun("encode room/000.pcd -o x.pcxi");
   const ProgramRun result =
-      runShell(folder,
-               "mkfifo pipe pipe2; cat room/000.pcd > pipe & \"$P\" encode pipe -o "
+      runShell("mkfifo pipe pipe2; cat room/000.pcd > pipe & \"$P\" encode pipe -o "
                "y.pcxi; cat y.pcxi > pipe2 & \"$P\" cut pipe2 -o z.mcap");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(result.errors, "");
@@ -76,52 +75,48 @@ TEST(ProgramInputs, NamedPipesAreRead)
   EXPECT_EQ(decode(folder / "z.mcap")[0].name, "/pipe2");
 }
 
-TEST(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
+TEST_F(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
 {
-  const TestFolder folder;
   for (const char* extension : {"mcap", "pcxi", "pcd", "ply", "bin"}) {
     SCOPED_TRACE(extension);
     const std::string name = std::string("x.") + extension;
     writeBytes(folder / name, {});
     fs::resize_file(folder / name, std::uintmax_t{1} << 36);
-    EXPECT_EQ(run(folder, "encode " + name + " -o y.pcxi").status, 1);
-    expectFailure(folder, "info " + name, 1, "is not a recording");
+    EXPECT_EQ(run("encode " + name + " -o y.pcxi").status, 1);
+    expectFailure("info " + name, 1, "is not a recording");
   }
 }
 
-TEST(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
+TEST_F(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  writeClouds(folder, "room/rear", roomClouds(1));
+  writeClouds("room", roomClouds(2));
+  writeClouds("room/rear", roomClouds(1));
   writeBytes(folder / "room/notes.txt", {1});
   writeBytes(folder / "room/.hidden", {1});
-  const ProgramRun result = run(folder, "encode room -o x.pcxi");
+  const ProgramRun result = run("encode room -o x.pcxi");
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.errors,
             "pcl_ext encode: 'room': left out: 1 folder (rear) and 1 other file "
             "(notes.txt); each folder that is named is a stream\n");
-  expectRun(folder, "encode room -o x.pcxi --quiet --overwrite");
+  expectRun("encode room -o x.pcxi --quiet --overwrite");
 }
 
-TEST(ProgramInputs, PipesInAFolderAreLeftOut)
+TEST_F(ProgramInputs, PipesInAFolderAreLeftOut)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  ASSERT_EQ(runShell(folder, "mkfifo room/002.pcd").status, 0);
-  const ProgramRun encode = run(folder, "encode room -o x.pcxi");
+  writeClouds("room", roomClouds(2));
+  ASSERT_EQ(runShell("mkfifo room/002.pcd").status, 0);
+  const ProgramRun encode = run("encode room -o x.pcxi");
   EXPECT_EQ(encode.status, 0);
   EXPECT_TRUE(hasPart(encode.errors, "left out: 1 other file (002.pcd)"));
 }
 
-TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
+TEST_F(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
 {
-  const TestFolder folder;
-  writeClouds(folder, "front", roomClouds(3, 1));
-  writeClouds(folder, "rear", roomClouds(2, 2));
-  expectRun(folder, "encode front rear -o folders.mcap");
-  expectRun(folder, "encode '*/0*.pcd' -o pattern.mcap");
-  expectRun(folder, "encode front/*.pcd rear/*.pcd -o names.mcap");
+  writeClouds("front", roomClouds(3, 1));
+  writeClouds("rear", roomClouds(2, 2));
+  expectRun("encode front rear -o folders.mcap");
+  expectRun("encode '*/0*.pcd' -o pattern.mcap");
+  expectRun("encode front/*.pcd rear/*.pcd -o names.mcap");
   const std::vector<DecodedStream> streams = decode(folder / "folders.mcap");
   for (const std::string file : {"pattern.mcap", "names.mcap"}) {
     const std::vector<DecodedStream> others = decode(folder / file);
@@ -132,28 +127,27 @@ TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
       expectSameFrames(streams[i], 0, others[i]);
     }
   }
-  const ProgramRun one = run(folder, "encode '*/0*.pcd' -o one.pcxi");
+  const ProgramRun one = run("encode '*/0*.pcd' -o one.pcxi");
   EXPECT_EQ(one.status, 0);
   EXPECT_TRUE(hasPart(one.errors, "files of 2 folders become one stream"));
   EXPECT_EQ(decode(folder / "one.pcxi")[0].frames.size(), 5u);
 }
 
-TEST(ProgramInputs, QosOfABagsMetadataIsKept)
+TEST_F(ProgramInputs, QosOfABagsMetadataIsKept)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  expectRun(folder, "encode room -o x.mcap");
-  expectRun(folder, "decode x.mcap -o bag --bag");
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o x.mcap");
+  expectRun("decode x.mcap -o bag --bag");
   const Bytes yaml = bytesOf(folder / "bag/metadata.yaml");
   std::string text(yaml.begin(), yaml.end());
   const std::string key = "offered_qos_profiles: \"";
   ASSERT_TRUE(hasPart(text, key));
   text.insert(text.find(key) + key.size(), "- durability: 1\\n  depth: 2");
   writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
-  expectRun(folder, "encode bag -o small");
-  expectRun(folder, "decode small -o again.mcap");
-  expectRun(folder, "cut small -o cut.mcap --frames 0:1");
-  expectRun(folder, "merge small -o merged");
+  expectRun("encode bag -o small");
+  expectRun("decode small -o again.mcap");
+  expectRun("cut small -o cut.mcap --frames 0:1");
+  expectRun("merge small -o merged");
   for (const std::string path : {"small", "again.mcap", "cut.mcap", "merged"}) {
     recording::McapReader reader;
     ASSERT_TRUE(reader.open(folder / path).ok());
@@ -163,9 +157,8 @@ TEST(ProgramInputs, QosOfABagsMetadataIsKept)
   }
 }
 
-TEST(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
+TEST_F(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(1);
   ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "ascii.pcd", clouds[0]), 0);
   ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "binary.pcd", clouds[0]), 0);
@@ -173,43 +166,41 @@ TEST(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
             0);
   for (const std::string kind : {"ascii", "binary", "compressed"}) {
     const std::string file = kind + ".pcd";
-    expectRun(folder, "encode " + file + " -o x.pcxi --overwrite");
+    expectRun("encode " + file + " -o x.pcxi --overwrite");
     const ProgramRun result =
-        runShell(folder, "cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
+        runShell("cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
     EXPECT_EQ(result.status, 1);
     EXPECT_TRUE(hasPart(result.errors, "another cloud follows the first one"));
   }
 }
 
-TEST(ProgramInputs, AnEmptyCloudIsAFrame)
+TEST_F(ProgramInputs, AnEmptyCloudIsAFrame)
 {
-  const TestFolder folder;
   const std::string empty =
       "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 "
       "1 1\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n";
   fs::create_directories(folder / "none");
   writeBytes(folder / "none/0.pcd", {empty.begin(), empty.end()});
   writeBytes(folder / "none/1.pcd", {empty.begin(), empty.end()});
-  expectRun(folder, "encode none -o x.mcap");
+  expectRun("encode none -o x.mcap");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
-  expectRun(folder, "verify x.mcap");
+  expectRun("verify x.mcap");
   // A topic whose messages have no fields either.
   recording::McapMessage message;
   recording::writePointCloud({}, false, message.bytes);
   writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/empty")}, {message});
   for (const std::string options :
        {"", " -l none", " -l native", " -l count", " --intensity-field a"}) {
-    expectRun(folder, "encode bag.mcap -o small.mcap --overwrite" + options);
+    expectRun("encode bag.mcap -o small.mcap --overwrite" + options);
     EXPECT_EQ(decode(folder / "small.mcap")[0].frames.size(), 1u) << options;
   }
 }
 
-TEST(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
+TEST_F(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(1));
-  expectRun(folder, "encode room -o room.mcap");
-  expectRun(folder, "decode room.mcap -o clouds.mcap");
+  writeClouds("room", roomClouds(1));
+  expectRun("encode room -o room.mcap");
+  expectRun("decode room.mcap -o clouds.mcap");
   recording::McapReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapMessage cloud;
@@ -218,20 +209,19 @@ TEST(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
   recording::writePointCloud({}, false, empty.bytes);
   cloud.log_time += std::chrono::seconds(1);
   writeMcap(folder / "bag.mcap", {reader.channels()[0]}, {empty, cloud});
-  expectRun(folder, "encode bag.mcap -o small.mcap");
+  expectRun("encode bag.mcap -o small.mcap");
   recording::RecordingReader small;
   ASSERT_TRUE(small.open(folder / "small.mcap").ok());
   EXPECT_EQ(small.streams()[0].frames, 2u);
   EXPECT_EQ(small.streams()[0].metadata.at("intensity_law"), "native");
 }
 
-TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)
+TEST_F(ProgramInputs, FailuresThatAreAlikeAreCounted)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(30));
+  writeClouds("room", roomClouds(30));
   for (std::size_t i = 10; i < 25; ++i)
     fs::resize_file(folder / ("room/0" + std::to_string(i) + ".pcd"), 5000 + i);
-  const ProgramRun encoded = run(folder, "encode room -o x.pcxi");
+  const ProgramRun encoded = run("encode room -o x.pcxi");
   EXPECT_EQ(encoded.status, 1);
   EXPECT_EQ(linesOf(encoded.errors), 2u) << encoded.errors;
   EXPECT_TRUE(hasPart(encoded.errors, "/room, frame 10: cannot read 'room/010.pcd'"));
@@ -246,12 +236,12 @@ TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)
     bytes.insert(
         bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
   writeBytes(folder / "lost.pcxi", bytes);
-  const ProgramRun verified = run(folder, "verify lost.pcxi");
+  const ProgramRun verified = run("verify lost.pcxi");
   EXPECT_EQ(verified.status, 1);
   EXPECT_EQ(linesOf(verified.output), 3u) << verified.output;
   EXPECT_TRUE(hasPart(verified.output,
                       "lost, frames 1 to 38: 38 more failures like that of frame 0"));
-  const ProgramRun decoded = run(folder, "decode lost.pcxi -o out");
+  const ProgramRun decoded = run("decode lost.pcxi -o out");
   EXPECT_EQ(decoded.status, 1);
   EXPECT_EQ(linesOf(decoded.errors), 3u) << decoded.errors;
 }

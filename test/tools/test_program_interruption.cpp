@@ -23,21 +23,21 @@ namespace test {
 
 namespace fs = std::filesystem;
 
-TEST(ProgramOutput, LimitOnFileSizesIsAnError)
+using ProgramOutput = ProgramTest;
+using ProgramInterruption = ProgramTest;
+
+TEST_F(ProgramOutput, LimitOnFileSizesIsAnError)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
-  const ProgramRun result =
-      runShell(folder, "ulimit -f 1; \"$P\" merge x.mcap -o y.mcap");
+  const ProgramRun result = runShell("ulimit -f 1; \"$P\" merge x.mcap -o y.mcap");
   EXPECT_EQ(result.status, 1);
   EXPECT_TRUE(hasPart(result.errors, "File too large"));
 }
 
-TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
+TEST_F(ProgramInterruption, LeavesARecordingThatIsComplete)
 {
-  const TestFolder folder;
   // More bytes than a pipe holds, so that the program waits for this test.
-  writeClouds(folder, "room", roomClouds(60));
+  writeClouds("room", roomClouds(60));
   const std::string input = folder / "room";
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
@@ -125,13 +125,12 @@ interrupted(const TestFolder& folder,
   return run.get();
 }
 
-TEST(ProgramInterruption, KeepsAnEarlierOutput)
+TEST_F(ProgramInterruption, KeepsAnEarlierOutput)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  expectRun(folder, "encode room -o x.mcap -r 0.1");
-  expectRun(folder, "decode x.mcap -o out");
-  expectRun(folder, "decode x.mcap -o bag.mcap");
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o x.mcap -r 0.1");
+  expectRun("decode x.mcap -o out");
+  expectRun("decode x.mcap -o bag.mcap");
   std::vector<KnownStream> streams = {knownStream(0, 20000, 1000)};
   record(streams, folder / "long.mcap");
   fs::create_directories(folder / "many");
@@ -146,7 +145,7 @@ TEST(ProgramInterruption, KeepsAnEarlierOutput)
     prefixes += i == 0 ? "" : "," + std::to_string(i);
   }
   merge += prefixes;
-  expectRun(folder, merge + " -o longer.mcap -q");
+  expectRun(merge + " -o longer.mcap -q");
   const std::vector<std::string> commands = {"encode many -o x.mcap -r 0.1",
                                              merge + " -o x.mcap",
                                              "cut longer.mcap -o x.mcap",

@@ -36,9 +36,10 @@ expectSameForAllJobs(const TestFolder& folder, const std::string& arguments, int
 
 } // namespace
 
-TEST(ProgramJobs, BytesAndMessagesAreTheSameForEachNumber)
+using ProgramJobs = ProgramTest;
+
+TEST_F(ProgramJobs, BytesAndMessagesAreTheSameForEachNumber)
 {
-  const TestFolder folder;
   writeUnevenBag(folder / "bag.mcap", 290);
   // Both topics, with fewer jobs than topics and with more; one; and those that are not
   // divided.
@@ -59,11 +60,10 @@ TEST(ProgramJobs, BytesAndMessagesAreTheSameForEachNumber)
   expectSameForAllJobs(folder, "damaged.mcap -r 0.05", 1);
 }
 
-TEST(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
+TEST_F(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(155));
-  expectRun(folder, "encode room -o whole.pcxi -r 0.1 --i-frame-rate 50 -q -j 3");
+  writeClouds("room", roomClouds(155));
+  expectRun("encode room -o whole.pcxi -r 0.1 --i-frame-rate 50 -q -j 3");
   const DecodedStream whole = decode(folder / "whole.pcxi")[0];
   ASSERT_EQ(whole.frames.size(), 155u);
   for (std::size_t i = 0; i < whole.frames.size(); ++i) {
@@ -73,19 +73,17 @@ TEST(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
   }
 }
 
-TEST(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
+TEST_F(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
 {
-  const TestFolder folder;
   writeBag(folder / "bag.mcap", 360);
   const ProgramRun result =
-      runShell(folder,
-               "\"$P\" encode bag.mcap --topics /front/points -j 3 -o x.mcap -e small "
+      runShell("\"$P\" encode bag.mcap --topics /front/points -j 3 -o x.mcap -e small "
                "& p=$!; i=0; "
                "until [ $(stat -c %s x.mcap.unfinished || echo 0) -gt 500000 ] || [ $i "
                "= 2000 ]; "
                "do i=$((i+1)); sleep 0.002; done 2> /dev/null; kill -INT $p; wait $p");
   EXPECT_EQ(result.status, 130) << result.output;
-  expectRun(folder, "encode bag.mcap --topics /front/points -o whole.mcap -e small");
+  expectRun("encode bag.mcap --topics /front/points -o whole.mcap -e small");
   const DecodedStream whole = decode(folder / "whole.mcap")[0];
   const DecodedStream part = decode(folder / "x.mcap")[0];
   ASSERT_LT(part.frames.size(), whole.frames.size());
@@ -97,22 +95,20 @@ TEST(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
       << result.output;
 }
 
-TEST(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
+TEST_F(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
 {
-  const TestFolder folder;
   writeUnevenBag(folder / "bag.mcap", 10);
   const ProgramRun result =
-      run(folder, "encode bag.mcap --topics /fast --max-rate 1Mbit/s -j 2 -o x.mcap");
+      run("encode bag.mcap --topics /fast --max-rate 1Mbit/s -j 2 -o x.mcap");
   EXPECT_TRUE(hasPart(result.errors,
                       "--jobs 2 is more than there are streams: with "
                       "--max-rate"));
 }
 
-TEST(ProgramJobs, JsonHasWhatTheSummaryHas)
+TEST_F(ProgramJobs, JsonHasWhatTheSummaryHas)
 {
-  const TestFolder folder;
   writeUnevenBag(folder / "bag.mcap", 60);
-  const ProgramRun result = run(folder, "encode bag.mcap -o x.mcap -j 2 --json");
+  const ProgramRun result = run("encode bag.mcap -o x.mcap -j 2 --json");
   EXPECT_EQ(result.status, 1);
   const auto json = nlohmann::json::parse(result.output);
   ASSERT_EQ(json["bags"].size(), 1u);

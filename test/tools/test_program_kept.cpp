@@ -36,9 +36,10 @@ writeWithViewpoint(const std::string& path,
 
 } // namespace
 
-TEST(ProgramKept, ViewpointsOfPcdFiles)
+using ProgramKept = ProgramTest;
+
+TEST_F(ProgramKept, ViewpointsOfPcdFiles)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(3);
   const Eigen::Vector4f first(1.5f, -2.25f, 0.75f, 0.0f);
   const Eigen::Vector4f last(3.0f, 0.0f, 0.75f, 0.0f);
@@ -46,9 +47,9 @@ TEST(ProgramKept, ViewpointsOfPcdFiles)
   writeWithViewpoint(folder / "moved/0.pcd", clouds[0], first, turned);
   writeWithViewpoint(folder / "moved/1.pcd", clouds[1], first, turned);
   writeWithViewpoint(folder / "moved/2.pcd", clouds[2], last, turned);
-  EXPECT_EQ(run(folder, "encode moved -o x.mcap").status, 0);
-  expectRun(folder, "cut x.mcap -o cut.mcap");
-  expectRun(folder, "decode cut.mcap -o out");
+  EXPECT_EQ(run("encode moved -o x.mcap").status, 0);
+  expectRun("cut x.mcap -o cut.mcap");
+  expectRun("decode cut.mcap -o out");
   for (const char* file : {"out/000000.pcd", "out/000001.pcd", "out/000002.pcd"}) {
     const pcl::PointCloud<pcl::PointXYZI> decoded = readCloud(folder / file);
     const bool is_last = std::string(file) == "out/000002.pcd";
@@ -56,16 +57,15 @@ TEST(ProgramKept, ViewpointsOfPcdFiles)
     EXPECT_EQ(decoded.sensor_orientation_.coeffs(), turned.coeffs()) << file;
   }
   // Where it cannot be kept, the program says so.
-  EXPECT_TRUE(hasPart(run(folder, "encode moved -o x.pcxi").errors, "VIEWPOINT"));
-  EXPECT_TRUE(hasPart(run(folder, "encode moved -o y.mcap --pose 1,2,3,0,0,0").errors,
-                      "VIEWPOINT"));
+  EXPECT_TRUE(hasPart(run("encode moved -o x.pcxi").errors, "VIEWPOINT"));
+  EXPECT_TRUE(
+      hasPart(run("encode moved -o y.mcap --pose 1,2,3,0,0,0").errors, "VIEWPOINT"));
 }
 
-TEST(ProgramKept, StampsInNamesOfFiles)
+TEST_F(ProgramKept, StampsInNamesOfFiles)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(3);
-  writeClouds(folder, "numbered", clouds);
+  writeClouds("numbered", clouds);
   std::filesystem::create_directories(folder / "named");
   // As numbers and as texts they are in different orders.
   const char* const names[] = {
@@ -73,7 +73,7 @@ TEST(ProgramKept, StampsInNamesOfFiles)
   for (std::size_t i = 0; i < 3; ++i)
     std::filesystem::copy(folder / ("numbered/00" + std::to_string(i) + ".pcd"),
                           folder / (std::string("named/") + names[i] + ".pcd"));
-  expectRun(folder, "encode named -o x.mcap -r 0.05");
+  expectRun("encode named -o x.mcap -r 0.05");
   const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
   const nanoseconds second = std::chrono::seconds(1305031102);
   const nanoseconds stamps[] = {second + nanoseconds(175304000),
@@ -85,37 +85,36 @@ TEST(ProgramKept, StampsInNamesOfFiles)
     EXPECT_EQ(streams[0].frames[i].stamp, stamps[i]);
   }
   // The decoded clouds have them, too, and another run finds them.
-  expectRun(folder, "decode x.mcap -o out");
+  expectRun("decode x.mcap -o out");
   EXPECT_TRUE(std::filesystem::exists(folder / "out/000000_1305031102.175304000.pcd"));
-  expectRun(folder, "decode x.mcap -o out --overwrite");
+  expectRun("decode x.mcap -o out --overwrite");
   EXPECT_EQ(filesIn(folder / "out"), 3u);
-  expectRun(folder, "encode out -o again.mcap -r 0.05");
+  expectRun("encode out -o again.mcap -r 0.05");
   EXPECT_EQ(decode(folder / "again.mcap")[0].frames[2].stamp, stamps[2]);
-  expectRun(folder, "encode named -o rate.mcap --rate 4");
+  expectRun("encode named -o rate.mcap --rate 4");
   EXPECT_EQ(decode(folder / "rate.mcap")[0].frames[1].time,
             std::chrono::milliseconds(250));
 }
 
-TEST(ProgramKept, TimesInNamesOfFilesThatAreLeftOutAreToldOf)
+TEST_F(ProgramKept, TimesInNamesOfFilesThatAreLeftOutAreToldOf)
 {
-  const TestFolder folder;
-  writeClouds(folder, "numbered", roomClouds(2));
+  writeClouds("numbered", roomClouds(2));
   std::filesystem::create_directories(folder / "named");
   std::filesystem::copy(folder / "numbered/000.pcd", folder / "named/1305031102.5.pcd");
   std::filesystem::copy(folder / "numbered/001.pcd",
                         folder / "named/1305031102.50.pcd");
-  EXPECT_EQ(run(folder, "encode named -o x.mcap").errors,
+  EXPECT_EQ(run("encode named -o x.mcap").errors,
             "pcl_ext encode: named: the times in the names are left out, as that of "
             "'named/1305031102.50.pcd' is not later than that of "
             "'named/1305031102.5.pcd'\n");
   std::filesystem::rename(folder / "named/1305031102.50.pcd", folder / "named/map.pcd");
   std::filesystem::copy(folder / "numbered/001.pcd", folder / "named/1305031102.6.pcd");
-  EXPECT_EQ(run(folder, "encode named -o y.mcap").errors,
+  EXPECT_EQ(run("encode named -o y.mcap").errors,
             "pcl_ext encode: named: the times in the names are left out, as "
             "'named/map.pcd' has none\n");
 }
 
-TEST(ProgramKept, NamesThatAreStamps)
+TEST_F(ProgramKept, NamesThatAreStamps)
 {
   using namespace std::chrono_literals;
   EXPECT_EQ(stampOfName("a/1305031102.175304.pcd"), 1305031102175304000ns);
@@ -140,9 +139,8 @@ TEST(ProgramKept, NamesThatAreStamps)
     EXPECT_EQ(stampOfName(name), std::nullopt) << name;
 }
 
-TEST(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
+TEST_F(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
 {
-  const TestFolder folder;
   std::filesystem::create_directories(folder / "lidar");
   for (const char* name : {"lidar/0.pcd", "lidar/1.pcd"}) {
     const std::string text =
@@ -153,7 +151,7 @@ TEST(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
     writeBytes(folder / name, {text.begin(), text.end()});
   }
   EXPECT_EQ(
-      run(folder, "encode lidar -o x.mcap").errors,
+      run("encode lidar -o x.mcap").errors,
       "pcl_ext encode: /lidar: fields that are left out: ring, time; the rows and "
       "columns of the points are not kept; --fields keeps fields\n");
 }

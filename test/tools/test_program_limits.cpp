@@ -35,37 +35,36 @@ cubeOfVoxels(int width, bool has_gaps, int step = 1)
 
 } // namespace
 
-TEST(ProgramLimits, FramesAboveADecodersDefaultAreRead)
+using ProgramLimits = ProgramTest;
+
+TEST_F(ProgramLimits, FramesAboveADecodersDefaultAreRead)
 {
-  const TestFolder folder;
   const pcl::PointCloud<pcl::PointXYZ> cloud = cubeOfVoxels(130, true);
   ASSERT_GT(cloud.size(), std::size_t{1} << 20);
   pcl::io::savePCDFileBinary(folder / "large.pcd", cloud);
-  expectRun(folder, "encode large.pcd -o x.mcap -r 0.04 -l none -e fast");
-  const ProgramRun verified = expectRun(folder, "verify x.mcap");
+  expectRun("encode large.pcd -o x.mcap -r 0.04 -l none -e fast");
+  const ProgramRun verified = expectRun("verify x.mcap");
   EXPECT_EQ(verified.output, "1 frame decoded, 0 lost\n");
-  expectRun(folder, "decode x.mcap -o y.mcap --bag");
-  const ProgramRun limited = run(folder, "decode x.mcap -o z --max-voxels 1000000");
+  expectRun("decode x.mcap -o y.mcap --bag");
+  const ProgramRun limited = run("decode x.mcap -o z --max-voxels 1000000");
   EXPECT_EQ(limited.status, 1);
   EXPECT_TRUE(hasPart(limited.errors, "exceed the limit of 1000000"));
 }
 
-TEST(ProgramLimits, RegularGridsOfManyVoxelsAreRead)
+TEST_F(ProgramLimits, RegularGridsOfManyVoxelsAreRead)
 {
   // They take fewer bytes than readers demand for so many blocks.
-  const TestFolder folder;
   std::filesystem::create_directories(folder / "room");
   pcl::io::savePCDFileBinary(folder / "room/0.pcd", cubeOfVoxels(10, true));
   pcl::io::savePCDFileBinary(folder / "room/1.pcd", cubeOfVoxels(102, false, 4));
   pcl::io::savePCDFileBinary(folder / "room/2.pcd", cubeOfVoxels(10, true));
-  expectRun(folder, "encode room -o x.pcxi -r 0.04 -l none -e fast -q");
-  const ProgramRun verified = expectRun(folder, "verify x.pcxi");
+  expectRun("encode room -o x.pcxi -r 0.04 -l none -e fast -q");
+  const ProgramRun verified = expectRun("verify x.pcxi");
   EXPECT_EQ(verified.output, "3 frames decoded, 0 lost\n");
 }
 
-TEST(ProgramLimits, StreamsShareTheMemory)
+TEST_F(ProgramLimits, StreamsShareTheMemory)
 {
-  const TestFolder folder;
   const pcl::PointCloud<pcl::PointXYZ> cloud = cubeOfVoxels(40, false);
   for (const char* stream : {"a", "b", "c", "d"}) {
     std::filesystem::create_directories(folder / ("room/" + std::string(stream)));
@@ -73,15 +72,14 @@ TEST(ProgramLimits, StreamsShareTheMemory)
       pcl::io::savePCDFileBinary(
           folder / ("room/" + std::string(stream) + "/" + number + ".pcd"), cloud);
   }
-  expectRun(folder,
-            "encode room/a room/b room/c room/d -o x.mcap -r 0.04 -l none -e fast -q");
-  const ProgramRun roomy = expectRun(folder, "verify x.mcap");
+  expectRun("encode room/a room/b room/c room/d -o x.mcap -r 0.04 -l none -e fast -q");
+  const ProgramRun roomy = expectRun("verify x.mcap");
   EXPECT_EQ(roomy.output, "12 frames decoded, 0 lost\n");
-  const ProgramRun narrow = run(folder, "verify x.mcap --memory-limit 10MB");
+  const ProgramRun narrow = run("verify x.mcap --memory-limit 10MB");
   EXPECT_EQ(narrow.status, 0);
   EXPECT_EQ(narrow.output, roomy.output);
   EXPECT_TRUE(hasPart(narrow.errors, "to keep --memory-limit"));
-  const ProgramRun none = run(folder, "verify x.mcap --memory-limit 1MB");
+  const ProgramRun none = run("verify x.mcap --memory-limit 1MB");
   EXPECT_EQ(none.status, 1);
   EXPECT_TRUE(hasPart(none.output, "the memory limit is 1 MB"));
 }

@@ -35,12 +35,13 @@ makeBag(const TestFolder& folder, std::size_t clouds)
 
 } // namespace
 
-TEST(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
+using ProgramLive = ProgramTest;
+
+TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(6));
-  expectRun(folder, "encode room -o room.mcap");
-  expectRun(folder, "decode room.mcap -o clouds.mcap");
+  writeClouds("room", roomClouds(6));
+  expectRun("encode room -o room.mcap");
+  expectRun("decode room.mcap -o clouds.mcap");
   recording::McapReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapWriter writer;
@@ -60,19 +61,18 @@ TEST(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
   }
   ASSERT_TRUE(writer.write(recording::McapMetadata{"name", {{"a", "b"}}}).ok());
   ASSERT_TRUE(writer.finish().ok());
-  expectRun(folder, "encode bag.mcap -o whole.pcxi");
+  expectRun("encode bag.mcap -o whole.pcxi");
   for (const std::string extension : {"pcxi", "mcap"}) {
     // The rest of the bag waits for the first frames, at most a minute.
     const std::string first = std::to_string(sizes[1]);
     const std::string rest = std::to_string(sizes[1] + 1);
     const std::string output = "x." + extension;
     const ProgramRun result = runShell(
-        folder,
         "mkfifo pipe; \"$P\" encode pipe -o " + output + " & exec 3> pipe; head -c " +
-            first + " bag.mcap >&3; for i in $(seq 600); do \"$P\" info " + output +
-            ".unfinished --json 2> none | grep -q 'frames\": [1-9]' && touch early." +
-            extension + " && break; sleep 0.1; done; tail -c +" + rest +
-            " bag.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; exit $status");
+        first + " bag.mcap >&3; for i in $(seq 600); do \"$P\" info " + output +
+        ".unfinished --json 2> none | grep -q 'frames\": [1-9]' && touch early." +
+        extension + " && break; sleep 0.1; done; tail -c +" + rest +
+        " bag.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; exit $status");
     EXPECT_EQ(result.status, 0) << result.errors;
     EXPECT_TRUE(fs::exists(folder / ("early." + extension)));
     EXPECT_EQ(decode(folder / output)[0].frames.size(), 6u);
@@ -86,19 +86,17 @@ TEST(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
   EXPECT_EQ(metadata[0].values.at("a"), "b");
   // It may end anywhere.
   const ProgramRun cut =
-      runShell(folder,
-               "head -c " + std::to_string(sizes[3] + 50) +
-                   " bag.mcap | \"$P\" encode - -o cut.pcxi --topics /room");
+      runShell("head -c " + std::to_string(sizes[3] + 50) +
+               " bag.mcap | \"$P\" encode - -o cut.pcxi --topics /room");
   EXPECT_EQ(cut.status, 1);
   EXPECT_TRUE(hasPart(cut.errors, "the file ends within a record"));
   EXPECT_EQ(decode(folder / "cut.pcxi")[0].frames.size(), 4u);
 }
 
-TEST(ProgramLive, FramesThatComeTogetherShareAChunk)
+TEST_F(ProgramLive, FramesThatComeTogetherShareAChunk)
 {
-  const TestFolder folder;
   makeBag(folder, 6);
-  ASSERT_EQ(runShell(folder, "cat clouds.mcap | \"$P\" encode - -o x.mcap").status, 0);
+  ASSERT_EQ(runShell("cat clouds.mcap | \"$P\" encode - -o x.mcap").status, 0);
   recording::McapReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   ASSERT_EQ(reader.index().size(), 6u);
@@ -108,22 +106,19 @@ TEST(ProgramLive, FramesThatComeTogetherShareAChunk)
   EXPECT_EQ(chunks.size(), 1u);
 }
 
-TEST(ProgramLive, ItEndsBehindTheFramesThatAreWanted)
+TEST_F(ProgramLive, ItEndsBehindTheFramesThatAreWanted)
 {
-  const TestFolder folder;
   makeBag(folder, 5);
   // The pipe stays open; timeout would end the program.
-  const ProgramRun result = runShell(folder,
-                                     "mkfifo pipe; timeout 60 \"$P\" encode pipe -o "
+  const ProgramRun result = runShell("mkfifo pipe; timeout 60 \"$P\" encode pipe -o "
                                      "x.mcap --frames 1:3 & exec 3> pipe; "
                                      "cat clouds.mcap >&3; wait $!");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
 }
 
-TEST(ProgramLive, ASocketIsReadAsItComes)
+TEST_F(ProgramLive, ASocketIsReadAsItComes)
 {
-  const TestFolder folder;
   makeBag(folder, 3);
   const Bytes bag = bytesOf(folder / "clouds.mcap");
   int ends[2];
@@ -163,9 +158,8 @@ TEST(ProgramLive, ASocketIsReadAsItComes)
   EXPECT_EQ(decode(output)[0].frames.size(), 2u);
 }
 
-TEST(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
+TEST_F(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
 {
-  const TestFolder folder;
   makeBag(folder, 3);
   recording::McapReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
@@ -186,8 +180,7 @@ TEST(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
     ASSERT_TRUE(writer.flush().ok());
   }
   ASSERT_TRUE(writer.finish().ok());
-  const ProgramRun result =
-      runShell(folder, "cat bag.mcap | \"$P\" encode - -o x.pcxi");
+  const ProgramRun result = runShell("cat bag.mcap | \"$P\" encode - -o x.pcxi");
   ASSERT_EQ(result.status, 1) << result.errors;
   EXPECT_TRUE(hasPart(result.errors,
                       "/rear: its clouds are left out: 'x.pcxi' takes one stream"));
@@ -196,28 +189,25 @@ TEST(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
   EXPECT_FALSE(fs::exists(folder / "x.pcxi.unfinished"));
 }
 
-TEST(ProgramLive, AFileThatAppearsMeanwhileIsNotReplaced)
+TEST_F(ProgramLive, AFileThatAppearsMeanwhileIsNotReplaced)
 {
-  const TestFolder folder;
   makeBag(folder, 2);
   for (const std::string output : {"x.pcxi", "x.mcap"}) {
     const ProgramRun result = runShell(
-        folder,
         "mkfifo pipe; \"$P\" encode pipe -o " + output +
-            " & exec 3> pipe; head -c -50 clouds.mcap >&3; for i in $(seq 600); do [ "
-            "-e " +
-            output + ".unfinished ] && break; sleep 0.1; done; echo earlier > " +
-            output +
-            "; tail -c 50 clouds.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; "
-            "exit "
-            "$status");
+        " & exec 3> pipe; head -c -50 clouds.mcap >&3; for i in $(seq 600); do [ "
+        "-e " +
+        output + ".unfinished ] && break; sleep 0.1; done; echo earlier > " + output +
+        "; tail -c 50 clouds.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; "
+        "exit "
+        "$status");
     EXPECT_EQ(result.status, 1);
     EXPECT_TRUE(hasPart(result.errors,
                         "File exists; what was written until then is in '" + output +
                             ".unfinished'"));
     const Bytes bytes = bytesOf(folder / output);
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "earlier\n");
-    expectRun(folder, "verify " + output + ".unfinished");
+    expectRun("verify " + output + ".unfinished");
   }
 }
 

@@ -25,9 +25,10 @@ using view::test::LiveSource;
 using view::test::timeOfFrame;
 using view::test::waitFor;
 
-TEST(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
+using ProgramLosses = ProgramTest;
+
+TEST_F(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
 {
-  const TestFolder folder;
   const NatsServer server;
   for (const std::string name : {"x.mcap", "x.pcxi"}) {
     Receiving receiving(folder, name, at(server) + "-o " + name);
@@ -59,9 +60,8 @@ TEST(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
   }
 }
 
-TEST(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
+TEST_F(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
 {
-  const TestFolder folder;
   const NatsServer server;
   Receiving receiving(folder, "receive", at(server) + "-o x.mcap");
   link::test::Stranger sensor(server);
@@ -77,9 +77,8 @@ TEST(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
   EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 10u);
 }
 
-TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
+TEST_F(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
 {
-  const TestFolder folder;
   const KnownStream stream = knownStream(0, 30, 10);
   Bytes damaged; // frame 3 is missing, and frame 14 has a wrong checksum
   for (std::size_t i = 0; i < stream.frames.size(); ++i) {
@@ -92,18 +91,17 @@ TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
   writeBytes(folder / "damaged.pcxi", damaged);
   for (const std::string command : {"cut", "merge"}) {
     const std::string output = command + ".pcxi";
-    const ProgramRun run =
-        tools::test::run(folder, command + " damaged.pcxi -o " + output);
-    EXPECT_EQ(run.status, 1);
+    const ProgramRun copied = run(command + " damaged.pcxi -o " + output);
+    EXPECT_EQ(copied.status, 1);
     EXPECT_TRUE(
-        hasPart(run.output, output + ": 17 frames of 1 stream, 12 frames lost"));
+        hasPart(copied.output, output + ": 17 frames of 1 stream, 12 frames lost"));
     EXPECT_EQ(decode(folder / output).at(0).frames.size(), 17u);
   }
   const NatsServer server;
   for (const std::string input : {"--rate 100 damaged.pcxi", "- < damaged.pcxi"}) {
     SCOPED_TRACE(input);
     Receiving receiving(folder, "receive", at(server) + "--overwrite -o received.pcxi");
-    const ProgramRun sent = tools::test::run(folder, "send" + at(server) + input);
+    const ProgramRun sent = run("send" + at(server) + input);
     EXPECT_EQ(sent.status, 1);
     EXPECT_TRUE(hasPart(sent.output, "17 frames sent"));
     EXPECT_TRUE(
@@ -113,9 +111,9 @@ TEST(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
   }
 }
 
-TEST(ProgramLosses, FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasThereYet)
+TEST_F(ProgramLosses,
+       FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasThereYet)
 {
-  const TestFolder folder;
   const NatsServer server;
   const KnownStream stream = knownStream(0, 30, 10);
   const auto receive = [&](std::size_t first, std::size_t missing) {
@@ -136,11 +134,10 @@ TEST(ProgramLosses, FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasT
   EXPECT_TRUE(hasPart(late, "; 6 before the first I-frames left out"));
 }
 
-TEST(ProgramLosses, WhatAHangingServerDoesNotAnswerIsLostAndNotTheMachinesFault)
+TEST_F(ProgramLosses, WhatAHangingServerDoesNotAnswerIsLostAndNotTheMachinesFault)
 {
-  const TestFolder folder;
   NatsServer server;
-  writeClouds(folder, "room", roomClouds(200));
+  writeClouds("room", roomClouds(200));
   BackgroundProgram receiving(folder, "receive", "receive -o x.mcap" + at(server));
   receiving.waitForError("receiving from site");
   BackgroundProgram sending(
@@ -159,9 +156,8 @@ TEST(ProgramLosses, WhatAHangingServerDoesNotAnswerIsLostAndNotTheMachinesFault)
   EXPECT_TRUE(hasPart(receiving.errors(), "what was sent since then is missing"));
 }
 
-TEST(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
+TEST_F(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
 {
-  const TestFolder folder;
   const NatsServer server;
   Receiving receiving(folder, "receive", at(server) + "-o x.pcxi");
   SitePublisher first(server);
@@ -186,11 +182,10 @@ TEST(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
   EXPECT_EQ(decode(folder / "x.pcxi").at(0).frames.size(), 4u);
 }
 
-TEST(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
+TEST_F(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
 {
-  const TestFolder folder;
   const NatsServer server;
-  writeClouds(folder, "room", roomClouds(40));
+  writeClouds("room", roomClouds(40));
   link::SubscriberSettings settings;
   settings.link = SitePublisher::settingsOf(server);
   settings.i_frame_request_interval = std::chrono::milliseconds(1);

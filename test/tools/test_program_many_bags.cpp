@@ -60,15 +60,16 @@ linesOfManifest(const std::string& path)
 
 } // namespace
 
-TEST(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
+using ProgramManyBags = ProgramTest;
+
+TEST_F(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
 {
-  const TestFolder folder;
   writeBags(folder, 4);
   for (const std::string name : {"a", "b", "c", "d"})
-    expectRun(folder, "encode bags/" + name + ".mcap -r 0.05 -o " + name + ".mcap");
+    expectRun("encode bags/" + name + ".mcap -r 0.05 -o " + name + ".mcap");
   for (const std::string jobs : {"1", "2", "5"}) {
     const ProgramRun result =
-        expectRun(folder, "encode bags -r 0.05 -o made" + jobs + " -j " + jobs);
+        expectRun("encode bags -r 0.05 -o made" + jobs + " -j " + jobs);
     EXPECT_TRUE(hasPart(result.output, "| 4    | 0        | 36     |"));
     const auto made = recordingsIn(folder / ("made" + jobs));
     ASSERT_EQ(made.size(), 4u);
@@ -78,20 +79,19 @@ TEST(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
   // Named singly, by a glob, and as a rosbag2 folder.
   fs::create_directories(folder / "bag_d");
   fs::copy(folder / "bags/d.mcap", folder / "bag_d/bag_d_0.mcap");
-  expectRun(folder, "encode bags/a.mcap 'bags/[bc].mcap' bag_d/ -r 0.05 -o made");
+  expectRun("encode bags/a.mcap 'bags/[bc].mcap' bag_d/ -r 0.05 -o made");
   EXPECT_EQ(recordingsIn(folder / "made").count("bag_d.mcap"), 1u);
   EXPECT_TRUE(bytesOf(folder / "made/b.mcap") == bytesOf(folder / "b.mcap"));
 }
 
-TEST(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
+TEST_F(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
 {
-  const TestFolder folder;
   writeBags(folder, 4);
   writeBytes(folder / "bags/b.mcap", {});
   Bytes bytes = bytesOf(folder / "bags/c.mcap");
   bytes.resize(bytes.size() / 2);
   writeBytes(folder / "bags/c.mcap", bytes);
-  const ProgramRun one = run(folder, "encode bags -r 0.05 -o made");
+  const ProgramRun one = run("encode bags -r 0.05 -o made");
   EXPECT_EQ(one.status, 1);
   EXPECT_TRUE(hasPart(one.output, "| 4    | 2        |"));
   EXPECT_TRUE(hasPart(one.output,
@@ -99,13 +99,13 @@ TEST(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
   EXPECT_TRUE(hasPart(one.output, "| bags/c.mcap | incomplete |"));
   EXPECT_TRUE(
       hasPart(one.errors, "pcl_ext encode: bags/b.mcap: 'bags/b.mcap' is not a cloud"));
-  const ProgramRun several = run(folder, "encode bags -r 0.05 -o made2 -j 3");
+  const ProgramRun several = run("encode bags -r 0.05 -o made2 -j 3");
   EXPECT_EQ(several.output, one.output);
   EXPECT_EQ(several.errors, one.errors);
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "made2"));
   // What failed is tried again, and only that.
   writeBag(folder / "bags/b.mcap", 4);
-  EXPECT_EQ(run(folder, "encode bags -r 0.05 -o made").status, 1);
+  EXPECT_EQ(run("encode bags -r 0.05 -o made").status, 1);
   const std::vector<std::string> lines =
       linesOfManifest(folder / "made/manifest.jsonl");
   ASSERT_EQ(lines.size(), 12u);
@@ -114,15 +114,13 @@ TEST(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
                 "b.mcap begun", "b.mcap done", "c.mcap begun", "c.mcap incomplete"}));
 }
 
-TEST(ProgramManyBags, GoesOnWhereItWasKilled)
+TEST_F(ProgramManyBags, GoesOnWhereItWasKilled)
 {
-  const TestFolder folder;
   writeBags(folder, 4);
   writeBag(folder / "bags/e.mcap", 60);
-  expectRun(folder, "encode bags -r 0.05 -o whole");
+  expectRun("encode bags -r 0.05 -o whole");
   const ProgramRun killed =
-      runShell(folder,
-               "\"$P\" encode bags -r 0.05 -o made & p=$!; i=0; "
+      runShell("\"$P\" encode bags -r 0.05 -o made & p=$!; i=0; "
                "until grep -q 'd.mcap.*done' made/manifest.jsonl || [ $i = 1000 ]; "
                "do i=$((i+1)); sleep 0.005; done 2> /dev/null; kill -9 $p; wait $p");
   EXPECT_EQ(killed.status, 137);
@@ -132,7 +130,7 @@ TEST(ProgramManyBags, GoesOnWhereItWasKilled)
   std::ofstream(manifest, std::ios::app) << "{\"input\":\"";
   writeBytes(folder / "made/e.mcap", {1, 2, 3});
   const auto time = fs::last_write_time(folder / "made/a.mcap");
-  const ProgramRun again = expectRun(folder, "encode -q bags -r 0.05 -o made -j 2");
+  const ProgramRun again = expectRun("encode -q bags -r 0.05 -o made -j 2");
   EXPECT_TRUE(hasPart(again.output, "| 5    | 0        |"));
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "whole"));
   EXPECT_EQ(fs::last_write_time(folder / "made/a.mcap"), time);
@@ -141,46 +139,43 @@ TEST(ProgramManyBags, GoesOnWhereItWasKilled)
   EXPECT_EQ(std::count(lines.begin(), lines.end(), "a.mcap begun"), 1);
 }
 
-TEST(ProgramManyBags, WhatHasChangedIsEncodedAgain)
+TEST_F(ProgramManyBags, WhatHasChangedIsEncodedAgain)
 {
-  const TestFolder folder;
   writeBags(folder, 3);
-  expectRun(folder, "encode bags -r 0.05 -o made");
+  expectRun("encode bags -r 0.05 -o made");
   writeBag(folder / "bags/a.mcap", 8);
   fs::remove(folder / "made/b.mcap");
-  const ProgramRun again = run(folder, "encode bags -r 0.05 -o made");
+  const ProgramRun again = run("encode bags -r 0.05 -o made");
   EXPECT_EQ(again.errors, "pcl_ext encode: 1 bag done before and unchanged\n");
-  expectRun(folder, "encode bags -r 0.05 -q -o whole");
+  expectRun("encode bags -r 0.05 -q -o whole");
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "whole"));
   expectFailure(
-      folder,
       "encode bags -r 0.06 -o made",
       2,
       "'made/a.mcap' was encoded with other options, '--resolution=0.05': name "
       "another folder, or encode all again with --overwrite");
-  expectRun(folder, "encode bags -r 0.06 -o made --overwrite");
-  expectRun(folder, "encode bags -r 0.06 -q -j 2 -o made");
+  expectRun("encode bags -r 0.06 -o made --overwrite");
+  expectRun("encode bags -r 0.06 -q -j 2 -o made");
   // Also one bag, into a folder that has recordings of several.
   fs::remove(folder / "made/c.mcap");
-  expectRun(folder, "encode bags/c.mcap -r 0.06 -q -o made");
-  expectRun(folder, "encode bags -r 0.06 -q -o other");
+  expectRun("encode bags/c.mcap -r 0.06 -q -o made");
+  expectRun("encode bags -r 0.06 -q -o other");
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "other"));
 }
 
-TEST(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)
+TEST_F(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)
 {
-  const TestFolder folder;
   writeBags(folder, 2);
   fs::create_directories(folder / "more");
   fs::copy(folder / "bags/a.mcap", folder / "more/a.mcap");
   fs::create_directories(folder / "made");
   writeBytes(folder / "made/b.mcap", {1});
-  expectFailure(folder, "encode bags -o made", 2, "'made/b.mcap' exists");
+  expectFailure("encode bags -o made", 2, "'made/b.mcap' exists");
   fs::remove(folder / "made/b.mcap");
-  expectRun(folder, "encode bags -o made -q");
-  expectFailure(folder, "encode more -o made", 2, "'made/a.mcap' is of another bag");
+  expectRun("encode bags -o made -q");
+  expectFailure("encode more -o made", 2, "'made/a.mcap' is of another bag");
   const ProgramRun locked =
-      runShell(folder, "flock made/manifest.jsonl \"$P\" encode bags -o made");
+      runShell("flock made/manifest.jsonl \"$P\" encode bags -o made");
   EXPECT_EQ(locked.status, 2);
   EXPECT_TRUE(hasPart(locked.errors, "another run encodes bags into 'made'"));
 }

@@ -27,38 +27,36 @@ constexpr const char* no_terminals = "the machine has no terminals: mount /dev/p
 
 } // namespace
 
-TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
+using ProgramOptions = ProgramTest;
+
+TEST_F(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  expectRun(folder, "encode room -o x.pcxi");
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o x.pcxi");
   // What is there is replaced with --overwrite alone, by all commands alike.
-  expectRun(folder, "encode room -o y.mcap");
+  expectRun("encode room -o y.mcap");
   const Bytes earlier = bytesOf(folder / "y.mcap");
   for (const std::string command : {"encode room/000.pcd",
                                     "cut x.pcxi --frames 0",
                                     "merge x.pcxi",
                                     "decode x.pcxi"}) {
-    expectFailure(folder, command + " -o y.mcap", 2, "exists: name another output, or");
+    expectFailure(command + " -o y.mcap", 2, "exists: name another output, or");
     EXPECT_EQ(bytesOf(folder / "y.mcap"), earlier);
-    expectRun(folder, command + " -o y.mcap --overwrite");
+    expectRun(command + " -o y.mcap --overwrite");
     EXPECT_NE(bytesOf(folder / "y.mcap"), earlier);
     writeBytes(folder / "y.mcap", earlier);
   }
-  expectRun(folder, "encode room -o bag");
+  expectRun("encode room -o bag");
   const Bytes recorded = bytesOf(folder / "bag/bag_0.mcap");
   for (const std::string output : {"bag/bag_0.mcap", "./bag/new.mcap"})
-    expectFailure(folder,
-                  "cut bag --frames 0 -o " + output,
-                  2,
-                  "would be a part of the input 'bag'");
+    expectFailure(
+        "cut bag --frames 0 -o " + output, 2, "would be a part of the input 'bag'");
   EXPECT_EQ(bytesOf(folder / "bag/bag_0.mcap"), recorded);
   EXPECT_EQ(filesIn(folder / "bag"), 2u);
   // A terminal as the standard output.
-  ASSERT_EQ(runShell(folder, has_terminals).status, 0) << no_terminals;
+  ASSERT_EQ(runShell(has_terminals).status, 0) << no_terminals;
   const ProgramRun terminal =
-      runShell(folder,
-               "export P; script -qec '\"$P\" encode room -o - 2> "
+      runShell("export P; script -qec '\"$P\" encode room -o - 2> "
                "refused' typescript > typed < /dev/null");
   EXPECT_EQ(terminal.status, 2);
   const Bytes refused = bytesOf(folder / "refused");
@@ -66,15 +64,14 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
                       "the standard output is a terminal"));
 }
 
-TEST(ProgramOptions, AStreamThatTheyAreNotForIsLeftOut)
+TEST_F(ProgramOptions, AStreamThatTheyAreNotForIsLeftOut)
 {
-  const TestFolder folder;
-  writeClouds(folder, "a", roomClouds(2));
+  writeClouds("a", roomClouds(2));
   fs::create_directories(folder / "b");
   pcl::PointCloud<pcl::PointXYZ> plain;
   plain.push_back({0.0f, 0.0f, 1.0f});
   pcl::io::savePCDFileBinary(folder / "b/0.pcd", plain);
-  const ProgramRun result = run(folder, "encode a b -o x.mcap --intensity-range 100");
+  const ProgramRun result = run("encode a b -o x.mcap --intensity-range 100");
   ASSERT_EQ(result.status, 1) << result.errors;
   EXPECT_TRUE(hasPart(result.errors,
                       "/b: its clouds are left out: --intensity-range has no "
@@ -84,17 +81,16 @@ TEST(ProgramOptions, AStreamThatTheyAreNotForIsLeftOut)
   EXPECT_EQ(streams[0].frames.size(), 2u);
 }
 
-TEST(ProgramOptions, WhatIsLeftOfAnOutputThatFailedIsTold)
+TEST_F(ProgramOptions, WhatIsLeftOfAnOutputThatFailedIsTold)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(30));
-  expectRun(folder, "encode room -o all.mcap -r 0.01 --i-frame-rate 1");
+  writeClouds("room", roomClouds(30));
+  expectRun("encode room -o all.mcap -r 0.01 --i-frame-rate 1");
   // A limit on the size of files in place of a full disk.
   const std::string limit = "trap '' XFSZ; ulimit -f 100; \"$P\" ";
   for (const std::string command : {"encode room -o x.mcap -r 0.01 --i-frame-rate 1",
                                     "encode room -o x.pcxi -r 0.01 --i-frame-rate 1",
                                     "decode all.mcap -o y.mcap"}) {
-    const ProgramRun result = runShell(folder, limit + command);
+    const ProgramRun result = runShell(limit + command);
     EXPECT_EQ(result.status, 1) << command;
     EXPECT_TRUE(hasPart(result.errors, "; what was written until then is in '"));
   }
@@ -104,39 +100,36 @@ TEST(ProgramOptions, WhatIsLeftOfAnOutputThatFailedIsTold)
   }
 }
 
-TEST(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)
+TEST_F(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(5));
-  expectRun(folder, "encode room -o x.mcap");
-  expectRun(folder, "decode x.mcap -o bag.mcap");
-  expectRun(folder, "encode bag.mcap -o small.mcap");
+  writeClouds("room", roomClouds(5));
+  expectRun("encode room -o x.mcap");
+  expectRun("decode x.mcap -o bag.mcap");
+  expectRun("encode bag.mcap -o small.mcap");
   // One number is one frame.
-  const ProgramRun one = expectRun(folder, "decode small.mcap -o one --frames 3");
+  const ProgramRun one = expectRun("decode small.mcap -o one --frames 3");
   EXPECT_TRUE(hasPart(one.output, "one: 1 frame, "));
   EXPECT_TRUE(fs::exists(folder / "one/000003.pcd"));
   // Streams by the topics of their clouds, with blanks after commas.
-  expectRun(folder, "cut small.mcap -o a.mcap --streams /room");
-  expectRun(folder, "cut small.mcap -o b.mcap --streams '/room/pcl_ext, room'");
+  expectRun("cut small.mcap -o a.mcap --streams /room");
+  expectRun("cut small.mcap -o b.mcap --streams '/room/pcl_ext, room'");
   EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "b.mcap"));
 }
 
-TEST(ProgramOptions, FoldersWithoutANameAndStreamsWithoutSlash)
+TEST_F(ProgramOptions, FoldersWithoutANameAndStreamsWithoutSlash)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(2));
-  expectRun(folder, "encode room -o a.mcap --pose /room=1,2,3,0,0,0");
-  expectRun(folder, "encode room -o b.mcap --pose room=1,2,3,0,0,0");
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o a.mcap --pose /room=1,2,3,0,0,0");
+  expectRun("encode room -o b.mcap --pose room=1,2,3,0,0,0");
   const ProgramRun result =
-      runShell(folder, "cd room && \"$P\" encode . -o ../c.mcap --pose 1,2,3,0,0,0");
+      runShell("cd room && \"$P\" encode . -o ../c.mcap --pose 1,2,3,0,0,0");
   EXPECT_EQ(result.status, 0) << result.errors;
   EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "b.mcap"));
   EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "c.mcap"));
 }
 
-TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
+TEST_F(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
 {
-  const TestFolder folder;
   pcl_ext::test::LidarRoom room;
   room.width = 180;
   room.height = 16;
@@ -151,7 +144,7 @@ TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
   cloud.width = scan.width;
   cloud.height = scan.height;
   cloud.is_dense = false;
-  writeClouds(folder, "lidar", {cloud});
+  writeClouds("lidar", {cloud});
   PointOutlierRemoval removal;
   std::vector<float> log_odds;
   const std::size_t removed = removal.score(scan.view(), log_odds).removed;
@@ -164,24 +157,22 @@ TEST(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
                              std::to_string(returns).substr(1) +
                              " points removed as outliers by a lidar's rays";
   // With a remark that rows and columns are not kept.
-  const ProgramRun judged = run(folder, encode + "-o x.pcxi");
+  const ProgramRun judged = run(encode + "-o x.pcxi");
   EXPECT_EQ(judged.status, 0) << judged.errors;
   const std::string& output = judged.output;
   EXPECT_TRUE(hasPart(output, points));
   EXPECT_FALSE(hasPart(output, "voxels removed"));
   EXPECT_FALSE(hasPart(output, "beyond box"));
-  const std::string named = run(folder, encode + "-o y.pcxi --unit voxels").output;
+  const std::string named = run(encode + "-o y.pcxi --unit voxels").output;
   EXPECT_FALSE(hasPart(named, "lidar's rays"));
   EXPECT_TRUE(hasPart(named, " voxels removed as outliers"));
 }
 
-TEST(ProgramOptions, ProgressFitsANarrowTerminal)
+TEST_F(ProgramOptions, ProgressFitsANarrowTerminal)
 {
-  const TestFolder folder;
-  ASSERT_EQ(runShell(folder, has_terminals).status, 0) << no_terminals;
+  ASSERT_EQ(runShell(has_terminals).status, 0) << no_terminals;
   // It is interrupted as soon as there is a bar.
   const ProgramRun result = runShell(
-      folder,
       "export P; script -qefc 'stty cols 40; echo $$ > pid; exec \"$P\" demo --sensors "
       "1 "
       "-n 1000000 -o \"\" > table' typescript > typed < /dev/null & "

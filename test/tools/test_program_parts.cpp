@@ -9,13 +9,15 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
-TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
+using ProgramCut = ProgramTest;
+using ProgramMerge = ProgramTest;
+
+TEST_F(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   const std::vector<DecodedStream> all = decode(folder / "x.mcap");
   const ProgramRun result =
-      run(folder, "cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27 -q");
+      run("cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27 -q");
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.errors, "");
   EXPECT_EQ(result.output,
@@ -27,14 +29,13 @@ TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
   expectSameFrames(all[0], 20, part[0]);
 }
 
-TEST(ProgramCut, FramesStayInOrderIfTheClockWasSetBack)
+TEST_F(ProgramCut, FramesStayInOrderIfTheClockWasSetBack)
 {
-  const TestFolder folder;
   std::vector<KnownStream> streams = {knownStream(0, 20, 10)};
   for (std::size_t i = 13; i < 20; ++i)
     streams[0].frames[i].time -= std::chrono::milliseconds(350);
   record(streams, folder / "x.mcap");
-  expectRun(folder, "cut x.mcap -o part.mcap --frames 10:20");
+  expectRun("cut x.mcap -o part.mcap --frames 10:20");
   const std::vector<DecodedStream> part = decode(folder / "part.mcap");
   ASSERT_EQ(part.size(), 1u);
   ASSERT_EQ(part[0].frames.size(), 10u);
@@ -44,14 +45,13 @@ TEST(ProgramCut, FramesStayInOrderIfTheClockWasSetBack)
   }
 }
 
-TEST(ProgramMerge, PartsBecomeOneStreamAgain)
+TEST_F(ProgramMerge, PartsBecomeOneStreamAgain)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
-  expectRun(folder, "cut x.mcap -o a.mcap --to 0.999");
-  expectRun(folder, "cut x.mcap -o b.mcap --streams /sensor_0 --from 1");
-  expectRun(folder, "cut x.mcap -o c.pcxi --streams /sensor_1 --frames 21:");
-  expectRun(folder, "merge b.mcap a.mcap -o ab.mcap");
+  expectRun("cut x.mcap -o a.mcap --to 0.999");
+  expectRun("cut x.mcap -o b.mcap --streams /sensor_0 --from 1");
+  expectRun("cut x.mcap -o c.pcxi --streams /sensor_1 --frames 21:");
+  expectRun("merge b.mcap a.mcap -o ab.mcap");
   const std::vector<DecodedStream> all = decode(folder / "x.mcap");
   const std::vector<DecodedStream> merged = decode(folder / "ab.mcap");
   ASSERT_EQ(merged.size(), 2u);
@@ -62,32 +62,29 @@ TEST(ProgramMerge, PartsBecomeOneStreamAgain)
     for (std::size_t i = 0; i < stream.frames.size(); ++i)
       EXPECT_EQ(stream.frames[i].time, original.frames[i].time);
   }
-  expectRun(folder, "cut x.mcap -o d.pcxi --streams /sensor_1 --frames :21");
-  expectRun(folder, "merge d.pcxi c.pcxi -o dc.pcxi");
+  expectRun("cut x.mcap -o d.pcxi --streams /sensor_1 --frames :21");
+  expectRun("merge d.pcxi c.pcxi -o dc.pcxi");
   const std::vector<DecodedStream> of_files = decode(folder / "dc.pcxi");
   EXPECT_EQ(of_files[0].frames.size(), 31u);
   expectSameFrames(all[1], 0, of_files[0]);
 }
 
-TEST(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
+TEST_F(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   KnownStream other = knownStream(3, 20, 5);
   other.name = "/sensor_0";
   record({other}, folder / "z.mcap");
   expectFailure(
-      folder,
       "merge x.mcap z.mcap -o y.mcap",
       2,
       "the stream /sensor_0 has other frames of the same time in 'x.mcap' and "
       "in 'z.mcap'");
-  expectRun(folder, "cut x.mcap -o one.mcap --streams /sensor_0");
-  expectFailure(folder,
-                "merge one.mcap z.mcap -o y.pcxi",
+  expectRun("cut x.mcap -o one.mcap --streams /sensor_0");
+  expectFailure("merge one.mcap z.mcap -o y.pcxi",
                 2,
                 "'y.pcxi' has one stream, and there are other frames of the same time");
-  expectRun(folder, "merge x.mcap x.mcap -o y.mcap --prefix left,right");
+  expectRun("merge x.mcap x.mcap -o y.mcap --prefix left,right");
   const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
   ASSERT_EQ(streams.size(), 4u);
   EXPECT_EQ(streams[0].name, "/left/sensor_0");
@@ -95,15 +92,14 @@ TEST(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
   expectSameFrames(decode(folder / "x.mcap")[1], 0, streams[3]);
 }
 
-TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
+TEST_F(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   const std::vector<DecodedStream> all = decode(folder / "x.mcap");
   // The second part begins with an I-frame that the first one has, too.
-  expectRun(folder, "cut x.mcap -o a.mcap --frames :15 -q");
-  expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
-  const ProgramRun merged = run(folder, "merge b.mcap a.mcap -o ab.mcap");
+  expectRun("cut x.mcap -o a.mcap --frames :15 -q");
+  expectRun("cut x.mcap -o b.mcap --frames 15: -q");
+  const ProgramRun merged = run("merge b.mcap a.mcap -o ab.mcap");
   EXPECT_EQ(merged.status, 0) << merged.errors;
   EXPECT_EQ(
       merged.errors,
@@ -119,24 +115,23 @@ TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
     expectSameFrames(original, 0, stream);
   }
   // A part that is within another one, and files of frames.
-  expectRun(folder, "merge a.mcap x.mcap -o ax.mcap -q");
+  expectRun("merge a.mcap x.mcap -o ax.mcap -q");
   EXPECT_EQ(decode(folder / "ax.mcap")[0].frames.size(), 40u);
-  expectRun(folder, "cut x.mcap --streams /sensor_0 -o c.pcxi --frames :15 -q");
-  expectRun(folder, "cut x.mcap --streams /sensor_0 -o d.pcxi --frames 15: -q");
-  expectRun(folder, "merge c.pcxi d.pcxi -o cd.pcxi -q");
+  expectRun("cut x.mcap --streams /sensor_0 -o c.pcxi --frames :15 -q");
+  expectRun("cut x.mcap --streams /sensor_0 -o d.pcxi --frames 15: -q");
+  expectRun("merge c.pcxi d.pcxi -o cd.pcxi -q");
   const DecodedStream of_files = decode(folder / "cd.pcxi")[0];
   EXPECT_EQ(of_files.frames.size(), 40u);
   expectSameFrames(all[0], 0, of_files);
 }
 
-TEST(ProgramMerge, PartsOfOneStreamThatBecomeTwoAreNamed)
+TEST_F(ProgramMerge, PartsOfOneStreamThatBecomeTwoAreNamed)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
-  expectRun(folder, "cut x.mcap -o a.pcxi --streams /sensor_0 --frames :23");
-  expectRun(folder, "cut x.mcap -o b.pcxi --streams /sensor_0 --frames 23:");
-  expectRun(folder, "cut x.mcap -o c.pcxi --streams /sensor_1 --frames :23");
-  const ProgramRun result = run(folder, "merge b.pcxi c.pcxi a.pcxi -o abc.mcap");
+  expectRun("cut x.mcap -o a.pcxi --streams /sensor_0 --frames :23");
+  expectRun("cut x.mcap -o b.pcxi --streams /sensor_0 --frames 23:");
+  expectRun("cut x.mcap -o c.pcxi --streams /sensor_1 --frames :23");
+  const ProgramRun result = run("merge b.pcxi c.pcxi a.pcxi -o abc.mcap");
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.errors,
             "pcl_ext merge: 'a.pcxi' ends with frames that 'b.pcxi' begins with, and "
@@ -144,15 +139,14 @@ TEST(ProgramMerge, PartsOfOneStreamThatBecomeTwoAreNamed)
   EXPECT_EQ(decode(folder / "abc.mcap").size(), 3u);
 }
 
-TEST(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
+TEST_F(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
 {
-  const TestFolder folder;
   // A still scene, recorded twice.
   const auto cloud = roomClouds(1)[0];
-  writeClouds(folder, "room", {cloud, cloud, cloud});
-  expectRun(folder, "encode room -o a.pcxi --no-header");
-  expectRun(folder, "encode room -o b.pcxi --no-header");
-  const ProgramRun merged = run(folder, "merge a.pcxi b.pcxi -o ab.pcxi");
+  writeClouds("room", {cloud, cloud, cloud});
+  expectRun("encode room -o a.pcxi --no-header");
+  expectRun("encode room -o b.pcxi --no-header");
+  const ProgramRun merged = run("merge a.pcxi b.pcxi -o ab.pcxi");
   EXPECT_EQ(merged.status, 0);
   EXPECT_EQ(merged.errors,
             "pcl_ext merge: 'a.pcxi' and 'b.pcxi' begin with the same 3 frames of "
@@ -161,16 +155,15 @@ TEST(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
   EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 6u);
 }
 
-TEST(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)
+TEST_F(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)
 {
-  const TestFolder folder;
   KnownStream stream = knownStream(0, 40, 10);
   for (auto& frame : stream.frames)
     frame.time = stream.frames[0].time;
   record({stream}, folder / "x.mcap");
-  expectRun(folder, "cut x.mcap -o a.mcap --frames :15 -q");
-  expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
-  ASSERT_EQ(run(folder, "merge a.mcap b.mcap -o ab.mcap -q").status, 0);
+  expectRun("cut x.mcap -o a.mcap --frames :15 -q");
+  expectRun("cut x.mcap -o b.mcap --frames 15: -q");
+  ASSERT_EQ(run("merge a.mcap b.mcap -o ab.mcap -q").status, 0);
   EXPECT_EQ(decode(folder / "ab.mcap")[0].frames.size(), 40u);
 }
 

@@ -16,29 +16,31 @@ namespace test {
 
 namespace fs = std::filesystem;
 
-TEST(ProgramPipe, EncodeAndDecodeInAPipe)
+using ProgramPipe = ProgramTest;
+using ProgramInfo = ProgramTest;
+using ProgramVerify = ProgramTest;
+using ProgramNames = ProgramTest;
+
+TEST_F(ProgramPipe, EncodeAndDecodeInAPipe)
 {
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(3));
+  writeClouds("room", roomClouds(3));
   const ProgramRun result =
-      runShell(folder,
-               "cat room/000.pcd | \"$P\" encode - -o - -q | \"$P\" "
+      runShell("cat room/000.pcd | \"$P\" encode - -o - -q | \"$P\" "
                "decode - -o out -q && \"$P\" encode room -o - -q | "
                "\"$P\" cut - -o part.pcxi --frames 0:2");
   EXPECT_EQ(result.status, 0) << result.errors;
-  expectRun(folder, "encode room/000.pcd -o one.pcxi");
+  expectRun("encode room/000.pcd -o one.pcxi");
   expectVoxels(decode(folder / "one.pcxi")[0].voxels[0],
                readCloud(folder / "out/000000.pcd"));
-  expectRun(folder, "encode room -o all.pcxi");
+  expectRun("encode room -o all.pcxi");
   EXPECT_EQ(decode(folder / "part.pcxi")[0].frames.size(), 2u);
   expectSameFrames(decode(folder / "all.pcxi")[0], 0, decode(folder / "part.pcxi")[0]);
 }
 
-TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
+TEST_F(ProgramInfo, JsonHasTheFiguresOfTheStreams)
 {
-  const TestFolder folder;
   const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
-  const ProgramRun result = expectRun(folder, "info x.mcap --json");
+  const ProgramRun result = expectRun("info x.mcap --json");
   const nlohmann::json json = nlohmann::json::parse(result.output);
   EXPECT_EQ(json["frames"], 71);
   EXPECT_EQ(json["file_bytes"], fs::file_size(folder / "x.mcap"));
@@ -68,42 +70,40 @@ TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
     EXPECT_EQ(stream["effort"], "balanced");
     EXPECT_EQ(stream["frame_id"], "world");
   }
-  const ProgramRun table = expectRun(folder, "info x.mcap");
+  const ProgramRun table = expectRun("info x.mcap");
   EXPECT_TRUE(
       hasPart(table.output, "| /sensor_1 | 31     | 5        | 0    | 20.0    |"));
 }
 
-TEST(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
+TEST_F(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "a.mcap");
   recordTwoStreams(folder / "b.mcap");
-  const std::string table = expectRun(folder, "info a.mcap b.mcap").output;
+  const std::string table = expectRun("info a.mcap b.mcap").output;
   EXPECT_LT(table.find("a.mcap: "), table.find("\nb.mcap: "));
   EXPECT_TRUE(hasPart(table, "\nb.mcap: "));
-  const ProgramRun list = expectRun(folder, "info --json a.mcap b.mcap");
+  const ProgramRun list = expectRun("info --json a.mcap b.mcap");
   const nlohmann::json json = nlohmann::json::parse(list.output);
   ASSERT_EQ(json.size(), 2u);
   EXPECT_EQ(json[1]["file"], "b.mcap");
   EXPECT_EQ(json[1]["frames"], 71);
-  EXPECT_EQ(expectRun(folder, "verify a.mcap b.mcap").output,
+  EXPECT_EQ(expectRun("verify a.mcap b.mcap").output,
             "a.mcap: 71 frames decoded, 0 lost\nb.mcap: 71 frames decoded, 0 lost\n");
   // One that is missing does not keep the others from their turn.
-  const ProgramRun info = run(folder, "info none.mcap b.mcap");
+  const ProgramRun info = run("info none.mcap b.mcap");
   EXPECT_EQ(info.status, 1);
   EXPECT_EQ(info.output.find("b.mcap: "), 0u) << info.output;
-  const ProgramRun verified = run(folder, "verify none.mcap b.mcap");
+  const ProgramRun verified = run("verify none.mcap b.mcap");
   EXPECT_EQ(verified.status, 1);
   EXPECT_EQ(verified.output, "b.mcap: 71 frames decoded, 0 lost\n");
   EXPECT_TRUE(hasPart(verified.errors, "none.mcap"));
 }
 
-TEST(ProgramVerify, EachLossHasALine)
+TEST_F(ProgramVerify, EachLossHasALine)
 {
-  const TestFolder folder;
   const KnownStream stream = knownStream(0, 20, 5);
   record({stream}, folder / "good.pcxi");
-  const ProgramRun good = expectRun(folder, "verify good.pcxi");
+  const ProgramRun good = expectRun("verify good.pcxi");
   EXPECT_EQ(good.output, "20 frames decoded, 0 lost\n");
   // Without frame 7 the next two cannot be decoded; frame 13 has a wrong bit.
   Bytes bytes;
@@ -119,7 +119,7 @@ TEST(ProgramVerify, EachLossHasALine)
   }
   bytes[at_13 + stream.frames[13].bytes.size() - 6] ^= 1;
   writeBytes(folder / "bad.pcxi", bytes);
-  const ProgramRun bad = run(folder, "verify bad.pcxi");
+  const ProgramRun bad = run("verify bad.pcxi");
   EXPECT_EQ(bad.status, 1);
   const std::string& text = bad.output;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << text;
@@ -136,35 +136,32 @@ TEST(ProgramVerify, EachLossHasALine)
   EXPECT_TRUE(
       hasPart(text, "bad, frames 8 to 13: 2 more failures like that of frame 7"));
   EXPECT_TRUE(hasPart(text, "15 frames decoded, 5 lost"));
-  const ProgramRun info = run(folder, "info bad.pcxi --json");
+  const ProgramRun info = run("info bad.pcxi --json");
   EXPECT_EQ(info.status, 1);
   EXPECT_EQ(nlohmann::json::parse(info.output)["streams"][0]["missing_frames"], 1);
 }
 
-TEST(ProgramVerify, FileThatWasCutOffIsReadUpToThere)
+TEST_F(ProgramVerify, FileThatWasCutOffIsReadUpToThere)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   Bytes bytes = bytesOf(folder / "x.mcap");
   bytes.resize(bytes.size() * 2 / 3);
   writeBytes(folder / "cut.mcap", bytes);
-  const ProgramRun result = run(folder, "verify cut.mcap");
+  const ProgramRun result = run("verify cut.mcap");
   EXPECT_TRUE(hasPart(result.output, "was not finished"));
   EXPECT_TRUE(hasPart(result.output, " 0 lost"));
-  const ProgramRun info = run(folder, "info cut.mcap");
+  const ProgramRun info = run("info cut.mcap");
   EXPECT_EQ(info.status, result.status);
   EXPECT_TRUE(hasPart(info.output, "unfinished"));
 }
 
-TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
+TEST_F(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   Bytes bytes = bytesOf(folder / "x.mcap");
   bytes[bytes.size() / 2] ^= 1; // within a chunk of frames
   writeBytes(folder / "x.mcap", bytes);
-  const nlohmann::json json =
-      nlohmann::json::parse(run(folder, "info x.mcap --json").output);
+  const nlohmann::json json = nlohmann::json::parse(run("info x.mcap --json").output);
   std::size_t frames = 0;
   std::size_t unreadable = 0;
   for (const nlohmann::json& stream : json["streams"]) {
@@ -174,16 +171,15 @@ TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
   }
   EXPECT_EQ(frames, 71u);
   EXPECT_GT(unreadable, 1u);
-  const ProgramRun result = run(folder, "verify x.mcap");
+  const ProgramRun result = run("verify x.mcap");
   EXPECT_EQ(result.status, 1);
   EXPECT_TRUE(hasPart(result.output,
                       std::to_string(frames - unreadable) + " frames decoded, " +
                           std::to_string(unreadable) + " lost"));
 }
 
-TEST(ProgramNames, ControlCharactersAreNotPrinted)
+TEST_F(ProgramNames, ControlCharactersAreNotPrinted)
 {
-  const TestFolder folder;
   const std::string name = "/a\x1b[31m\nb\xc2\x9b\xff\xc3\xa9\xe2\x80\xae";
   const std::string shown = "/a\\x1b[31m\\x0ab\\xc2\\x9b\\xff\xc3\xa9\\xe2\\x80\\xae";
   KnownStream stream = knownStream(0, 10, 5);
@@ -198,7 +194,7 @@ TEST(ProgramNames, ControlCharactersAreNotPrinted)
                                       "-o y.mcap",
                                       "encode *.pcd -o z.pcxi",
                                       "'\x1b[31m'"}) {
-    const ProgramRun result = run(folder, arguments);
+    const ProgramRun result = run(arguments);
     const std::string printed = result.output + result.errors;
     EXPECT_EQ(printed.find('\x1b'), std::string::npos) << arguments;
     EXPECT_EQ(printed.find('\xff'), std::string::npos) << arguments;

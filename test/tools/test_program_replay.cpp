@@ -62,16 +62,16 @@ keep(const NatsServer& server, std::size_t count)
 
 } // namespace
 
-TEST(ProgramReplay, HasNoLimitAndEndsAtOnceWhenItIsTold)
+using ProgramReplay = ProgramTest;
+
+TEST_F(ProgramReplay, HasNoLimitAndEndsAtOnceWhenItIsTold)
 {
-  const TestFolder folder;
   const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
   constexpr std::size_t count = 132;
   keep(server, count);
-  const ProgramRun all = expectRun(folder,
-                                   "receive -q --replay all -o all.mcap --merge all "
+  const ProgramRun all = expectRun("receive -q --replay all -o all.mcap --merge all "
                                    "--map all.ot" +
-                                       at(server));
+                                   at(server));
   EXPECT_TRUE(hasPart(all.output, "site cell: 132 frames of 1 stream"));
   EXPECT_TRUE(hasPart(all.output, "all.mcap: 132 frames"));
   // One for each second of the recorded 6.6.

@@ -26,55 +26,53 @@ namespace {
 const std::string data = PCL_EXT_TEST_DATA;
 
 /** \brief A folder with inputs of all kinds. */
-class ProgramSentences : public ::testing::Test {
+class ProgramSentences : public ProgramTest {
 protected:
   ProgramSentences()
   {
-    writeClouds(folder_, "room", roomClouds(2));
-    writeClouds(folder_, "hall", roomClouds(1));
+    writeClouds("room", roomClouds(2));
+    writeClouds("hall", roomClouds(1));
     auto clouds = roomClouds(1);
     pcl::PointCloud<pcl::PointXYZ> plain;
     pcl::copyPointCloud(clouds[0], plain);
-    fs::create_directories(folder_ / "plain");
-    pcl::io::savePCDFileBinary(folder_ / "plain/0.pcd", plain);
+    fs::create_directories(folder / "plain");
+    pcl::io::savePCDFileBinary(folder / "plain/0.pcd", plain);
     for (pcl::PointXYZI& point : clouds[0])
       point.getVector3fMap() *= 1000.0f;
-    writeClouds(folder_, "millimetres", clouds);
+    writeClouds("millimetres", clouds);
     writeText("rings/0.pcd",
               "VERSION .7\nFIELDS x y z ring time:gps\nSIZE 4 4 4 2 8\nTYPE F F F U F\n"
               "COUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n"
               "1 0 0 0 .1\n2 0 0 1 .2\n");
     writeText("page.html", "x");
     writeText("x.json", "");
-    recordTwoStreams(folder_ / "two.mcap");
-    writeBag(folder_ / "bag.mcap", 2);
-    writeMcap(folder_ / "imu.mcap", {imuChannel()});
-    fs::create_directories(folder_ / "there");
-    fs::create_directories(folder_ / "there.pcxi");
-    expectRun(folder_, "encode room -o x.mcap");
+    recordTwoStreams(folder / "two.mcap");
+    writeBag(folder / "bag.mcap", 2);
+    writeMcap(folder / "imu.mcap", {imuChannel()});
+    fs::create_directories(folder / "there");
+    fs::create_directories(folder / "there.pcxi");
+    expectRun("encode room -o x.mcap");
     for (const std::string bag : {"bags/a.mcap", "more/a.mcap"}) {
-      fs::create_directories(fs::path(folder_ / bag).parent_path());
-      fs::copy(folder_ / "bag.mcap", folder_ / bag);
+      fs::create_directories(fs::path(folder / bag).parent_path());
+      fs::copy(folder / "bag.mcap", folder / bag);
     }
   }
 
   void
   writeText(const std::string& name, const std::string& text)
   {
-    fs::create_directories(fs::path(folder_ / name).parent_path());
-    writeBytes(folder_ / name, {text.begin(), text.end()});
+    fs::create_directories(fs::path(folder / name).parent_path());
+    writeBytes(folder / name, {text.begin(), text.end()});
   }
 
   /** \brief Expects of each row one line of error, and that nothing is written. */
   void
   expectRefusals(const std::vector<Refusal>& rows)
   {
-    const std::size_t files = filesIn(folder_ / "");
-    test::expectRefusals(folder_, rows);
-    EXPECT_EQ(filesIn(folder_ / ""), files);
+    const std::size_t files = filesIn(folder / "");
+    ProgramTest::expectRefusals(rows);
+    EXPECT_EQ(filesIn(folder / ""), files);
   }
-
-  TestFolder folder_;
 };
 
 } // namespace
@@ -222,8 +220,7 @@ TEST_F(ProgramSentences, OfInputsAndOutputsThatEncodeRefuses)
        {"encode bags room -o made", 2, "'room' is not"},
        {"encode bags -o made --rate 5", 2, "--rate is for files"}});
   // Frames without points are written.
-  expectFailure(folder_,
-                "encode room --crop 100,100,100,101,101,101 -o y.pcxi",
+  expectFailure("encode room --crop 100,100,100,101,101,101 -o y.pcxi",
                 1,
                 "/room: no point is inside the box; its first points are between (-1");
 }
@@ -335,15 +332,14 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
       {"info coloured.pcxi", "colours 8 bits"},
       {"decode --ply coloured.pcxi -o coloured", "1 frame"}};
   for (const auto& [arguments, part] : rows) {
-    const ProgramRun result = run(folder_, arguments);
+    const ProgramRun result = run(arguments);
     EXPECT_EQ(result.status, 0) << arguments << result.errors;
     EXPECT_TRUE(hasPart(result.output + result.errors, part)) << arguments;
   }
   // Without a reason for a remark there is none.
-  expectRun(folder_, "encode plain -o h.pcxi");
-  expectRun(folder_,
-            "encode room -o i.pcxi -r 0.05 --law count --remove-outliers --quiet");
-  const ProgramRun nothing = run(folder_, "");
+  expectRun("encode plain -o h.pcxi");
+  expectRun("encode room -o i.pcxi -r 0.05 --law count --remove-outliers --quiet");
+  const ProgramRun nothing = run("");
   EXPECT_EQ(nothing.status, 2);
   EXPECT_TRUE(hasPart(nothing.output + nothing.errors, "Usage: pcl_ext"));
 }

@@ -44,13 +44,14 @@ expectTwoStreams(const std::string& path, const std::vector<KnownStream>& sent)
 
 } // namespace
 
-TEST(ProgramSite, RecordsWhatIsSentByteForByte)
+using ProgramSite = ProgramTest;
+
+TEST_F(ProgramSite, RecordsWhatIsSentByteForByte)
 {
-  const TestFolder folder;
   const NatsServer server;
   const auto sent = recordTwoStreams(folder / "sent.mcap");
   Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
-  const ProgramRun run = expectRun(folder, "send -q sent.mcap" + at(server));
+  const ProgramRun run = expectRun("send -q sent.mcap" + at(server));
   EXPECT_EQ(run.output, "71 frames sent to site cell, 0.00 MB\n");
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_EQ(receiving.output(),
@@ -59,13 +60,12 @@ TEST(ProgramSite, RecordsWhatIsSentByteForByte)
   expectTwoStreams(folder / "received.mcap", sent);
 }
 
-TEST(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
+TEST_F(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
 {
-  const TestFolder folder;
   const NatsServer server;
   const auto sent = recordTwoStreams(folder / "sent.mcap");
   Receiving receiving(folder, "receive", at(server) + "-o part.mcap --rotate-size 1kB");
-  expectRun(folder, "send -q sent.mcap" + at(server));
+  expectRun("send -q sent.mcap" + at(server));
   EXPECT_EQ(receiving.end(SIGTERM), 0) << receiving.errors();
   std::size_t files = 0;
   std::map<std::string, std::map<recording::Time, Bytes>> frames;
@@ -73,7 +73,7 @@ TEST(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
     if (entry.path().filename().string().rfind("part_", 0) != 0)
       continue;
     ++files;
-    expectRun(folder, "verify '" + entry.path().string() + "'");
+    expectRun("verify '" + entry.path().string() + "'");
     for (const DecodedStream& stream : decode(entry.path().string()))
       for (const recording::RecordedFrame& frame : stream.frames)
         frames[stream.name][frame.time] = frame.bytes;
@@ -86,11 +86,10 @@ TEST(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
   }
 }
 
-TEST(ProgramSite, EncodesCloudsAndFollowsRequests)
+TEST_F(ProgramSite, EncodesCloudsAndFollowsRequests)
 {
-  const TestFolder folder;
   const NatsServer server;
-  writeClouds(folder, "room", roomClouds(40));
+  writeClouds("room", roomClouds(40));
   const std::string port = std::to_string(freePort());
   BackgroundProgram sending(folder,
                             "send",
@@ -119,14 +118,12 @@ TEST(ProgramSite, EncodesCloudsAndFollowsRequests)
   EXPECT_EQ(received[0].frames[0].description.effort, io::Effort::Fast);
 }
 
-TEST(ProgramSite, PassesOnWhatAnotherProgramEncodes)
+TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
 {
-  const TestFolder folder;
   const NatsServer server;
-  writeClouds(folder, "room", roomClouds(5));
+  writeClouds("room", roomClouds(5));
   Receiving receiving(folder, "receive", at(server) + "-o received.pcxi --map map.ot");
   const ProgramRun run = runShell(
-      folder,
       "\"$P\" encode room -q -o - | tee sent.pcxi | \"$P\" send -q -" + at(server));
   EXPECT_EQ(run.status, 0) << run.errors;
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
@@ -134,38 +131,33 @@ TEST(ProgramSite, PassesOnWhatAnotherProgramEncodes)
   EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
 }
 
-TEST(ProgramSite, ReplacesNoMapUnlessAsked)
+TEST_F(ProgramSite, ReplacesNoMapUnlessAsked)
 {
-  const TestFolder folder;
   const NatsServer server;
   const Bytes precious{'o', 'w', 'n'};
   writeBytes(folder / "mine.ot", precious);
   const std::string receive = "receive -q --for 10ms --map mine.ot" + at(server);
-  expectFailure(
-      folder, receive, 2, "'mine.ot' exists: name another output, or replace");
+  expectFailure(receive, 2, "'mine.ot' exists: name another output, or replace");
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
-  writeClouds(folder, "room", roomClouds(5));
+  writeClouds("room", roomClouds(5));
   Receiving receiving(folder, "receive", at(server) + "--overwrite --map mine.ot");
-  expectRun(folder, "send -q room --rate 50 --resolution 0.05" + at(server));
+  expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_NE(bytesOf(folder / "mine.ot"), precious);
 }
 
-TEST(ProgramSite, ReplaysWhatTheServerKeeps)
+TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
 {
-  const TestFolder folder;
   const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
   const auto sent = recordTwoStreams(folder / "sent.mcap");
-  expectFailure(folder,
-                "receive --replay all -o x.mcap" + at(server),
+  expectFailure("receive --replay all -o x.mcap" + at(server),
                 1,
                 "the server keeps no frames of the site 'cell'");
-  EXPECT_EQ(expectRun(folder, "keep --max-age 1h --max-size 1GB" + at(server)).output,
+  EXPECT_EQ(expectRun("keep --max-age 1h --max-size 1GB" + at(server)).output,
             "the server keeps the frames of site cell; now 0 frames, 0.00 MB\n");
-  expectRun(folder, "send -q sent.mcap" + at(server));
+  expectRun("send -q sent.mcap" + at(server));
   for (const std::string from : {"all", "10min"}) {
-    expectRun(folder,
-              "receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
+    expectRun("receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
     expectTwoStreams(folder / (from + ".mcap"), sent);
   }
   // Merged by the times of the clouds, however fast they come.
@@ -176,18 +168,17 @@ TEST(ProgramSite, ReplaysWhatTheServerKeeps)
       times.insert((frame.time.count() + period - 1) / period);
   times.erase(*times.rbegin()); // no frame is as late as the last one
   const ProgramRun merged =
-      expectRun(folder, "receive -q --replay all --merge all --map x.ot" + at(server));
+      expectRun("receive -q --replay all --merge all --map x.ot" + at(server));
   EXPECT_TRUE(
       hasPart(merged.output, "; " + std::to_string(times.size()) + " merged frames"));
   EXPECT_TRUE(fs::exists(folder / "x.ot"));
   EXPECT_TRUE(hasPart(merged.output, "nodes written to x.ot, after 2 updates\n"));
 }
 
-TEST(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
+TEST_F(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
 {
-  const TestFolder folder;
   const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
-  writeClouds(folder, "room", roomClouds(100));
+  writeClouds("room", roomClouds(100));
   const std::uint16_t port = freePort();
   const BackgroundProgram sending(folder,
                                   "send",
@@ -201,8 +192,8 @@ TEST(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
     return metrics.find("\npcl_ext_publisher_frames_total ") != std::string::npos &&
            metrics.find("\npcl_ext_publisher_frames_total 0\n") == std::string::npos;
   }));
-  expectRun(folder, "keep" + at(server));
-  expectRun(folder, "receive -q --replay all -o kept.mcap" + at(server));
+  expectRun("keep" + at(server));
+  expectRun("receive -q --replay all -o kept.mcap" + at(server));
   EXPECT_TRUE(decode(folder / "kept.mcap")[0].frames[0].description.is_i_frame);
 }
 
@@ -214,9 +205,8 @@ exampleOf(const std::string& file)
   return {bytes.begin(), bytes.end()};
 }
 
-TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
+TEST_F(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
 {
-  const TestFolder folder;
   std::string configuration = exampleOf("nats-server.conf");
   const std::string store = "/var/lib/nats";
   configuration.replace(configuration.find(store), store.size(), "FOLDER");
@@ -253,15 +243,14 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
   const std::string password = "PCL_EXT_PASSWORD='change me' \"$P\" ";
   recordTwoStreams(folder / "sent.mcap");
   const ProgramRun sent =
-      runShell(folder, password + "send -q sent.mcap --user sensor" + at(server));
+      runShell(password + "send -q sent.mcap --user sensor" + at(server));
   EXPECT_EQ(sent.status, 0) << sent.errors;
   // A sensor may not listen to others.
-  const ProgramRun listening = runShell(
-      folder, password + "receive --for 300ms -o x.mcap --user sensor" + at(server));
+  const ProgramRun listening =
+      runShell(password + "receive --for 300ms -o x.mcap --user sensor" + at(server));
   EXPECT_TRUE(hasPart(listening.errors, "Permissions Violation for Subscription"));
   EXPECT_EQ(listening.status, 1);
   const ProgramRun kept = runShell(
-      folder,
       "PCL_EXT_PASSWORD='change me as well' \"$P\" keep --user operator" + at(server));
   EXPECT_EQ(kept.status, 0) << kept.errors;
   std::size_t frames = 0;
@@ -277,9 +266,8 @@ TEST(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
   EXPECT_EQ(frames, 71u);
 }
 
-TEST(ProgramSite, GoesOnWhateverAStreamIsCalled)
+TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
 {
-  const TestFolder folder;
   const NatsServer server;
   writeBytes(folder / "page.html", {'x'});
   Receiving receiving(folder,
@@ -361,18 +349,16 @@ private:
   std::thread thread_;
 };
 
-TEST(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
+TEST_F(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
 {
-  const TestFolder folder;
   const NatsServer server(exampleOf("trial.conf"));
   const NatsServer plain;
-  expectRun(folder, "keep -q" + at(server));
+  expectRun("keep -q" + at(server));
   const Sending sending(server);
   const Sending sending_undivided(plain);
   const std::string receive = "receive -q --for 500ms --overwrite -o x.mcap ";
   const std::string both = "streams on this site: /first, /second\n";
   expectRefusals(
-      folder,
       {{receive + "--partition 7" + at(server),
         1,
         "nothing came of any stream of site cell in partition 7; streams on this site: "
@@ -394,32 +380,30 @@ TEST(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
        {receive + "--replay all --streams second" + at(server),
         1,
         "nothing came of the stream second of site cell; " + both}});
-  expectRun(folder, receive + "--streams /first" + at(server));
+  expectRun(receive + "--streams /first" + at(server));
   // What is not permitted cannot be named.
   const NatsServer strict("authorization { users = [ { user: u, password: p, "
                           "permissions: { subscribe: \"cell.*.frames\" } } ] }");
-  const ProgramRun run = runShell(
-      folder, "PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict));
+  const ProgramRun run =
+      runShell("PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict));
   EXPECT_EQ(run.status, 1);
   EXPECT_TRUE(hasPart(run.errors,
                       "nothing that this user may receive is sent to this site at "
                       "the moment; this user sees no other site on the server"));
-  const ProgramRun other = runShell(
-      folder, "PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict, "hall"));
+  const ProgramRun other = runShell("PCL_EXT_PASSWORD=p \"$P\" " + receive +
+                                    "--user u" + at(strict, "hall"));
   EXPECT_EQ(other.status, 1);
   EXPECT_TRUE(hasPart(other.errors,
                       "nothing came of any stream of site hall; the server does "
                       "not permit this user to receive them"));
 }
 
-TEST(ProgramSite, TellsWhatIsWrong)
+TEST_F(ProgramSite, TellsWhatIsWrong)
 {
-  const TestFolder folder;
   const NatsServer server("authorization { user: a, password: b }");
   const std::string nobody =
       " --server nats://127.0.0.1:" + std::to_string(freePort()) + " --site cell";
-  expectRefusals(folder,
-                 {{"send", 2, "name an input, - or --cell"},
+  expectRefusals({{"send", 2, "name an input, - or --cell"},
                   {"receive", 2, "say what to do with the frames"},
                   {"receive -o x.mcap --site a.b", 2, "--site is 'a.b'"},
                   {"receive -o folder/", 2, "x.mcap or, of one stream"},
@@ -443,9 +427,8 @@ TEST(ProgramSite, TellsWhatIsWrong)
   EXPECT_FALSE(fs::exists(folder / "x.mcap"));
   EXPECT_FALSE(fs::exists(folder / "x.mcap.unfinished"));
   const ProgramRun right =
-      runShell(folder,
-               "PCL_EXT_PASSWORD=b \"$P\" receive -q --for 10ms -o x.mcap --user a" +
-                   at(server));
+      runShell("PCL_EXT_PASSWORD=b \"$P\" receive -q --for 10ms -o x.mcap --user a" +
+               at(server));
   EXPECT_EQ(right.status, 1);
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }

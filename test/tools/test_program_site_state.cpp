@@ -37,9 +37,10 @@ metricsAt(std::uint16_t port)
 
 } // namespace
 
-TEST(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
+using ProgramSiteState = ProgramTest;
+
+TEST_F(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
 {
-  const TestFolder folder;
   NatsServer server;
   writeBytes(folder / "page.html", {'x'});
   const std::uint16_t page_port = freePort();
@@ -83,9 +84,8 @@ TEST(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
 }
 
-TEST(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
+TEST_F(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
 {
-  const TestFolder folder;
   const NatsServer server;
   const std::uint16_t port = freePort();
   // A thousand merged frames a second are too many for any machine.
@@ -113,9 +113,8 @@ TEST(ProgramSiteState, ACentreThatIsTooSlowSaysSo)
   EXPECT_FALSE(hasPart(receiving.errors(), "--merge-age"));
 }
 
-TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
+TEST_F(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
 {
-  const TestFolder folder;
   const NatsServer server;
   Receiving receiving(
       folder,
@@ -151,9 +150,8 @@ TEST(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
   EXPECT_TRUE(hasPart(errors, "/late: missing in "));
 }
 
-TEST(ProgramSiteState, AMapThatIsTooSlowSaysSo)
+TEST_F(ProgramSiteState, AMapThatIsTooSlowSaysSo)
 {
-  const TestFolder folder;
   const NatsServer server;
   const std::uint16_t port = freePort();
   Receiving receiving(folder,
@@ -184,9 +182,8 @@ TEST(ProgramSiteState, AMapThatIsTooSlowSaysSo)
       hasPart(last, " updates: this machine is too slow for a map of this resolution"));
 }
 
-TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
+TEST_F(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
 {
-  const TestFolder folder;
   const NatsServer server;
   const std::uint16_t port = freePort();
   BackgroundProgram sending(folder,
@@ -208,9 +205,8 @@ TEST(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
   EXPECT_TRUE(hasPart(sending.errors(), " a second of each sensor, not 20"));
 }
 
-TEST(ProgramSiteState, ATerminalShowsHowFarItIs)
+TEST_F(ProgramSiteState, ATerminalShowsHowFarItIs)
 {
-  const TestFolder folder;
   const NatsServer server;
   // With a terminal of its own.
   const auto start = [&](const std::string& name, const std::string& arguments) {

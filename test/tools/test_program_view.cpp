@@ -72,9 +72,10 @@ recordFolder(const TestFolder& folder, const std::string& name)
 
 } // namespace
 
-TEST(ProgramView, ARecordingIsServedUntilItIsInterrupted)
+using ProgramView = ProgramTest;
+
+TEST_F(ProgramView, ARecordingIsServedUntilItIsInterrupted)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   for (const int signal : {SIGINT, SIGTERM}) {
     ViewProcess view(folder, "x.mcap");
@@ -92,9 +93,8 @@ TEST(ProgramView, ARecordingIsServedUntilItIsInterrupted)
   }
 }
 
-TEST(ProgramView, TheFilesOfAFolderAreServedInTheirOrder)
+TEST_F(ProgramView, TheFilesOfAFolderAreServedInTheirOrder)
 {
-  const TestFolder folder;
   recordFolder(folder, "bag");
   const ViewProcess view(folder, "bag/");
   const auto source =
@@ -108,9 +108,8 @@ TEST(ProgramView, TheFilesOfAFolderAreServedInTheirOrder)
   }
 }
 
-TEST(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
+TEST_F(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
 {
-  const TestFolder folder;
   const KnownStream stream = knownStream(0, 12, 5);
   ViewProcess view(folder, "-");
   LiveClient client(view.port());
@@ -144,9 +143,8 @@ TEST(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
   EXPECT_TRUE(hasPart(view.errors(), "3 bytes of the standard input are no frame"));
 }
 
-TEST(ProgramView, TheCellIsShownLive)
+TEST_F(ProgramView, TheCellIsShownLive)
 {
-  const TestFolder folder;
   ViewProcess view(folder, "--cell --sensors 2 --resolution 0.1 --effort fast");
   LiveClient client(view.port());
   const auto list = nlohmann::json::parse(client.next()->text)["streams"];
@@ -171,9 +169,8 @@ TEST(ProgramView, TheCellIsShownLive)
   EXPECT_EQ(view.waitForEnd(SIGINT), 0);
 }
 
-TEST(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)
+TEST_F(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   const std::string script =
       "#!/bin/sh\necho \"$1\" > opened.part\nmv opened.part opened\n";
@@ -194,9 +191,8 @@ TEST(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)
             "http://127.0.0.1:" + std::to_string(view.port()) + "/\n");
 }
 
-TEST(ProgramView, OthersAreLetInWithAWarningOnly)
+TEST_F(ProgramView, OthersAreLetInWithAWarningOnly)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   const ViewProcess open(folder, "x.mcap --address 0.0.0.0 -q");
   EXPECT_TRUE(hasPart(open.errors(), "anyone who can reach this machine can look"));
@@ -205,22 +201,19 @@ TEST(ProgramView, OthersAreLetInWithAWarningOnly)
   EXPECT_EQ(closed.errors(), "");
   EXPECT_EQ(request(closed.port(), "/", "Host: robot-cell.example\r\n").status, 421);
   const std::string port = std::to_string(closed.port());
-  expectFailure(folder,
-                "view x.mcap --page page.html --port " + port,
+  expectFailure("view x.mcap --page page.html --port " + port,
                 1,
                 "port " + port + " of 127.0.0.1 is taken");
 }
 
-TEST(ProgramView, APageWithTheRecordingIsExported)
+TEST_F(ProgramView, APageWithTheRecordingIsExported)
 {
-  const TestFolder folder;
   const std::string name = "a&b<\"c'.pcxi";
   for (const std::size_t frames : {1u, 2u, 4u}) { // of several rests modulo 3
     record({knownStream(0, frames, 5)}, folder / name);
     writeBytes(folder / "page.html",
                Bytes(view_page, view_page + sizeof(view_page) - 1));
     const ProgramRun result = expectRun(
-        folder,
         "view \"a&b<\\\"c'.pcxi\" --page page.html --export out.html --overwrite");
     EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
     const std::string html = textOf(folder / "out.html");
@@ -238,12 +231,11 @@ TEST(ProgramView, APageWithTheRecordingIsExported)
   }
 }
 
-TEST(ProgramView, WhatCannotBeShownOrExportedIsRefused)
+TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   recordFolder(folder, "bag");
-  writeClouds(folder, "room", roomClouds(1));
+  writeClouds("room", roomClouds(1));
   const std::string nothing = "nothing";
   writeBytes(folder / "empty.html", Bytes(nothing.begin(), nothing.end()));
   writeBytes(folder / "page.html", Bytes(view_page, view_page + sizeof(view_page) - 1));
@@ -254,7 +246,6 @@ TEST(ProgramView, WhatCannotBeShownOrExportedIsRefused)
   const std::string pipe = "view - --page page.html --no-browser > out ";
   const std::string out = page + " --export out.html";
   expectRefusals(
-      folder,
       {{pipe + "< /dev/null", 1, "standard input has no frame: it is empty"},
        {pipe + "< room/000.pcd", 1, "standard input has no frame: "},
        {pipe + "< x.mcap", 1, "an MCAP file, which can be read when it is"},
@@ -285,12 +276,11 @@ TEST(ProgramView, WhatCannotBeShownOrExportedIsRefused)
         "cut"}});
   EXPECT_FALSE(fs::exists(folder / "out.html"));
   EXPECT_FALSE(fs::exists(folder / "out.html.unfinished"));
-  expectRun(folder, "view bag/bag_0.mcap" + out);
+  expectRun("view bag/bag_0.mcap" + out);
 }
 
-TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
+TEST_F(ProgramView, TheCommandThatMakesAMissingPageIsTold)
 {
-  const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   for (const std::string prefix : {"installed", "built"}) {
     fs::create_directories(folder / prefix + "/bin");
@@ -299,7 +289,7 @@ TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
   }
   const auto expectCommand = [&](const std::string& prefix,
                                  const std::string& command) {
-    const ProgramRun result = runShell(folder, prefix + "/bin/pcl_ext view x.mcap");
+    const ProgramRun result = runShell(prefix + "/bin/pcl_ext view x.mcap");
     EXPECT_EQ(result.status, 1);
     EXPECT_TRUE(hasPart(result.errors, command));
   };

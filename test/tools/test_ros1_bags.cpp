@@ -163,17 +163,18 @@ writeBag(const std::string& path,
 
 } // namespace
 
-TEST(Ros1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
+using Ros1Bags = ProgramTest;
+
+TEST_F(Ros1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(4);
   writeBag(folder / "x.bag", clouds);
-  expectRun(folder, "encode x.bag -o x.mcap -r 0.05 --no-header");
+  expectRun("encode x.bag -o x.mcap -r 0.05 --no-header");
   const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
   ASSERT_EQ(streams.size(), 1u);
   EXPECT_EQ(streams[0].name, "/points/pcl_ext");
-  writeClouds(folder, "room", clouds);
-  expectRun(folder, "encode room -o room.pcxi -r 0.05 --no-header");
+  writeClouds("room", clouds);
+  expectRun("encode room -o room.pcxi -r 0.05 --no-header");
   const std::vector<DecodedStream> of_files = decode(folder / "room.pcxi");
   ASSERT_EQ(streams[0].frames.size(), 4u);
   expectSameFrames(of_files[0], 0, streams[0]);
@@ -205,9 +206,8 @@ TEST(Ros1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
   EXPECT_EQ(notes, 4u);
 }
 
-TEST(Ros1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
+TEST_F(Ros1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
 {
-  const TestFolder folder;
   const auto clouds = roomClouds(3);
   {
     rosbag::Bag bag(folder / "x.bag", rosbag::bagmode::Write);
@@ -218,13 +218,12 @@ TEST(Ros1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
       bag.write("/points", ros::Time(1 + i, 0), message);
     }
   }
-  expectFailure(folder,
-                "encode x.bag -o x.mcap",
+  expectFailure("encode x.bag -o x.mcap",
                 1,
                 "pcl_ext encode: /points, frame 1: the message ends within its fields");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   writeBytes(folder / "cut.bag", {'#', 'R', 'O', 'S', 'B', 'A', 'G', ' ', 'V', '2'});
-  expectFailure(folder, "encode cut.bag -o y.mcap", 1, "cannot read the bag 'cut.bag'");
+  expectFailure("encode cut.bag -o y.mcap", 1, "cannot read the bag 'cut.bag'");
 }
 
 } // namespace test
