@@ -153,9 +153,9 @@ oddFrames(unsigned int depth, unsigned int bits)
 TEST_P(PayloadCoding, OddFramesComeBack)
 {
   CodingWorkspace work;
-  for (const unsigned int depth : {1u, 2u, 3u, 4u, 5u, 13u, 20u, 21u})
+  for (const unsigned int depth : {1u, 2u, 3u, 5u, 13u, 21u})
     for (const unsigned int bits : {1u, 2u, 4u, 5u, 8u, 12u, 13u, 16u})
-      for (const std::size_t rate : {1u, 5u, 1000u}) {
+      for (const std::size_t rate : {5u, 1000u}) {
         SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits) +
                      " bits, I-frames every " + std::to_string(rate));
         Ends ends(GetParam(), work);

@@ -23,21 +23,37 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
 constexpr std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
+using Change = std::function<void(Version1Header&)>;
+
+/** \brief Expects that an I-frame is refused with each change of its header, and decoded
+ * after that. */
+void
+expectRefusedWith(const std::vector<Change>& changes,
+                  const Bytes& i_frame,
+                  const VoxelFrame& frame)
+{
+  const Parts good = takeApart(i_frame);
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    SCOPED_TRACE(i);
+    Parts parts = good;
+    changes[i](parts.header);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+    EXPECT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
+    expectSameFrame(back, frame);
+  }
+}
 
 TEST(ForgedContents, OfIFramesAreRefused)
 {
   std::mt19937_64 random(6);
-  std::vector<VoxelFrame> frames;
-  for (int i = 0; i < 3; ++i) {
-    frames.push_back(fineFrame(random, 8));
-    addColours(random, 5, frames.back());
-    addPointCounts(random, frames.back());
-  }
+  VoxelFrame frame = fineFrame(random, 8);
+  addColours(random, 5, frame);
+  addPointCounts(random, frame);
   FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  const Bytes first = encoded(encoder, frames[0]);
-  const Parts good = takeApart(first);
-  ASSERT_GT(good.header.content.refinement_levels, 0u);
-  using Change = std::function<void(Version1Header&)>;
+  const Bytes first = encoded(encoder, frame);
+  ASSERT_GT(takeApart(first).header.content.refinement_levels, 0u);
   const std::vector<Change> changes = {
       [](Version1Header& h) { h.content.refinement_levels = 0; },
       [](Version1Header& h) { ++h.content.refinement_levels; },
@@ -69,16 +85,7 @@ TEST(ForgedContents, OfIFramesAreRefused)
         h.grid.origin = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
       },
       [](Version1Header& h) { h.has_depth_model = true; }};
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    SCOPED_TRACE(i);
-    Parts parts = good;
-    changes[i](parts.header);
-    FrameDecoder decoder;
-    VoxelFrame back;
-    EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
-    EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
-    expectSameFrame(back, frames[0]);
-  }
+  expectRefusedWith(changes, first, frame);
 }
 
 TEST(ForgedContents, PaddingIsOfZerosAtTheEndOfAnIFrame)
@@ -131,8 +138,6 @@ TEST(ForgedContents, OfFieldsAreRefused)
   addFields(random, frame);
   FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes first = encoded(encoder, frame);
-  const Parts good = takeApart(first);
-  using Change = std::function<void(Version1Header&)>;
   const std::vector<Change> changes = {
       [](Version1Header& h) { h.fields.clear(); },
       [](Version1Header& h) { h.fields.pop_back(); },
@@ -152,16 +157,7 @@ TEST(ForgedContents, OfFieldsAreRefused)
       [](Version1Header& h) { h.viewpoint[2] = (1 << 22) + 1; },
       [](Version1Header& h) { h.viewpoint[0] = -(1 << 22) - 1; },
       [](Version1Header& h) { h.content.has_fields = false; }};
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    SCOPED_TRACE(i);
-    Parts parts = good;
-    changes[i](parts.header);
-    FrameDecoder decoder;
-    VoxelFrame back;
-    EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
-    EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
-    expectSameFrame(back, frame);
-  }
+  expectRefusedWith(changes, first, frame);
 }
 
 TEST(ForgedContents, OfImagesAreRefused)
@@ -170,8 +166,8 @@ TEST(ForgedContents, OfImagesAreRefused)
   constexpr std::int32_t beyond_one = (1 << 30) + 1;
   constexpr std::int64_t far_away = (std::int64_t{1} << 38) + 1;
   constexpr std::int64_t steep = std::int64_t{1} << 46;
-  using Change = std::function<void(PointImage&)>;
-  const std::vector<Change> of_all = {
+  using ImageChange = std::function<void(PointImage&)>;
+  const std::vector<ImageChange> of_all = {
       [](PointImage& i) { i.width = 0; },
       [](PointImage& i) { i.width = 0xffffffff; },
       [](PointImage& i) { i.width = i.height = 1 << 13; },
@@ -183,7 +179,7 @@ TEST(ForgedContents, OfImagesAreRefused)
         i.rays.pose.origin[2] = std::numeric_limits<std::int64_t>::min();
       },
       [](PointImage& i) { i.rays = RayModel(); }};
-  const std::vector<Change> of_cameras = {
+  const std::vector<ImageChange> of_cameras = {
       [](PointImage& i) { i.rays.pose.vectors[0][2] = steep + 1; },
       [](PointImage& i) { i.rays.pose.vectors[1][0] = steep / i.width + 1; },
       [](PointImage& i) { i.rays.pose.vectors[2][1] = -steep / i.height - 1; },
@@ -194,7 +190,7 @@ TEST(ForgedContents, OfImagesAreRefused)
       [](PointImage& i) {
         i.rays.pose.vectors[1][1] = std::numeric_limits<std::int64_t>::min();
       }};
-  const std::vector<Change> of_lidars = {
+  const std::vector<ImageChange> of_lidars = {
       [=](PointImage& i) { i.rays.pose.vectors[2][1] = beyond_one; },
       [](PointImage& i) {
         i.rays.turns[0] = {1 << 30, 1 << 16};
@@ -214,20 +210,11 @@ TEST(ForgedContents, OfImagesAreRefused)
     FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
     const Bytes first = encoded(encoder, frame);
     ASSERT_TRUE(encoder.statistics().has_image);
-    const Parts good = takeApart(first);
-    std::vector<Change> changes = of_all;
-    const std::vector<Change>& further = is_camera ? of_cameras : of_lidars;
-    changes.insert(changes.end(), further.begin(), further.end());
-    for (std::size_t i = 0; i < changes.size(); ++i) {
-      SCOPED_TRACE(i);
-      Parts parts = good;
-      changes[i](parts.header.image);
-      FrameDecoder decoder;
-      VoxelFrame back;
-      EXPECT_NE(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
-      EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
-      expectSameFrame(back, frame);
-    }
+    std::vector<Change> changes;
+    for (const auto& of_images : {of_all, is_camera ? of_cameras : of_lidars})
+      for (const ImageChange& change : of_images)
+        changes.push_back([change](Version1Header& h) { change(h.image); });
+    expectRefusedWith(changes, first, frame);
   }
 }
 

@@ -94,12 +94,12 @@ imageFrame(std::mt19937_64& random,
   VoxelFrame frame = emptyFrame(grid_depth, 0);
   frame.has_point_counts = true;
   frame.image = image;
-  struct Point {
+  struct Pixel {
     std::uint64_t key;
     std::uint32_t pixel;
     std::uint32_t depth;
   };
-  std::vector<Point> all;
+  std::vector<Pixel> all;
   RayReader reader(image);
   for (std::uint32_t pixel = 0; pixel < image.pixelCount(); ++pixel) {
     const std::uint32_t row = pixel / image.width;
@@ -129,10 +129,10 @@ imageFrame(std::mt19937_64& random,
                      pixel,
                      depth});
   }
-  std::stable_sort(all.begin(), all.end(), [](const Point& one, const Point& other) {
+  std::stable_sort(all.begin(), all.end(), [](const Pixel& one, const Pixel& other) {
     return one.key < other.key;
   });
-  for (const Point& point : all) {
+  for (const Pixel& point : all) {
     if (frame.keys.empty() || frame.keys.back() != point.key) {
       frame.keys.push_back(point.key);
       frame.point_counts.push_back(0);
