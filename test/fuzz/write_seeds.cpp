@@ -204,18 +204,6 @@ writeChoices(SeedWriter& writer)
     writer.write("sequences", name + "_turns", {kind, 0, 0, 8, 0, 8, 7, 0, 0, 8, 0});
     writer.write(
         "sequences", name + "_damage", {kind, 0, 0, 5, 99, 0, 0, 6, 20, 0, 4, 3, 0, 0});
-    for (std::uint8_t mode = 0; mode < 5; ++mode)
-      for (const unsigned int allocations : {0u, 3u, 20u, 60u, 150u}) {
-        Bytes bytes{static_cast<std::uint8_t>(16 * mode + kind),
-                    1,
-                    static_cast<std::uint8_t>(allocations)};
-        for (std::size_t i = 0; i < 4; ++i)
-          append({0, 3, static_cast<std::uint8_t>(allocations / 4)}, bytes);
-        writer.write("failing_memory",
-                     name + '_' + std::to_string(mode) + '_' +
-                         std::to_string(allocations),
-                     bytes);
-      }
   }
   for (unsigned int kind = 0; kind < 64; ++kind) {
     // Choices, settings, size and kind of a layout, and numbers for what these ask for.

@@ -1,33 +1,14 @@
 /** \file
  * \brief What a CentralNode decodes and denoises, and which calls it refuses.
  */
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
+#include "support/node_tests.h"
 
-#include "support/central_streams.h"
-#include "support/voxel_frames.h"
-
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <cstdint>
 #include <functional>
 #include <limits>
-#include <map>
-#include <optional>
-#include <random>
-#include <string>
-#include <vector>
 
 namespace {
 
-using namespace std::chrono_literals;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeVoxelsBelow;
-using pcl_ext::io::Effort;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::test::expectSameFrame;
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 

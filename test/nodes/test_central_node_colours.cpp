@@ -1,26 +1,12 @@
 /** \file
  * \brief A CentralNode keeps colours through noise removal and merging.
  */
-#include <pcl_ext/nodes/central_node.h>
-
-#include "support/central_streams.h"
-#include "support/world_voxels.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <map>
-#include <random>
-#include <string>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::isConsistent;
 using pcl_ext::io::VoxelColour;
-using pcl_ext::io::test::below;
 
 /** \brief Some voxels, with colours of a number of bits, or 0. */
 VoxelFrame

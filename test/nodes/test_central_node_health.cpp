@@ -2,23 +2,11 @@
  * \brief Frames that a CentralNode receives late, twice, damaged or not at all: what it
  * decodes, requests, and reports in the health of its streams.
  */
-#include <pcl_ext/nodes/central_node.h>
-
-#include "support/central_streams.h"
 #include "support/forged_frames.h"
-
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace std::chrono_literals;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 
 const Bytes rubbish(40, 0x5a);

@@ -2,35 +2,14 @@
  * \brief A CentralNode of which each allocation fails in turn: the failure is reported
  * and the streams go on.
  */
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
+#include "support/node_tests.h"
 
-#include "support/central_streams.h"
-#include "support/test_memory.h"
-#include "support/voxel_frames.h"
-#include "support/world_voxels.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstddef>
 #include <new>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeVoxelsBelow;
-using pcl_ext::VoxelOutlierRemoval;
-using pcl_ext::VoxelOutlierRemovalSettings;
-using pcl_ext::io::test::expectSameFrame;
-using pcl_ext::test::Exemption;
 using pcl_ext::test::failEachAllocation;
-using pcl_ext::test::FailingAllocation;
-using pcl_ext::test::worldVoxels;
 
 constexpr float min_intensity = 2.0f;
 constexpr unsigned int i_frame_rate = 6;

@@ -1,37 +1,18 @@
 /** \file
  * \brief What memory a CentralNode keeps after large frames: none, some frames later.
  */
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/central_node.h>
-
 #include "codec/frame_limits.h"
-#include "support/central_streams.h"
 #include "support/forged_frames.h"
-#include "support/test_memory.h"
-#include "support/voxel_frames.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::io::DecodingMemory;
-using pcl_ext::io::Effort;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::FrameEncoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::io::test::Parts;
 using pcl_ext::io::test::putTogether;
 using pcl_ext::io::test::RoomStream;
 using pcl_ext::io::test::takeApart;
-using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::MemoryUse;
 
 /** \brief Below it nothing is released, bytes. */

@@ -1,35 +1,11 @@
 /** \file
  * \brief Merging the streams of a CentralNode against sums in a map.
  */
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
-
-#include "support/central_streams.h"
-#include "support/world_voxels.h"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <random>
-#include <string>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace std::chrono_literals;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeVoxelsBelow;
-using pcl_ext::io::FrameEncoder;
-using pcl_ext::io::isConsistent;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::test::addVoxels;
-using pcl_ext::test::WorldVoxels;
-using pcl_ext::test::worldVoxels;
 
 constexpr double resolution = 0.04;
 

@@ -1,23 +1,14 @@
 /** \file
  * \brief Merging streams whose voxels are counted from different origins.
  */
-#include <pcl_ext/nodes/central_node.h>
+#include "support/node_tests.h"
 
-#include "support/central_streams.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <string>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::isConsistent;
 
 constexpr double small_resolution = 0.01;
 using Place = std::array<double, 3>;
@@ -50,7 +41,7 @@ frameAt(const Place& origin, std::uint64_t seed)
 using SiteVoxels = std::map<std::array<std::int64_t, 3>, double>;
 
 void
-addVoxels(const VoxelFrame& frame, SiteVoxels& voxels)
+addSiteVoxels(const VoxelFrame& frame, SiteVoxels& voxels)
 {
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const auto position = pcl_ext::io::voxelPosition(frame.keys[i]);
@@ -90,7 +81,7 @@ protected:
     // Others may encode it.
     EXPECT_FALSE(coded(frame).empty());
     SiteVoxels voxels;
-    addVoxels(frame, voxels);
+    addSiteVoxels(frame, voxels);
     return voxels;
   }
 
@@ -118,7 +109,7 @@ TEST_F(Origins, OfStreamsNearEachOtherAreOneGrid)
   for (const auto& [name, frame] : std::map<std::string, VoxelFrame>{
            {"first", first}, {"second", second}, {"third", third}}) {
     show(name, frame);
-    addVoxels(frame, expected);
+    addSiteVoxels(frame, expected);
   }
   ASSERT_LT(expected.size(), first.size() + second.size() + third.size());
   EXPECT_EQ(merged(node), expected);
@@ -136,15 +127,15 @@ TEST_F(Origins, VoxelsThatAreTooFarApartAreLeftOutAndCounted)
   show("large", large);
   show("small", small);
   SiteVoxels expected;
-  addVoxels(large, expected);
+  addSiteVoxels(large, expected);
   EXPECT_EQ(merged(node), expected);
   EXPECT_EQ(outside("large"), 0u);
   EXPECT_EQ(outside("small"), 10u);
   // The origin follows the voxels.
   sendAndWait(node, "large", coded(frameAt(moved({}, 3), 1)));
   expected.clear();
-  addVoxels(frameAt(moved({}, 3), 1), expected);
-  addVoxels(small, expected);
+  addSiteVoxels(frameAt(moved({}, 3), 1), expected);
+  addSiteVoxels(small, expected);
   EXPECT_EQ(merged(node), expected);
   EXPECT_EQ(outside("small"), 0u);
 }
@@ -162,7 +153,7 @@ TEST_F(Origins, CanBeSet)
   const VoxelFrame frame = frameAt(moved(site, 0), 1);
   sendAndWait(fixed_node, "site", coded(frame));
   SiteVoxels expected;
-  addVoxels(frame, expected);
+  addSiteVoxels(frame, expected);
   EXPECT_EQ(merged(fixed_node), expected);
   VoxelFrame voxels;
   fixed_node.merge(voxels);

@@ -2,36 +2,13 @@
  * \brief A CentralNode that removes outliers against VoxelOutlierRemoval called directly,
  * frame by frame.
  */
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
+#include "support/node_tests.h"
 
-#include "support/central_streams.h"
-#include "support/voxel_frames.h"
-#include "support/world_voxels.h"
-
-#include <gtest/gtest.h>
-
-#include <cstddef>
 #include <limits>
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::DensityUnit;
-using pcl_ext::removeVoxelsBelow;
-using pcl_ext::VoxelOutlierRemoval;
-using pcl_ext::VoxelOutlierRemovalSettings;
-using pcl_ext::io::FrameEncoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::test::expectSameFrame;
-using pcl_ext::test::addVoxels;
-using pcl_ext::test::WorldVoxels;
-using pcl_ext::test::worldVoxels;
 
 VoxelOutlierRemovalSettings
 atLogOdds(float min_log_odds)

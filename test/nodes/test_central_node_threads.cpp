@@ -2,35 +2,15 @@
  * \brief A CentralNode that many threads use at once; to be run under ThreadSanitizer,
  * too.
  */
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/central_node.h>
-
-#include "support/central_streams.h"
-#include "support/voxel_frames.h"
-#include "support/world_voxels.h"
-
-#include <gtest/gtest.h>
+#include "support/node_tests.h"
 
 #include <atomic>
-#include <cstddef>
-#include <map>
 #include <memory>
-#include <string>
 #include <thread>
-#include <vector>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeVoxelsBelow;
-using pcl_ext::VoxelOutlierRemoval;
-using pcl_ext::VoxelOutlierRemovalSettings;
-using pcl_ext::io::isConsistent;
-using pcl_ext::io::test::expectSameFrame;
-using pcl_ext::test::addVoxels;
-using pcl_ext::test::WorldVoxels;
-using pcl_ext::test::worldVoxels;
 
 constexpr std::size_t stream_count = 6;
 constexpr std::size_t frame_count = 25;

@@ -1,22 +1,12 @@
 /** \file
  * \brief The order in which a CentralNode decodes waiting frames: streams take turns.
  */
-#include <pcl_ext/nodes/central_node.h>
+#include "support/node_tests.h"
 
-#include "support/central_streams.h"
-
-#include <gtest/gtest.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <thread>
-#include <vector>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 
 CentralNodeSettings

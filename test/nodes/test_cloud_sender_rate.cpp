@@ -1,27 +1,16 @@
 /** \file
  * \brief A CloudSender whose max_rate changes.
  */
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 
-#include "support/fake_clock.h"
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <string>
+#include "support/node_tests.h"
 
 namespace {
 
 namespace cloud_sender_rate {
 
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using namespace std::chrono_literals;
-using pcl_ext::io::FrameDecoder;
 
 /** \brief A sender with a clock. */
 class Stream {

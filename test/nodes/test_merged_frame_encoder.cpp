@@ -3,23 +3,14 @@
  */
 #include <pcl_ext/nodes/merged_frame_encoder.h>
 
-#include "support/central_streams.h"
-#include "support/world_voxels.h"
+#include "support/node_tests.h"
 
-#include <gtest/gtest.h>
-
-#include <map>
 #include <memory>
-#include <random>
-#include <string>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::io::IntensityScale;
-using pcl_ext::io::test::below;
-using pcl_ext::test::worldVoxels;
 
 constexpr double resolution = 0.04;
 constexpr std::size_t streams = 6;

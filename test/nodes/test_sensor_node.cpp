@@ -2,43 +2,26 @@
  * \brief What a SensorNode sends: the bytes that preprocessor and compression make of
  * each cloud with its transform.
  */
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/nodes/sensor_node.h>
 
 #include "support/message_layouts.h"
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
+#include "support/node_tests.h"
 
 #include <limits>
-#include <optional>
 #include <set>
-#include <string>
-#include <vector>
+
 namespace {
 
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::CountIntensity;
 using pcl_ext::IntensityModel;
 using pcl_ext::IntensityUnit;
 using pcl_ext::NativeIntensity;
 using pcl_ext::NoIntensity;
-using pcl_ext::RuntimeSensor;
 using pcl_ext::SensorPreprocessor;
-using pcl_ext::WorldPose;
-using pcl_ext::io::BoundingBox;
 using pcl_ext::io::DepthLaw;
-using pcl_ext::io::Effort;
-using pcl_ext::io::FrameDecoder;
 using pcl_ext::io::IntensityCompressionSettings;
 using pcl_ext::io::OctreePointCloudIntensityCompression;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::VoxelFrame;
-using pcl_ext::test::naiveVoxels;
-using pcl_ext::test::worldVoxels;
 
 /** \brief Shares of a voxel face that the points bring along. */
 struct GivenShare {

@@ -2,25 +2,15 @@
  * \brief A SensorNode sends the colours of clouds that have them.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/point_types.h>
 
 #include "support/message_layouts.h"
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
-
-#include <cstdint>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::IntensityLaw;
 using pcl_ext::PointXYZRGBI;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::VoxelFrame;
 
 /** \brief The same points as cloudSeenFrom() with colours. */
 pcl::PointCloud<PointXYZRGBI>

@@ -2,34 +2,16 @@
  * \brief What a SensorNode does without a transform, with broken clouds and with wrong
  * settings.
  */
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/sensor_node.h>
-
 #include "support/message_layouts.h"
 #include "support/naive_preprocessing.h"
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
+#include "support/node_tests.h"
 
 #include <functional>
 #include <limits>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
+
 namespace {
 
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::WorldPose;
-using pcl_ext::io::BoundingBox;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::VoxelFrame;
-using pcl_ext::test::naiveVoxels;
-using pcl_ext::test::WorldVoxels;
-using pcl_ext::test::worldVoxels;
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -203,6 +185,24 @@ expectInvalid(IntensityLaw law, const std::vector<InvalidSettings>& cases)
 }
 
 const BoundingBox too_wide_box{{-1e6, 0, 0}, {1e6, 1, 1}};
+
+TEST(SensorNodeClouds, AnExceptionOfTheClockDropsTheFrame)
+{
+  const auto cloud = [](unsigned int seed) { return cloudSeenFrom(poseOf(0), seed); };
+  FakeClock clock;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.clock = clock.clock();
+  SensorNode node(settings);
+  FrameDecoder decoder;
+  decodedWith(decoder, encoded(node, messageOf(cloud(1)), poseOf(0)));
+  clock.setBroken(true);
+  expectLeftOut(node, messageOf(cloud(2)), poseOf(0), SensorNodeCode::EncodingFailed);
+  clock.setBroken(false);
+  const VoxelFrame voxels =
+      decodedWith(decoder, encoded(node, messageOf(cloud(3)), poseOf(0)));
+  EXPECT_TRUE(decoder.statistics().is_i_frame);
+  EXPECT_EQ(worldVoxels(voxels), naiveCounts(cloud(3), poseOf(0)));
+}
 
 TEST(SensorNodeSettings, InvalidOnesAreReported)
 {

@@ -1,30 +1,14 @@
 /** \file
  * \brief A SensorNode keeps fields of any PointCloud2.
  */
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/sensor_node.h>
+#include "support/node_tests.h"
 
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <limits>
-#include <map>
-#include <string>
-#include <vector>
 
 namespace {
 
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::IntensityLaw;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::VoxelFrame;
 
 void
 addField(pcl::PCLPointCloud2& cloud,

@@ -2,35 +2,27 @@
  * \brief Outliers that a SensorNode removes from clouds of a lidar, whose points are judged
  * before they are voxels, and from those of other sensors.
  */
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/cloud_outlier_removal.h>
-#include <pcl_ext/nodes/sensor_node.h>
 
 #include "support/lidar_room.h"
-#include "support/sensor_clouds.h"
-#include "support/test_memory.h"
-
-#include <gtest/gtest.h>
+#include "support/node_tests.h"
 
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <vector>
 
 namespace {
 
 using namespace pcl_ext;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::LidarRoom;
 using pcl_ext::test::LidarScan;
 
 /** \brief A lidar's cloud of a standing sensor, in which it snows. */
 pcl::PCLPointCloud2
-lidarCloud(unsigned int seed, bool is_organised = true, std::uint32_t width = 180)
+lidarCloud(unsigned int seed, bool is_organised = true)
 {
   LidarRoom room;
-  room.width = width;
+  room.width = 180;
   room.height = 16;
   room.snow = 0.05;
   room.seed = seed;
@@ -157,41 +149,6 @@ TEST(SensorNodeLidarOutliers, CloudsWithoutRowsLoseVoxelsInTheSameStream)
   EXPECT_TRUE(node.statistics().judged_points);
   EXPECT_GT(node.statistics().points_removed, 0u);
   EXPECT_EQ(node.statistics().outliers_removed, 0u);
-}
-
-TEST(SensorNodeLidarOutliers, MemoryThatRunsOutIsReportedAndTheHistoryEnds)
-{
-  const nodes::SensorNodeSettings settings = removingSettings();
-  // The second one needs more memory than the first one.
-  const pcl::PCLPointCloud2 first = lidarCloud(1, true, 60);
-  const pcl::PCLPointCloud2 second = lidarCloud(2, true, 80);
-  const pcl::PCLPointCloud2 third = lidarCloud(3, true, 80);
-  nodes::SensorNode fresh(settings);
-  const Bytes expected = encoded(fresh, third, poseOf(0));
-  std::size_t failures = 0;
-  for (std::size_t number = 1;; ++number) {
-    nodes::SensorNode node(settings);
-    encoded(node, first, poseOf(0));
-    Bytes bytes;
-    nodes::SensorNodeStatus status;
-    {
-      const FailingAllocation failing(number);
-      status = node.encode(second, poseOf(0), bytes);
-      if (!failing.hasFailed())
-        break;
-    }
-    ++failures;
-    if (status.ok()) // what failed can be done without
-      continue;
-    expectCode(status, nodes::SensorNodeCode::OutOfMemory);
-    EXPECT_TRUE(bytes.empty());
-    EXPECT_EQ(node.statistics().frames, 1u);
-    encoded(node, third, poseOf(0));
-    EXPECT_EQ(node.statistics().points_removed, fresh.statistics().points_removed)
-        << number;
-    ASSERT_FALSE(::testing::Test::HasFailure()) << "allocation " << number;
-  }
-  EXPECT_GT(failures, 20u);
 }
 
 } // namespace

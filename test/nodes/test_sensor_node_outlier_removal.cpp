@@ -1,25 +1,12 @@
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/sensor_node.h>
 
 #include "simulator/robot_cell.h"
-#include "support/sensor_clouds.h"
-
-#include <pcl/PCLPointCloud2.h>
-
-#include <gtest/gtest.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
 using namespace pcl_ext;
 using nodes::test::decodedWith;
 using nodes::test::encoded;
-using nodes::test::expectCode;
 using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
 

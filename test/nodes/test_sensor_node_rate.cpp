@@ -2,43 +2,19 @@
  * \brief A SensorNode under rate control: its stream stays decodable, and its coarse
  * voxels are made of the fine ones.
  */
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/sensor_node.h>
-
 #include "support/checked_link.h"
-#include "support/fake_clock.h"
-#include "support/sensor_clouds.h"
-#include "support/test_memory.h"
+#include "support/node_tests.h"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <chrono>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <random>
 #include <set>
-#include <string>
-#include <vector>
 
 namespace {
 
 namespace sensor_node_rate {
 
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using namespace std::chrono_literals;
-using pcl_ext::WorldPose;
-using pcl_ext::io::Effort;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::VoxelFrame;
 using pcl_ext::io::VoxelPosition;
 using pcl_ext::io::test::CheckedLink;
-using pcl_ext::test::FailingAllocation;
-using pcl_ext::test::worldVoxels;
 
 const WorldPose identity = WorldPose::Identity();
 

@@ -1,26 +1,11 @@
 /** \file
  * \brief The figures of a SensorNode.
  */
-#include <pcl_ext/nodes/sensor_node.h>
-
-#include "support/fake_clock.h"
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
-
-#include <chrono>
-#include <cstdint>
-#include <optional>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
-using namespace std::chrono_literals;
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::BoundingBox;
-using pcl_ext::test::naiveVoxels;
 
 TEST(SensorNodeStatistics, CountBytesPointsAndVoxels)
 {

@@ -1,29 +1,11 @@
 /** \file
  * \brief Streams of a SensorNode: grids that stay, I-frames, what frames carry.
  */
-#include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/sensor_node.h>
-
-#include "support/sensor_clouds.h"
-
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
+#include "support/node_tests.h"
 
 namespace {
 
-using pcl_ext::IntensityLaw;
-using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::WorldPose;
-using pcl_ext::io::FrameDecoder;
-using pcl_ext::io::StreamFormat;
-using pcl_ext::io::VoxelFrame;
-using pcl_ext::test::naiveVoxels;
 
 TEST(SensorNodeStreams, GridOfTheCropBoxStaysWhenThePointsMove)
 {

@@ -1,26 +1,14 @@
 /** \file
  * \brief A SensorNode with the setting temporal_filter.
  */
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/sensor_node.h>
 
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 #include "support/cell_frames.h"
-#include "support/sensor_clouds.h"
-#include "support/test_memory.h"
+#include "support/node_tests.h"
 #include "voxelizing/point_batches.h"
-
-#include <gtest/gtest.h>
-
-#include <array>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
 
 namespace {
 
@@ -169,39 +157,6 @@ TEST_F(SensorNodeTemporalFilter, StillSurfacesTakeFewBytesWhenTheyAreKnown)
     filtered += i < frames ? 0 : filtered_bytes_.size();
   }
   EXPECT_LT(2 * filtered, plain);
-}
-
-TEST_F(SensorNodeTemporalFilter, StreamGoesOnWithAnIFrameWhenMemoryRanOut)
-{
-  std::vector<pcl::PCLPointCloud2> clouds;
-  for (unsigned int seed = 1; seed <= 4; ++seed)
-    clouds.push_back(messageOf(nodes::test::cloudSeenFrom(pose_, seed, 400, 5)));
-  nodes::SensorNodeSettings small = settings(frames);
-  small.crop_box = nodes::test::wide_box;
-  bool has_failed = true;
-  std::size_t failures = 0;
-  for (std::size_t allocation = 1; has_failed; ++allocation) {
-    nodes::SensorNode node(small);
-    io::FrameDecoder decoder;
-    decodedWith(decoder, encoded(node, clouds[0], pose_));
-    decodedWith(decoder, encoded(node, clouds[1], pose_));
-    std::vector<std::uint8_t> bytes;
-    nodes::SensorNodeStatus status;
-    {
-      const pcl_ext::test::FailingAllocation failing(allocation);
-      status = node.encode(clouds[2], pose_, bytes);
-      has_failed = failing.hasFailed();
-    }
-    if (status.ok()) { // nothing failed, or what can do without
-      decodedWith(decoder, bytes);
-      continue;
-    }
-    ++failures;
-    EXPECT_EQ(status.code(), nodes::SensorNodeCode::OutOfMemory);
-    EXPECT_GT(decodedWith(decoder, encoded(node, clouds[3], pose_)).size(), 0u);
-    EXPECT_TRUE(decoder.statistics().is_i_frame);
-  }
-  EXPECT_GT(failures, 0u);
 }
 
 } // namespace

@@ -94,7 +94,7 @@ expectFailuresHandled(std::size_t frame_count, std::size_t step, const RunT& run
         if (::testing::Test::HasFailure())
           FAIL() << "allocation " << n << " of frame " << frame;
       }
-  EXPECT_GT(failures, 100u);
+  EXPECT_GT(failures, 50u);
 }
 
 /** \brief Repeats a call, of which first the first allocation fails, then the second,

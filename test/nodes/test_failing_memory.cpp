@@ -1,0 +1,236 @@
+/** \file
+ * \brief Memory that runs out at any allocation of what encodes and decodes streams: nothing
+ * is thrown, a status says so, and nothing wrong follows.
+ */
+#include "support/failing_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace {
+
+namespace failing_memory {
+
+using namespace pcl_ext::test::failing_memory;
+using pcl_ext::test::Exemption;
+using pcl_ext::test::expectFailuresHandled;
+using pcl_ext::test::FailingAllocation;
+
+/** \brief What undisturbed senders send of the inputs from one on. */
+std::vector<Shown>
+shownFrom(std::size_t first, const Operation& operation, const MakeSender& make)
+{
+  const std::unique_ptr<Sender> sender = make();
+  FrameReceiver receiver;
+  std::vector<Shown> shown(operation.inputs - first);
+  for (std::size_t i = first; i < operation.inputs; ++i) {
+    Bytes bytes;
+    EXPECT_TRUE(sender->send(i, bytes));
+    EXPECT_TRUE(receiver.receive(bytes, shown[i - first]));
+  }
+  return shown;
+}
+
+class FailingMemory : public testing::TestWithParam<Operation> {
+protected:
+  FailingMemory() : make_(GetParam().senders())
+  {
+    for (std::size_t i = 0; i <= GetParam().inputs; ++i)
+      shown_from_.push_back(shownFrom(i, GetParam(), make_));
+  }
+
+  /** \brief Sends all inputs; the n-th allocation of one of them fails.
+   * \return false if it has no n-th allocation
+   */
+  bool
+  sendWithFailure(std::size_t failing_input, std::size_t n, bool do_later_ones_fail)
+  {
+    const std::unique_ptr<Sender> sender = make_();
+    FrameReceiver receiver;
+    bool has_failed = false;
+    bool is_lost = false;
+    for (std::size_t i = 0; i < GetParam().inputs; ++i) {
+      Bytes bytes;
+      bool is_sent = false;
+      {
+        const FailingAllocation failing(i == failing_input ? n : 0, do_later_ones_fail);
+        is_sent = sender->send(i, bytes);
+        has_failed = has_failed || (i == failing_input && failing.hasFailed());
+      }
+      if (!is_sent) {
+        EXPECT_TRUE(i == failing_input && has_failed);
+        is_lost = true;
+        continue;
+      }
+      Shown shown;
+      EXPECT_TRUE(receiver.receive(bytes, shown));
+      if (is_lost) {
+        // As of a sender that begins there, whose first frame is an I-frame.
+        const Shown& expected = shown_from_[failing_input + 1][i - failing_input - 1];
+        EXPECT_EQ(shown.is_i_frame, expected.is_i_frame);
+        EXPECT_EQ(shown.voxels.empty(), expected.voxels.empty());
+        if (GetParam().begins_anew)
+          expectSame(shown, expected);
+      }
+      else if (!has_failed || GetParam().is_exact)
+        expectSame(shown, shown_from_[0][i]);
+    }
+    return has_failed;
+  }
+
+  MakeSender make_;
+  std::vector<std::vector<Shown>> shown_from_; ///< by the first input
+};
+
+TEST_P(FailingMemory, IsReportedAndTheStreamGoesOnWithAnIFrame)
+{
+  expectFailuresHandled(GetParam().inputs,
+                        1,
+                        [&](std::size_t input, std::size_t n, bool do_later_ones_fail) {
+                          return sendWithFailure(input, n, do_later_ones_fail);
+                        });
+}
+
+TEST_P(FailingMemory, MayRunOutAgainAndAgain)
+{
+  std::mt19937_64 random(1);
+  std::size_t losses = 0;
+  for (int round = 0; round < 60; ++round) {
+    const std::unique_ptr<Sender> sender = make_();
+    FrameReceiver receiver;
+    bool is_lost = false;
+    for (std::size_t i = 0; i < GetParam().inputs; ++i) {
+      Bytes bytes;
+      const std::size_t n = below(random, below(random, 2) == 0 ? 8 : 200);
+      bool is_sent = false;
+      {
+        const FailingAllocation failing(n, below(random, 2) == 0);
+        is_sent = sender->send(i, bytes);
+      }
+      losses += is_sent ? 0 : 1;
+      Shown shown;
+      if (is_sent) {
+        EXPECT_TRUE(receiver.receive(bytes, shown));
+        EXPECT_TRUE(shown.is_i_frame || !is_lost);
+        if (GetParam().is_exact)
+          expectSame(shown, shown_from_[0][i]);
+      }
+      is_lost = !is_sent;
+    }
+  }
+  EXPECT_GT(losses, 10u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of,
+                         FailingMemory,
+                         testing::ValuesIn(senders()),
+                         [](const auto& operation) { return operation.param.name; });
+
+/** \brief A stream that is received. */
+class FailingMemoryOfReceivers : public FailingMemory {
+protected:
+  FailingMemoryOfReceivers() : bytes_(GetParam().inputs)
+  {
+    const std::unique_ptr<Sender> sender = make_();
+    for (std::size_t i = 0; i < bytes_.size(); ++i)
+      EXPECT_TRUE(sender->send(i, bytes_[i]));
+  }
+
+  std::unique_ptr<Receiver>
+  receiver() const
+  {
+    if (GetParam().has_class_receiver)
+      return std::make_unique<ClassReceiver>();
+    return std::make_unique<FrameReceiver>();
+  }
+
+  /** \brief Whether a frame is decoded; it is right then. */
+  bool
+  receive(Receiver& receiver, std::size_t frame) const
+  {
+    Shown shown;
+    if (!receiver.receive(bytes_[frame], shown))
+      return false;
+    const Exemption exemption;
+    expectSame(shown, shown_from_[0][frame]);
+    return true;
+  }
+
+  /** \brief The same while the n-th allocation fails. */
+  bool
+  receiveWithFailure(Receiver& receiver,
+                     std::size_t frame,
+                     std::size_t n,
+                     bool do_later_ones_fail,
+                     bool& has_failed) const
+  {
+    const FailingAllocation failing(n, do_later_ones_fail);
+    const bool is_known = receive(receiver, frame);
+    has_failed = failing.hasFailed();
+    return is_known;
+  }
+
+  bool
+  isIFrame(std::size_t frame) const
+  {
+    return shown_from_[0][frame].is_i_frame;
+  }
+
+  std::vector<Bytes> bytes_;
+};
+
+TEST_P(FailingMemoryOfReceivers, NeverGivesAWrongFrame)
+{
+  const auto run = [&](std::size_t frame, std::size_t n, bool do_later_ones_fail) {
+    const std::unique_ptr<Receiver> receiver = this->receiver();
+    for (std::size_t i = 0; i < frame; ++i)
+      EXPECT_TRUE(receive(*receiver, i));
+    bool has_failed = false;
+    bool is_known =
+        receiveWithFailure(*receiver, frame, n, do_later_ones_fail, has_failed);
+    EXPECT_TRUE(is_known || has_failed);
+    // A sender may send the frame again.
+    is_known = is_known || receive(*receiver, frame);
+    for (std::size_t i = frame + 1; i < bytes_.size(); ++i) {
+      const bool must_be_known = is_known || isIFrame(i);
+      is_known = receive(*receiver, i);
+      EXPECT_TRUE(is_known || !must_be_known) << i;
+    }
+    return has_failed;
+  };
+  expectFailuresHandled(GetParam().inputs, 1, run);
+}
+
+TEST_P(FailingMemoryOfReceivers, MayRunOutAgainAndAgain)
+{
+  std::mt19937_64 random(2);
+  std::size_t losses = 0;
+  for (int round = 0; round < 60; ++round) {
+    const std::unique_ptr<Receiver> receiver = this->receiver();
+    bool is_known = false;
+    for (std::size_t i = 0; i < bytes_.size(); ++i) {
+      const bool is_decodable = is_known || isIFrame(i);
+      const std::size_t n = below(random, below(random, 2) == 0 ? 8 : 200);
+      bool has_failed = false;
+      is_known = receiveWithFailure(*receiver, i, n, below(random, 2) == 0, has_failed);
+      EXPECT_TRUE(is_known || has_failed || !is_decodable) << i;
+      // A class that lacks memory for its cloud may have decoded the frame.
+      EXPECT_TRUE(!is_known || is_decodable || GetParam().has_class_receiver) << i;
+      losses += is_known ? 0 : 1;
+    }
+  }
+  EXPECT_GT(losses, 10u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of,
+                         FailingMemoryOfReceivers,
+                         testing::ValuesIn(coders()),
+                         [](const auto& operation) { return operation.param.name; });
+
+} // namespace failing_memory
+
+} // namespace
