@@ -7,9 +7,7 @@ import operator
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
-from .outliers import OutlierRemoval, PointOutlierRemoval
 from .status import Error
-from .temporal_filter import TemporalVoxelFilter
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,34 +33,6 @@ def limits(
         "max_points": max_points,
         "max_field_values": max_field_values,
     }
-
-
-def removal(outliers: Optional[OutlierRemoval]) -> Optional[_native.OutlierRemoval]:
-    if outliers is None:
-        return None
-    if isinstance(outliers, PointOutlierRemoval):
-        raise TypeError(
-            "outliers is a 'PointOutlierRemoval', which judges points, not voxels: "
-            "set those with score(xyz) < 0 to NaN before encoding"
-        )
-    if not isinstance(outliers, OutlierRemoval):
-        raise TypeError(
-            f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
-        )
-    return outliers._native
-
-
-def native_filter(
-    temporal_filter: Optional[TemporalVoxelFilter],
-) -> Optional[_native.TemporalVoxelFilter]:
-    if temporal_filter is None:
-        return None
-    if not isinstance(temporal_filter, TemporalVoxelFilter):
-        raise TypeError(
-            f"temporal_filter is a '{type(temporal_filter).__name__}', not a "
-            "TemporalVoxelFilter"
-        )
-    return temporal_filter._native
 
 
 def least_intensity(min_intensity: Optional[float]) -> Optional[float]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from ._points import check_fields, finite_points, has_colours, package
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -34,7 +35,7 @@ class Cloud(np.ndarray):
 
     def __new__(cls, points: ArrayLike) -> Cloud:
         array = np.asarray(points)
-        _check_fields(array)
+        check_fields(array)
         return array.view(cls)
 
     def __getitem__(self, index: Any) -> Any:
@@ -59,7 +60,7 @@ class Cloud(np.ndarray):
         ImportError
             Without pandas.
         """
-        _check_fields(self)
+        check_fields(self)
         pandas = package("pandas", "python3-pandas")
         columns: dict[str, NDArray[Any]] = {}
         points = np.ravel(self)
@@ -88,7 +89,7 @@ class Cloud(np.ndarray):
         ImportError
             Without Open3D.
         """
-        _check_fields(self)
+        check_fields(self)
         open3d = package("open3d", "python3-open3d")
         points = finite_points(self)
 
@@ -127,24 +128,6 @@ class Cloud(np.ndarray):
         return plot_cloud(self, axes)
 
 
-def _check_fields(array: NDArray[Any]) -> None:
-    """A view of a cloud, or what was computed of it, may have other fields."""
-    if not {"x", "y", "z"} <= set(array.dtype.names or ()):
-        raise TypeError(f"points of dtype {array.dtype} have no fields x, y, z")
-
-
-def finite_points(cloud: NDArray[Any]) -> NDArray[Any]:
-    """A copy of the points whose coordinates are finite, of shape (N,)."""
-    points = np.ravel(cloud)
-    return points[np.all([np.isfinite(points[axis]) for axis in "xyz"], axis=0)]
-
-
-def has_colours(cloud: NDArray[Any]) -> bool:
-    """Whether r, g, b are the colours, and not other fields of these names."""
-    fields: Any = cloud.dtype.fields or {}
-    return all(name in fields and fields[name][0] == np.uint8 for name in "rgb")
-
-
 def _side_by_side(points: NDArray[Any], names: str) -> NDArray[Any]:
     return np.stack([points[name] for name in names], axis=1)
 
@@ -159,16 +142,3 @@ def _unused(name: str, used: Any) -> str:
     while name in used:
         name += "_"
     return name
-
-
-def package(name: str, debian_package: str) -> Any:
-    """Imports a package that may be missing."""
-    try:
-        return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise  # The package is there, but what it needs is not.
-        raise ImportError(
-            f"{name} is missing: pip install {name}, or Debian's {debian_package}",
-            name=name,
-        ) from error

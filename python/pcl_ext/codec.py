@@ -22,14 +22,12 @@ from ._arguments import (
     least_intensity,
     limits,
     microseconds,
-    native_filter,
-    removal,
 )
 from .cloud import Cloud
-from .outliers import OutlierRemoval
+from .outliers import OutlierRemoval, removal
 from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
 from .status import Error, Status
-from .temporal_filter import TemporalVoxelFilter
+from .temporal_filter import TemporalVoxelFilter, native_filter
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -5,7 +5,7 @@ from typing import Any, Optional, Sequence, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .cloud import finite_points
+from ._points import finite_points
 
 _MOST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24

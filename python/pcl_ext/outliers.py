@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Optional, Sequence
+from typing import TYPE_CHECKING, Literal, Optional, Protocol, Sequence
 
 from . import _native
 from .status import Status
@@ -11,7 +11,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from .codec import Decoder
+    class _Decoder(Protocol):
+        """What `OutlierRemoval.score` needs of a `Decoder`."""
+
+        _native: _native.Decoder
+
 
 Unit = Literal["automatic", "faces", "points", "voxels", "rays"]
 
@@ -112,7 +116,7 @@ class OutlierRemoval:
         """What the last frame was judged by; before the first one what was asked for."""
         return self._native.unit()
 
-    def score(self, decoder: Decoder) -> NDArray[np.float32]:
+    def score(self, decoder: _Decoder) -> NDArray[np.float32]:
         """Computes the log-odds of the points that a decoder returned last, in their order,
         instead of removing any.
 
@@ -209,3 +213,18 @@ class PointOutlierRemoval:
     def reset(self) -> None:
         """Forgets the last cloud, as at the start of a stream."""
         self._native.reset()
+
+
+def removal(outliers: Optional[OutlierRemoval]) -> Optional[_native.OutlierRemoval]:
+    if outliers is None:
+        return None
+    if isinstance(outliers, PointOutlierRemoval):
+        raise TypeError(
+            "outliers is a 'PointOutlierRemoval', which judges points, not voxels: "
+            "set those with score(xyz) < 0 to NaN before encoding"
+        )
+    if not isinstance(outliers, OutlierRemoval):
+        raise TypeError(
+            f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
+        )
+    return outliers._native

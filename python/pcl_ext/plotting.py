@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy as np
 
-from .cloud import Cloud, finite_points, has_colours, package
+from ._points import check_fields, finite_points, has_colours, package
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,7 +64,9 @@ def plot_cloud(cloud: NDArray[Any], axes: Any = None) -> Any:
     TypeError
         If the cloud has no fields x, y, z, or the axes are others.
     """
-    points = finite_points(Cloud(cloud))
+    cloud = np.asarray(cloud)
+    check_fields(cloud)
+    points = finite_points(cloud)
     if axes is None:
         axes = _new_figure().add_subplot(projection="3d")
     elif getattr(axes, "name", None) != "3d":

@@ -16,12 +16,11 @@ from ._arguments import (
     least_intensity,
     limits,
     microseconds,
-    removal,
     whole_number,
 )
 from .cloud import Cloud
 from .frames import FrameField
-from .outliers import OutlierRemoval
+from .outliers import OutlierRemoval, removal
 from .status import Error, Status
 
 _NANOSECONDS = 1e9

@@ -70,3 +70,16 @@ class TemporalVoxelFilter:
     def reset(self) -> None:
         """Forgets all frames, as at the start of a stream."""
         self._native.reset()
+
+
+def native_filter(
+    temporal_filter: Optional[TemporalVoxelFilter],
+) -> Optional[_native.TemporalVoxelFilter]:
+    if temporal_filter is None:
+        return None
+    if not isinstance(temporal_filter, TemporalVoxelFilter):
+        raise TypeError(
+            f"temporal_filter is a '{type(temporal_filter).__name__}', not a "
+            "TemporalVoxelFilter"
+        )
+    return temporal_filter._native

@@ -1,6 +1,19 @@
 import { isNoise } from "./scene/drawn_voxels";
-import type { ViewerState } from "./state/viewer_state";
-import type { Viewer } from "./viewer";
+import type { ViewerScene } from "./scene/viewer_scene";
+import type { ViewerState, ViewerStore } from "./state/viewer_state";
+import type { StreamsOnScreen } from "./streams_on_screen";
+import type { FrameIndex } from "./timeline/frame_index";
+
+/** What the hook asks of the page. */
+interface HookedPage {
+  readonly store: ViewerStore;
+  readonly screen: StreamsOnScreen;
+  readonly scene: ViewerScene;
+  readonly index: FrameIndex;
+  seekAndWait(moment: number): Promise<void>;
+  fit(direction: "oblique" | "top" | "front" | "side" | "keep"): void;
+  damageFound(): string[];
+}
 
 /** What tests and scripts may ask of the page, as `window.pclExtViewer`. See viewer/README.md. */
 export interface ViewerHook {
@@ -28,7 +41,7 @@ declare global {
   }
 }
 
-export function publishHook(viewer: Viewer): void {
+export function publishHook(viewer: HookedPage): void {
   window.pclExtViewer = {
     state: () => viewer.store.get(),
     set: (changes) => viewer.store.set(changes),

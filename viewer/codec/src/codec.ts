@@ -1,5 +1,5 @@
 import { Decoder, limitValues } from "./decoder.js";
-import { Instance, pageSize, type Result } from "./instance.js";
+import { Instance, pageSize, type Called, type Result, type RunningModule } from "./instance.js";
 import { OutlierFilter, filterValues } from "./outlier_filter.js";
 import {
   CodecError,
@@ -12,11 +12,6 @@ import {
 
 /** Most headers have fewer bytes, so that what follows them need not be copied. */
 const usualHeaderBytes = 2048;
-
-/** Outcome of a call into the module: what it returned, or why it failed. */
-export type Called<T> =
-  | { readonly failure: null; readonly value: T }
-  | { readonly failure: Status; readonly value: null };
 
 export interface CodecOptions {
   /** Most memory of all decoders and filters together, bytes; rounded down to pages of
@@ -32,7 +27,7 @@ export interface CodecOptions {
  * return "MissingReference" until their next I-frame, and its filters begin anew. To
  * separate streams that are not trusted from others, load a codec for each.
  */
-export class Codec {
+export class Codec implements RunningModule {
   private instances = 1;
   private isRestarting = false;
 

@@ -1,5 +1,4 @@
-import type { Codec } from "./codec.js";
-import type { Address, Instance, LimitValues, Result } from "./instance.js";
+import type { Address, Instance, LimitValues, Result, RunningModule } from "./instance.js";
 import {
   CodecError,
   noDecodedFrame,
@@ -46,7 +45,7 @@ export class Decoder {
   /** @internal */
   constructor(
     /** @internal */
-    readonly codec: Codec,
+    readonly codec: RunningModule,
     limits: DecoderLimits,
   ) {
     this.limits = limitValues(limits);

@@ -249,3 +249,16 @@ function setRandom(bytes: Uint8Array<ArrayBuffer>): void {
   if (typeof globalThis.crypto === "object") globalThis.crypto.getRandomValues(bytes);
   else for (let i = 0; i < bytes.length; ++i) bytes[i] = Math.floor(256 * Math.random());
 }
+
+/** Outcome of a call into the module: what it returned, or why it failed. */
+export type Called<T> =
+  | { readonly failure: null; readonly value: T }
+  | { readonly failure: Status; readonly value: null };
+
+/** The module with an instance that is replaced after a trap. */
+export interface RunningModule {
+  /** Number of the present instance of the module; another one after each trap. */
+  readonly generation: number;
+  /** Calls the module. A trap becomes a status, and the next call has a new instance. */
+  call<T>(run: (instance: Instance) => T): Called<T>;
+}

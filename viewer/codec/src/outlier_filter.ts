@@ -1,6 +1,5 @@
-import type { Codec } from "./codec.js";
 import type { Decoder } from "./decoder.js";
-import type { Address, FilterValues, Instance } from "./instance.js";
+import type { Address, FilterValues, Instance, RunningModule } from "./instance.js";
 import { CodecError, densityUnits, noDecodedFrame, type OutlierFilterSettings, type Status } from "./types.js";
 
 /** The settings, with defaults; the module checks their ranges. */
@@ -50,7 +49,7 @@ export class OutlierFilter {
 
   /** @internal */
   constructor(
-    private readonly codec: Codec,
+    private readonly codec: RunningModule,
     private readonly settings: FilterValues,
   ) {}
 

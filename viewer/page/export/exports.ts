@@ -1,16 +1,27 @@
-import type { Viewer } from "../viewer";
+import type { Notices } from "../controls/notices";
+import type { ViewerScene } from "../scene/viewer_scene";
+import type { ViewerStore } from "../state/viewer_state";
 import { shortName } from "../stream_views";
+import type { StreamsOnScreen } from "../streams_on_screen";
 import { plyOf } from "./ply_file";
 import { saveFile } from "./save_file";
 
-function fileName(viewer: Viewer, ending: string): string {
+/** The parts of the page whose content is saved. */
+export interface ExportedParts {
+  readonly store: ViewerStore;
+  readonly screen: StreamsOnScreen;
+  readonly scene: ViewerScene;
+  readonly notices: Notices;
+}
+
+function fileName(viewer: ExportedParts, ending: string): string {
   const { name, moment, source } = viewer.store.get();
   const base = name.replace(/\.(mcap|pcxi)$/, "").replaceAll(/[^\w.-]+/g, "_") || "voxels";
   return source === "recording" ? `${base}_${String(moment).padStart(6, "0")}${ending}` : `${base}${ending}`;
 }
 
 /** Saves the voxels that are drawn and no noise. */
-export function exportPly(viewer: Viewer): void {
+export function exportPly(viewer: ExportedParts): void {
   const layers = viewer.scene.layers.flatMap((layer, stream) =>
     viewer.screen.isVisible(stream) && layer.voxels
       ? [{ layer, stream, name: shortName(viewer.screen.streams[stream].description.name) }]
@@ -26,7 +37,7 @@ export function exportPly(viewer: Viewer): void {
       ["No stream that is on has a voxel here that is no noise, by threshold and outlier filter."]);
 }
 
-export async function exportPicture(viewer: Viewer): Promise<void> {
+export async function exportPicture(viewer: ExportedParts): Promise<void> {
   const picture = await viewer.scene.picture();
   if (picture) saveFile(picture, fileName(viewer, ".png"));
 }

@@ -1,7 +1,5 @@
 import * as THREE from "three";
 
-import type { Bounds } from "./surroundings";
-
 const margin = 1.06;
 
 /** Share of the view's width that a label is given room for. */
@@ -12,6 +10,11 @@ const nearShare = 1 / 500;
 
 /** The depths of 24 bits are too coarse for the shading of depths when the planes lie farther from each other. */
 const mostFarToNear = 50_000;
+
+export interface Bounds {
+  min: [number, number, number];
+  max: [number, number, number];
+}
 
 /** A label: a place, and a size in pixels, which does not depend on the distance. */
 export interface Label {

@@ -1,6 +1,6 @@
 import * as THREE from "three";
 
-import type { Label } from "./camera_fit";
+import type { Bounds, Label } from "./camera_fit";
 import { disposeAll, textSprite } from "./text_sprite";
 
 export interface SceneColours {
@@ -18,11 +18,6 @@ export interface SensorPose {
   name: string;
   colour: string;
   values: number[];
-}
-
-export interface Bounds {
-  min: [number, number, number];
-  max: [number, number, number];
 }
 
 /** Numbers of a metadata text such as "x,y,z,qx,qy,qz,qw"; null if they are not as many. */
