@@ -148,14 +148,8 @@ invalidFrames()
       changed(step_of_256,
               static_cast<std::size_t>(step_place - step_of_256.begin()) + 8,
               {0, 0});
-  const auto withRegions = [&](auto change) {
-    return forged([&](Header& header) {
-      header.regions.emplace().boxes = {{{-8, -8, -8}, {8, 8, 8}, 2, false}};
-      change(*header.regions);
-    });
-  };
   // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 an image, 0x80
-  // 0x08 what is not known.
+  // 0x08 a pose, 0x80 0x10 what is reserved, 0x80 0x40 what is not known.
   const auto withContent = [&](std::uint8_t high) {
     return changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, high});
   };
@@ -215,7 +209,9 @@ invalidFrames()
          header.has_frame_id = true;
          header.frame_id = std::string(1025, 'x');
        })},
-      {"unknown_content", withContent(0x08)},
+      {"pose_of_an_i_frame", withContent(0x08)},
+      {"reserved_content", withContent(0x10)},
+      {"unknown_content", withContent(0x40)},
       {"image_without_point_counts", withContent(0x04)},
       {"no_fields", withField([](Header& header) { header.fields.clear(); })},
       {"too_many_fields", withField([](Header& header) {
@@ -250,21 +246,6 @@ invalidFrames()
       {"rays_too_steep", withImage([](PointImage& i) {
          i.rays.pose.vectors[0][2] = (std::int64_t{1} << 46) + 1;
        })},
-      {"too_many_regions", withRegions([](VoxelRegions& r) {
-         r.boxes.resize(most_regions + 1, r.boxes.front());
-       })},
-      {"no_regions", withRegions([](VoxelRegions& r) { r.boxes.clear(); })},
-      {"region_of_6_levels",
-       withRegions([](VoxelRegions& r) { r.boxes[0].levels = 6; })},
-      {"empty_region", withRegions([](VoxelRegions& r) { r.boxes[0].max[2] = -8; })},
-      {"region_of_a_sensor_far_away", withRegions([](VoxelRegions& r) {
-         r.boxes[0].is_in_sensor_frame = true;
-         r.pose.position[0] = farthest_region + 1;
-       })},
-      {"regions_across_the_grid", withRegions([](VoxelRegions& r) {
-         r.boxes[0].levels = 5; // of a grid of which half is that large
-       })},
-      {"voxels_beside_their_regions", withRegions([](VoxelRegions&) {})},
       {"image_with_other_rows", withImage([](PointImage& i) { --i.height; })}};
 }
 

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 Effort = Literal["fast", "balanced", "small"]
 Law = Literal["automatic", "count", "quadratic", "linear", "native", "none"]
-Region = Tuple[Sequence[float], Sequence[float], float]
 Sensor = Union[str, Tuple[float, float, int, int]]
 Fields = Union[
     str,
@@ -148,20 +147,6 @@ class Encoder:
         with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
-    regions : sequence of ((x, y, z), (x, y, z), float)
-        Lower and upper corner, metres, and edge of the voxels in each box, which is the
-        resolution times 1, 2, 4, 8, 16 or 32; the first box that has a voxel's centre
-        counts. Not with `keep_point_counts` or `fields`, and "version1" only.
-    region_frame : str
-        What corners refer to: "world", the frame of the clouds, or "sensor", its pose.
-    outside_regions : str
-        Points outside of all regions: "coarsest", in voxels of the coarsest of them, or
-        "left-out".
-    coarser_beyond : float
-        Distance from the sensor, metres, from which on voxels outside of all regions have
-        twice the edge, and again at each doubling of the distance; 0: off.
-    most_doublings : int
-        By `coarser_beyond`, 1 to 5.
     threads : int
         Most threads that turn a cloud into voxels, 1 to 256; of clouds from 65,536 points on.
     temporal_filter : int
@@ -229,11 +214,6 @@ class Encoder:
         keep_point_counts: bool = False,
         fields: Fields = (),
         coarsen_wide_clouds: bool = False,
-        regions: Sequence[Region] = (),
-        region_frame: Literal["world", "sensor"] = "world",
-        outside_regions: Literal["coarsest", "left-out"] = "coarsest",
-        coarser_beyond: float = 0.0,
-        most_doublings: int = 3,
         threads: int = 1,
         temporal_filter: int = 0,
         max_rate: float = 0.0,

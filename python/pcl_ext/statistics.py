@@ -23,7 +23,7 @@ class FrameStatistics(NamedTuple):
 
 class CloudStatistics(NamedTuple):
     """Figures of an encoded cloud. Each point is exactly one of: used, not finite, outside
-    the box, outside the grid, outside the regions."""
+    the box, outside the grid."""
 
     resolution: float = 0.0  #: voxel edge that was used, metres
     points: int = 0  #: points of the cloud
@@ -31,7 +31,6 @@ class CloudStatistics(NamedTuple):
     points_not_finite: int = 0  #: a coordinate is NaN or infinite
     points_outside_box: int = 0  #: outside the bounding box
     points_outside_grid: int = 0  #: more than 2**20 voxels from the origin
-    points_outside_regions: int = 0  #: where these are left out
     points_behind_sensor: int = 0  #: of negative depth, with a law that uses the depth
     intensities_not_finite: int = 0  #: points used with intensity 0 instead
     intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale

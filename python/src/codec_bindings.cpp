@@ -52,7 +52,6 @@ cloudAsDict(const io::FrameStatistics& frame)
                   "points_not_finite"_a = cloud.points_not_finite,
                   "points_outside_box"_a = cloud.points_outside_box,
                   "points_outside_grid"_a = cloud.points_outside_grid,
-                  "points_outside_regions"_a = cloud.points_outside_regions,
                   "points_behind_sensor"_a = cloud.points_behind_sensor,
                   "intensities_not_finite"_a = cloud.intensities_not_finite,
                   "intensities_out_of_range"_a = cloud.intensities_out_of_range,

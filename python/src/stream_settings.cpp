@@ -1,14 +1,11 @@
 #include "stream_settings.h"
 
-#include <pcl_ext/compression/voxel_regions.h>
-
 #include "keywords.h"
 
 #include <pybind11/numpy.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -130,44 +127,6 @@ readFields(const Keywords& values)
   return settings;
 }
 
-/** \brief Reads (lower corner, upper corner, edge). */
-io::Region
-readRegion(const Keywords& values, const py::handle item, double resolution)
-{
-  if (!py::isinstance<py::sequence>(item) || py::len(item) != 3)
-    values.refuse("regions", "(lower corner, upper corner, edge) of each region");
-  const auto parts = py::reinterpret_borrow<py::sequence>(item);
-  const auto edge = py::make_tuple(parts[2]);
-  const double doublings =
-      std::log2(numbersOf("the edge of a region", edge, 1)[0] / resolution);
-  // Negated, so that NaN fails.
-  if (!(doublings > -0.5 && doublings < io::most_region_levels + 0.5 &&
-        std::abs(doublings - std::round(doublings)) < 1e-6))
-    values.refuse("regions",
-                  "boxes with an edge of the resolution times 1, 2, 4, 8, 16 or 32");
-  io::Region region;
-  region.box = {pointOf(numbersOf("the lower corner of a region", parts[0], 3)),
-                pointOf(numbersOf("the upper corner of a region", parts[1], 3))};
-  region.doublings = static_cast<unsigned int>(std::lround(doublings));
-  region.frame = values.choice("region_frame", io::region_frames);
-  return region;
-}
-
-io::RegionSettings
-readRegions(const Keywords& values, double resolution)
-{
-  io::RegionSettings settings;
-  settings.coarser_beyond = values.number("coarser_beyond");
-  settings.most_doublings = values.smallCount("most_doublings");
-  settings.outside = values.choice("outside_regions", io::outsides_of_regions);
-  const py::object regions = values.at("regions");
-  if (!py::isinstance<py::sequence>(regions))
-    values.refuse("regions", "a sequence of (lower corner, upper corner, edge)");
-  for (const py::handle region : regions)
-    settings.boxes.push_back(readRegion(values, region, resolution));
-  return settings;
-}
-
 io::EncoderSettings
 readCodecSettings(const Keywords& values)
 {
@@ -181,7 +140,6 @@ readCodecSettings(const Keywords& values)
   settings.keep_point_counts = values.flag("keep_point_counts");
   settings.fields = readFields(values);
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
-  settings.regions = readRegions(values, settings.resolution);
   settings.threads = values.smallCount("threads");
   settings.temporal_filter = values.smallCount("temporal_filter");
   settings.max_rate = values.number("max_rate");
@@ -313,9 +271,6 @@ defaultSettings()
                   "keep_point_counts"_a = codec.keep_point_counts,
                   "fields"_a = py::tuple(),
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
-                  "regions"_a = py::tuple(),
-                  "coarser_beyond"_a = codec.regions.coarser_beyond,
-                  "most_doublings"_a = codec.regions.most_doublings,
                   "threads"_a = codec.threads,
                   "temporal_filter"_a = codec.temporal_filter,
                   "max_rate"_a = codec.max_rate,

@@ -211,35 +211,12 @@ def test_settings_reach_the_library(room):
         {"colour_bits": 3},
         {"keep_point_counts": True},
         {"temporal_filter": 8},
-        {"regions": [((-9, -9, -9), (9, 9, 9), 0.4)]},
-        {"coarser_beyond": 0.5},
         {"origin": (0.5, 0.0, 0.0)},
         {"frame_id": "cell"},
     ):
         frame = pcl_ext.Encoder(0.1, **settings).encode(room, intensity, colour)
         assert frame != plain, settings
         assert pcl_ext.Decoder().decode(frame) is not None
-
-
-def test_regions():
-    cloud = np.random.default_rng(1).uniform(-1, 1, (5000, 3))
-    settings = {"regions": [((-1, -1, -1), (0, 1, 1), 0.2), ((0, -1, -1), (1, 1, 0), 0.1)]}
-    encoder = pcl_ext.Encoder(0.1, **settings, outside_regions="left-out", law="count")
-    with pytest.warns(pcl_ext.CompressionWarning, match="outside of all regions"):
-        points = pcl_ext.Decoder().decode(encoder.encode(cloud))
-    coarse = points["x"] < 0
-    cells = np.unique(np.floor(cloud[cloud[:, 0] < 0] / 0.2), axis=0)
-    assert np.count_nonzero(coarse) == len(cells)
-    edges = np.where(coarse, 0.2, 0.1)
-    centres = points["y"] / edges - 0.5
-    assert np.allclose(centres, np.round(centres), atol=1e-4)
-    outside = np.count_nonzero((cloud[:, 0] > 0) & (cloud[:, 2] > 0))
-    assert encoder.cloud_statistics.points_outside_regions == outside
-    assert points["intensity"].sum() == 5000 - outside
-    with pytest.raises(ValueError, match="the resolution times 1, 2, 4, 8, 16 or 32"):
-        pcl_ext.Encoder(0.1, regions=[((0, 0, 0), (1, 1, 1), 0.3)])
-    with pytest.raises(ValueError, match="regions"):
-        pcl_ext.Encoder(0.1, regions=[(0, 1)])
 
 
 def test_wide_clouds():

@@ -117,13 +117,12 @@ MergedVoxels::releaseMemory()
 void
 MergedVoxels::appendVoxels(const io::VoxelFrame& frame)
 {
-  const std::vector<std::uint8_t> levels = io::voxelLevels(frame);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
     Voxel voxel{};
-    voxel.centre = {frame.grid.centre(0, position.x, levels[i]),
-                    frame.grid.centre(1, position.y, levels[i]),
-                    frame.grid.centre(2, position.z, levels[i])};
+    voxel.centre = {frame.grid.centre(0, position.x),
+                    frame.grid.centre(1, position.y),
+                    frame.grid.centre(2, position.z)};
     voxel.intensity = frame.hasIntensities()
                           ? frame.intensity_scale.value(frame.intensities[i])
                           : 1.0f;

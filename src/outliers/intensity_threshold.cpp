@@ -81,7 +81,6 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
   kept.colours.clear();
   kept.point_counts.clear();
   kept.fields.clear();
-  kept.regions = frame.regions;
   kept.image = io::PointImage();
   // Counted first, so that no more memory is used than needed.
   kept.keys.resize(count + 1);

@@ -4,7 +4,6 @@
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
 #include "outliers/held_value.h"
-#include "outliers/region_filters.h"
 #include "outliers/sensor_rest.h"
 #include "outliers/voxel_presence.h"
 #include "voxelizing/point_batches.h"
@@ -89,29 +88,57 @@ public:
   TemporalFilterStatus
   filter(io::VoxelFrame& frame, const SensorView& view)
   {
-    const DirectionDepths* rays = finite(view.position) ? &rays_ : nullptr;
-    const TemporalFilterStatus status = filter(frame, view, rays);
+    TemporalFilterStatus status = check(frame);
+    if (status.ok())
+      filterChecked(frame, view, status);
     rays_.clear();
     return status;
   }
 
-  TemporalFilterStatus
-  filter(io::VoxelFrame& frame, const SensorView& view, const DirectionDepths* rays)
+  void
+  seeBeyond(io::PointBatches& points,
+            const io::BoundingBox& box,
+            const std::array<double, 3>& position);
+
+  void
+  reset()
   {
-    TemporalFilterStatus status = check(frame);
-    if (!status.ok())
-      return status;
-    if (frame.regions) {
-      if (!of_regions_)
-        of_regions_ = std::make_unique<RegionTemporalFilter>(frames_, holds_);
-      return of_regions_->filter(frame, view, rays);
-    }
+    DirectionDepths rays = std::move(rays_); // of the next frame
+    *this = Implementation(frames_, holds_);
+    rays_ = std::move(rays);
+  }
+
+  std::size_t
+  rememberedVoxels() const
+  {
+    return tracked_.size();
+  }
+
+private:
+  TemporalFilterStatus
+  check(const io::VoxelFrame& frame) const
+  {
+    if (frames_ < least_frames || frames_ > most_frames)
+      return {TemporalFilterCode::InvalidSettings,
+              "frames is " + std::to_string(frames_) + "; it must be 2 to 64"};
+    if (frame.has_point_counts || !frame.fields.empty())
+      return {TemporalFilterCode::HasPointCounts,
+              "the frame was not filtered: numbers of points and fields are those of "
+              "one cloud"};
+    return {};
+  }
+
+  void
+  filterChecked(io::VoxelFrame& frame,
+                const SensorView& view,
+                TemporalFilterStatus& status)
+  {
     if (is_interrupted_)
       reset();
     is_interrupted_ = true;
     follow(frame);
     const unsigned int ticks = frame_ticks_.take(view.time);
-    presence_.beginFrame(frame, finite(view.position), rays, ticks);
+    presence_.beginFrame(frame, finite(view.position), rays_, ticks);
     status.sensor_motion =
         rest_.judge(frame, presence_.surfaces(), finite(view.position), ticks);
     if (status.sensor_motion == io::SensorMotion::Moving)
@@ -121,7 +148,6 @@ public:
     if (memory_rule_.shouldRelease(tracked_.size()))
       releaseMemory();
     is_interrupted_ = false;
-    return status;
   }
 
   /** \brief The voxels of a sensor that rests, unless they show that it moves. */
@@ -151,39 +177,6 @@ public:
     frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
     frame.colours.swap(shown_colours_);
-  }
-
-  void
-  seeBeyond(io::PointBatches& points,
-            const io::BoundingBox& box,
-            const std::array<double, 3>& position);
-
-  void
-  reset()
-  {
-    DirectionDepths rays = std::move(rays_); // of the next frame
-    *this = Implementation(frames_, holds_);
-    rays_ = std::move(rays);
-  }
-
-  std::size_t
-  rememberedVoxels() const
-  {
-    return tracked_.size() + (of_regions_ ? of_regions_->rememberedVoxels() : 0);
-  }
-
-private:
-  TemporalFilterStatus
-  check(const io::VoxelFrame& frame) const
-  {
-    if (frames_ < least_frames || frames_ > most_frames)
-      return {TemporalFilterCode::InvalidSettings,
-              "frames is " + std::to_string(frames_) + "; it must be 2 to 64"};
-    if (frame.has_point_counts || !frame.fields.empty())
-      return {TemporalFilterCode::HasPointCounts,
-              "the frame was not filtered: numbers of points and fields are those of "
-              "one cloud"};
-    return {};
   }
 
   void
@@ -222,7 +215,6 @@ private:
 
   unsigned int frames_;
   bool holds_; // what has nothing near may be held at all
-  std::unique_ptr<RegionTemporalFilter> of_regions_; // made when it is needed
   VoxelPresence presence_;
   std::optional<io::VoxelGrid> grid_; // of the last frame
   io::IntensityScale scale_;
@@ -485,14 +477,6 @@ TemporalFilterStatus
 TemporalVoxelFilter::filter(io::VoxelFrame& frame, const SensorView& view)
 {
   return implementation_->filter(frame, view);
-}
-
-TemporalFilterStatus
-TemporalVoxelFilter::filter(io::VoxelFrame& frame,
-                            const SensorView& view,
-                            const DirectionDepths* rays)
-{
-  return implementation_->filter(frame, view, rays);
 }
 
 void

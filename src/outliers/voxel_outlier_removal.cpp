@@ -7,7 +7,6 @@
 #include "outliers/outlier_score.h"
 #include "outliers/position_map.h"
 #include "outliers/ray_hits.h"
-#include "outliers/region_filters.h"
 #include "outliers/voxel_densities.h"
 #include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
@@ -53,8 +52,6 @@ public:
     OutlierRemovalStatus status = check(frame);
     if (!status.ok())
       return status;
-    if (frame.regions)
-      return ofRegions().filter(frame);
     beginFrame();
     learn(frame);
     const float least =
@@ -76,8 +73,6 @@ public:
       log_odds.assign(frame.size(), std::numeric_limits<float>::infinity());
       return status;
     }
-    if (frame.regions)
-      return ofRegions().score(frame, log_odds);
     beginFrame();
     learn(frame);
     log_odds.resize(frame.size());
@@ -93,14 +88,11 @@ public:
   setSensorPosition(const std::array<double, 3>& position)
   {
     settings_.sensor_position = position;
-    if (of_regions_)
-      of_regions_->setSensorPosition(position);
   }
 
   void
   reset()
   {
-    of_regions_.reset();
     positions_.clear(); // so that learn() starts without a history
     releaseAll();
   }
@@ -108,13 +100,13 @@ public:
   std::size_t
   rememberedBlocks() const
   {
-    return blocks_.size() + (of_regions_ ? of_regions_->rememberedBlocks() : 0);
+    return blocks_.size();
   }
 
   DensityUnit
   unit() const
   {
-    return of_regions_ ? of_regions_->unit() : densities_.unit();
+    return densities_.unit();
   }
 
 private:
@@ -135,14 +127,6 @@ private:
     if (!densities_.canJudge(frame))
       return noDensities(settings_.unit);
     return {};
-  }
-
-  RegionOutlierRemoval&
-  ofRegions()
-  {
-    if (!of_regions_)
-      of_regions_ = std::make_unique<RegionOutlierRemoval>(settings_);
-    return *of_regions_;
   }
 
   std::size_t
@@ -367,7 +351,6 @@ private:
 
   VoxelOutlierRemovalSettings settings_;
   OutlierRemovalStatus settings_status_;
-  std::unique_ptr<RegionOutlierRemoval> of_regions_; // made when it is needed
   VoxelDensities densities_;
   PositionMap positions_;
   DensityBlocks blocks_;

@@ -51,7 +51,7 @@ VoxelPresence::VoxelPresence(unsigned int frames, bool holds)
 void
 VoxelPresence::beginFrame(const io::VoxelFrame& frame,
                           const std::optional<std::array<double, 3>>& sensor_position,
-                          const DirectionDepths* rays,
+                          const DirectionDepths& rays,
                           unsigned int ticks)
 {
   ticks_ = ticks;
@@ -111,7 +111,7 @@ VoxelPresence::framesHeld() const
 void
 VoxelPresence::look(const io::VoxelFrame& frame,
                     const std::optional<std::array<double, 3>>& sensor_position,
-                    const DirectionDepths* rays)
+                    const DirectionDepths& rays)
 {
   has_depths_ = false;
   if (!sensor_position)
@@ -121,8 +121,7 @@ VoxelPresence::look(const io::VoxelFrame& frame,
   for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
     behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
   has_depths_ = 4 * behind_sample_step * behind <= frame.size();
-  if (rays != nullptr)
-    depths_.add(*rays, frame.grid.resolution);
+  depths_.add(rays, frame.grid.resolution);
 }
 
 /** \brief True where voxels come and go, as at the edges of things, whose pixels are

@@ -37,13 +37,13 @@ public:
 
   /** \brief Takes the next frame, before its voxels are counted.
    * \param[in] sensor_position metres, if it is known; finite
-   * \param[in] rays that end where the frame has no points, metres; null: not known
+   * \param[in] rays that end where the frame has no points, metres
    * \param[in] ticks since the frame before
    */
   void
   beginFrame(const io::VoxelFrame& frame,
              const std::optional<std::array<double, 3>>& sensor_position,
-             const DirectionDepths* rays,
+             const DirectionDepths& rays,
              unsigned int ticks);
 
   /** \brief Takes what is tracked, and begins to count the frame's voxels.
@@ -123,7 +123,7 @@ private:
   void
   look(const io::VoxelFrame& frame,
        const std::optional<std::array<double, 3>>& sensor_position,
-       const DirectionDepths* rays);
+       const DirectionDepths& rays);
 
   bool
   isAmongSeldomVoxels(std::uint64_t key) const;

@@ -76,7 +76,7 @@ RateLadder::RateLadder(const EncoderSettings& settings,
   for (unsigned int i = 1; i <= settings.rate_doublings; ++i) {
     step.doublings = i;
     const EncoderSettings coarser = settingsOf(step, settings, std::nullopt);
-    // Regions may be too small for them.
+    // They may be too large for an encoder.
     if (!checkSettings(coarser).ok())
       break;
     if (!VoxelOutlierRemoval::isMadeFor(coarser.resolution))

@@ -33,14 +33,6 @@ usableSettings(const EncoderSettings& settings)
   return checkSettings(settings).ok() ? settings : EncoderSettings();
 }
 
-/** \brief Shares whose law is not known are taken as those of the quadratic one. */
-unsigned int
-shareExponent(const std::optional<DepthLaw>& depth_law)
-{
-  constexpr unsigned int quadratic = 2;
-  return depth_law ? depth_law->exponent : quadratic;
-}
-
 /** \brief Checks that a view of several points says where they are. */
 CompressionStatus
 checkView(const PointView& points)
@@ -108,7 +100,7 @@ public:
   , depth_law_(depth_law)
   , settings_status_(checkSettings(settings, depth_law))
   , unit_(unit)
-  , voxelizer_(usableSettings(settings), unit, shareExponent(depth_law))
+  , voxelizer_(usableSettings(settings), unit)
   , fields_(usableSettings(settings))
   , encoder_(settings.format,
              settings.i_frame_rate,
@@ -223,7 +215,7 @@ CloudEncoder::Implementation::setSettings(const EncoderSettings& settings,
       changed.intensity_bits == settings_.intensity_bits;
   CompressionStatus status = checkSettings(changed, depth_law);
   // May throw, so it comes before the changes.
-  CloudVoxelizer voxelizer(usableSettings(changed), unit_, shareExponent(depth_law));
+  CloudVoxelizer voxelizer(usableSettings(changed), unit_);
   if (status.ok() && (changed.temporal_filter != settings_.temporal_filter ||
                       changed.temporal_filter_holds != settings_.temporal_filter_holds))
     temporal_filter_ = temporalFilterOf(changed);
@@ -255,8 +247,8 @@ CloudEncoder::Implementation::voxelize(PointBatches& points,
     }
     // What the temporal filter holds stays in the grid and the scale, which then only
     // grow.
-    voxelization_ = voxelizer_.voxelize(
-        points, sensor_pose, encoder_.isIFrameDue(), !temporal_filter_, frame);
+    voxelization_ =
+        voxelizer_.voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
     if (voxelizer_.isIFrameDue())
       encoder_.requestIFrame();
     sensor_position_ = elementsOf(sensor_pose.translation());

@@ -36,23 +36,16 @@ doublingsForAll(PointBatches& points, double resolution)
 
 } // namespace
 
-CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings,
-                               IntensityUnit unit,
-                               unsigned int share_exponent)
-: settings_(settings)
-, unit_(unit)
-, share_exponent_(share_exponent)
-, voxelizer_(settings, unit, share_exponent)
+CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit)
+: settings_(settings), unit_(unit), voxelizer_(settings, unit)
 {}
 
 VoxelizationStatistics
 CloudVoxelizer::voxelize(PointBatches& points,
-                         const WorldPose& sensor_pose,
                          bool is_i_frame_due,
                          bool may_refit,
                          VoxelFrame& frame)
 {
-  sensor_pose_ = sensor_pose;
   is_i_frame_due_ = is_i_frame_due;
   may_refit_ = may_refit;
   if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
@@ -65,16 +58,9 @@ CloudVoxelizer::voxelize(PointBatches& points,
 }
 
 void
-CloudVoxelizer::voxelizeCloud(PointBatches& points, bool may_refit, VoxelFrame& frame)
-{
-  voxelizer_.setSensorPose(sensor_pose_);
-  statistics_ = voxelizer_.voxelize(points, may_refit, frame);
-}
-
-void
 CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
 {
-  voxelizeCloud(points, is_i_frame_due_ && may_refit_, frame);
+  statistics_ = voxelizer_.voxelize(points, is_i_frame_due_ && may_refit_, frame);
 }
 
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high
@@ -90,7 +76,7 @@ CloudVoxelizer::refitIntensities(PointBatches& points, VoxelFrame& frame)
   if (highest > frame.intensity_scale.maxSymbol() / 2)
     return;
   is_i_frame_due_ = true;
-  voxelizeCloud(points, true, frame);
+  statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are
@@ -114,7 +100,7 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
       settings.resolution = step;
       settings.origin.emplace().fill(-step / 2.0);
     }
-    voxelizer_ = Voxelizer(settings, unit_, share_exponent_);
+    voxelizer_ = Voxelizer(settings, unit_);
     coordinate_step_ = step;
     doublings_ = 0;
     is_i_frame_due_ = true;
@@ -164,10 +150,10 @@ CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
   settings.resolution =
       std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
                largest_resolution);
-  voxelizer_ = Voxelizer(settings, unit_, share_exponent_);
+  voxelizer_ = Voxelizer(settings, unit_);
   doublings_ = doublings;
   is_i_frame_due_ = true;
-  voxelizeCloud(points, true, frame);
+  statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 
 } // namespace io

@@ -18,15 +18,11 @@ class CloudVoxelizer {
 public:
   /** \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the point intensities
-   * \param[in] share_exponent see Voxelizer
    */
-  CloudVoxelizer(const EncoderSettings& settings,
-                 IntensityUnit unit,
-                 unsigned int share_exponent);
+  CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit);
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
-   * \param[in] sensor_pose sensor -> world, for regions that depend on it
    * \param[in] is_i_frame_due voxels may change without another I-frame
    * \param[in] may_refit where an I-frame is due ignore the previous clouds, see
    * Voxelizer::voxelize
@@ -35,7 +31,6 @@ public:
    */
   VoxelizationStatistics
   voxelize(PointBatches& points,
-           const WorldPose& sensor_pose,
            bool is_i_frame_due,
            bool may_refit,
            VoxelFrame& frame);
@@ -56,9 +51,6 @@ public:
 
 private:
   void
-  voxelizeCloud(PointBatches& points, bool may_refit, VoxelFrame& frame);
-
-  void
   voxelizeAsBefore(PointBatches& points, VoxelFrame& frame);
 
   void
@@ -75,12 +67,10 @@ private:
 
   EncoderSettings settings_;
   IntensityUnit unit_;
-  unsigned int share_exponent_;
   Voxelizer voxelizer_;
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
   // Of the last cloud:
-  WorldPose sensor_pose_ = WorldPose::Identity();
   bool is_i_frame_due_ = true;
   bool may_refit_ = true;
   VoxelizationStatistics statistics_;

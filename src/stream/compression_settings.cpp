@@ -3,7 +3,6 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/rigid_pose.h>
 
-#include "stream/region_checks.h"
 #include "stream/setting_checks.h"
 #include "voxels/grid_fit.h"
 
@@ -253,8 +252,6 @@ checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& de
   if (depth_law)
     if (CompressionStatus status = checkDepthLaw(*depth_law); !status.ok())
       return status;
-  if (CompressionStatus status = checkRegions(settings); !status.ok())
-    return status;
   if (settings.bounding_box)
     if (const CompressionStatus status =
             checkBox(*settings.bounding_box, settings.resolution);

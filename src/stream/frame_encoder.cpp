@@ -116,11 +116,10 @@ private:
       if (frame.intensity_scale != IntensityScale())
         return {CompressionCode::InvalidInput,
                 "in the published layout intensities must be 0 to 255 in steps of 1"};
-      if (frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty() ||
-          frame.regions)
+      if (frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty())
         return {CompressionCode::InvalidInput,
-                "the published layout has no room for colours, numbers of points, "
-                "further fields and regions"};
+                "the published layout has no room for colours, numbers of points and "
+                "further fields"};
     }
     else if (!isOrigin(frame.grid.origin) || leavesLattice(frame.grid))
       return {CompressionCode::InvalidInput,

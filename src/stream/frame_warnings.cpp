@@ -62,10 +62,6 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
        cloud.points,
        "points are outside the bounding box and were left out",
        text);
-  warn(cloud.points_outside_regions,
-       cloud.points,
-       "points are outside of all regions and were left out",
-       text);
   warn(
       cloud.points_behind_sensor,
       cloud.points,

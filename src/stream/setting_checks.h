@@ -22,7 +22,7 @@ invalidMessage(const std::string& name, const ValueT& value, const std::string& 
 
 /** \brief What is wrong with the corners of a box; empty if nothing is. */
 inline std::string
-boxFault(const std::string& name, const BoundingBox& box)
+boxFault(const char* name, const BoundingBox& box)
 {
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!std::isfinite(box.min[axis]) || !std::isfinite(box.max[axis]) ||

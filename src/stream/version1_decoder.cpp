@@ -224,7 +224,8 @@ Version1Decoder::prepareChanges(const VoxelFrame& frame)
   changes_->prepare(frame);
 }
 
-/** \brief Decodes the voxels, or with a refinement their coarse voxels. */
+/** \brief Decodes the voxels, or the coarse voxels of those that are in the
+ * supplement. */
 CompressionStatus
 Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               const std::uint8_t* begin,
@@ -233,9 +234,9 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               PayloadSizes& sizes)
 {
   PayloadCoder& coder = coders_.of(header_.effort);
-  const bool is_refined = header_.content.hasVoxels();
-  const auto count = static_cast<std::size_t>(is_refined ? header_.coarse_voxel_count
-                                                         : header_.voxel_count);
+  const bool supplement_has_voxels = header_.content.hasVoxels();
+  const auto count = static_cast<std::size_t>(
+      supplement_has_voxels ? header_.coarse_voxel_count : header_.voxel_count);
   if (!header_.is_i_frame &&
       (coder.trackedVoxels() > maxTracked(frame_limits_.max_voxels) ||
        coder.trackedBlocks() > maxTracked(frame_limits_.max_blocks) ||
@@ -243,13 +244,13 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   if (coder.decode(work,
                    {begin, end, count, header_.is_i_frame, frame_limits_.max_blocks},
-                   is_refined ? coarse_voxels_ : frame,
+                   supplement_has_voxels ? coarse_voxels_ : frame,
                    sizes))
     return {};
   if (sizes.has_too_many_blocks)
     return tooManyBlocks();
   return corruptFrame("the payload does not decode to " + std::to_string(count) +
-                      (is_refined ? " coarse voxels" : " voxels"));
+                      (supplement_has_voxels ? " coarse voxels" : " voxels"));
 }
 
 /** \brief Whether the numbers of points do not add up to that of the header. */
@@ -307,8 +308,6 @@ Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
     return corruptFrame("a P-frame of another effort than its I-frame");
   if (CompressionStatus status = prepareContent(frame); !status.ok())
     return status;
-  if (CompressionStatus status = prepareRegions(frame); !status.ok())
-    return status;
   return header_.has_depth_model ? prepareDepthModel(payload, frame)
                                  : CompressionStatus();
 }
@@ -346,23 +345,6 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
     coarse_voxels_.intensity_scale.bits = 0;
   }
-  return {};
-}
-
-/** \brief Sets the regions of a frame. */
-CompressionStatus
-Version1Decoder::prepareRegions(VoxelFrame& frame)
-{
-  if (!header_.is_i_frame)
-    header_.regions = regions_;
-  if (header_.region_pose) {
-    if (!header_.regions)
-      return corruptFrame("a P-frame of another content than its I-frame");
-    header_.regions->pose = *header_.region_pose;
-    if (!isConsistent(*header_.regions))
-      return corruptFrame("invalid pose of regions");
-  }
-  frame.regions = header_.regions;
   return {};
 }
 
@@ -463,7 +445,6 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   depth_model_ = frame.depth_model;
-  regions_.swap(header_.regions);
   order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
 }
 

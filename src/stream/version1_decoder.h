@@ -154,9 +154,6 @@ private:
   prepareContent(VoxelFrame& frame);
 
   CompressionStatus
-  prepareRegions(VoxelFrame& frame);
-
-  CompressionStatus
   prepareDepthModel(const std::uint8_t*& payload, VoxelFrame& frame) const;
 
   void
@@ -188,7 +185,6 @@ private:
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
   PointImage image_; // without points
-  std::optional<VoxelRegions> regions_;
   PayloadCoders coders_;
   std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed

@@ -38,7 +38,7 @@ Version1Encoder::needsIFrame(const VoxelFrame& frame,
       frame.depth_model.has_value() != has_depth_model_ ||
       frame.colour_bits != content_.colour_bits ||
       frame.has_point_counts != content_.has_point_counts || hasOtherFields(frame) ||
-      hasOtherImage(frame) || hasOtherRegions(frame))
+      hasOtherImage(frame))
     return true;
   // A large change of the stamp, as of the first one in a stream, takes more bytes in a
   // P-frame's header than the stamp itself.
@@ -78,7 +78,6 @@ Version1Encoder::hasFewChanges(const VoxelFrame& frame, bool was_of_changes)
       (was_of_changes ? 4 : 8) * (effort_ == Effort::Fast ? 1 : 2);
   const std::size_t most_changes = frame.size() / share;
   return frame.size() >= least_voxels && mayBeFollowedByChanges() &&
-         frame.regions == regions_ &&
          (!uses_depth_model_ || frame.depth_model == depth_model_) &&
          changes_->blockCount() <= maxTracked(frame.size()) &&
          changes_->countChanges(work_, frame) <= most_changes;
@@ -123,14 +122,6 @@ Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
           frame.image.is_organised != image_.is_organised ||
           frame.image.has_points_at_sensor != image_.has_points_at_sensor ||
           !frame.image.rays.isSameButForPose(image_.rays));
-}
-
-/** \brief True if the regions are not those of the last frame, with any pose. */
-bool
-Version1Encoder::hasOtherRegions(const VoxelFrame& frame) const
-{
-  return frame.regions.has_value() != regions_.has_value() ||
-         (regions_ && !regions_->isSameButForPose(*frame.regions));
 }
 
 /** \brief True if half of the voxels were in the last frame, too: then a history of
@@ -178,13 +169,7 @@ Version1Encoder::writeHeader(const VoxelFrame& frame,
   header.ray_pose.reset();
   if (!is_i_frame && content_.has_image && frame.image.rays.pose != image_.rays.pose)
     header.ray_pose = image_.rays.pose = frame.image.rays.pose;
-  header.region_pose.reset();
-  if (!is_i_frame && frame.regions && frame.regions->pose != regions_->pose) {
-    header.region_pose = regions_->pose = frame.regions->pose;
-    header.has_region_rotation = regions_->hasSensorBoxes();
-  }
   if (header.is_i_frame) {
-    header.regions = regions_ = frame.regions;
     // As the decoder does.
     frame_id_.clear();
     stamp_ = 0;

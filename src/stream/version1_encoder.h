@@ -145,9 +145,6 @@ private:
   hasOtherImage(const VoxelFrame& frame) const;
 
   bool
-  hasOtherRegions(const VoxelFrame& frame) const;
-
-  bool
   comeAgain(const std::vector<std::uint64_t>& keys) const;
 
   const VoxelFrame&
@@ -231,8 +228,7 @@ private:
   supplement::Content content_;
   std::vector<FieldDescription> fields_;
   std::array<std::int32_t, 3> viewpoint_{};
-  PointImage image_; // without points
-  std::optional<VoxelRegions> regions_;
+  PointImage image_;                  // without points
   bool is_i_frame_empty_ = false;     // the last one
   bool is_image_smaller_ = false;     // by the last trial
   unsigned int settled_i_frames_ = 0; // that are not tried

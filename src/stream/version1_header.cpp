@@ -7,9 +7,7 @@
 #include "codec/frame_failures.h"
 #include "stream/field_table.h"
 #include "stream/image_table.h"
-#include "stream/region_table.h"
 #include "voxels/grid_fit.h"
-#include "voxels/region_cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,10 +42,10 @@ enum ContentFlag : std::uint16_t {
   fields_flag = 256,
   image_flag = 512,
   ray_pose_flag = 1024, // of a P-frame
-  regions_flag = 2048,  // of a P-frame: another pose of them
-  padding_flag = 4096   // of an I-frame
+  // 2048 is reserved
+  padding_flag = 4096 // of an I-frame
 };
-constexpr std::uint64_t known_content = 8191;
+constexpr std::uint64_t known_content = 8191 - 2048;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -79,8 +77,6 @@ contentFieldOf(const Version1Header& header)
     field |= image_flag;
   if (header.ray_pose)
     field |= ray_pose_flag;
-  if (header.is_i_frame ? header.regions.has_value() : header.region_pose.has_value())
-    field |= regions_flag;
   if (header.padding_size > 0)
     field |= padding_flag;
   return field;
@@ -145,13 +141,9 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writeFieldTable(header.fields, header.viewpoint, writer);
     if (header.content.has_image)
       writeImageTable(header.image, writer);
-    if (header.regions)
-      writeRegionTable(*header.regions, writer);
   }
   if (header.ray_pose)
     writeRayPose(*header.ray_pose, writer);
-  if (header.region_pose)
-    writeRegionPose(*header.region_pose, header.has_region_rotation, writer);
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
   else if (header.stamp)
@@ -237,37 +229,19 @@ readContent(ByteSource& source, Version1Header& header)
   header.content.has_image = (field & image_flag) != 0;             // likewise
   if ((field & ray_pose_flag) != 0)
     header.ray_pose.emplace();
-  const bool has_regions = (field & regions_flag) != 0;
-  if (has_regions && header.is_i_frame)
-    header.regions.emplace(); // I: follow
-  else if (has_regions)
-    header.region_pose.emplace();
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
   header.padding_size = (field & padding_flag) != 0 ? 1 : 0; // follows
   if (source.failure() == ByteSource::Failure::None &&
-      (field == 0 || field > known_content ||
+      (field == 0 || (field & ~known_content) != 0 ||
        header.content.refinement_levels >= max_grid_depth ||
        (header.content.has_image &&
         (!header.content.has_point_counts || header.content.refinement_levels > 0)) ||
        (!header.is_i_frame &&
         (header.intensity_scale.bits == 0 || header.padding_size > 0)) ||
-       (has_regions &&
-        (header.content.has_point_counts || header.content.has_fields)) ||
        (header.ray_pose && (header.is_i_frame || !header.content.has_image))))
     return corruptFrame("invalid content");
   return {};
-}
-
-CompressionStatus
-readRegions(ByteSource& source, Version1Header& header)
-{
-  if (CompressionStatus status = readRegionTable(source, *header.regions);
-      !status.ok() || source.failure() != ByteSource::Failure::None)
-    return status;
-  return isAligned(header.grid, header.regions->mostLevels())
-             ? CompressionStatus()
-             : corruptFrame("coarse voxels of regions across a face of the grid");
 }
 
 /** \brief Reads the fields of an I-frame only, except for the stamp. */
@@ -295,9 +269,6 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
     if (CompressionStatus status =
             readFieldTable(source, header.fields, header.viewpoint);
         !status.ok())
-      return status;
-  if (header.regions)
-    if (CompressionStatus status = readRegions(source, header); !status.ok())
       return status;
   return header.content.has_image ? readImageTable(source, header.image)
                                   : CompressionStatus();
@@ -330,8 +301,6 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
     status = readIFrameFields(source, flags, header);
   if (status.ok() && header.ray_pose)
     readRayPose(source, *header.ray_pose);
-  if (status.ok() && header.region_pose)
-    readRegionPose(source, *header.region_pose);
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();

@@ -42,9 +42,6 @@ struct Version1Header {
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
   PointImage image;                        // I only, without points
   std::optional<RayPose> ray_pose;         // P only; another one than before
-  std::optional<VoxelRegions> regions;     // I only
-  std::optional<RegionPose> region_pose;   // P only; another one than before
-  bool has_region_rotation = false;        // P only, for writing: of region_pose
   std::optional<std::int64_t> stamp;       // P: difference to the previous frame
   bool has_frame_id = false;               // P: only if it has changed
   std::string frame_id;                    // empty if absent

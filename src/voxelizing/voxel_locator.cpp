@@ -2,7 +2,6 @@
 
 #include "voxelizing/coordinate_range.h"
 #include "voxelizing/point_batches.h"
-#include "voxelizing/region_voxels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,11 +25,7 @@ initialGrid(const EncoderSettings& settings)
     grid.origin = *settings.origin;
   else if (settings.bounding_box)
     grid.origin = originFor(settings.resolution, *settings.bounding_box);
-  const unsigned int levels = mostDoublings(settings.regions);
-  if (settings.bounding_box)
-    return gridOfBox(grid, *settings.bounding_box, levels);
-  grid.depth = std::max(grid.depth, levels); // also for a first cloud without points
-  return grid;
+  return settings.bounding_box ? gridOfBox(grid, *settings.bounding_box) : grid;
 }
 
 Lattice

@@ -32,27 +32,6 @@ struct VoxelSums {
     colours.resize(fields.colours ? voxels : 0);
   }
 
-  /** \brief Adds the sums of a voxel to those of another one. */
-  void
-  add(std::size_t from, std::size_t to)
-  {
-    counts[to] += counts[from];
-    if (!intensities.empty())
-      intensities[to] += intensities[from];
-    if (!colours.empty())
-      colours[to].add(colours[from]);
-  }
-
-  void
-  copy(std::size_t from, std::size_t to)
-  {
-    counts[to] = counts[from];
-    if (!intensities.empty())
-      intensities[to] = intensities[from];
-    if (!colours.empty())
-      colours[to] = colours[from];
-  }
-
   void
   clear()
   {

@@ -3,7 +3,6 @@
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
-#include "voxelizing/region_voxels.h"
 #include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxel_sums.h"
 #include "voxels/grid_fit.h"
@@ -19,17 +18,13 @@ namespace io {
 
 class Voxelizer::Implementation {
 public:
-  Implementation(const EncoderSettings& settings,
-                 IntensityUnit unit,
-                 unsigned int share_exponent)
+  Implementation(const EncoderSettings& settings, IntensityUnit unit)
   : quantiser_(settings, unit)
   , has_intensities_(unit != IntensityUnit::None ||
                      settings.format == StreamFormat::Published)
   , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
   , leaves_out_colours_(colour_bits_ != settings.colour_bits)
   , keeps_points_(settings.keep_point_counts)
-  , regions_(settings.regions)
-  , share_exponent_(unit == IntensityUnit::Share ? share_exponent : 0)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
@@ -62,12 +57,6 @@ public:
     if (points.size() > most_points_kept)
       releaseMemory();
     return statistics;
-  }
-
-  void
-  setSensorPose(const WorldPose& sensor_pose)
-  {
-    sensor_pose_ = sensor_pose;
   }
 
 private:
@@ -178,7 +167,6 @@ private:
              VoxelizationStatistics& statistics)
   {
     frame.grid = locator_.grid();
-    mergeInRegions(frame, statistics);
     statistics.intensities_out_of_range =
         quantise(points, may_refit, frame, statistics.intensities_vanished);
     quantiseColours(points, frame);
@@ -186,19 +174,6 @@ private:
     frame.point_counts.clear();
     if (keeps_points_)
       frame.point_counts.assign(sums_.counts.begin(), sums_.counts.end());
-  }
-
-  /** \brief Merges voxels to coarse ones where there are regions. */
-  void
-  mergeInRegions(VoxelFrame& frame, VoxelizationStatistics& statistics)
-  {
-    frame.regions.reset();
-    if (!regions_.areAny())
-      return;
-    frame.regions = regionsOn(frame.grid, regions_, sensor_pose_);
-    statistics.points_outside_regions =
-        mergeVoxels(frame.grid, *frame.regions, share_exponent_, frame.keys, sums_);
-    statistics.points_used -= statistics.points_outside_regions;
   }
 
   std::size_t
@@ -231,16 +206,14 @@ private:
     LatticeRange range;
     if (!locator_.measureRange(points, range))
       return;
-    const unsigned int levels = mostDoublings(regions_);
-    range = widenedRange(range, levels);
     VoxelGrid grid = locator_.grid();
     // One level more than required is kept as a reserve. Two are due to an outlier in a
     // previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
     if (!has_grid_ || is_far_too_large)
-      grid = fitGrid(grid, range, levels);
+      grid = fitGrid(grid, range);
     else if (!containsRange(grid, range))
-      grid = fitGrid(grid, unite(rangeOf(grid), range), levels);
+      grid = fitGrid(grid, unite(rangeOf(grid), range));
     has_grid_ = true;
     if (grid == locator_.grid())
       return;
@@ -281,9 +254,6 @@ private:
   unsigned int colour_bits_;
   bool leaves_out_colours_; // the format has no field for them
   bool keeps_points_;
-  RegionSettings regions_;
-  unsigned int share_exponent_; // 0: no shares
-  WorldPose sensor_pose_ = WorldPose::Identity();
   bool is_native_;
   bool is_mean_;
   bool has_fixed_grid_;
@@ -326,22 +296,14 @@ PointBatches::split(std::size_t /*parts*/)
   return {};
 }
 
-Voxelizer::Voxelizer(const EncoderSettings& settings,
-                     IntensityUnit unit,
-                     unsigned int share_exponent)
-: implementation_(std::make_unique<Implementation>(settings, unit, share_exponent))
+Voxelizer::Voxelizer(const EncoderSettings& settings, IntensityUnit unit)
+: implementation_(std::make_unique<Implementation>(settings, unit))
 {}
 
 Voxelizer::~Voxelizer() = default;
 Voxelizer::Voxelizer(Voxelizer&&) noexcept = default;
 Voxelizer&
 Voxelizer::operator=(Voxelizer&&) noexcept = default;
-
-void
-Voxelizer::setSensorPose(const WorldPose& sensor_pose)
-{
-  implementation_->setSensorPose(sensor_pose);
-}
 
 VoxelizationStatistics
 Voxelizer::voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)

@@ -6,7 +6,6 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/rigid_pose.h>
 
 #include <memory>
 
@@ -33,21 +32,12 @@ public:
   /** \brief A voxelizer for the clouds of one stream.
    * \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the point intensities
-   * \param[in] share_exponent of the law of shares, by which those of coarse voxels in
-   * regions fall with the edge
    */
-  Voxelizer(const EncoderSettings& settings,
-            IntensityUnit unit,
-            unsigned int share_exponent = 2);
+  Voxelizer(const EncoderSettings& settings, IntensityUnit unit);
   ~Voxelizer();
   Voxelizer(Voxelizer&&) noexcept;
   Voxelizer&
   operator=(Voxelizer&&) noexcept;
-
-  /** \brief Sets the pose of the sensor in the world for the next clouds, for regions
-   * that depend on it. */
-  void
-  setSensorPose(const WorldPose& sensor_pose);
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud

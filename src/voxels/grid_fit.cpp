@@ -71,30 +71,15 @@ unite(const LatticeRange& first, const LatticeRange& second)
   return range;
 }
 
-LatticeRange
-widenedRange(const LatticeRange& range, unsigned int levels)
-{
-  const std::int32_t within = (1 << levels) - 1;
-  LatticeRange widened = range;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    widened.lowest[axis] &= ~within;
-    widened.highest[axis] |= within;
-  }
-  return widened;
-}
-
 VoxelGrid
-fitGrid(const VoxelGrid& lattice, const LatticeRange& occupied, unsigned int levels)
+fitGrid(const VoxelGrid& lattice, const LatticeRange& range)
 {
-  const LatticeRange range = widenedRange(occupied, levels);
   VoxelGrid grid = lattice;
   grid.depth = requiredDepth(range);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t extent =
         std::int64_t{range.highest[axis]} - range.lowest[axis] + 1;
-    // Of the coarsest cells; also below 0, whose bits must not be shifted to the left.
-    const std::int64_t centred = (range.lowest[axis] - (grid.size() - extent) / 2) &
-                                 -(std::int64_t{1} << levels);
+    const std::int64_t centred = range.lowest[axis] - (grid.size() - extent) / 2;
     grid.first_index[axis] = static_cast<std::int32_t>(
         std::clamp(centred, -lattice_end, lattice_end - grid.size()));
   }
@@ -102,7 +87,7 @@ fitGrid(const VoxelGrid& lattice, const LatticeRange& occupied, unsigned int lev
 }
 
 VoxelGrid
-gridOfBox(const VoxelGrid& lattice, const BoundingBox& box, unsigned int levels)
+gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
 {
   LatticeRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -116,7 +101,7 @@ gridOfBox(const VoxelGrid& lattice, const BoundingBox& box, unsigned int levels)
     range.lowest[axis] = index(box.min[axis]);
     range.highest[axis] = index(box.max[axis]);
   }
-  return fitGrid(lattice, range, levels);
+  return fitGrid(lattice, range);
 }
 
 std::array<double, 3>

@@ -47,24 +47,17 @@ unite(const LatticeRange& first, const LatticeRange& second);
  * far as the lattice allows.
  * \param[in] lattice a grid of the same lattice
  * \param[in] range within the lattice
- * \param[in] levels the grid consists of whole cubes of 2^levels voxels, at multiples of
- * that
  */
 VoxelGrid
-fitGrid(const VoxelGrid& lattice, const LatticeRange& range, unsigned int levels = 0);
-
-/** \brief The smallest range of whole cubes of 2^levels voxels that contains another. */
-LatticeRange
-widenedRange(const LatticeRange& range, unsigned int levels);
+fitGrid(const VoxelGrid& lattice, const LatticeRange& range);
 
 /** \brief The grid of stream version 1 for a fixed box, which is clipped to the
  * lattice.
  * \param[in] lattice a grid of the lattice
  * \param[in] box world coordinates, metres
- * \param[in] levels see fitGrid()
  */
 VoxelGrid
-gridOfBox(const VoxelGrid& lattice, const BoundingBox& box, unsigned int levels = 0);
+gridOfBox(const VoxelGrid& lattice, const BoundingBox& box);
 
 /** \brief The world's origin, or on an axis where the box leaves its lattice a corner
  * of one of its voxels in the middle of the box. */

@@ -132,12 +132,10 @@ fillTable(const VoxelGrid& grid,
 
 VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
-  if (frame.regions)
-    levels_ = voxelLevels(frame);
   if (!frame.hasIntensities())
     return;
   setIntensityTable();
-  if (table_ != nullptr && !frame.regions)
+  if (table_ != nullptr)
     setCentreTables();
 }
 
@@ -182,24 +180,6 @@ VoxelCentreReader::setCentreTables()
   has_tables_ = true;
 }
 
-/** \brief Moves the centres of coarse voxels from those of their lowest voxels. */
-void
-VoxelCentreReader::moveCoarseVoxels(std::size_t begin,
-                                    std::size_t count,
-                                    VoxelCentres& centres) const
-{
-  const VoxelGrid& grid = frame_.grid;
-  for (std::size_t i = 0; i < count; ++i) {
-    const unsigned int levels = levels_[begin + i];
-    if (levels == 0)
-      continue;
-    const VoxelPosition position = voxelPosition(frame_.keys[begin + i]);
-    centres.x[i] = static_cast<float>(grid.centre(0, position.x, levels));
-    centres.y[i] = static_cast<float>(grid.centre(1, position.y, levels));
-    centres.z[i] = static_cast<float>(grid.centre(2, position.z, levels));
-  }
-}
-
 std::size_t
 VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
 {
@@ -209,8 +189,6 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
     computeCentres<std::uint32_t>(frame_.grid, keys, count, centres);
   else
     computeCentres<std::uint64_t>(frame_.grid, keys, count, centres);
-  if (frame_.regions)
-    moveCoarseVoxels(begin, count, centres);
   const IntensityScale& scale = frame_.intensity_scale;
   if (!frame_.hasIntensities()) {
     centres.intensity.fill(0.0f);

@@ -1,7 +1,5 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "voxels/region_cells.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -145,22 +143,6 @@ isImage(const VoxelFrame& frame)
          arePixels(frame);
 }
 
-/** \brief True if each voxel stands for a coarse one of the regions. */
-bool
-areInRegions(const VoxelFrame& frame)
-{
-  if (frame.has_point_counts || !frame.fields.empty() ||
-      !isConsistent(*frame.regions) ||
-      !isAligned(frame.grid, frame.regions->mostLevels()))
-    return false;
-  RegionCells cells(frame.grid, *frame.regions);
-  return std::all_of(frame.keys.begin(), frame.keys.end(), [&](std::uint64_t key) {
-    const int levels = cells.levelsOf(key);
-    return levels != left_out &&
-           keyOfCoarseVoxel(key, static_cast<unsigned int>(levels)) == key;
-  });
-}
-
 } // namespace
 
 std::uint32_t
@@ -203,14 +185,12 @@ isConsistent(const VoxelFrame& frame)
       !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()) ||
       !areFields(frame) || !isImage(frame))
     return false;
-  if (!frame.keys.empty() &&
-      !(areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&
-        areSymbols(frame.intensities, frame.intensity_scale.bits) &&
-        areColours(frame.colours, frame.colour_bits) &&
-        std::find(frame.point_counts.begin(), frame.point_counts.end(), 0u) ==
-            frame.point_counts.end()))
-    return false;
-  return !frame.regions || areInRegions(frame);
+  return frame.keys.empty() ||
+         (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&
+          areSymbols(frame.intensities, frame.intensity_scale.bits) &&
+          areColours(frame.colours, frame.colour_bits) &&
+          std::find(frame.point_counts.begin(), frame.point_counts.end(), 0u) ==
+              frame.point_counts.end());
 }
 
 } // namespace io

@@ -29,22 +29,6 @@ using namespace pcl_ext;
 using namespace pcl_ext::io;
 using pcl_ext::fuzz::require;
 
-RegionSettings
-regionsOf(double resolution, unsigned int choice)
-{
-  const double near = 9.0 * resolution;
-  const double far = 40.0 * resolution;
-  RegionSettings regions;
-  regions.boxes = {
-      {{{-near, -near, -near}, {near, far, near}}, choice % 4, RegionFrame::World},
-      {{{-far, 0.0, -far}, {near, far, far}}, 3, RegionFrame::Sensor}};
-  if (choice % 3 == 0)
-    regions.coarser_beyond = far;
-  else if (choice % 3 == 1)
-    regions.outside = OutsideRegions::LeftOut;
-  return regions;
-}
-
 IntensityCompressionSettings
 settingsOf(std::uint8_t choice, bool is_companded)
 {
@@ -212,10 +196,8 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   if (size < 3)
     return 0;
-  IntensityCompressionSettings settings =
+  const IntensityCompressionSettings settings =
       settingsOf(data[0], data[2] % 4 == 2); // which has no depth model
-  if (data[1] % 5 == 0 && settings.format == StreamFormat::Version1)
-    settings.regions = regionsOf(settings.resolution, data[2]);
   require(checkSettings(settings).ok());
   const Choices choices(data[1]);
   std::vector<float> numbers((size - 3) / sizeof(float));
@@ -242,8 +224,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     const VoxelizationStatistics statistics =
         voxelizer.voxelize(view, encoder.isIFrameDue(), frame);
     require(statistics.points_used + statistics.points_not_finite +
-                statistics.points_outside_box + statistics.points_outside_grid +
-                statistics.points_outside_regions ==
+                statistics.points_outside_box + statistics.points_outside_grid ==
             view.count);
     if (settings.format == StreamFormat::Version1)
       frame.depth_model = depthModel(frame, data[2], begin / step);

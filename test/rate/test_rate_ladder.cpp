@@ -143,21 +143,6 @@ TEST(RateLadder, VoxelsEndWithTheirRangeAndOutlierRemovalWithIts)
             (Texts{"voxels of 0.15 m, effort fast", "voxels of 0.3 m, effort fast"}));
 }
 
-TEST(RateLadder, VoxelsEndWhereRegionsAreTooSmallForThem)
-{
-  EncoderSettings settings = limitedSettings();
-  settings.rate_temporal_filter = 0;
-  settings.rate_doublings = 4;
-  settings.intensity_bits = 4;
-  Region region;
-  region.box = {{0, 0, 0}, {1, 1, 0.05}};
-  settings.regions.boxes.push_back(region);
-  EXPECT_EQ(stepsOf(settings),
-            (Texts{"voxels of 0.01 m, effort fast",
-                   "voxels of 0.02 m, effort fast",
-                   "voxels of 0.04 m, effort fast"}));
-}
-
 TEST(RateLadder, SavingsAreLearnedFromWhatTheStreamTook)
 {
   EncoderSettings settings = limitedSettings();

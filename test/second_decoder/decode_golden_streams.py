@@ -5,8 +5,8 @@
 An implementation of the documents alone: decoding the voxels that the library's encoder
 was given shows that the documents are complete. Each line of checksums.txt is a frame:
 stream, I or P, number of voxels, checksum of the voxels (hexadecimal), stamp and
-frame_id or -, with fields the checksum of their numbers, with an image that of its size
-and of pixels and depths, and with regions that of the levels of voxels. The first frame of each stream must be refused when it is
+frame_id or -, with fields the checksum of their numbers, and with an image that of its
+size and of pixels and depths. The first frame of each stream must be refused when it is
 cut off, when a bit is inverted, and when it is missing. The stream "disorder" has other
 bytes between its frames, and frames that must be refused. Ends with 1 at the first
 difference.
@@ -69,8 +69,7 @@ def line_of(name: str, frame: Frame) -> str:
     if any(frame.voxels.fields):
         fields = f" fields {fnv([n for field in frame.voxels.fields for n in field]):016x}"
     image = "" if frame.image is None else f" image {image_checksum(frame):016x}"
-    levels = "" if frame.levels is None else f" levels {fnv(frame.levels):016x}"
-    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}{image}{levels}"
+    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}{image}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:

@@ -4,7 +4,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 """
 
 from dataclasses import dataclass, replace
-from typing import List, Optional, Union
+from typing import Optional, Union
 
 from byte_reader import ByteReader
 from changes_payload import ChangesMemory, decode_changes
@@ -64,8 +64,6 @@ class Frame:
     frame_id: bytes
     voxels: Voxels
     image: Optional[Image]
-    levels: Optional[List[int]]
-    """Of the coarse voxels of regions."""
 
 
 class FrameDecoder:
@@ -154,8 +152,6 @@ class FrameDecoder:
                 viewpoint=kept.content.viewpoint,
                 image=kept.content.image,
                 has_pose=False,
-                has_regions=kept.content.has_regions,
-                regions=kept.content.regions,
             )
             == kept.content,
             "a P-frame has another content",
@@ -166,12 +162,6 @@ class FrameDecoder:
             image = replace(content.image, pose=header.pose)
             require_pose(image)
             content = replace(content, image=image)
-        if header.region_pose is not None:
-            require(content.regions is not None, "a P-frame has another content")
-            assert content.regions is not None
-            regions = replace(content.regions, pose=header.region_pose)
-            regions.require_pose()
-            content = replace(content, regions=regions)
         return replace(
             kept,
             number=header.number,
@@ -190,9 +180,8 @@ class FrameDecoder:
                 header.voxel_count,
                 kept.changes_memory,
             )
-            levels = self._levels(kept, voxels)
             self._kept = replace(kept, changes_memory=changes_memory)
-            return self._frame(header, kept, voxels, levels)
+            return self._frame(header, kept, voxels)
         payload_size = len(payload)
         unpadded = payload_size - header.padding_size
         require(not any(payload[unpadded:]), "padding has other bytes than 0")
@@ -252,7 +241,6 @@ class FrameDecoder:
             sum(voxels.point_counts) == header.point_count,
             "the numbers of points have another sum",
         )
-        coarse_levels = self._levels(kept, voxels)
         changes_memory = ChangesMemory()
         if not kept.content.has_supplement and not kept.content.has_point_counts:
             changes_memory = kept.changes_memory.after_whole(
@@ -265,18 +253,10 @@ class FrameDecoder:
             supplement_memory=supplement_memory,
             changes_memory=changes_memory,
         )
-        return self._frame(header, kept, voxels, coarse_levels)
+        return self._frame(header, kept, voxels)
 
     @staticmethod
-    def _levels(kept: Kept, voxels: Voxels) -> Optional[List[int]]:
-        if kept.content.regions is None:
-            return None
-        return kept.content.regions.levels_of(voxels.keys, kept.grid.first_index)
-
-    @staticmethod
-    def _frame(
-        header: FrameHeader, kept: Kept, voxels: Voxels, levels: Optional[List[int]]
-    ) -> Frame:
+    def _frame(header: FrameHeader, kept: Kept, voxels: Voxels) -> Frame:
         return Frame(
             header.is_i_frame,
             header.number,
@@ -286,5 +266,4 @@ class FrameDecoder:
             kept.frame_id,
             voxels,
             kept.content.image,
-            levels,
         )

@@ -12,7 +12,6 @@ from typing import Optional, Tuple
 from byte_reader import ByteReader
 from image_header import Image, Pose, read_image, read_pose
 from invalid_frame import InvalidFrame, require
-from regions import Regions, RegionPose, read_region_pose, read_regions
 
 MAGIC = b"PCXI"
 VERSION = 1
@@ -23,8 +22,7 @@ _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 1
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
 _COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE, _POSE = 32, 64, 128, 256, 512, 1024
-_REGIONS, _PADDING = 2048, 4096
-"""In a P-frame another pose of the regions, and no padding."""
+_RESERVED, _PADDING = 2048, 4096
 
 
 @dataclass(frozen=True)
@@ -58,10 +56,6 @@ class Content:
     """An I-frame's."""
     has_pose: bool = False
     """A P-frame has a pose of its image's rays."""
-    has_regions: bool = False
-    """A P-frame has a pose of its regions."""
-    regions: Optional[Regions] = None
-    """An I-frame's."""
     has_padding: bool = False
     """Of this frame alone."""
 
@@ -114,8 +108,6 @@ class FrameHeader:
     scale: Optional[IntensityScale]
     pose: Optional[Pose]
     """A P-frame's, if it is another one than before."""
-    region_pose: Optional[RegionPose]
-    """Likewise."""
     stamp: Optional[int]
     """The stamp in an I-frame, its change in a P-frame."""
     frame_id: Optional[bytes]
@@ -146,7 +138,7 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
-    require(0 < field < 8192, "the content is none")
+    require(0 < field < 8192 and not field & _RESERVED, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
     require(
         is_i_frame or not field & (_NO_INTENSITIES | _PADDING),
@@ -160,10 +152,6 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         not field & _POSE or (field & _IMAGE and not is_i_frame),
         "a pose is not that of a P-frame's image",
     )
-    require(
-        not field & _REGIONS or not field & (_POINT_COUNTS | _FIELDS),
-        "regions are with numbers of points or fields",
-    )
     return Content(
         field & 31,
         1 if field & _COLOURS else 0,
@@ -172,7 +160,6 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         bool(field & _FIELDS),
         has_image=bool(field & _IMAGE),
         has_pose=bool(field & _POSE),
-        has_regions=bool(field & _REGIONS),
         has_padding=bool(field & _PADDING),
     )
 
@@ -254,14 +241,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
         if content.has_image:
             content = replace(content, image=read_image(reader))
-        if content.has_regions:
-            regions = read_regions(reader)
-            regions.require_grid(grid.first_index, grid.depth)
-            content = replace(content, regions=regions)
     pose = read_pose(reader) if content.has_pose else None
-    region_pose = None
-    if content.has_regions and not is_i_frame:
-        region_pose = read_region_pose(reader)
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else reader.svarint()
@@ -297,7 +277,6 @@ def read_header(reader: ByteReader) -> FrameHeader:
         grid,
         scale,
         pose,
-        region_pose,
         stamp,
         frame_id,
         voxel_count,

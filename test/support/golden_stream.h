@@ -118,20 +118,9 @@ public:
   }
 };
 
-/** \brief The same of the levels of coarse voxels. */
-class LevelChecksum : public Checksum {
-public:
-  explicit LevelChecksum(const VoxelFrame& frame)
-  {
-    for (const std::uint8_t levels : voxelLevels(frame))
-      add(levels);
-  }
-};
-
-/** rief What checksums.txt has of a frame, except for the name of its stream and
+/** \brief What checksums.txt has of a frame, except for the name of its stream and
  * whether it is an I-frame: number of voxels, checksum, stamp and frame_id or -, and with
- * fields the checksum of these, with an image that of it, and with regions that of the
- * levels of voxels. */
+ * fields the checksum of these, and with an image that of it. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {
@@ -148,9 +137,6 @@ lineOf(const GoldenFrame& frame)
   if (frame.frame.image.hasPixels())
     line << " image " << std::hex << std::setw(16) << std::setfill('0')
          << ImageChecksum(frame.frame.image).value();
-  if (frame.frame.regions)
-    line << " levels " << std::hex << std::setw(16) << std::setfill('0')
-         << LevelChecksum(frame.frame).value();
   return line.str();
 }
 

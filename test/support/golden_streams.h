@@ -10,7 +10,6 @@
 #include "support/golden_fields.h"
 #include "support/golden_images.h"
 #include "support/golden_rare_cases.h"
-#include "support/golden_regions.h"
 #include "support/golden_stream.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
@@ -310,7 +309,6 @@ goldenStreams()
   streams.push_back(
       goldenChanges("balanced_changes", Effort::Balanced, ChangingFrames(16, true)));
   streams.push_back(goldenChanges("small_changes", Effort::Small, ChangingFrames(0)));
-  streams.push_back(goldenRegions("balanced_regions", Effort::Balanced));
   streams.push_back(goldenDisorder("disorder"));
   return streams;
 }

@@ -65,12 +65,6 @@ public:
   : voxelizer_(settings, unit)
   {}
 
-  void
-  setSensorPose(const WorldPose& sensor_pose)
-  {
-    voxelizer_.setSensorPose(sensor_pose);
-  }
-
   const VoxelFrame&
   add(const Cloud& cloud, bool may_shrink = false)
   {
@@ -79,8 +73,7 @@ public:
     EXPECT_EQ(statistics.points, cloud.size());
     EXPECT_EQ(statistics.voxels, frame.size());
     EXPECT_EQ(statistics.points_used + statistics.points_not_finite +
-                  statistics.points_outside_box + statistics.points_outside_grid +
-                  statistics.points_outside_regions,
+                  statistics.points_outside_box + statistics.points_outside_grid,
               statistics.points);
     return frame;
   }

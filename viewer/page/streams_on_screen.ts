@@ -3,7 +3,7 @@ import type { Notices } from "./controls/notices";
 import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber, formatSilence, formatValue } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
-import { edgesOf, isOutlier } from "./decoding/packed_voxels";
+import { isOutlier } from "./decoding/packed_voxels";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
@@ -351,7 +351,6 @@ export class StreamsOnScreen {
       ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
       ["Stream", views.shortName(this.streams[selected.stream].description.name)],
     ];
-    if (edgesOf(arrays, i) > 1) rows.push(["Edge", formatMetres(edgesOf(arrays, i) * layer.edge)]);
     if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
     if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))
       rows.push([`Field ${voxels?.field}`, formatValue(arrays.field[i])]);

@@ -150,8 +150,8 @@ public:
   /** \brief The first step of encoding: points -> voxels, from which some may be
    * removed before the next one.
    * \param[in] points the cloud, in the coordinates of the grid
-   * \param[in] sensor_pose sensor -> grid, metres; for a depth law, temporal_filter
-   * and regions
+   * \param[in] sensor_pose sensor -> grid, metres; for a depth law and the
+   * temporal_filter
    * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a

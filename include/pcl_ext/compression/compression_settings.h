@@ -4,7 +4,6 @@
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/memory_budget.h>
-#include <pcl_ext/compression/region_settings.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/named_value.h>
 #include <pcl_ext/rigid_pose.h>
@@ -295,9 +294,6 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSe
 
   /** \brief Limits of the stream's decoders: a frame beyond them has a warning. */
   DecoderLimits decoder_limits;
-
-  /** \brief Where voxels have a larger edge than the resolution. */
-  RegionSettings regions;
 
   /** \brief Number of frames over which surfaces are told from noise before they are
    * encoded, 2 to 64, or 0: off. 8 suits sensors of 10 to 30 frames a second that stand

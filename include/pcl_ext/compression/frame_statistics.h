@@ -9,7 +9,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Counts of a voxelized cloud. Each point is exactly one of: used, not finite,
- * outside the box, outside the grid, outside the regions. */
+ * outside the box, outside the grid. */
 struct VoxelizationStatistics {
   double resolution = 0.0;                  ///< voxel edge that was used, metres
   std::size_t points = 0;                   ///< points of the input
@@ -17,7 +17,6 @@ struct VoxelizationStatistics {
   std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
   std::size_t points_outside_box = 0;       ///< outside the fixed bounding box
   std::size_t points_outside_grid = 0;      ///< more than 2^20 voxels from the origin
-  std::size_t points_outside_regions = 0;   ///< where these are left out
   std::size_t points_behind_sensor = 0;     ///< of negative depth
   std::size_t intensities_not_finite = 0;   ///< points used with intensity 0 instead
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale

@@ -5,7 +5,6 @@
 #include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
-#include <pcl_ext/compression/voxel_regions.h>
 #include <pcl_ext/export.h>
 
 #include <array>
@@ -149,10 +148,6 @@ struct VoxelFrame {
    * numbers of points only. */
   PointImage image;
 
-  /** \brief Where voxels are coarse; each of these has the key of its lowest voxel. Not
-   * with numbers of points or fields. */
-  std::optional<VoxelRegions> regions;
-
   /** \brief Whether voxels have intensities. */
   bool
   hasIntensities() const
@@ -255,15 +250,9 @@ struct VoxelFrame {
 
 /** \brief True if a frame is valid: keys strictly ascending and within the grid, as
  * many intensities, colours and numbers of points as keys or none, all of them and all
- * parameters within their ranges; with regions a key for each coarse voxel. Encoders
- * refuse a frame that is not. */
+ * parameters within their ranges. Encoders refuse a frame that is not. */
 PCL_EXT_CODEC_EXPORT bool
 isConsistent(const VoxelFrame& frame);
-
-/** \brief How many levels each voxel of a frame is coarse: its edge is the grid's
- * resolution times 2^levels. All 0 without regions. */
-PCL_EXT_CODEC_EXPORT std::vector<std::uint8_t>
-voxelLevels(const VoxelFrame& frame);
 
 /** \brief The fields of a cloud's header that a frame may contain. */
 struct FrameStamp {

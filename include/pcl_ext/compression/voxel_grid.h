@@ -111,15 +111,13 @@ struct VoxelGrid {
 
   /** \brief World coordinate, in metres, of the centre of a voxel along one axis.
    * \param[in] axis 0, 1, 2 for x, y, z
-   * \param[in] position voxels from the grid's lower corner, of the lowest voxel of a
-   * coarse one
-   * \param[in] levels a coarse voxel has 2^levels voxels along the axis
+   * \param[in] position voxels from the grid's lower corner
    */
   double
-  centre(std::size_t axis, std::uint32_t position, unsigned int levels = 0) const
+  centre(std::size_t axis, std::uint32_t position) const
   {
     return (static_cast<double>(first_index[axis]) + static_cast<double>(position) +
-            0.5 * static_cast<double>(1u << levels)) *
+            0.5) *
                resolution +
            origin[axis];
   }

@@ -42,8 +42,6 @@ struct SensorView {
   std::optional<std::chrono::nanoseconds> time;
 };
 
-class DirectionDepths; // of the implementation
-
 /** \brief Tells the voxels of surfaces from noise over time: what a still scene shows
  * does not change from frame to frame.
  *
@@ -135,11 +133,6 @@ public:
   rememberedVoxels() const;
 
 private:
-  friend class RegionTemporalFilter; // whose filters have rays in common
-
-  TemporalFilterStatus
-  filter(io::VoxelFrame& frame, const SensorView& view, const DirectionDepths* rays);
-
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

@@ -197,7 +197,6 @@ decodeFrame(ByteSource& source,
   frame.has_point_counts = false;
   frame.point_counts.clear();
   frame.fields.clear();
-  frame.regions.reset();
   if (!isConsistent(frame))
     return corruptFrame("invalid voxels");
 

@@ -222,13 +222,13 @@ SupplementCoder::codeColours(CodingT& coding,
 {
   static const ColourHistory no_history;
   // Where most voxels are alone they rarely come again.
-  const bool is_sparse = parameters.content.hasVoxels();
+  const bool has_voxels = parameters.content.hasVoxels();
   ColourPass pass(next_models_->colours,
                   parameters.content.colour_bits,
-                  parameters.is_i_frame || is_sparse ? no_history : history_);
+                  parameters.is_i_frame || has_voxels ? no_history : history_);
   if (parameters.content.has_image)
     return pass.runImage(coding, frame.image, frame.point_counts, frame.colours);
-  if (is_sparse)
+  if (has_voxels)
     return pass.runSparse(coding, frame.colours);
   blocks_.assign(frame.keys);
   LowerNeighbours neighbours(blocks_, levelsAboveBlocks(frame.grid.depth), directory_);

@@ -28,8 +28,7 @@ describeEncoded(const EncodedSums& sums,
   edge << options.codec().resolution;
   const auto encoded_points = static_cast<double>(sums.encoded_points);
   std::string text = counted(sums.encoded_points, "point") + " in " +
-                     counted(sums.voxels, "voxel") + " of " + edge.str() + " m" +
-                     (options.hasRegions() ? " and more" : "");
+                     counted(sums.voxels, "voxel") + " of " + edge.str() + " m";
   if (constexpr double tolerance = 1.0 + 1e-6;
       sums.largest_edge > tolerance * options.codec().resolution) {
     std::ostringstream largest;
@@ -48,8 +47,7 @@ describeEncoded(const EncodedSums& sums,
   if (const std::size_t kept = sums.points - sums.point_outliers;
       kept > sums.encoded_points)
     text += ", " + counted(kept - sums.encoded_points, "point") +
-            (options.hasRegions() ? " left out beyond box, grid or regions"
-                                  : " left out beyond box or grid");
+            " left out beyond box or grid";
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
     text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";

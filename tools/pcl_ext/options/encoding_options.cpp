@@ -209,7 +209,6 @@ EncodingOptions::addGridOptions(CLI::App& app)
   app.add_flag("--coarsen",
                codec_.coarsen_wide_clouds,
                "larger voxels for clouds wider than 2^21 of them");
-  regions_.add(app);
 }
 
 void
@@ -378,7 +377,6 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
 {
   nodes::SensorNodeSettings settings;
   settings.compression = codec_;
-  settings.compression.regions = regions_.settingsAt(codec_.resolution);
   // The published layout has no field for it.
   settings.carry_header =
       carries_header_ && codec_.format == io::StreamFormat::Version1;

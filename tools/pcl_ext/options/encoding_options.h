@@ -5,7 +5,6 @@
 #include "inputs/stream_metadata.h"
 #include "options/budget_options.h"
 #include "options/options.h"
-#include "options/region_options.h"
 #include "options/text_values.h"
 
 #include <CLI/App.hpp>
@@ -193,12 +192,6 @@ public:
   }
 
   bool
-  hasRegions() const
-  {
-    return regions_.areAny();
-  }
-
-  bool
   hasSensor() const
   {
     return sensor_.has_value();
@@ -239,8 +232,7 @@ private:
   checkEffects() const;
 
   const CLI::App* app_ = nullptr; // to which the options were added
-  io::EncoderSettings codec_;     // without the regions
-  RegionOptions regions_;
+  io::EncoderSettings codec_;
   bool has_budget_ = false; // the options have one
   bool carries_header_ = true;
   std::optional<IntensityLaw> law_; ///< none: automatic

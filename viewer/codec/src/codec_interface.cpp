@@ -36,7 +36,6 @@ struct Results {
   std::unique_ptr<float[]> positions;
   std::unique_ptr<float[]> intensities;
   std::unique_ptr<std::uint8_t[]> colours;
-  std::unique_ptr<std::uint8_t[]> levels;
   std::vector<std::uint8_t> is_noise;
   DecodedFields fields;
   FieldValues field_values;
@@ -171,12 +170,6 @@ describeVoxels(const Decoder& decoder, DecodedFrame& result)
     result.symbols = addressOf(frame.intensities.data());
   if (frame.has_point_counts)
     result.point_counts = addressOf(frame.point_counts.data());
-  if (frame.regions) {
-    const std::vector<std::uint8_t> levels = io::voxelLevels(frame);
-    results().levels.reset(new std::uint8_t[levels.size()]);
-    std::copy(levels.begin(), levels.end(), results().levels.get());
-    result.levels = addressOf(results().levels.get());
-  }
   results().fields.describe(frame, result);
   const auto& stamp = decoder.decoder.stamp();
   if (stamp) {
@@ -191,7 +184,6 @@ releaseArrays(Results& result)
   result.positions.reset();
   result.intensities.reset();
   result.colours.reset();
-  result.levels.reset();
   result.fields.release();
 }
 

@@ -150,7 +150,6 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
     pointCounts: result.words(152, count),
     fields: result.fields(164),
     resolution: grid.resolution,
-    levels: result.bytes(172, count),
     grid,
     intensityRange: result.intensityRange(48),
     stamp: hasStamp ? result.u64(80) : null,

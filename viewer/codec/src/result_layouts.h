@@ -82,7 +82,6 @@ struct DecodedFrame {
   Address symbols = 0;          ///< std::uint16_t[voxels]
   std::uint32_t fields = 0;
   Address field_descriptions = 0; ///< DescribedField[fields]
-  Address levels = 0;             ///< std::uint8_t[voxels]; 0: no regions
 };
 
 struct DescribedField {
@@ -130,8 +129,7 @@ static_assert(sizeof(Grid) == 48 && sizeof(Scale) == 32 && sizeof(Stamp) == 24);
 static_assert(offsetof(DecodedFrame, outcome) == 104 &&
               offsetof(DecodedFrame, voxels) == 116 &&
               offsetof(DecodedFrame, symbols) == 160 &&
-              offsetof(DecodedFrame, field_descriptions) == 168 &&
-              offsetof(DecodedFrame, levels) == 172);
+              offsetof(DecodedFrame, field_descriptions) == 168);
 static_assert(sizeof(DescribedField) == 16 && offsetof(FieldValues, values) == 4);
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
               offsetof(DescribedFrame, has_frame_id) == 160);

@@ -153,11 +153,8 @@ export interface Voxels {
   readonly pointCounts: Uint32Array | null;
   /** Further fields, whose values `Decoder.fieldValues` gives; empty: the stream has none. */
   readonly fields: readonly FieldDescription[];
-  /** Edge of a voxel, metres; with `levels` of the finest ones. */
+  /** Edge of a voxel, metres. */
   readonly resolution: number;
-  /** [count] 0 to 5: the edge of a voxel is `resolution` * 2^level; null: the stream has no
-   * regions, and all have the same. */
-  readonly levels: Uint8Array | null;
   readonly grid: Grid;
   /** null without intensities. */
   readonly intensityRange: IntensityRange | null;

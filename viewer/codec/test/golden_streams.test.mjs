@@ -76,10 +76,7 @@ function linesOf(codec, bytes) {
     if (voxels.isIFrame) colourBits = description.colourBits;
     const stamp = voxels.stamp === null ? "-" : `${voxels.stamp} '${voxels.frameId}'`;
     const kind = voxels.isIFrame ? "I" : "P";
-    const levels = new Checksum();
-    for (const level of voxels.levels ?? []) levels.add(level);
-    const ofLevels = voxels.levels === null ? "" : ` levels ${levels}`;
-    lines.push(`${kind} ${voxels.count} ${checksumOf(voxels, colourBits)} ${stamp}${ofLevels}`);
+    lines.push(`${kind} ${voxels.count} ${checksumOf(voxels, colourBits)} ${stamp}`);
   }
   decoder.free();
   return { lines, disorder };

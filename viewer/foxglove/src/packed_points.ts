@@ -94,18 +94,17 @@ function lowerCorner({ firstIndex, resolution, origin }: Grid): [number, number,
 }
 
 /** Centres from the grid's lower corner on, [3 count], which floats hold wherever that is. */
-function positionsInGrid({ count, coded, levels, grid }: Voxels): Float32Array {
+function positionsInGrid({ count, coded, grid }: Voxels): Float32Array {
   if (!coded) throw new Error("the frame was decoded without its keys");
   const keys = new Uint32Array(coded.keys.buffer); // the lower half of each first
   const positions = new Float32Array(3 * count);
   for (let i = 0; i < count; ++i) {
     const [low, high] = [keys[2 * i] as number, keys[2 * i + 1] as number];
-    const halfEdge = 2 ** (levels?.[i] ?? 0) / 2;
     for (let axis = 0; axis < 3; ++axis) {
       let index = 0;
       for (let level = 0, bit = 2 - axis; level < grid.depth; ++level, bit += 3)
         index |= ((bit < 32 ? low >>> bit : high >>> (bit - 32)) & 1) << level;
-      positions[3 * i + axis] = (index + halfEdge) * grid.resolution;
+      positions[3 * i + axis] = (index + 0.5) * grid.resolution;
     }
   }
   return positions;

@@ -11,23 +11,15 @@ export interface VoxelArrays {
   intensities: Float32Array;
   pointCounts: Uint32Array;
   ages: Float32Array;
-  /** Red, green, blue, and the level of a voxel, of which the edge is 2^level times the
-   * stream's; + `outlierFlag` for noise. The shader reads it, too. */
+  /** Red, green, blue, and 255 for noise. */
   paint: Uint8Array;
   /** Values of the field, exactly; NaN: none. */
   field: Float64Array | null;
 }
 
-/** In the paint of a voxel that the outlier filter takes for noise. */
-export const outlierFlag = 128;
-
+/** Whether the outlier filter takes a voxel for noise. */
 export function isOutlier(arrays: VoxelArrays, voxel: number): boolean {
-  return arrays.paint[4 * voxel + 3] >= outlierFlag;
-}
-
-/** The edge of a voxel in edges of the stream's finest voxels. */
-export function edgesOf(arrays: VoxelArrays, voxel: number): number {
-  return 2 ** (arrays.paint[4 * voxel + 3] % outlierFlag);
+  return arrays.paint[4 * voxel + 3] === 255;
 }
 
 export function arraysOf(buffer: ArrayBuffer, count: number, hasField: boolean): VoxelArrays {

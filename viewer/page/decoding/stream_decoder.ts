@@ -3,7 +3,7 @@ import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from 
 import { fieldChoices } from "./field_choices";
 import type { FieldChoice } from "./field_choices";
 import type { DecodingSettings, FrameFailure, PackedVoxels, ShownFrame } from "./messages";
-import { arraysOf, bytesOf, outlierFlag } from "./packed_voxels";
+import { arraysOf, bytesOf } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";
 import { VoxelTrail } from "./voxel_trail";
 
@@ -150,7 +150,7 @@ export class StreamDecoder {
     if (field) arrays.field?.fill(NaN, voxels.count).set(field);
     for (let i = 0; i < voxels.count; ++i) {
       for (let c = 0; c < 3; ++c) arrays.paint[4 * i + c] = voxels.colours ? voxels.colours[3 * i + c] : 160;
-      arrays.paint[4 * i + 3] = (voxels.levels?.[i] ?? 0) + (isNoise && isNoise[i] ? outlierFlag : 0);
+      arrays.paint[4 * i + 3] = isNoise && isNoise[i] ? 255 : 0;
     }
     past.forEach((voxel, j) => {
       const i = voxels.count + j;
@@ -158,7 +158,7 @@ export class StreamDecoder {
       arrays.intensities[i] = voxel.intensity;
       arrays.pointCounts[i] = 0;
       arrays.ages[i] = time - voxel.time;
-      arrays.paint.set([160, 160, 160, voxel.level], 4 * i);
+      arrays.paint.set([160, 160, 160, 0], 4 * i);
     });
     return {
       count: voxels.count,

@@ -6,7 +6,6 @@ interface SeenVoxel {
   y: number;
   z: number;
   intensity: number;
-  level: number; // of its edge, see Voxels.levels
   time: number; // of the last frame that had it
   frames: number;
 }
@@ -26,7 +25,7 @@ export class VoxelTrail {
   }
 
   /** Adds a frame, and forgets what was seen earlier than `seconds` before. */
-  add({ positions, intensities, levels, resolution }: Voxels, time: number, seconds: number): void {
+  add({ positions, intensities, resolution }: Voxels, time: number, seconds: number): void {
     if (resolution !== this.resolution || time < this.lastTime) this.seen.clear();
     this.resolution = resolution;
     this.lastTime = time;
@@ -41,7 +40,7 @@ export class VoxelTrail {
         if (voxel.time < time) ++voxel.frames;
         voxel.time = time;
         voxel.intensity = intensity;
-      } else this.seen.set(key, { x, y, z, intensity, level: levels?.[i / 3] ?? 0, time, frames: 1 });
+      } else this.seen.set(key, { x, y, z, intensity, time, frames: 1 });
     }
     for (const [key, voxel] of this.seen) if (voxel.time < time - seconds) this.seen.delete(key);
   }

@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 
-import { edgesOf, isOutlier } from "../decoding/packed_voxels";
+import { isOutlier } from "../decoding/packed_voxels";
 import type { VoxelLayer } from "./voxel_layer";
 
 /** The rule by which voxels are drawn; the shader has the same one. */
@@ -66,16 +66,14 @@ export function pick(
   let best: PickedVoxel | null = null;
   layers.forEach((layer, layerIndex) => {
     if (!layer.mesh.visible || !layer.arrays) return;
-    const { arrays } = layer;
-    const positions = arrays.positions;
+    const positions = layer.arrays.positions;
     const count = positions.length / 3;
     // In the coordinates of the frame voxels are along the axes.
     const inverse = layer.pose.clone().invert();
     const from = new Vector3(...origin).applyMatrix4(inverse).toArray();
     const towards = new Vector3(...direction).transformDirection(inverse).toArray();
-    const halfOfFinest = 0.5 * layer.edge * Math.max(scale, 0.5);
+    const half = 0.5 * layer.edge * Math.max(scale, 0.5);
     for (let i = 0; i < count; ++i) {
-      const half = halfOfFinest * edgesOf(arrays, i);
       let near = 0;
       let far = best ? best.distance : Infinity;
       for (let axis = 0; axis < 3; ++axis) {

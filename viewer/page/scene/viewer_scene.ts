@@ -1,7 +1,6 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-import { edgesOf } from "../decoding/packed_voxels";
 import type { PackedVoxels } from "../decoding/messages";
 import type { Pose } from "../recordings/transforms";
 import { colourMaps, streamColour, texelsOf } from "./colour_maps";
@@ -312,7 +311,7 @@ export class ViewerScene {
     this.selection.visible = picked !== null;
     if (picked) {
       const layer = this.layers[picked.layer];
-      const half = 0.56 * layer.edge * (layer.arrays ? edgesOf(layer.arrays, picked.voxel) : 1);
+      const half = 0.56 * layer.edge;
       const edges = boxEdges({
         min: [-half, -half, -half],
         max: [half, half, half],

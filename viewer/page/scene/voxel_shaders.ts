@@ -4,7 +4,7 @@ precision highp float;
 in vec3 corner;      // two coordinates in the face, -1 or 1, and the face's axis; 3: a disc
 in vec3 centre;      // metres, from the layer's origin
 in vec3 quantities;  // intensity, seconds since the voxel was seen, value of the field
-in vec4 paint;       // recorded colour; 255ths of the level, + 128 for noise
+in vec4 paint;       // recorded colour, and 1 for noise
 uniform float halfEdge;
 uniform float threshold;
 uniform bool hasIntensities;
@@ -51,9 +51,7 @@ vec3 colourOf(bool isNoise) {
 const float leastPixels = 2.0;
 
 void main() {
-  bool isOutlier = paint.a > 127.5 / 255.0;
-  float level = floor(255.0 * paint.a + 0.5) - (isOutlier ? 128.0 : 0.0);
-  bool isNoise = isOutlier || (hasIntensities && quantities.x < threshold);
+  bool isNoise = paint.a > 0.5 || (hasIntensities && quantities.x < threshold);
   place = corner.xy;
   light = 1.0;
   colour = vec3(0.0);
@@ -64,7 +62,7 @@ void main() {
   }
   colour = colourOf(isNoise);
   vec3 toCamera = -(transpose(mat3(modelViewMatrix)) * modelViewMatrix[3].xyz) - centre;
-  float size = (isNoise ? 0.6 : 1.0) * halfEdge * exp2(level);
+  float size = isNoise ? 0.6 * halfEdge : halfEdge;
   vec4 middle = projectionMatrix * (modelViewMatrix * vec4(centre, 1.0));
   pixels = projectionMatrix[1][1] * viewport.y * size / max(middle.w, 1e-6);
   size *= max(1.0, leastPixels / max(pixels, 1e-6)); // or far voxels would fall between pixels

@@ -100,16 +100,12 @@ private:
   void
   setCentreTables();
 
-  void
-  moveCoarseVoxels(std::size_t begin, std::size_t count, VoxelCentres& centres) const;
-
   const VoxelFrame& frame_;
   bool has_tables_ = false;
   const float* table_ = nullptr;       // intensities by symbol, if it saves time
   std::array<float, 256> small_table_; // up to 8 bits, without an allocation
   std::vector<float> large_table_;
-  VoxelCentreTables tables_;         // set if has_tables_
-  std::vector<std::uint8_t> levels_; // with regions
+  VoxelCentreTables tables_; // set if has_tables_
 };
 
 } // namespace detail
@@ -140,12 +136,11 @@ forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit)
     forEachVoxelCentre(frame, visit);
     return;
   }
-  const std::vector<std::uint8_t> levels = voxelLevels(frame);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const VoxelPosition position = voxelPosition(frame.keys[i]);
-    visit(frame.grid.centre(0, position.x, levels[i]),
-          frame.grid.centre(1, position.y, levels[i]),
-          frame.grid.centre(2, position.z, levels[i]),
+    visit(frame.grid.centre(0, position.x),
+          frame.grid.centre(1, position.y),
+          frame.grid.centre(2, position.z),
           frame.hasIntensities() ? frame.intensity_scale.value(frame.intensities[i])
                                  : 0.0f);
   }
