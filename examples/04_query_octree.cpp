@@ -1,5 +1,5 @@
 // Asks the decoder's octree: is a place occupied, how sure are we, what is there at
-// all?
+// all? Then keeps an octree of its own, asks it what is new, and encodes it.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include <iostream>
@@ -46,5 +46,29 @@ main()
   const bool is_right = decoder.isVoxelOccupiedAtPoint(place) &&
                         decoder.getVoxelIntensityAtPoint(place) == 20.0f &&
                         centres.size() == 2;
-  return is_right ? 0 : 1;
+
+  // As pcl::octree::OctreePointCloudChangeDetector, with decoded frames in place of clouds.
+  using pcl_ext::octree::IntensityLeaf;
+  pcl_ext::octree::OctreePointCloudIntensity<pcl::PointXYZI,
+                                             IntensityLeaf,
+                                             pcl::octree::OctreeContainerEmpty,
+                                             pcl::octree::Octree2BufBase<IntensityLeaf>>
+      octree(settings.resolution);
+  octree.defineBoundingBox(-6.4, -6.4, -6.4, 6.4, 6.4, 6.4);
+  octree.addVoxels(decoder.voxelFrame());
+  cloud->emplace_back(1.0f, 1.0f, 1.0f, 50.0f);
+  if (!encoder.encodePointCloud(cloud, bytes).ok() ||
+      !decoder.decodePointCloud(bytes, decoded).ok())
+    return 1;
+  octree.switchBuffers();
+  octree.addVoxels(decoder.voxelFrame());
+  octree.getNewVoxelCenters(centres);
+  for (const pcl::PointXYZI& centre : centres)
+    std::cout << "new at " << centre.getVector3fMap().transpose() << '\n';
+
+  std::stringstream of_octree;
+  const auto status = Compression(settings).encodeOctree(octree, of_octree);
+  std::cout << octree.getLeafCount() << " leaves in " << of_octree.str().size()
+            << " bytes\n";
+  return is_right && centres.size() == 1 && status.ok() ? 0 : 1;
 }

@@ -217,6 +217,27 @@ public:
   encodePointCloud(const PointCloudConstPtr& cloud,
                    std::vector<std::uint8_t>& compressed_cloud);
 
+  /** \brief Encodes the voxels of an octree as the next frame of the stream: as a cloud
+   * with a point at the centre of each leaf, with the leaf's intensity and colour.
+   *
+   * Whatever the leaves have accumulated is coded, in the unit of the intensity model;
+   * the model itself is not asked. Where the octree's voxels do not begin at multiples of
+   * their edge, all are moved to the nearest that do.
+   * \param[in] tree an OctreePointCloudIntensity, or a PCL octree whose leaves have
+   * getIntensity(), and getColour() for colours; of the resolution of the next frame. It
+   * is not const, as PCL's iterators need
+   * \param[out] compressed_cloud the frame's bytes; empty unless the status is Ok
+   * \return as encodePointCloud; InvalidInput for an octree of another resolution
+   */
+  template <typename TreeT>
+  CompressionStatus
+  encodeOctree(TreeT& tree, std::vector<std::uint8_t>& compressed_cloud);
+
+  /** \brief The same, written to a stream. */
+  template <typename TreeT>
+  CompressionStatus
+  encodeOctree(TreeT& tree, std::ostream& compressed_cloud);
+
   /** \brief Decodes the next frame of a stream, of either format.
    *
    * The stream must contain the complete frame. Never throws, hangs or exceeds
@@ -310,9 +331,14 @@ public:
 private:
   static_assert(
       detail::IsIntensityModel<IntensityModelT>::value,
-      "the second template argument must be an intensity model, as "
-      "pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw>; leaf, "
-      "branch and octree follow it. A model of your own has unit, uses_depth, "
+      "the second template argument must be an intensity model; leaf, branch and "
+      "octree, "
+      "which follow the point type in PCL's class, come after it: "
+      "OctreePointCloudIntensityCompression<PointT, "
+      "pcl_ext::io::DefaultIntensityModel<PointT>, LeafT, BranchT, OctreeT>, with a "
+      "leaf "
+      "as pcl_ext::octree::IntensityLeaf; most programs need none of them. A model of "
+      "your own has unit, uses_depth, "
       "uses_native and float operator()(float depth, float native) const");
   static_assert(
       !std::is_same<IntensityModelT, NativeIntensity>::value ||
@@ -324,8 +350,20 @@ private:
   CompressionStatus
   encodeSafely(EncodeT encode);
 
+  template <typename EncodeT>
+  CompressionStatus
+  encodeTo(std::ostream& output, EncodeT encode);
+
+  template <typename EncodeT>
+  CompressionStatus
+  encodeTo(std::vector<std::uint8_t>& bytes, EncodeT encode);
+
   CompressionStatus
   encodeFrame(const PointCloudConstPtr& cloud, std::vector<std::uint8_t>& bytes);
+
+  template <typename TreeT>
+  CompressionStatus
+  encodeLeaves(TreeT& tree, std::vector<std::uint8_t>& bytes);
 
   template <typename DecodeT>
   CompressionStatus

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/octree/intensity_leaf.h>
 #include <pcl_ext/point_intensity.h>
 
@@ -9,9 +10,11 @@
 #include <pcl/point_types.h>
 
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <type_traits>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -36,8 +39,10 @@ struct TakesColours<
  * of the points in their voxel; the counterpart of
  * pcl::octree::OctreePointCloudDensity.
  *
- * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud. Points whose type
- * has no field `intensity` count with intensity 1.
+ * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud; or with decoded
+ * voxels: addVoxels. Points whose type has no field `intensity` count with intensity 1.
+ * Without a bounding box the voxels begin at multiples of their edge, as those of the
+ * compression do, so that OctreePointCloudIntensityCompression::encodeOctree moves none.
  * \tparam PointT point type
  * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`;
  * for colours also `addPointColour(io::VoxelColour)` and `getColour()`, see
@@ -102,6 +107,56 @@ public:
     return leaf != nullptr ? leaf->getPointCounter() : 0;
   }
 
+  /** \brief Adds the voxels of a frame, as decoders return them: a point at the centre
+   * of each, with its intensity, or 1 without intensities, and its colour.
+   * \param[in] frame as isConsistent() demands
+   */
+  void
+  addVoxels(const io::VoxelFrame& frame)
+  {
+    std::size_t voxel = 0;
+    io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+      PointT centre;
+      centre.x = x;
+      centre.y = y;
+      centre.z = z;
+      LeafT& leaf = leafAt(centre);
+      leaf.addPointIntensity(frame.hasIntensities() ? intensity : 1.0f);
+      if constexpr (detail::TakesColours<LeafT>::value)
+        if (frame.colour_bits > 0)
+          leaf.addPointColour(frame.fullColour(voxel));
+      ++voxel;
+    });
+  }
+
+  /** \brief The centres of the voxels that were empty before the last switchBuffers(),
+   * as pcl::octree::OctreePointCloudChangeDetector::getPointIndicesFromNewVoxels has
+   * their points. For OctreeT = pcl::octree::Octree2BufBase, and with a bounding box, as
+   * PCL's octree forgets the other buffer when it grows.
+   * \param[out] centres with the voxels' intensities, where PointT has such a field
+   * \return their number
+   */
+  pcl::uindex_t
+  getNewVoxelCenters(typename Base::AlignedPointTVector& centres)
+  {
+    centres.clear();
+    std::vector<LeafT*> new_leaves;
+    this->serializeNewLeafs(new_leaves);
+    const std::unordered_set<const LeafT*> are_new(new_leaves.begin(),
+                                                   new_leaves.end());
+    const auto end = leaf_depth_end();
+    for (auto leaf = this->leaf_depth_begin(); leaf != end; ++leaf) {
+      const LeafT& container = leaf.getLeafContainer();
+      if (are_new.count(&container) == 0)
+        continue;
+      PointT centre;
+      this->genLeafNodeCenterFromOctreeKey(leaf.getCurrentOctreeKey(), centre);
+      setNativeIntensity(centre, container.getIntensity());
+      centres.push_back(centre);
+    }
+    return static_cast<pcl::uindex_t>(centres.size());
+  }
+
   /** \name Ends of PCL's iterators
    * PCL 1.13's Octree2BufBase returns end iterators without an octree, which never
    * compare equal; these do for both bases. */
@@ -157,19 +212,13 @@ protected:
   {
     assert(point_index < this->input_->size());
     const PointT& point = (*this->input_)[point_index];
-    this->adoptBoundingBoxToPoint(point);
-
-    pcl::octree::OctreeKey key;
-    this->genOctreeKeyforPoint(point, key);
-    LeafNode* leaf = nullptr;
-    BranchNode* parent = nullptr;
-    this->createLeafRecursive(key, this->depth_mask_, this->root_node_, leaf, parent);
-    (*leaf)->addPointIntensity(nativeIntensity(point, 1.0f));
+    LeafT& leaf = leafAt(point);
+    leaf.addPointIntensity(nativeIntensity(point, 1.0f));
     if constexpr (has_colour_field<PointT> && detail::TakesColours<LeafT>::value) {
       const std::uint32_t packed = packedColour(point);
-      (*leaf)->addPointColour({static_cast<std::uint8_t>(packed >> 16),
-                               static_cast<std::uint8_t>(packed >> 8),
-                               static_cast<std::uint8_t>(packed)});
+      leaf.addPointColour({static_cast<std::uint8_t>(packed >> 16),
+                           static_cast<std::uint8_t>(packed >> 8),
+                           static_cast<std::uint8_t>(packed)});
     }
   }
 
@@ -181,6 +230,27 @@ protected:
   }
 
 private:
+  /** \brief The leaf of the voxel of a point, for which the octree grows if it has to. */
+  LeafT&
+  leafAt(const PointT& point)
+  {
+    if (!this->bounding_box_defined_) {
+      // Of two voxels on each axis, as PCL makes it; its would begin at the first point.
+      const double edge = this->resolution_;
+      const double x = std::floor(point.x / edge) * edge;
+      const double y = std::floor(point.y / edge) * edge;
+      const double z = std::floor(point.z / edge) * edge;
+      this->defineBoundingBox(x, y, z, x + 2 * edge, y + 2 * edge, z + 2 * edge);
+    }
+    this->adoptBoundingBoxToPoint(point);
+    pcl::octree::OctreeKey key;
+    this->genOctreeKeyforPoint(point, key);
+    LeafNode* leaf = nullptr;
+    BranchNode* parent = nullptr;
+    this->createLeafRecursive(key, this->depth_mask_, this->root_node_, leaf, parent);
+    return **leaf;
+  }
+
   bool resets_leaves_ = false;
 };
 

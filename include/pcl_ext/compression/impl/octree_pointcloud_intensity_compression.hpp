@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/impl/octree_leaves.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/impl/point_fields.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -195,18 +196,8 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
 {
-  return encodeSafely([&] {
-    if (CompressionStatus status = streams_.checkOutput(compressed_cloud); !status.ok())
-      return status;
-    CompressionStatus status = encodeFrame(cloud, streams_.bytes());
-    if (!status.ok())
-      return status;
-    CompressionStatus written = streams_.write(streams_.bytes(), compressed_cloud);
-    if (!written.ok())
-      return written;
-    finishFrame("ENCODING");
-    return status;
-  });
+  return encodeTo(compressed_cloud,
+                  [&](auto& bytes) { return encodeFrame(cloud, bytes); });
 }
 
 template <typename PointT,
@@ -219,14 +210,80 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     encodePointCloud(const PointCloudConstPtr& cloud,
                      std::vector<std::uint8_t>& compressed_cloud)
 {
+  return encodeTo(compressed_cloud,
+                  [&](auto& bytes) { return encodeFrame(cloud, bytes); });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename TreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeOctree(TreeT& tree, std::ostream& compressed_cloud)
+{
+  return encodeTo(compressed_cloud,
+                  [&](auto& bytes) { return encodeLeaves(tree, bytes); });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename TreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeOctree(TreeT& tree, std::vector<std::uint8_t>& compressed_cloud)
+{
+  return encodeTo(compressed_cloud,
+                  [&](auto& bytes) { return encodeLeaves(tree, bytes); });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename EncodeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeTo(std::ostream& output, EncodeT encode)
+{
+  return encodeSafely([&] {
+    if (CompressionStatus status = streams_.checkOutput(output); !status.ok())
+      return status;
+    CompressionStatus status = encode(streams_.bytes());
+    if (!status.ok())
+      return status;
+    CompressionStatus written = streams_.write(streams_.bytes(), output);
+    if (!written.ok())
+      return written;
+    finishFrame("ENCODING");
+    return status;
+  });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename EncodeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeTo(std::vector<std::uint8_t>& bytes, EncodeT encode)
+{
   CompressionStatus status = encodeSafely([&] {
-    CompressionStatus encoded = encodeFrame(cloud, compressed_cloud);
+    CompressionStatus encoded = encode(bytes);
     if (encoded.ok())
       finishFrame("ENCODING");
     return encoded;
   });
   if (!status.ok())
-    compressed_cloud.clear();
+    bytes.clear();
   return status;
 }
 
@@ -307,6 +364,35 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (!settings().fields.empty() || settings().keep_point_counts)
     view.fields = detail::fieldViewsOf(*cloud);
   return streams_.encode(view, points_behind_sensor, pose, cloud->header, bytes);
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename TreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeLeaves(TreeT& tree, std::vector<std::uint8_t>& bytes)
+{
+  if (CompressionStatus status = streams_.checkEncoding(true); !status.ok())
+    return status;
+  const pcl::PCLHeader no_header;
+  const auto law_at = [this](double resolution) {
+    return depthLawOf(modelAtResolution(intensity_model_, resolution));
+  };
+  if (CompressionStatus status = streams_.beginCloud(no_header, law_at); !status.ok())
+    return status;
+  if (tree.getResolution() != streams_.resolution())
+    return {CompressionCode::InvalidInput,
+            "the octree has another resolution than the frame"};
+  const std::vector<detail::LeafPoint> points = detail::pointsOfLeaves(tree);
+  const PointView view = detail::viewOf(points,
+                                        detail::hasColours<TreeT>(),
+                                        IntensityModelT::unit != IntensityUnit::None);
+  const SensorPose pose = settings().sensor_pose.value_or(SensorPose::Identity());
+  return streams_.encode(view, 0, pose, no_header, bytes);
 }
 
 template <typename PointT,
