@@ -47,6 +47,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     cloud_streams.h
     colour_mean.h
     lidar_clouds.h
+    octree_leaves.h
     octree_pointcloud_intensity_compression.h
     octree_pointcloud_intensity_compression.hpp
     pcl_conventions.h
