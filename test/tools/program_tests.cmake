@@ -35,7 +35,7 @@ target_compile_definitions(test_program
 target_include_directories(test_program PRIVATE ${PROJECT_SOURCE_DIR}/tools/pcl_ext)
 add_dependencies(test_program pcl_ext_program)
 if(TARGET pcl_ext_view)
-  target_sources(test_program PRIVATE tools/test_program_view.cpp tools/view_process.cpp
+  target_sources(test_program PRIVATE tools/test_program_view.cpp
                                       view/clients.cpp)
 endif()
 if(TARGET pcl_ext_link)

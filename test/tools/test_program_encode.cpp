@@ -39,9 +39,23 @@ bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& setti
   return {text.begin(), text.end()};
 }
 
-} // namespace
+class ProgramEncode : public ProgramTest {
+protected:
+  /** \brief Expects that the folder "room" is encoded to the bytes of the class. */
+  template <typename PointT, typename ModelT>
+  void
+  expectBytesOfClass(const std::string& options,
+                     const Clouds& clouds,
+                     const io::IntensityCompressionSettings& settings) const
+  {
+    expectRun("encode room -o x.pcxi --no-header --overwrite " + options);
+    EXPECT_EQ(bytesOf(folder / "x.pcxi"),
+              (bytesOfClass<PointT, ModelT>(clouds, settings)))
+        << options;
+  }
+};
 
-using ProgramEncode = ProgramTest;
+} // namespace
 
 TEST_F(ProgramEncode, TemporalFilterIsThatOfTheClass)
 {
@@ -76,32 +90,22 @@ TEST_F(ProgramEncode, FileHasTheBytesOfTheClass)
   settings.resolution = 0.05;
   settings.i_frame_rate = 3;
   settings.effort = io::Effort::Small;
-  expectRun("encode room -o native.pcxi -r 0.05 --i-frame-rate 3 -e small "
-            "--no-header");
-  const Bytes native = bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
-  EXPECT_EQ(bytesOf(folder / "native.pcxi"), native);
-  expectRun("encode room -o count.pcxi -r 0.05 --i-frame-rate 3 -e small "
-            "--no-header --law count");
-  const Bytes count = bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, settings);
-  EXPECT_EQ(bytesOf(folder / "count.pcxi"), count);
-  expectRun("encode room -o none.pcxi -r 0.05 --i-frame-rate 3 -e small "
-            "--no-header --law none");
-  const Bytes none = bytesOfClass<pcl::PointXYZ, NoIntensity>(clouds, settings);
-  EXPECT_EQ(bytesOf(folder / "none.pcxi"), none);
+  const std::string options = "-r 0.05 --i-frame-rate 3 -e small";
+  expectBytesOfClass<pcl::PointXYZI, NativeIntensity>(options, clouds, settings);
+  expectBytesOfClass<pcl::PointXYZ, CountIntensity>(
+      options + " --law count", clouds, settings);
+  expectBytesOfClass<pcl::PointXYZ, NoIntensity>(
+      options + " --law none", clouds, settings);
   // Defaults are those of the class, but for the effort of files.
   settings = io::IntensityCompressionSettings();
   settings.effort = io::Effort::Balanced;
-  expectRun("encode room -o default.pcxi --no-header");
-  const Bytes defaults =
-      bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
-  EXPECT_EQ(bytesOf(folder / "default.pcxi"), defaults);
+  expectBytesOfClass<pcl::PointXYZI, NativeIntensity>("", clouds, settings);
   pcl::PointCloud<pcl::PointXYZ> plain;
   pcl::copyPointCloud(clouds[0], plain);
-  pcl::io::savePCDFileBinary(folder / "plain.pcd", plain);
-  expectRun("encode plain.pcd -o plain.pcxi --no-header");
-  const Bytes of_plain =
-      bytesOfClass<pcl::PointXYZ, NoIntensity>({clouds[0]}, settings);
-  EXPECT_EQ(bytesOf(folder / "plain.pcxi"), of_plain);
+  std::filesystem::remove_all(folder / "room");
+  std::filesystem::create_directory(folder / "room");
+  pcl::io::savePCDFileBinary(folder / "room/0.pcd", plain);
+  expectBytesOfClass<pcl::PointXYZ, NoIntensity>("", {clouds[0]}, settings);
 }
 
 TEST_F(ProgramEncode, SettingsReachTheEncoder)
@@ -118,12 +122,12 @@ TEST_F(ProgramEncode, SettingsReachTheEncoder)
   settings.keep_point_counts = true;
   settings.origin = {0.03, 0.01, 0.02};
   settings.bounding_box = io::BoundingBox{{-0.9, -0.9, 0.0}, {0.9, 0.9, 3.0}};
-  expectRun("encode room -o x.pcxi -r 0.1 -e fast --intensity-bits 5 "
-            "--intensity-range 200 --intensity-curve companded --aggregation "
-            "sum --keep-point-counts --origin 0.03,0.01,0.02 --bounding-box "
-            "-0.9,-0.9,0,0.9,0.9,3 --no-header -q");
-  const Bytes bytes = bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
-  EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytes);
+  expectBytesOfClass<pcl::PointXYZI, NativeIntensity>(
+      "-r 0.1 -e fast --intensity-bits 5 --intensity-range 200 --intensity-curve "
+      "companded --aggregation sum --keep-point-counts --origin 0.03,0.01,0.02 "
+      "--bounding-box -0.9,-0.9,0,0.9,0.9,3 -q",
+      clouds,
+      settings);
 }
 
 TEST_F(ProgramEncode, PublishedLayoutHasTheBytesOfTheClass)

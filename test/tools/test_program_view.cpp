@@ -88,7 +88,7 @@ TEST_F(ProgramView, ARecordingIsServedUntilItIsInterrupted)
     EXPECT_EQ(source["kind"], "recording");
     EXPECT_EQ(source["files"][0]["name"], "x.mcap");
     EXPECT_EQ(request(view.port(), "/api/files/0").body, textOf(folder / "x.mcap"));
-    EXPECT_EQ(view.waitForEnd(signal), 0);
+    EXPECT_EQ(view.end(signal), 0);
     EXPECT_EQ(view.errors(), "");
   }
 }
@@ -139,7 +139,7 @@ TEST_F(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
   LiveClient after(view.port());
   after.next();
   expectFrame(after, 10);
-  EXPECT_EQ(view.waitForEnd(SIGINT), 0);
+  EXPECT_EQ(view.end(SIGINT), 0);
   EXPECT_TRUE(hasPart(view.errors(), "3 bytes of the standard input are no frame"));
 }
 
@@ -166,7 +166,7 @@ TEST_F(ProgramView, TheCellIsShownLive)
     EXPECT_EQ(message.time % 50'000'000, 0); // of a frame of the sensor
     last[message.stream] = message.time;
   }
-  EXPECT_EQ(view.waitForEnd(SIGINT), 0);
+  EXPECT_EQ(view.end(SIGINT), 0);
 }
 
 TEST_F(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)

@@ -3,9 +3,11 @@
  */
 #pragma once
 
-#include "tools/program.h"
+#include "tools/background_program.h"
 
-#include <sys/types.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <string>
@@ -14,8 +16,11 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
+/** \brief The page that ViewProcess writes. */
+constexpr char view_page[] = "<html><head></head><body class=\"x\"><p></body></html>";
+
 /** \brief A run of pcl_ext view that serves until it is told to end. */
-class ViewProcess {
+class ViewProcess : public BackgroundProgram {
 public:
   /** \brief Starts it and waits until it serves.
    * \param[in] folder working folder; page.html is written there
@@ -24,10 +29,11 @@ public:
    */
   ViewProcess(const TestFolder& folder,
               const std::string& arguments,
-              const std::string& environment = "DISPLAY= WAYLAND_DISPLAY=");
+              const std::string& environment = "DISPLAY= WAYLAND_DISPLAY=")
+  : ViewProcess(folder, arguments, environment, Input(folder))
+  {}
 
-  /** \brief Ends it if it still runs. */
-  ~ViewProcess();
+  ~ViewProcess() { closeInput(); }
   ViewProcess(const ViewProcess&) = delete;
   ViewProcess&
   operator=(const ViewProcess&) = delete;
@@ -35,44 +41,73 @@ public:
   std::uint16_t
   port() const
   {
-    return port_;
+    const std::string text = line();
+    const std::size_t end = text.rfind("/ (");
+    EXPECT_NE(end, std::string::npos) << text << errors();
+    return end == std::string::npos ? std::uint16_t{0}
+                                    : static_cast<std::uint16_t>(std::stoi(
+                                          text.substr(text.rfind(':', end) + 1)));
   }
 
   /** \brief The line that tells the address. */
-  const std::string&
+  std::string
   line() const
   {
-    return line_;
+    const std::string text = output();
+    return text.substr(0, text.find('\n') + 1);
   }
 
   /** \brief Writes to its standard input. */
   void
-  write(const Bytes& bytes);
+  write(const Bytes& bytes) const
+  {
+    EXPECT_EQ(::write(input_, bytes.data(), bytes.size()),
+              static_cast<ssize_t>(bytes.size()));
+  }
 
   void
-  closeInput();
-
-  /** \brief Waits for its end.
-   * \param[in] signal that it is sent before; 0: none
-   * \return its exit status
-   */
-  int
-  waitForEnd(int signal);
-
-  /** \brief What it has written to its standard error until now. */
-  std::string
-  errors() const;
+  closeInput()
+  {
+    if (input_ >= 0)
+      ::close(input_);
+    input_ = -1;
+  }
 
 private:
-  pid_t pid_ = -1;
-  int input_ = -1;
-  std::string errors_file_;
-  std::string line_;
-  std::uint16_t port_ = 0;
-};
+  /** \brief A pipe with a name for the standard input, and what else is there before the
+   * program runs. */
+  struct Input {
+    explicit Input(const TestFolder& folder)
+    {
+      static int runs = 0;
+      name = "view_" + std::to_string(++runs);
+      const std::string path = folder / name;
+      EXPECT_EQ(::mkfifo(path.c_str(), S_IRUSR | S_IWUSR), 0);
+      file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+      writeBytes(folder / "page.html",
+                 Bytes(view_page, view_page + sizeof(view_page) - 1));
+    }
 
-/** \brief The page that ViewProcess writes. */
-constexpr char view_page[] = "<html><head></head><body class=\"x\"><p></body></html>";
+    std::string name;
+    int file;
+  };
+
+  ViewProcess(const TestFolder& folder,
+              const std::string& arguments,
+              const std::string& environment,
+              const Input& input)
+  : BackgroundProgram(folder,
+                      input.name,
+                      "",
+                      "exec env " + environment + " \"$P\" view --page page.html < " +
+                          input.name + " " + arguments)
+  , input_(input.file)
+  {
+    EXPECT_TRUE(view::test::waitFor([&] { return !line().empty(); })) << errors();
+  }
+
+  int input_;
+};
 
 } // namespace test
 } // namespace tools
