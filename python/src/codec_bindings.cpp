@@ -1,10 +1,10 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
+#include "array_decoder.h"
+#include "array_encoder.h"
 #include "bindings.h"
 #include "cloud_arrays.h"
 #include "outlier_filter.h"
-#include "stream_decoder.h"
-#include "stream_encoder.h"
 #include "stream_settings.h"
 #include "temporal_filter.h"
 
@@ -81,7 +81,7 @@ asDict(const io::RateControlStatus& status)
 
 /** \brief stamp is None, or microseconds and a frame_id. */
 py::tuple
-encode(StreamEncoder& encoder,
+encode(ArrayEncoder& encoder,
        const py::object& xyz,
        const py::object& intensity,
        const py::object& colour,
@@ -106,7 +106,7 @@ encode(StreamEncoder& encoder,
 }
 
 py::tuple
-decode(StreamDecoder& decoder,
+decode(ArrayDecoder& decoder,
        const py::object& data,
        OutlierFilter* outliers,
        std::optional<float> min_intensity,
@@ -125,7 +125,7 @@ decode(StreamDecoder& decoder,
 }
 
 py::object
-stampOf(const StreamDecoder& decoder)
+stampOf(const ArrayDecoder& decoder)
 {
   const std::optional<io::FrameStamp> stamp =
       withoutGil([&] { return decoder.stamp(); });
@@ -135,9 +135,9 @@ stampOf(const StreamDecoder& decoder)
 }
 
 py::array_t<float>
-score(OutlierFilter& outliers, const StreamDecoder& decoder)
+score(OutlierFilter& outliers, const ArrayDecoder& decoder)
 {
-  const StreamDecoder::Scores scores =
+  const ArrayDecoder::Scores scores =
       withoutGil([&] { return decoder.score(outliers); });
   const auto rows = static_cast<py::ssize_t>(scores.rows);
   const auto columns = static_cast<py::ssize_t>(scores.columns);
@@ -201,9 +201,9 @@ laws()
 void
 addEncoder(py::module_& module)
 {
-  py::class_<StreamEncoder>(module, "Encoder")
+  py::class_<ArrayEncoder>(module, "Encoder")
       .def(py::init([](const py::dict& settings) {
-             return std::make_unique<StreamEncoder>(readEncoderSettings(settings));
+             return std::make_unique<ArrayEncoder>(readArrayEncoderSettings(settings));
            }),
            "settings"_a)
       .def("encode",
@@ -215,22 +215,22 @@ addEncoder(py::module_& module)
            "sensor_pose"_a,
            "outliers"_a)
       .def("request_i_frame",
-           [](StreamEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
+           [](ArrayEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
       .def(
           "set_max_rate",
-          [](StreamEncoder& encoder, double bits_per_second) {
+          [](ArrayEncoder& encoder, double bits_per_second) {
             withoutGil([&] { encoder.setMaxRate(bits_per_second); });
           },
           "bits_per_second"_a)
       .def("rate_control",
-           [](const StreamEncoder& encoder) {
+           [](const ArrayEncoder& encoder) {
              return asDict(withoutGil([&] { return encoder.rateControl(); }));
            })
       .def("law",
-           [](const StreamEncoder& encoder) {
+           [](const ArrayEncoder& encoder) {
              return nameOf(lawChoices(), withoutGil([&] { return encoder.law(); }));
            })
-      .def("statistics", [](const StreamEncoder& encoder) {
+      .def("statistics", [](const ArrayEncoder& encoder) {
         const io::FrameStatistics frame =
             withoutGil([&] { return encoder.statistics(); });
         return py::make_tuple(asDict(frame.coding), cloudAsDict(frame));
@@ -240,9 +240,9 @@ addEncoder(py::module_& module)
 void
 addDecoder(py::module_& module)
 {
-  py::class_<StreamDecoder>(module, "Decoder")
+  py::class_<ArrayDecoder>(module, "Decoder")
       .def(py::init([](const py::dict& limits) {
-             return std::make_unique<StreamDecoder>(readLimits(limits));
+             return std::make_unique<ArrayDecoder>(readLimits(limits));
            }),
            "limits"_a)
       .def("decode",
@@ -252,7 +252,7 @@ addDecoder(py::module_& module)
            "min_intensity"_a,
            "temporal_filter"_a)
       .def("stamp", &stampOf)
-      .def("statistics", [](const StreamDecoder& decoder) {
+      .def("statistics", [](const ArrayDecoder& decoder) {
         return asDict(withoutGil([&] { return decoder.statistics(); }));
       });
 }

@@ -176,11 +176,11 @@ readPose(const py::object& matrix)
   return WorldPose(pose);
 }
 
-EncoderSettings
-readEncoderSettings(const py::dict& values)
+ArrayEncoderSettings
+readArrayEncoderSettings(const py::dict& values)
 {
   const Keywords keywords(values);
-  EncoderSettings settings;
+  ArrayEncoderSettings settings;
   settings.codec = readCodecSettings(keywords);
   settings.depth_law = readDepthLaw(keywords);
   throwUnlessOk(io::checkSettings(settings.codec, settings.depth_law));

@@ -17,8 +17,8 @@ namespace python {
 
 namespace py = pybind11;
 
-/** \brief Settings of a StreamEncoder. */
-struct EncoderSettings {
+/** \brief Settings of a ArrayEncoder. */
+struct ArrayEncoderSettings {
   io::EncoderSettings codec;
   std::optional<io::DepthLaw> depth_law;
   std::optional<IntensityLaw> law; ///< none: by the first cloud
@@ -30,8 +30,8 @@ struct EncoderSettings {
  * \param[in] values a value for each name that Encoder.__init__ has
  * \throws py::type_error, py::value_error with the name and what is allowed
  */
-EncoderSettings
-readEncoderSettings(const py::dict& values);
+ArrayEncoderSettings
+readArrayEncoderSettings(const py::dict& values);
 
 /** \brief Reads and checks the limits of a decoder.
  * \param[in] defaults of what is None; nothing may be None without them

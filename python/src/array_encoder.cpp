@@ -1,4 +1,4 @@
-#include "stream_encoder.h"
+#include "array_encoder.h"
 
 #include <cstddef>
 #include <stdexcept>
@@ -8,14 +8,14 @@
 namespace pcl_ext {
 namespace python {
 
-StreamEncoder::StreamEncoder(const EncoderSettings& settings) : settings_(settings)
+ArrayEncoder::ArrayEncoder(const ArrayEncoderSettings& settings) : settings_(settings)
 {
   if (settings_.law)
     start(*settings_.law);
 }
 
 void
-StreamEncoder::start(IntensityLaw law)
+ArrayEncoder::start(IntensityLaw law)
 {
   visitIntensityModel(
       law, settings_.codec.resolution, settings_.sensor, [&](const auto& model) {
@@ -31,7 +31,7 @@ StreamEncoder::start(IntensityLaw law)
 }
 
 void
-StreamEncoder::checkIntensities(const CloudToEncode& cloud) const
+ArrayEncoder::checkIntensities(const CloudToEncode& cloud) const
 {
   const std::string name = nameOf(*settings_.law);
   if (*settings_.law != IntensityLaw::Native) {
@@ -50,7 +50,7 @@ StreamEncoder::checkIntensities(const CloudToEncode& cloud) const
  * \return false: there is no room for it
  */
 bool
-StreamEncoder::beginCloud(const CloudToEncode& cloud)
+ArrayEncoder::beginCloud(const CloudToEncode& cloud)
 {
   begin_ = std::chrono::steady_clock::now();
   const bool has_time = cloud.stamp && cloud.stamp->stamp != 0;
@@ -73,7 +73,7 @@ StreamEncoder::beginCloud(const CloudToEncode& cloud)
 }
 
 io::CompressionStatus
-StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes)
+ArrayEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!encoder_)
@@ -108,11 +108,11 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
 }
 
 io::CompressionStatus
-StreamEncoder::encodeView(const io::PointView& view,
-                          std::size_t points_behind_sensor,
-                          const WorldPose& pose,
-                          const CloudToEncode& cloud,
-                          std::vector<std::uint8_t>& bytes)
+ArrayEncoder::encodeView(const io::PointView& view,
+                         std::size_t points_behind_sensor,
+                         const WorldPose& pose,
+                         const CloudToEncode& cloud,
+                         std::vector<std::uint8_t>& bytes)
 {
   bytes.clear();
   io::CompressionStatus status =
@@ -139,7 +139,7 @@ StreamEncoder::encodeView(const io::PointView& view,
 }
 
 void
-StreamEncoder::setMaxRate(double bits_per_second)
+ArrayEncoder::setMaxRate(double bits_per_second)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   max_rate_ = bits_per_second;
@@ -148,7 +148,7 @@ StreamEncoder::setMaxRate(double bits_per_second)
 }
 
 io::RateControlStatus
-StreamEncoder::rateControl() const
+ArrayEncoder::rateControl() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (rate_control_)
@@ -160,7 +160,7 @@ StreamEncoder::rateControl() const
 }
 
 void
-StreamEncoder::requestIFrame()
+ArrayEncoder::requestIFrame()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (encoder_) // else the next frame is the first
@@ -168,14 +168,14 @@ StreamEncoder::requestIFrame()
 }
 
 io::FrameStatistics
-StreamEncoder::statistics() const
+ArrayEncoder::statistics() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   return encoder_ ? encoder_->statistics() : io::FrameStatistics();
 }
 
 std::optional<IntensityLaw>
-StreamEncoder::law() const
+ArrayEncoder::law() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   return settings_.law;

@@ -34,10 +34,10 @@ struct CloudToEncode {
  * Any thread may call it, and not with the GIL held, as a call may wait for another
  * thread.
  */
-class StreamEncoder {
+class ArrayEncoder {
 public:
   /** \param[in] settings checked */
-  explicit StreamEncoder(const EncoderSettings& settings);
+  explicit ArrayEncoder(const ArrayEncoderSettings& settings);
 
   /** \brief Encodes the next cloud.
    * \param[in] cloud must not change meanwhile
@@ -84,7 +84,7 @@ private:
              std::vector<std::uint8_t>& bytes);
 
   mutable std::mutex mutex_;
-  EncoderSettings settings_;
+  ArrayEncoderSettings settings_;
   std::optional<io::CloudEncoder> encoder_;     // once the law is known
   std::optional<io::RateControl> rate_control_; // likewise
   std::optional<double> max_rate_;              // that was set before

@@ -1,4 +1,4 @@
-#include "stream_decoder.h"
+#include "array_decoder.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -9,10 +9,10 @@ namespace pcl_ext {
 namespace python {
 
 io::CompressionStatus
-StreamDecoder::decode(const std::uint8_t* bytes,
-                      std::size_t size,
-                      const Denoising& denoising,
-                      std::optional<DecodedCloud>& cloud)
+ArrayDecoder::decode(const std::uint8_t* bytes,
+                     std::size_t size,
+                     const Denoising& denoising,
+                     std::optional<DecodedCloud>& cloud)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   cloud.reset();
@@ -29,8 +29,8 @@ StreamDecoder::decode(const std::uint8_t* bytes,
   return status;
 }
 
-StreamDecoder::Scores
-StreamDecoder::score(OutlierFilter& outliers) const
+ArrayDecoder::Scores
+ArrayDecoder::score(OutlierFilter& outliers) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   const std::vector<float> log_odds = outliers.score(frame_);
@@ -48,14 +48,14 @@ StreamDecoder::score(OutlierFilter& outliers) const
 }
 
 std::optional<io::FrameStamp>
-StreamDecoder::stamp() const
+ArrayDecoder::stamp() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   return decoder_.stamp();
 }
 
 io::CodedFrameStatistics
-StreamDecoder::statistics() const
+ArrayDecoder::statistics() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   return decoder_.statistics();

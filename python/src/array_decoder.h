@@ -22,9 +22,9 @@ namespace python {
  * Any thread may call it, and not with the GIL held, as a call may wait for another
  * thread.
  */
-class StreamDecoder {
+class ArrayDecoder {
 public:
-  explicit StreamDecoder(const io::DecoderLimits& limits) : decoder_(limits) {}
+  explicit ArrayDecoder(const io::DecoderLimits& limits) : decoder_(limits) {}
 
   /** \brief Decodes the first frame in memory.
    * \param[in] bytes must not change meanwhile
