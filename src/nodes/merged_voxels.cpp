@@ -5,7 +5,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "voxelizing/common_step.h"
-#include "voxelizing/radix_sort.h"
+#include "voxels/radix_sort.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "voxelizing/field_collector.h"
 
-#include "voxelizing/radix_sort.h"
 #include "voxels/field_summary.h"
+#include "voxels/radix_sort.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
-#include "voxelizing/radix_sort.h"
+#include "voxels/radix_sort.h"
 
 #include <algorithm>
 #include <utility>

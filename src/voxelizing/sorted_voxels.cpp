@@ -1,7 +1,7 @@
 #include "voxelizing/sorted_voxels.h"
 
 #include "bytes/reserve_ahead.h"
-#include "voxelizing/radix_sort.h"
+#include "voxels/radix_sort.h"
 
 #include <type_traits>
 

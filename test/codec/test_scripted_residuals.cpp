@@ -3,7 +3,7 @@
  * effort fast, which codes both in rows of their own.
  */
 #include "codec/depth_split.h"
-#include "codec/fast/classed_row.h"
+#include "codec/rans/classed_row.h"
 #include "support/forged_frames.h"
 #include "support/scripted_fast_payloads.h"
 

@@ -4,10 +4,10 @@
  */
 #pragma once
 
-#include "codec/fast/byte_table.h"
-#include "codec/fast/entropy_coder.h"
 #include "codec/fast/models.h"
 #include "codec/fast/symbol_statistics.h"
+#include "codec/rans/byte_table.h"
+#include "codec/rans/entropy_coder.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
 
@@ -24,6 +24,7 @@ namespace io {
 namespace test {
 
 using namespace fast;
+using namespace rans;
 
 constexpr std::uint32_t lowest_rans_state = 1u << 15;
 

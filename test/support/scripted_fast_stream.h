@@ -19,6 +19,7 @@ namespace io {
 namespace test {
 
 using namespace fast;
+using namespace rans;
 
 using Choices = std::function<void(FastScript&)>;
 

@@ -3,9 +3,9 @@
 #include "bytes/reserve_ahead.h"
 #include "codec/changes/changed_symbols.h"
 #include "codec/fast/child_rank.h"
-#include "codec/fast/entropy_coder.h"
 #include "codec/fast/octant_list.h"
 #include "codec/fast/payload.h"
+#include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
 
@@ -160,9 +160,9 @@ ChangeCoder::encode(CodingWorkspace& memory,
                         : 0;
   work.frame.depth = frame.grid.depth;
   work.frame.voxel_count = frame.size();
-  fast::NibbleEncoder coder(work.ranges);
+  rans::NibbleEncoder coder(work.ranges);
   code(coder, work, frame.intensities.data());
-  coder.finish(fast::Interleaving::One, work.words, payload);
+  coder.finish(rans::Interleaving::One, work.words, payload);
   learn();
 }
 
@@ -181,8 +181,8 @@ ChangeCoder::decode(CodingWorkspace& memory,
   collectBlocks();
   reserveAhead(changed_, last_.blocks.size());
   changed_.assign(last_.blocks.size(), 0);
-  fast::NibbleDecoder coder(
-      payload.begin, payload.end, fast::Interleaving::One, work.bytes);
+  rans::NibbleDecoder coder(
+      payload.begin, payload.end, rans::Interleaving::One, work.bytes);
   if (coder.isOverrun() || !code(coder, work, nullptr) || !coder.isAtEnd())
     return false;
   reserveAhead(frame.intensities, next_.symbols.size());

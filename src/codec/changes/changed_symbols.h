@@ -17,7 +17,7 @@ namespace changes {
 
 /** \brief Codes what the cells that change become, and copies the symbols of the
  * others (doc/bitstream_changes.md, "Symbols").
- * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
+ * \tparam Coder rans::NibbleEncoder or rans::NibbleDecoder
  */
 template <class Coder>
 class ChangedSymbols {

@@ -3,7 +3,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "codec/depth_split.h"
-#include "codec/fast/classed_row.h"
+#include "codec/rans/classed_row.h"
 #include "voxels/voxel_block.h"
 
 #include <cstdint>
@@ -65,7 +65,7 @@ private:
   void
   collectClasses();
 
-  ClassedRow residuals_;
+  rans::ClassedRow residuals_;
 
   /** \brief Scratch of the current frame; a member so that its memory is reused. */
   struct Workspace {

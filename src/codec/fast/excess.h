@@ -1,7 +1,7 @@
 #pragma once
 
-#include "codec/fast/nibble_model.h"
 #include "codec/point_symbols.h"
+#include "codec/rans/nibble_model.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ codeExcess(Coder& coder, CountsT& counts)
     unsigned int left = coder.codeBits(5, Coder::is_decoder ? 0 : highestBit(target));
     std::uint32_t number = 1;
     while (left > 0) {
-      const unsigned int part = std::min(left, probability_bits);
+      const unsigned int part = std::min(left, rans::probability_bits);
       left -= part;
       number =
           number << part | coder.codeBits(part, target >> left & ((1u << part) - 1));

@@ -1,7 +1,7 @@
 #include "codec/fast/intensities.h"
 
-#include "codec/fast/entropy_coder.h"
 #include "codec/fast/symbol_statistics.h"
+#include "codec/rans/entropy_coder.h"
 
 #include <algorithm>
 
@@ -97,12 +97,12 @@ Intensities::codeRunning(Coder& coder_now,
     unsigned int value = Coder::is_decoder ? 0u : symbols[i];
     unsigned int bin = Coder::is_decoder ? 0 : binOf(value);
     const unsigned int symbol = coder.code(models.running_symbol[running.contextOf()],
-                                           std::min(bin - lowest, escape));
+                                           std::min(bin - lowest, rans::escape));
     bin = lowest + symbol;
     if (moreThanNibble(symbol, bin) != 0) {
       // By a copy, so that the coder itself stays in registers.
       Coder copy = coder;
-      if (symbol == escape && !codeWholeBin(copy, models, lowest, value, bin))
+      if (symbol == rans::escape && !codeWholeBin(copy, models, lowest, value, bin))
         return false;
       if (!codeValue(copy, bin, value))
         return false;
@@ -151,7 +151,7 @@ Intensities::codeRow(Coder& coder,
     const std::uint16_t* const bins = binsOf(symbols);
     for (std::size_t i = 0; i < count; ++i) {
       const auto above = static_cast<std::uint16_t>(bins[i] - lowest[i]);
-      coded[i] = static_cast<std::uint8_t>(above < escape ? above : escape);
+      coded[i] = static_cast<std::uint8_t>(above < rans::escape ? above : rans::escape);
     }
     coder.codeRow(models.symbol.data(), contexts, coded, count);
     learnRow(statistics, contexts); // the contexts are not needed any more
@@ -218,7 +218,7 @@ Intensities::codeNotedBins(Coder& coder,
     unsigned int value = symbols[voxel];
     // In a decoder the symbol is the bin as far as it is coded.
     unsigned int bin = Coder::is_decoder ? value : binOf(value);
-    if (bin - lowest >= escape) {
+    if (bin - lowest >= rans::escape) {
       if (!codeWholeBin(coder, models, lowest, value, bin))
         return false;
       statistics[cell_indices_[voxel]] = symbol_statistics::next(before, bin);
@@ -250,7 +250,7 @@ Intensities::codeWholeBin(Coder& coder,
   bin = Coder::is_decoder ? 0 : binOf(value);
   const unsigned int high = coder.code(models.escape_high, bin >> 4);
   bin = high << 4 | coder.code(models.escape_low[high & 7], bin & 15);
-  return bin - lowest >= escape;
+  return bin - lowest >= rans::escape;
 }
 
 /** \brief Codes the low bits of a value in a bin; a decoder sets the value. */
@@ -274,21 +274,21 @@ Intensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
 }
 
 template bool
-Intensities::code(NibbleEncoder&,
+Intensities::code(rans::NibbleEncoder&,
                   SymbolModels&,
                   const FrameBlocks&,
                   StatisticsTable&,
                   unsigned int,
                   const std::uint16_t*);
 template bool
-Intensities::code(SymbolSink&,
+Intensities::code(rans::SymbolSink&,
                   SymbolModels&,
                   const FrameBlocks&,
                   StatisticsTable&,
                   unsigned int,
                   const std::uint16_t*);
 template bool
-Intensities::code(NibbleDecoder&,
+Intensities::code(rans::NibbleDecoder&,
                   SymbolModels&,
                   const FrameBlocks&,
                   StatisticsTable&,

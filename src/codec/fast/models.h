@@ -2,9 +2,9 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/byte_table.h"
 #include "codec/fast/history.h"
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/byte_table.h"
+#include "codec/rans/nibble_model.h"
 #include "voxels/child_masks.h"
 
 #include <array>
@@ -17,8 +17,8 @@ namespace fast {
 /** \brief Models of a mask of eight children: low nibble, then high nibble. The context
  * is the mask of the children that are likely. */
 struct MaskModels {
-  std::array<NibbleModel, 16> low; ///< by the likely ones of children 0 to 3
-  std::array<NibbleModel, 64>
+  std::array<rans::NibbleModel, 16> low; ///< by the likely ones of children 0 to 3
+  std::array<rans::NibbleModel, 64>
       high; ///< by the low nibble and how many others are likely
 };
 
@@ -39,8 +39,9 @@ codeMask(Coder& coder, MaskModels& models, unsigned int likely, unsigned int mas
 /** \brief Models of the masks of an octree's nodes, as MaskModels, but also by which of a
  * node's neighbours at +x, +y and +z there are. */
 struct NodeModels {
-  std::array<NibbleModel, 64> low;   ///< by likely ones, and neighbours at +y and +z
-  std::array<NibbleModel, 512> high; ///< by what MaskModels has, and neighbours
+  std::array<rans::NibbleModel, 64>
+      low; ///< by likely ones, and neighbours at +y and +z
+  std::array<rans::NibbleModel, 512> high; ///< by what MaskModels has, and neighbours
 };
 
 /** \brief Codes the mask of a node's children.
@@ -66,10 +67,11 @@ codeNode(Coder& coder,
 
 /** \brief Models of symbols: of intensities, or of numbers of points. */
 struct SymbolModels {
-  std::array<NibbleModel, 126> symbol;         ///< by statistics of the voxel
-  std::array<NibbleModel, 125> running_symbol; ///< by running statistics; I-frames
-  NibbleModel escape_high;
-  std::array<NibbleModel, 8> escape_low; ///< by high bits
+  std::array<rans::NibbleModel, 126> symbol; ///< by statistics of the voxel
+  std::array<rans::NibbleModel, 125>
+      running_symbol; ///< by running statistics; I-frames
+  rans::NibbleModel escape_high;
+  std::array<rans::NibbleModel, 8> escape_low; ///< by high bits
 };
 
 /** \brief All adaptive probabilities of effort fast, initially those of an I-frame. */
@@ -81,9 +83,10 @@ struct Models {
   std::array<std::uint16_t, voxel_past::count> tracked_probability{};
 
   // New voxels in tracked blocks.
-  std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
-  std::array<NibbleModel, 12> cell;   ///< by numbers of near and of open cells
-  MaskModels several;                 ///< masks of several octants or cells
+  std::array<rans::NibbleModel, 32>
+      octant; ///< by activity and whether the block is empty
+  std::array<rans::NibbleModel, 12> cell; ///< by numbers of near and of open cells
+  MaskModels several;                     ///< masks of several octants or cells
 
   NodeModels node; ///< of the octree of new blocks
 

@@ -1,7 +1,7 @@
 #include "codec/fast/new_blocks.h"
 
 #include "bytes/reserve_ahead.h"
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
@@ -197,9 +197,9 @@ NewBlocks::setCells(FrameBlocks& frame) const
 }
 
 template bool
-NewBlocks::code(NibbleEncoder&, NodeModels&, FrameBlocks&);
+NewBlocks::code(rans::NibbleEncoder&, NodeModels&, FrameBlocks&);
 template bool
-NewBlocks::code(NibbleDecoder&, NodeModels&, FrameBlocks&);
+NewBlocks::code(rans::NibbleDecoder&, NodeModels&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

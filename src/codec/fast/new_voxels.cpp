@@ -1,7 +1,7 @@
 #include "codec/fast/new_voxels.h"
 
 #include "codec/fast/child_rank.h"
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
@@ -326,11 +326,17 @@ NewVoxels::codeSeveralCells(Coder& coder,
 }
 
 template bool
-NewVoxels::code(
-    NibbleEncoder&, Models&, const History&, const StatisticsTable&, FrameBlocks&);
+NewVoxels::code(rans::NibbleEncoder&,
+                Models&,
+                const History&,
+                const StatisticsTable&,
+                FrameBlocks&);
 template bool
-NewVoxels::code(
-    NibbleDecoder&, Models&, const History&, const StatisticsTable&, FrameBlocks&);
+NewVoxels::code(rans::NibbleDecoder&,
+                Models&,
+                const History&,
+                const StatisticsTable&,
+                FrameBlocks&);
 
 } // namespace fast
 } // namespace io

@@ -3,10 +3,10 @@
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
 #include "bytes/reserve_ahead.h"
-#include "codec/fast/entropy_coder.h"
 #include "codec/fast/excess.h"
 #include "codec/fast/octant_list.h"
 #include "codec/point_symbols.h"
+#include "codec/rans/entropy_coder.h"
 
 #include <algorithm>
 #include <utility>
@@ -178,13 +178,13 @@ Payload::appendVoxels(Models& models,
   work.frame.is_apart = part != HistoryPart::Used;
   if (work.frame.is_apart)
     matchHistory(no_history, frame.keys, work.frame);
-  NibbleEncoder coder(work.ranges);
+  rans::NibbleEncoder coder(work.ranges);
   if (!is_i_frame_)
     codePart(coder, part);
   codeOccupancy(coder, models);
   expandBlocks<false>(work.frame, nullptr);
   codeSymbols(coder, models, frame, symbols.data());
-  coder.finish(interleavingOf(frame.size()), work.words, payload);
+  coder.finish(rans::interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
   return payload.size() - begin;
 }
@@ -199,7 +199,7 @@ Payload::followVoxels(const VoxelFrame& frame,
 {
   Workspace& work = *work_;
   History& after = work.next_history;
-  SymbolSink sink;
+  rans::SymbolSink sink;
   work.frame.is_apart = false;
   changed_rows_ = 0;
   matchHistory(history_, frame.keys, work.frame);
@@ -280,7 +280,8 @@ Payload::decodeVoxels(const std::uint8_t* begin,
 {
   Workspace& work = *work_;
   *work.models = is_i_frame_ ? firstModels(has_points_) : *models_;
-  NibbleDecoder coder(begin, end, interleavingOf(work.frame.voxel_count), work.bytes);
+  rans::NibbleDecoder coder(
+      begin, end, rans::interleavingOf(work.frame.voxel_count), work.bytes);
   if (coder.isOverrun())
     return false;
   part_ = is_i_frame_ ? HistoryPart::Replaced : codePart(coder, HistoryPart::Used);

@@ -1,7 +1,7 @@
 #include "codec/fast/tracked_voxels.h"
 
 #include "bytes/reserve_ahead.h"
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/voxel_block.h"
 
@@ -251,13 +251,15 @@ TrackedVoxels::splitBucket(Coder& coder,
                indices_end - from - static_cast<std::ptrdiff_t>(count)),
       endOf(after, past_if_empty),
       first_occupied};
-  if (!coder.codeRow(
-          occupancyTable(models.tracked_probability[past]), bytes, count / 8, split))
+  if (!coder.codeRow(rans::occupancyTable(models.tracked_probability[past]),
+                     bytes,
+                     count / 8,
+                     split))
     return false;
   from = split.from;
   CellIndex* if_empty = split.if_empty;
   CellIndex* if_occupied = split.if_occupied;
-  BitModel last_model(models.tracked_probability[past]);
+  rans::BitModel last_model(models.tracked_probability[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =
         coder.code(last_model, Coder::is_decoder ? 0 : isOccupied(*from));
@@ -279,11 +281,13 @@ TrackedVoxels::splitBucket(Coder& coder,
 }
 
 template bool
-TrackedVoxels::code(NibbleEncoder&, Models&, const History&, History&, FrameBlocks&);
+TrackedVoxels::code(
+    rans::NibbleEncoder&, Models&, const History&, History&, FrameBlocks&);
 template bool
-TrackedVoxels::code(SymbolSink&, Models&, const History&, History&, FrameBlocks&);
+TrackedVoxels::code(rans::SymbolSink&, Models&, const History&, History&, FrameBlocks&);
 template bool
-TrackedVoxels::code(NibbleDecoder&, Models&, const History&, History&, FrameBlocks&);
+TrackedVoxels::code(
+    rans::NibbleDecoder&, Models&, const History&, History&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

@@ -50,17 +50,17 @@ constexpr std::size_t most_wide_symbols = 12;
 template <class CodingT>
 PCL_EXT_ALWAYS_INLINE bool
 codeWide(CodingT& coding,
-         fast::NibbleModel& lengths,
+         rans::NibbleModel& lengths,
          WideNumberModels& models,
          std::uint64_t& number)
 {
   unsigned int left = CodingT::is_decoder ? 0 : bitLength(number);
   unsigned int length = 0;
-  fast::NibbleModel* model = &lengths;
-  for (unsigned int nibble = fast::escape; nibble == fast::escape && length < 64;
+  rans::NibbleModel* model = &lengths;
+  for (unsigned int nibble = rans::escape; nibble == rans::escape && length < 64;
        model = &models.further_lengths) {
-    nibble = coding.codeNibble(*model, std::min(left, fast::escape));
-    left -= std::min(left, fast::escape);
+    nibble = coding.codeNibble(*model, std::min(left, rans::escape));
+    left -= std::min(left, rans::escape);
     length += nibble;
   }
   if (length > 64)

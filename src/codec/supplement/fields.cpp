@@ -1,6 +1,6 @@
 #include "codec/supplement/fields.h"
 
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "codec/supplement/field_pass.h"
 #include "voxels/ascending_keys.h"
 #include "voxels/lower_neighbours.h"
@@ -165,13 +165,13 @@ FieldCoder::code(CodingT& coding,
 }
 
 template bool
-FieldCoder::code(NumberCoding<fast::NibbleEncoder>&,
+FieldCoder::code(NumberCoding<rans::NibbleEncoder>&,
                  bool,
                  bool,
                  const std::array<std::int32_t, 3>&,
                  const VoxelFrame&);
 template bool
-FieldCoder::code(NumberCoding<fast::NibbleDecoder>&,
+FieldCoder::code(NumberCoding<rans::NibbleDecoder>&,
                  bool,
                  bool,
                  const std::array<std::int32_t, 3>&,

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 #include "codec/supplement/direction_table.h"
 #include "codec/supplement/numbers.h"
 #include "voxels/block_directory.h"
@@ -20,8 +20,8 @@ namespace supplement {
 
 /** \brief Models of the sizes and the bits of large numbers. */
 struct WideNumberModels {
-  fast::NibbleModel further_lengths;
-  std::array<fast::NibbleModel, 65> tails; ///< highest bits, by length
+  rans::NibbleModel further_lengths;
+  std::array<rans::NibbleModel, 65> tails; ///< highest bits, by length
 };
 
 /** \brief What encoder and decoder learn of one field. */
@@ -29,8 +29,8 @@ struct FieldState {
   static constexpr std::size_t activity_classes = 16;
   static constexpr std::size_t spread_classes = 8;
 
-  std::array<fast::NibbleModel, activity_classes * spread_classes> lengths;
-  fast::NibbleModel dictionary_lengths;
+  std::array<rans::NibbleModel, activity_classes * spread_classes> lengths;
+  rans::NibbleModel dictionary_lengths;
   WideNumberModels wide;
   bool has_dictionary = false;
   std::vector<std::uint64_t> dictionary; ///< ascending; of the last frame
@@ -105,13 +105,13 @@ private:
 };
 
 extern template bool
-FieldCoder::code(NumberCoding<fast::NibbleEncoder>&,
+FieldCoder::code(NumberCoding<rans::NibbleEncoder>&,
                  bool,
                  bool,
                  const std::array<std::int32_t, 3>&,
                  const VoxelFrame&);
 extern template bool
-FieldCoder::code(NumberCoding<fast::NibbleDecoder>&,
+FieldCoder::code(NumberCoding<rans::NibbleDecoder>&,
                  bool,
                  bool,
                  const std::array<std::int32_t, 3>&,

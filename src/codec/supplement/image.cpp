@@ -1,8 +1,8 @@
 #include "codec/supplement/image.h"
 
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "codec/supplement/image_pass.h"
-#include "voxelizing/radix_sort.h"
+#include "voxels/radix_sort.h"
 
 namespace pcl_ext {
 namespace io {
@@ -40,12 +40,12 @@ ImageCoder::code(CodingT& coding,
 }
 
 template bool
-ImageCoder::code(NumberCoding<fast::NibbleEncoder>&,
+ImageCoder::code(NumberCoding<rans::NibbleEncoder>&,
                  bool,
                  std::uint64_t,
                  const VoxelFrame&);
 template bool
-ImageCoder::code(NumberCoding<fast::NibbleDecoder>&, bool, std::uint64_t, VoxelFrame&);
+ImageCoder::code(NumberCoding<rans::NibbleDecoder>&, bool, std::uint64_t, VoxelFrame&);
 
 /** \brief Sets the points by pixels from those by voxels. */
 void

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 #include "codec/supplement/fields.h"
 #include "codec/supplement/numbers.h"
 
@@ -28,11 +28,11 @@ struct ImageModels {
   static constexpr std::size_t margin_classes = 8;
   static constexpr std::size_t miss_classes = 4;
 
-  std::array<fast::BitModel, 64> is_point;
-  std::array<fast::BitModel, 64> is_at_sensor;
-  std::array<fast::NibbleModel, gradient_classes * error_classes> depths;
-  std::array<fast::BitModel, margin_classes * miss_classes> is_on_ray;
-  std::array<fast::NibbleModel, 3 * miss_classes> offsets;
+  std::array<rans::BitModel, 64> is_point;
+  std::array<rans::BitModel, 64> is_at_sensor;
+  std::array<rans::NibbleModel, gradient_classes * error_classes> depths;
+  std::array<rans::BitModel, margin_classes * miss_classes> is_on_ray;
+  std::array<rans::NibbleModel, 3 * miss_classes> offsets;
   WideNumberModels wide;
 };
 
@@ -101,12 +101,12 @@ private:
 };
 
 extern template bool
-ImageCoder::code(NumberCoding<fast::NibbleEncoder>&,
+ImageCoder::code(NumberCoding<rans::NibbleEncoder>&,
                  bool,
                  std::uint64_t,
                  const VoxelFrame&);
 extern template bool
-ImageCoder::code(NumberCoding<fast::NibbleDecoder>&, bool, std::uint64_t, VoxelFrame&);
+ImageCoder::code(NumberCoding<rans::NibbleDecoder>&, bool, std::uint64_t, VoxelFrame&);
 
 } // namespace supplement
 } // namespace io

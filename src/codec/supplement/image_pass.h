@@ -326,7 +326,7 @@ private:
   /** \brief Codes how far a voxel is from the expected one on one axis. */
   bool
   codeOffset(CodingT& coding,
-             fast::NibbleModel& lengths,
+             rans::NibbleModel& lengths,
              std::int64_t expected,
              std::int64_t& position)
   {

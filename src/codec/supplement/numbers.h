@@ -2,8 +2,8 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/entropy_coder.h"
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/entropy_coder.h"
+#include "codec/rans/nibble_model.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace supplement {
 /** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their
  * context, larger ones after an escape (doc/bitstream_supplement.md, "Numbers"). Loops
  * use a copy, which stays in registers.
- * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
+ * \tparam Coder rans::NibbleEncoder or rans::NibbleDecoder
  */
 template <class Coder>
 class NumberCoding {
@@ -25,7 +25,7 @@ public:
   static constexpr bool is_decoder = Coder::is_decoder;
 
   /** \param[in,out] lengths model of the lengths of large numbers */
-  NumberCoding(const Coder& coder, fast::NibbleModel& lengths)
+  NumberCoding(const Coder& coder, rans::NibbleModel& lengths)
   : coder_(coder), lengths_(&lengths)
   {}
 
@@ -49,14 +49,14 @@ public:
    * \return the number; of forged bytes below 2^33
    */
   PCL_EXT_ALWAYS_INLINE std::uint64_t
-  code(fast::NibbleModel& model, std::uint32_t number)
+  code(rans::NibbleModel& model, std::uint32_t number)
   {
-    const unsigned int symbol = coder_.code(model, std::min(number, fast::escape));
-    if (symbol < fast::escape)
+    const unsigned int symbol = coder_.code(model, std::min(number, rans::escape));
+    if (symbol < rans::escape)
       return symbol;
     // A copy, as what is passed by reference does not stay in registers.
     NumberCoding copy = *this;
-    const std::uint64_t coded = fast::escape + copy.codeLarge(number - fast::escape);
+    const std::uint64_t coded = rans::escape + copy.codeLarge(number - rans::escape);
     *this = copy;
     return coded;
   }
@@ -67,7 +67,7 @@ public:
   {
     std::uint64_t coded = 0;
     while (count > 0) {
-      const unsigned int part = std::min(count, fast::probability_bits);
+      const unsigned int part = std::min(count, rans::probability_bits);
       count -= part;
       const auto target =
           static_cast<unsigned int>(number >> count & ((1u << part) - 1));
@@ -78,14 +78,14 @@ public:
 
   /** \brief Codes a nibble. */
   PCL_EXT_ALWAYS_INLINE unsigned int
-  codeNibble(fast::NibbleModel& model, unsigned int nibble)
+  codeNibble(rans::NibbleModel& model, unsigned int nibble)
   {
     return coder_.code(model, nibble);
   }
 
   /** \brief Codes a bit. */
   PCL_EXT_ALWAYS_INLINE bool
-  codeBit(fast::BitModel& model, bool bit)
+  codeBit(rans::BitModel& model, bool bit)
   {
     return coder_.code(model, bit ? 1u : 0u) != 0;
   }
@@ -113,7 +113,7 @@ private:
   }
 
   Coder coder_;
-  fast::NibbleModel* lengths_;
+  rans::NibbleModel* lengths_;
 };
 
 } // namespace supplement

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -23,14 +23,14 @@ struct RefinementModels {
   static constexpr std::size_t count_classes = 16;
 
   /** \brief A coarse voxel's number of voxels, by that of the coarse voxel before. */
-  std::array<fast::NibbleModel, count_classes> count;
+  std::array<rans::NibbleModel, count_classes> count;
   /** \brief How many of 2..14 voxels are in the lower half, by axis. */
-  std::array<std::array<fast::NibbleModel, largest_count + 1>, 3> split;
+  std::array<std::array<rans::NibbleModel, largest_count + 1>, 3> split;
   /** \brief How many of more voxels: 0 none, 1 all, 2 some; by axis. */
-  std::array<fast::NibbleModel, 3> split_kind;
+  std::array<rans::NibbleModel, 3> split_kind;
   /** \brief Bits of a single voxel: by level and axis, the same bit of the single voxel
    * before, and whether all higher bits of the axis were as there. */
-  std::array<std::array<fast::BitModel, 4>, 63> single;
+  std::array<std::array<rans::BitModel, 4>, 63> single;
 };
 
 /** \brief Codes the voxels of coarse voxels, each a cube of 2^levels voxels along its

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace supplement {
 struct ResidualModels {
   static constexpr std::size_t class_count = 21;
 
-  std::array<fast::NibbleModel, class_count> folded;
+  std::array<rans::NibbleModel, class_count> folded;
 };
 
 /** \brief 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ...; where the values of one side are

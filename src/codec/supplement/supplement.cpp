@@ -2,7 +2,7 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "codec/supplement/numbers.h"
 #include "simd/bit_operations.h"
 
@@ -39,12 +39,12 @@ SupplementCoder::encode(const Parameters& parameters,
                         std::vector<std::uint8_t>& bytes)
 {
   *next_models_ = parameters.is_i_frame ? Models() : *models_;
-  const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
+  const rans::Interleaving interleaving = rans::interleavingOf(parameters.voxel_count);
   Sizes sizes;
   reserveSymbols(parameters);
   changes_image_ = false;
   if (parameters.content.hasVoxels()) {
-    fast::NibbleEncoder coder(ranges_);
+    rans::NibbleEncoder coder(ranges_);
     codeVoxels(coder, parameters, frame);
     bytes_.clear();
     coder.finish(interleaving, words_, bytes_);
@@ -55,7 +55,7 @@ SupplementCoder::encode(const Parameters& parameters,
     sizes.voxels = bytes.size() - begin;
   }
   const std::size_t begin = bytes.size();
-  fast::NibbleEncoder coder(ranges_);
+  rans::NibbleEncoder coder(ranges_);
   codeAttributes(coder, parameters, frame);
   coder.finish(interleaving, words_, bytes);
   sizes.attributes = bytes.size() - begin;
@@ -86,7 +86,7 @@ SupplementCoder::decode(const Parameters& parameters,
                         Sizes& sizes)
 {
   *next_models_ = parameters.is_i_frame ? Models() : *models_;
-  const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
+  const rans::Interleaving interleaving = rans::interleavingOf(parameters.voxel_count);
   sizes = {0, static_cast<std::size_t>(end - begin)};
   changes_image_ = false;
   if (parameters.content.hasVoxels()) {
@@ -97,14 +97,14 @@ SupplementCoder::decode(const Parameters& parameters,
         size > sizes.attributes - source.consumed())
       return false;
     begin += source.consumed();
-    fast::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
+    rans::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
     if (coder.isOverrun() || !codeVoxels(coder, parameters, frame) || !coder.isAtEnd())
       return false;
     begin += size;
     sizes.voxels = sizes.attributes - static_cast<std::size_t>(end - begin);
     sizes.attributes -= sizes.voxels;
   }
-  fast::NibbleDecoder coder(begin, end, interleaving, bytes_);
+  rans::NibbleDecoder coder(begin, end, interleaving, bytes_);
   return !coder.isOverrun() && codeAttributes(coder, parameters, frame) &&
          coder.isAtEnd();
 }

@@ -90,11 +90,11 @@ public:
 private:
   /** \brief Models as at an I-frame. */
   struct Models {
-    fast::NibbleModel lengths; ///< of large numbers
+    rans::NibbleModel lengths; ///< of large numbers
     RefinementModels refinement;
     ResidualModels intensities;
     /** \brief By the number of bits of the last one. */
-    std::array<fast::NibbleModel, 8> point_counts;
+    std::array<rans::NibbleModel, 8> point_counts;
     ColourModels colours;
   };
 

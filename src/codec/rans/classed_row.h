@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 
 #include <array>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 /** \brief Codes rows of small numbers, each with a class that encoder and decoder know,
  * such as the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each
@@ -94,6 +94,6 @@ private:
   Workspace work_;
 };
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

@@ -1,4 +1,4 @@
-#include "codec/fast/byte_table.h"
+#include "codec/rans/byte_table.h"
 
 #include <algorithm>
 #include <cstring>
@@ -6,7 +6,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 void
 ByteTable::set(const Weights& weights)
@@ -69,6 +69,6 @@ occupancyTable(unsigned int probability)
   return tables->tables[OccupancyTables::index(tableProbability(probability))];
 }
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

@@ -12,7 +12,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 /** \brief Probabilities of symbols are multiples of 2^-12. */
 constexpr unsigned int probability_bits = 12;
@@ -141,6 +141,6 @@ private:
   std::uint16_t ones_ = 1u << 15;
 };
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/nibble_model.h"
 
 #include <array>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 /** \brief Fixed probabilities of the 256 values of a byte. */
 class ByteTable {
@@ -60,6 +60,6 @@ tableProbability(unsigned int probability)
 const ByteTable&
 occupancyTable(unsigned int probability);
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

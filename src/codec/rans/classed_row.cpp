@@ -1,13 +1,13 @@
-#include "codec/fast/classed_row.h"
+#include "codec/rans/classed_row.h"
 
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 namespace {
 
@@ -92,6 +92,6 @@ ClassedRow::decode(const std::uint8_t* begin,
          coder.isAtEnd();
 }
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

@@ -1,4 +1,4 @@
-#include "codec/fast/entropy_coder.h"
+#include "codec/rans/entropy_coder.h"
 
 #include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
@@ -8,7 +8,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 namespace {
 
@@ -129,6 +129,6 @@ NibbleDecoder::isAtEnd() const
          third_ == lowest_state && fourth_ == lowest_state;
 }
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext

@@ -2,8 +2,8 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/byte_table.h"
-#include "codec/fast/nibble_model.h"
+#include "codec/rans/byte_table.h"
+#include "codec/rans/nibble_model.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace pcl_ext {
 namespace io {
-namespace fast {
+namespace rans {
 
 /** \brief Number of interleaved rANS states: one takes fewer bytes, four less time
  * (doc/implementation_notes.md, "Four rANS states"). */
@@ -417,6 +417,6 @@ NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne dec
   return !coder.isOverrun();
 }
 
-} // namespace fast
+} // namespace rans
 } // namespace io
 } // namespace pcl_ext
