@@ -43,7 +43,8 @@ protected:
       shown_from_.push_back(shownFrom(i, GetParam(), make_));
   }
 
-  /** \brief Sends all inputs; the n-th allocation of one of them fails.
+  /** \brief Sends all inputs; the n-th allocation of one of them fails. Where all later
+   * ones fail, too, it is sent again after that.
    * \return false if it has no n-th allocation
    */
   bool
@@ -53,6 +54,7 @@ protected:
     FrameReceiver receiver;
     bool has_failed = false;
     bool is_lost = false;
+    const std::size_t next = failing_input + (do_later_ones_fail ? 0 : 1);
     for (std::size_t i = 0; i < GetParam().inputs; ++i) {
       Bytes bytes;
       bool is_sent = false;
@@ -64,13 +66,15 @@ protected:
       if (!is_sent) {
         EXPECT_TRUE(i == failing_input && has_failed);
         is_lost = true;
-        continue;
+        if (!do_later_ones_fail)
+          continue;
+        EXPECT_TRUE(sender->send(i, bytes));
       }
       Shown shown;
       EXPECT_TRUE(receiver.receive(bytes, shown));
       if (is_lost) {
         // As of a sender that begins there, whose first frame is an I-frame.
-        const Shown& expected = shown_from_[failing_input + 1][i - failing_input - 1];
+        const Shown& expected = shown_from_[next][i - next];
         EXPECT_EQ(shown.is_i_frame, expected.is_i_frame);
         EXPECT_EQ(shown.voxels.empty(), expected.voxels.empty());
         if (GetParam().begins_anew)
