@@ -1,10 +1,10 @@
 """Draws the results of table `points`: bytes a frame, a column for each cloud, a row for each
 voxel edge.
 
-    /usr/bin/python3 benchmarks/draw_points.py <results.csv> <picture>
+    /usr/bin/python3 benchmarks/draw_points.py <what the program printed> <picture>
 """
 
-import csv
+import pathlib
 import sys
 
 import matplotlib
@@ -19,13 +19,16 @@ PEER_COLOUR = "#b3b3b3"
 
 
 def read_kilobytes(file):
-    """By cloud, edge in cm and coder, in the order of the file."""
+    """The first table by cloud, edge and coder."""
+    lines = pathlib.Path(file).read_text(encoding="utf-8").splitlines()
+    first = next(number for number, line in enumerate(lines) if line.startswith("|"))
+    header, _, *rows = ([cell.strip() for cell in line.strip("|").split("|")]
+                        for line in lines[first:lines.index("", first)])
     clouds = {}
-    with open(file, newline="", encoding="utf-8") as lines:
-        for row in csv.DictReader(lines):
-            edges = clouds.setdefault(row["sensor"], {})
-            coders = edges.setdefault(float(row["resolution_cm"]), {})
-            coders[" ".join(row["coder"].split())] = float(row["mean"]) / 1000
+    for name, edge, *sizes in rows:
+        edges = clouds.setdefault(name.split(",")[0], {})
+        edges[edge] = {coder: float(size.replace(",", ""))
+                       for coder, size in zip(header[2:], sizes)}
     return clouds
 
 
@@ -40,8 +43,7 @@ def draw(clouds, picture):
                 for coder in coders])
             axes.bar_label(bars, [f"{size:.1f}" for size in coders.values()], padding=3,
                            fontsize=9)
-            axes.set_title(f"{cloud}, {f'{edge:g} cm' if edge >= 1 else f'{10 * edge:g} mm'}",
-                           fontsize=10, loc="left")
+            axes.set_title(f"{cloud}, {edge}", fontsize=10, loc="left")
             # Room for the numbers.
             axes.set_xlim(0, 1.2 * max(coders.values()))
             axes.set_xticks([])

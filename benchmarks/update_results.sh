@@ -21,7 +21,6 @@ page=$(mktemp)
 trap 'rm -f "$results" "$page"' EXIT
 # shellcheck disable=SC2086 # several tables
 measure() { "$build/benchmarks/benchmark" "$@" --tables $tables; }
-[ "$section" != points ] || set -- --results "$build/points.csv" "$@"
 measure "$@" | tee "$results"
 if [ "$section" = scale ]; then
   # Without the machine, which is printed above.
@@ -44,6 +43,6 @@ replace_results() {
 replace_results "$root/doc/benchmarks.md" "$results"
 if [ "$section" = points ]; then
   # Debian's Python, which has the installed packages.
-  /usr/bin/python3 -B "$root/benchmarks/draw_points.py" "$build/points.csv" "$root/doc/points.webp"
+  /usr/bin/python3 -B "$root/benchmarks/draw_points.py" "$results" "$root/doc/points.webp"
   replace_results "$root/README.md" <(awk '/^### .*times/ { exit } /^\|/; END { print "" }' "$results")
 fi

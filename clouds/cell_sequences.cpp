@@ -31,17 +31,13 @@ toMessage(const pcl::PointCloud<PointT>& points, pcl::PCLPointCloud2& cloud)
 
 class CellSequence : public CloudSequence {
 public:
-  CellSequence(unsigned int sensor,
-               std::size_t frames,
-               std::uint32_t seed,
-               const cell::SensorMotion& motion)
+  CellSequence(unsigned int sensor, std::size_t frames, std::uint32_t seed)
   : CloudSequence("cell_sensor_" + std::to_string(sensor))
   , sensor_(sensor)
   , frames_(frames)
   , cell_(seed)
   {
     cell_.sensorPose(sensor); // throws if there is no such sensor
-    cell_.moveSensor(sensor, motion);
   }
 
   std::size_t
@@ -54,12 +50,6 @@ public:
   sensorPose() const override
   {
     return cell_.sensorPose(sensor_);
-  }
-
-  Eigen::Isometry3d
-  sensorPoseAt(std::size_t index) const override
-  {
-    return cell_.sensorPose(sensor_, static_cast<std::uint32_t>(index));
   }
 
   void
@@ -78,15 +68,11 @@ private:
 
 class LidarSequence : public CloudSequence {
 public:
-  LidarSequence(std::size_t revolutions,
-                std::uint32_t seed,
-                const cell::SensorMotion& motion)
+  LidarSequence(std::size_t revolutions, std::uint32_t seed)
   : CloudSequence("cell_sensor_" + std::to_string(cell::RobotCell::lidar))
   , revolutions_(revolutions)
   , cell_(seed)
-  {
-    cell_.moveSensor(cell::RobotCell::lidar, motion);
-  }
+  {}
 
   std::size_t
   size() const override
@@ -98,12 +84,6 @@ public:
   sensorPose() const override
   {
     return cell_.lidarPose();
-  }
-
-  Eigen::Isometry3d
-  sensorPoseAt(std::size_t index) const override
-  {
-    return cell_.lidarPose(static_cast<std::uint32_t>(index));
   }
 
   void
@@ -122,20 +102,15 @@ private:
 } // namespace
 
 std::unique_ptr<CloudSequence>
-openCell(unsigned int sensor,
-         std::size_t frames,
-         std::uint32_t seed,
-         const cell::SensorMotion& motion)
+openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed)
 {
-  return std::make_unique<CellSequence>(sensor, frames, seed, motion);
+  return std::make_unique<CellSequence>(sensor, frames, seed);
 }
 
 std::unique_ptr<CloudSequence>
-openCellLidar(std::size_t revolutions,
-              std::uint32_t seed,
-              const cell::SensorMotion& motion)
+openCellLidar(std::size_t revolutions, std::uint32_t seed)
 {
-  return std::make_unique<LidarSequence>(revolutions, seed, motion);
+  return std::make_unique<LidarSequence>(revolutions, seed);
 }
 
 } // namespace clouds

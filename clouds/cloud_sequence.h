@@ -47,16 +47,9 @@ public:
   virtual std::size_t
   size() const = 0;
 
-  /** \brief Pose of the sensor, sensor -> world; of one that moves, in cloud 0. */
+  /** \brief Pose of the sensor, sensor -> world. */
   virtual Eigen::Isometry3d
   sensorPose() const = 0;
-
-  /** \brief Pose of the sensor in a cloud, sensor -> world. */
-  virtual Eigen::Isometry3d
-  sensorPoseAt(std::size_t /* index */) const
-  {
-    return sensorPose();
-  }
 
   /** \brief Time of a cloud; none if nothing tells those of all clouds. */
   virtual std::optional<std::chrono::nanoseconds>
@@ -120,24 +113,17 @@ describeIgnored(const std::string& folder);
  * \param[in] sensor 1..6
  * \param[in] frames number of frames
  * \param[in] seed of the random errors
- * \param[in] motion of the sensor; empty: it is fixed
  * \throws std::out_of_range if there is no such sensor
  */
 std::unique_ptr<CloudSequence>
-openCell(unsigned int sensor,
-         std::size_t frames,
-         std::uint32_t seed,
-         const cell::SensorMotion& motion = nullptr);
+openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed);
 
 /** \brief The stream of the robot cell's lidar, 10 revolutions a second.
  * \param[in] revolutions their number
  * \param[in] seed of the random errors
- * \param[in] motion of the lidar; empty: it is fixed
  */
 std::unique_ptr<CloudSequence>
-openCellLidar(std::size_t revolutions,
-              std::uint32_t seed,
-              const cell::SensorMotion& motion = nullptr);
+openCellLidar(std::size_t revolutions, std::uint32_t seed);
 
 } // namespace clouds
 } // namespace pcl_ext

@@ -3,8 +3,8 @@
 # cell, checks that the results are plausible, and writes a report as one HTML file.
 # Usage: experiments/report.sh [--frames N] [--seconds S] [--output file]
 #   --frames   of each sensor, 3 to 1000000 (1000)
-#   --seconds  of the run of all sensors at once, for each coder, 0.1 to 86400 (a twentieth
-#              of the frames)
+#   --seconds  of the run of all cameras' streams at once, for each coder, 0.1 to 600 (a
+#              twentieth of the frames, 5 at most)
 #   --output   the report, a file .html (build-run/report/report.html); the measurements
 #              are written beside it. Existing ones are replaced by a complete new report.
 set -euo pipefail
@@ -39,10 +39,10 @@ done
 # With fewer frames the results are those of single I-frames.
 [[ $frames =~ ^([3-9]|[1-9][0-9]{1,5}|1000000)$ ]] \
   || stop "--frames is '$frames'; it must be a whole number from 3 to 1000000"
-seconds=${seconds:-$(((frames + 19) / 20))}
+seconds=${seconds:-$((frames < 100 ? (frames + 19) / 20 : 5))}
 if ! [[ $seconds =~ ^[0-9]+(\.[0-9]+)?$ ]] \
-  || ! awk -v seconds="$seconds" 'BEGIN { exit !(seconds >= 0.1 && seconds <= 86400) }'; then
-  stop "--seconds is '$seconds'; it must be a number from 0.1 to 86400"
+  || ! awk -v seconds="$seconds" 'BEGIN { exit !(seconds >= 0.1 && seconds <= 600) }'; then
+  stop "--seconds is '$seconds'; it must be a number from 0.1 to 600"
 fi
 [[ ${output##*/} == ?*.html ]] || stop "--output is '$output'; it must be a file that ends in .html"
 [ ! -d "$output" ] || stop "--output is '$output', which is a folder"
@@ -60,21 +60,23 @@ build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
-cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
-  --target measure_streams measure_at_once sample_pictures measure_noise pcl_ext_program
+cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" --target benchmark pcl_ext_program
 
 measured=$new/measurements
 mkdir "$measured"
 
-programs=$build/experiments/report
 at_most() { echo $((frames < $1 ? frames : $1)); }
-"$programs/measure_streams" --frames "$frames" \
-  --machine "$measured/machine.txt" "$measured/results_streams.csv"
+# Arguments: name of the results, most frames, options of the program.
+measure() {
+  "$build/benchmarks/benchmark" --frames "$(at_most "$2")" "${@:3}" > "$measured/results_$1.csv"
+}
+measure streams "$frames" --tables streams
+# A process for each, so that none finds memory that another one left.
 for coder in published fast balanced small; do
-  "$programs/measure_at_once" --coder "$coder" --seconds "$seconds" \
-    --frames "$(at_most 60)" "$measured/results_at_once_$coder.csv"
+  measure "at_once_$coder" "$frames" --tables at_once --efforts "$coder" --seconds "$seconds"
 done
-"$programs/sample_pictures" "$measured"
+measure pictures 1 --tables pictures --folder "$measured"
+rm "$measured/results_pictures.csv"
 # The viewer with a recording of what a figure shows; arguments: figure, options of the demo.
 view_figure() {
   local program=$build/tools/bin/pcl_ext demo=$new/demo
@@ -84,31 +86,15 @@ view_figure() {
 }
 view_figure 10 --sensors 1 --law count
 view_figure 11 --sensors 6 --law quadratic
-measure_noise() {
-  local name=$1 most=$2
-  shift 2
-  echo "measure_noise: $name" >&2
-  "$build/experiments/measure_noise" --frames "$(at_most "$most")" \
-    --results "$measured/results_noise_$name.csv" "$@"
-}
-measure_noise laws 300 --part laws --sensor 1 2 3 4 5 6 7
-measure_noise laws_2cm 60 --part laws --sensor 1 --resolution 0.02
-measure_noise laws_1cm 60 --part laws --sensor 1 --resolution 0.01
-measure_noise lidar_10cm 300 --part laws --sensor 7 --resolution 0.1
-measure_noise lidar_20cm 300 --part laws --sensor 7 --resolution 0.2
-measure_noise merged 300 --part merged
-measure_noise peers 60 --part peers
-measure_noise time 60 --part time
-# The sensor with the most voxels.
-measure_noise time_2cm 20 --part time --sensor 5 --resolution 0.02
-measure_noise bytes 300 --part bytes
+# PCL's filters on one sensor alone, as they are slow.
+measure noise_1 300 --tables noise --sensors 1
+measure noise 300 --tables noise --sensors 2 3 4 5 6 --methods count linear quadratic voxels
 # The lidar has half as many revolutions a second as the cameras have frames.
 for weather in none snow dust; do
-  measure_noise "lidar_$weather" $((frames < 90 ? (frames + 1) / 2 : 45)) \
-    --part scans --weather "$weather" --resolution 0.1 \
-    --methods "filter on points" "filter on rays" "filter on voxels" "DSOR 5" "DROR 10"
+  measure "lidar_$weather" 45 --tables lidar_noise --weather "$weather" \
+    --methods filter "DSOR 5" "DROR 10"
 done
-measure_noise temporal 300 --part temporal --samples "$measured"
+measure temporal 300 --tables temporal
 
 # Debian's Python, which has the installed packages.
 python() { /usr/bin/python3 -B "$root/experiments/report/$1" "${@:2}"; }

@@ -83,14 +83,12 @@ throwUnlessOk(const io::CompressionStatus& status)
 }
 
 Preprocessing<PositionCloud>
-makePreprocessing(const Workload& workload,
-                  const InputStream& stream,
-                  std::size_t index)
+makePreprocessing(const Workload& workload, const InputStream& stream)
 {
   return makePreprocessing<PositionCloud>(workload.law,
                                           workload.resolution,
                                           kinect,
-                                          stream.clouds->sensorPoseAt(index),
+                                          stream.clouds->sensorPose(),
                                           stream.crop_box);
 }
 
@@ -124,38 +122,6 @@ openLidarStream(std::size_t revolutions)
   return {clouds::openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
 }
 
-InputStream
-openAisleStream(std::size_t frames)
-{
-  // Level, with the optical axis along y.
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear().col(1) = -Eigen::Vector3d::UnitZ();
-  pose.linear().col(2) = Eigen::Vector3d::UnitY();
-  pose.translation() = Eigen::Vector3d(1.4, 1.5, 1.5);
-  auto clouds =
-      clouds::openCell(1, frames, /* seed */ 1, [pose](double) { return pose; });
-  clouds->rename("aisle_camera");
-  return {std::move(clouds), cell::cropBox()};
-}
-
-InputStream
-openHandCameraStream(std::size_t frames)
-{
-  auto clouds = clouds::openCell(1, frames, /* seed */ 1, cell::handCamera);
-  clouds->rename("hand_camera");
-  return {std::move(clouds), std::nullopt};
-}
-
-InputStream
-openMobileLidarStream(std::size_t revolutions, double speed)
-{
-  auto clouds = clouds::openCellLidar(revolutions, /* seed */ 1, [speed](double time) {
-    return cell::mobileLidar(speed * time); // its own speed is 1 m/s
-  });
-  clouds->rename("mobile_lidar");
-  return {std::move(clouds), std::nullopt};
-}
-
 std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders)
 {
@@ -171,10 +137,11 @@ readFrames(const InputStream& stream, const Workload& workload, Keep keep)
   pcl::PCLPointCloud2 message;
   IntensityCloud points;
   std::vector<InputFrame> frames(stream.clouds->size());
+  const Preprocessing<PositionCloud> preprocess = makePreprocessing(workload, stream);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     stream.clouds->read(i, message);
     pcl::fromPCLPointCloud2(message, *frames[i].raw);
-    makePreprocessing(workload, stream, i)(*frames[i].raw, points);
+    preprocess(*frames[i].raw, points);
     if (points.empty())
       throw std::runtime_error(stream.clouds->name() + ": frame " + std::to_string(i) +
                                " has no point within the crop box");

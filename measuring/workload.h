@@ -88,12 +88,10 @@ struct InputStream {
   std::optional<io::BoundingBox> crop_box;
 };
 
-/** \brief The preprocessing of one cloud of a stream, of all of them if the sensor is
- * fixed; see makePreprocessing() of an intensity law. */
+/** \brief The preprocessing of a stream's clouds; see makePreprocessing() of an intensity
+ * law. */
 Preprocessing<PositionCloud>
-makePreprocessing(const Workload& workload,
-                  const InputStream& stream,
-                  std::size_t index = 0);
+makePreprocessing(const Workload& workload, const InputStream& stream);
 
 /** \brief The settings of a sensor's node: number of points as intensity; no colours,
  * so that recordings with and without them compare. */
@@ -109,21 +107,6 @@ openCellStream(unsigned int cell_sensor, std::size_t frames);
 /** \brief The robot cell's lidar with the cell's crop box. */
 InputStream
 openLidarStream(std::size_t revolutions);
-
-/** \brief A fixed camera that looks along the aisle in which the person walks, with the
- * cell's crop box. */
-InputStream
-openAisleStream(std::size_t frames);
-
-/** \brief The camera on a robot's hand, cell::handCamera(), uncropped. */
-InputStream
-openHandCameraStream(std::size_t frames);
-
-/** \brief The lidar on a mobile robot, cell::mobileLidar(), uncropped.
- * \param[in] speed m/s; that of a car makes a way of several voxels a revolution
- */
-InputStream
-openMobileLidarStream(std::size_t revolutions, double speed = 1.0);
 
 /** \brief The recordings in folders, in their sensors' frames, uncropped. */
 std::vector<InputStream>

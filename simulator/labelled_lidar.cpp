@@ -5,15 +5,11 @@
 namespace pcl_ext {
 namespace noise {
 
-LabelledLidar::LabelledLidar(std::uint32_t seed,
-                             double resolution,
-                             const cell::LidarWeather& weather)
+LabelledLidar::LabelledLidar(std::uint32_t seed, double resolution)
 : cell_(seed)
 , native_(NativeIntensity(resolution), cell_.lidarPose())
 , count_(CountIntensity(resolution), cell_.lidarPose())
-{
-  cell_.setLidarWeather(weather);
-}
+{}
 
 template <typename WantedT>
 void
@@ -45,24 +41,6 @@ LabelledLidar::read(std::uint32_t revolution, LabelledFrame& frame)
   // The later ones replace the earlier ones, as in a camera's frame.
   markTruth(is_cloth, VoxelTruth::Person, frame);
   markTruth([&](std::size_t i) { return !is_cloth(i); }, VoxelTruth::Still, frame);
-
-  const Eigen::Vector3d lidar = cell_.lidarPose().translation();
-  frame.depth.resize(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    frame.depth[i] =
-        static_cast<float>((centreOf(voxels.grid, voxels.keys[i]) - lidar).norm());
-}
-
-Eigen::Isometry3d
-LabelledLidar::pose(std::uint32_t revolution) const
-{
-  return cell_.lidarPose(revolution);
-}
-
-const cell::SurfaceImage&
-LabelledLidar::surfaces(std::uint32_t revolution)
-{
-  return cell_.lidarSurfaces(revolution);
 }
 
 } // namespace noise

@@ -14,11 +14,8 @@ public:
   /** \brief The lidar's stream.
    * \param[in] seed of the cell
    * \param[in] resolution voxel edge, metres
-   * \param[in] weather what is in the air
    */
-  LabelledLidar(std::uint32_t seed,
-                double resolution,
-                const cell::LidarWeather& weather = {});
+  LabelledLidar(std::uint32_t seed, double resolution);
 
   /** \brief A revolution, from 0; they may be asked for in any order.
    * \param[out] frame in lidar_laws. What moves is not marked in a lidar's view:
@@ -26,15 +23,6 @@ public:
    */
   void
   read(std::uint32_t revolution, LabelledFrame& frame);
-
-  /** \brief Pose of the lidar, lidar -> world. */
-  Eigen::Isometry3d
-  pose(std::uint32_t revolution) const;
-
-  /** \brief What the lidar looks at in a revolution, without errors. The reference is
-   * valid until the next call of this or of read(). */
-  const cell::SurfaceImage&
-  surfaces(std::uint32_t revolution);
 
 private:
   template <typename WantedT>

@@ -31,28 +31,13 @@ centreOf(const io::VoxelGrid& grid, std::uint64_t key)
 
 LabelledStream::LabelledStream(std::uint32_t seed,
                                unsigned int sensor,
-                               double resolution,
-                               cell::SensorMotion motion)
+                               double resolution)
 : sensor_(sensor)
 , cell_(seed)
 , count_(Model<CountLaw>(resolution), cell_.sensorPose(sensor))
 , quadratic_(Model<QuadraticLaw>(resolution), cell_.sensorPose(sensor))
 , linear_(Model<LinearLaw>(resolution), cell_.sensorPose(sensor))
-{
-  cell_.moveSensor(sensor, std::move(motion));
-}
-
-Eigen::Isometry3d
-LabelledStream::pose(std::uint32_t number) const
-{
-  return cell_.sensorPose(sensor_, number);
-}
-
-const cell::SurfaceImage&
-LabelledStream::surfaces(std::uint32_t number)
-{
-  return cell_.surfaces(sensor_, number);
-}
+{}
 
 const io::VoxelFrame&
 LabelledStream::surfaceVoxelsOf(cell::Mover mover)
@@ -86,12 +71,6 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
         std::pair(cell::Mover::Person, VoxelTruth::Person),
         std::pair(cell::Mover::None, VoxelTruth::Still)})
     markTruth(surfaceVoxelsOf(mover), truth, frame);
-
-  const Eigen::Isometry3d world_to_sensor = captured_.pose.inverse();
-  frame.depth.resize(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    frame.depth[i] = static_cast<float>(
-        (world_to_sensor * centreOf(voxels.grid, voxels.keys[i])).z());
 }
 
 } // namespace noise

@@ -23,10 +23,9 @@ enum class VoxelTruth : std::uint8_t {
   Noise,   ///< points of no surface alone: flying pixels, speckle, snow, dust
   Still,   ///< a point, at least, of a surface that never moves
   Machine, ///< of surfaces, those of the robots and the gantry alone
-  Person,  ///< a point of the person's, and none of a surface that never moves
-  Pole     ///< of surfaces, poles alone; in labelled scans only
+  Person   ///< a point of the person's, and none of a surface that never moves
 };
-constexpr std::size_t voxel_truth_count = 5;
+constexpr std::size_t voxel_truth_count = 4;
 
 /** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3,
  * and the sensor's own intensity. */
@@ -45,8 +44,6 @@ struct LabelledFrame {
    * keys are the same for all laws; those that the sensor does not have are empty. */
   std::array<io::VoxelFrame, law_count> voxels;
   std::vector<VoxelTruth> truth; ///< of each voxel
-  /** \brief Of each voxel's centre, metres: along a camera's axis, or from a lidar. */
-  std::vector<float> depth;
 
   io::VoxelFrame&
   of(Law law)
@@ -81,25 +78,12 @@ public:
    * \param[in] seed of the cell
    * \param[in] sensor 1..6
    * \param[in] resolution voxel edge, metres
-   * \param[in] motion of the sensor; empty: it is fixed in its own place
    */
-  LabelledStream(std::uint32_t seed,
-                 unsigned int sensor,
-                 double resolution,
-                 cell::SensorMotion motion = {});
+  LabelledStream(std::uint32_t seed, unsigned int sensor, double resolution);
 
   /** \brief A frame, from 0; frames may be asked for in any order. */
   void
   read(std::uint32_t number, LabelledFrame& frame);
-
-  /** \brief Pose of the sensor in a frame, sensor -> world. */
-  Eigen::Isometry3d
-  pose(std::uint32_t number) const;
-
-  /** \brief What the sensor looks at in a frame, without errors. The reference is valid
-   * until the next call of this or of read(). */
-  const cell::SurfaceImage&
-  surfaces(std::uint32_t number);
 
 private:
   /** \brief Voxels of the surfaces that a mover has, of the captured frame. */

@@ -73,12 +73,6 @@ public:
   encode(const InputFrame& /* frame */) override
   {}
 
-  std::size_t
-  frameBytes() const override
-  {
-    return frame_bytes_;
-  }
-
   void
   decode() override
   {}
@@ -87,17 +81,9 @@ public:
   check(const InputFrame& /* frame */) override
   {}
 
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return nothing_;
-  }
-
 private:
   std::string program_;
   double edge_;
-  std::size_t frame_bytes_ = 0;
-  PositionCloud::Ptr nothing_{new PositionCloud};
 };
 
 } // namespace

@@ -108,35 +108,33 @@ public:
   {
     voxelize(*frame.points);
     const std::size_t count = voxels_.size();
-    positions_.resize(count);
+    voxel_positions_.resize(count);
     intensities_.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       const io::VoxelPosition position = io::voxelPosition(voxels_.keys[i]);
-      positions_[i] = {position.x, position.y, position.z};
+      voxel_positions_[i] = {position.x, position.y, position.z};
       intensities_[i] = static_cast<std::uint8_t>(voxels_.intensities[i]);
     }
-    encodeWithDraco(
-        positions_, intensities_, draco::POINT_CLOUD_KD_TREE_ENCODING, speed_, bytes_);
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return bytes_.size();
+    encodeWithDraco(voxel_positions_,
+                    intensities_,
+                    draco::POINT_CLOUD_KD_TREE_ENCODING,
+                    speed_,
+                    bytes_);
+    frame_bytes_ = bytes_.size();
   }
 
   void
   decode() override
   {
-    decodeWithDraco(bytes_, positions_, intensities_);
-    if (intensities_.size() != positions_.size())
+    decodeWithDraco(bytes_, voxel_positions_, intensities_);
+    if (intensities_.size() != voxel_positions_.size())
       throw std::runtime_error("Draco decoded a cloud without intensities");
-    decoded_->resize(positions_.size());
-    for (std::size_t i = 0; i < positions_.size(); ++i) {
+    decoded_->resize(voxel_positions_.size());
+    for (std::size_t i = 0; i < voxel_positions_.size(); ++i) {
       pcl::PointXYZI& point = (*decoded_)[i];
-      point.x = static_cast<float>(voxels_.grid.centre(0, positions_[i][0]));
-      point.y = static_cast<float>(voxels_.grid.centre(1, positions_[i][1]));
-      point.z = static_cast<float>(voxels_.grid.centre(2, positions_[i][2]));
+      point.x = static_cast<float>(voxels_.grid.centre(0, voxel_positions_[i][0]));
+      point.y = static_cast<float>(voxels_.grid.centre(1, voxel_positions_[i][1]));
+      point.z = static_cast<float>(voxels_.grid.centre(2, voxel_positions_[i][2]));
       point.intensity = voxels_.intensity_scale.value(intensities_[i]);
     }
   }
@@ -145,17 +143,10 @@ public:
   check(const InputFrame& frame) override
   {
     const Lattice lattice{voxels_.grid.origin, voxels_.grid.resolution};
-    pcl::copyPointCloud(*decoded_, *decoded_positions_);
-    checkVoxels(
-        *frame.positions, *decoded_positions_, lattice, /* face_tolerance */ 0.0);
+    pcl::copyPointCloud(*decoded_, *positions_);
+    checkVoxels(*frame.positions, *positions_, lattice, /* face_tolerance */ 0.0);
     checkIntensities(
         *frame.points, *decoded_, lattice, /* top */ 255.0, intensity_tolerance_);
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return decoded_positions_;
   }
 
 private:
@@ -170,11 +161,10 @@ private:
   int speed_;
   double intensity_tolerance_;
   io::VoxelFrame voxels_;
-  WholePositions positions_;
+  WholePositions voxel_positions_;
   Intensities intensities_;
   draco::EncoderBuffer bytes_;
   IntensityCloud::Ptr decoded_{new IntensityCloud};
-  PositionCloud::Ptr decoded_positions_{new PositionCloud};
 };
 
 /** \brief All points, as whole numbers. */
@@ -186,17 +176,12 @@ public:
   : WholeNumberCoder(dracoName() + ", " + name, workload.resolution), method_(method)
   {}
 
-  std::size_t
-  frameBytes() const override
-  {
-    return bytes_.size();
-  }
-
 protected:
   void
   encodePositions(const WholePositions& positions) override
   {
     encodeWithDraco(positions, {}, method_, /* speed */ 0, bytes_);
+    frame_bytes_ = bytes_.size();
   }
 
   void

@@ -44,12 +44,7 @@ public:
   {
     moveAndCrop(input_);
     coder_->encode(input_);
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return coder_->frameBytes();
+    frame_bytes_ = coder_->frameBytes();
   }
 
   void
@@ -69,12 +64,7 @@ public:
                                std::to_string(expected));
     coder_->decode();
     coder_->check(input_);
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return coder_->decodedPositions();
+    *positions_ = *coder_->decodedPositions();
   }
 
 protected:
@@ -160,12 +150,7 @@ public:
     const nodes::SensorNodeStatus status = node_.encode(message_, sensor_pose_, bytes_);
     if (!status.ok())
       throw std::runtime_error(status.message());
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return bytes_.size();
+    frame_bytes_ = bytes_.size();
   }
 
   void
@@ -176,17 +161,11 @@ public:
   check(const InputFrame& frame) override
   {
     throwUnlessOk(decoder_.decode(bytes_.data(), bytes_.size(), voxels_));
-    io::detail::fillCloud(voxels_, *decoded_);
+    io::detail::fillCloud(voxels_, *positions_);
     checkVoxels(*frame.positions,
-                *decoded_,
+                *positions_,
                 {voxels_.grid.origin, voxels_.grid.resolution},
                 /* face_tolerance */ 0.0);
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return decoded_;
   }
 
 private:
@@ -208,7 +187,6 @@ private:
   pcl::PCLPointCloud2 message_;
   std::vector<std::uint8_t> bytes_;
   io::VoxelFrame voxels_;
-  PositionCloud::Ptr decoded_{new PositionCloud};
 };
 
 } // namespace

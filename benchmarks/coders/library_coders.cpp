@@ -34,12 +34,7 @@ public:
     buffer_.restart();
     stream_.clear();
     throwUnlessOk(encoder_.encodePointCloud(frame.points, stream_));
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return buffer_.size();
+    frame_bytes_ = buffer_.size();
   }
 
   void
@@ -57,12 +52,6 @@ public:
     checkVoxels(*frame.positions, *positions_, lattice, /* face_tolerance */ 0.0);
     checkIntensities(
         *frame.points, *decoded_, lattice, /* top */ 255.0, intensity_tolerance_);
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return positions_;
   }
 
 private:
@@ -84,7 +73,6 @@ private:
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
   IntensityCloud::Ptr decoded_{new IntensityCloud};
-  PositionCloud::Ptr positions_{new PositionCloud};
 };
 
 /** \brief All points, of organised clouds with their rows and columns; no intensity. */
@@ -102,12 +90,7 @@ public:
     buffer_.restart();
     stream_.clear();
     throwUnlessOk(encoder_.encodePointCloud(frame.raw, stream_));
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return buffer_.size();
+    frame_bytes_ = buffer_.size();
   }
 
   void
@@ -123,12 +106,6 @@ public:
     pcl::Indices kept;
     pcl::removeNaNFromPointCloud(*decoded_, *positions_, kept);
     checkPoints(*frame.positions, *positions_, {grid.origin, grid.resolution});
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return positions_;
   }
 
 private:
@@ -151,7 +128,6 @@ private:
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
   PositionCloud::Ptr decoded_{new PositionCloud};
-  PositionCloud::Ptr positions_{new PositionCloud};
 };
 
 } // namespace

@@ -35,26 +35,15 @@ public:
     buffer_.restart();
     stream_.clear();
     encoder_.encode(frame.positions, stream_);
-    if (buffer_.size() == 0)
+    frame_bytes_ = buffer_.size();
+    if (frame_bytes_ == 0)
       throw std::runtime_error("PCL encoded nothing; its decoder would wait for ever");
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return buffer_.size();
   }
 
   void
   decode() override
   {
-    decoder_.decode(stream_, decoded_);
-  }
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return decoded_;
+    decoder_.decode(stream_, positions_);
   }
 
 protected:
@@ -69,7 +58,6 @@ private:
   PclCompression<pcl::PointXYZ> decoder_;
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
-  PositionCloud::Ptr decoded_{new PositionCloud};
 };
 
 class PclVoxelGridCoder : public PclCoder {
@@ -81,14 +69,20 @@ public:
   void
   check(const InputFrame& frame) override
   {
-    checkVoxels(*frame.positions, *decodedPositions(), lattice(), corner_rounding);
+    checkVoxels(*frame.positions, *positions_, lattice(), corner_rounding);
   }
 };
 
 class PclPointsCoder : public PclCoder {
 public:
-  PclPointsCoder(const std::string& name, const PclCompressionSettings& settings)
-  : PclCoder(name, Content::Points, settings), edge_(settings.point_resolution)
+  /** \param[in] centred whether half a point resolution is added to what is decoded, so
+   * that the error is at most that */
+  PclPointsCoder(const std::string& name,
+                 const PclCompressionSettings& settings,
+                 bool centred)
+  : PclCoder(name, Content::Points, settings)
+  , edge_(settings.point_resolution)
+  , centred_(centred)
   {}
 
   /** \brief The points are cut off to whole numbers of the point resolution from the
@@ -97,44 +91,25 @@ public:
   void
   check(const InputFrame& frame) override
   {
-    *centres_ = *PclCoder::decodedPositions();
-    if (centres_->size() != frame.positions->size())
-      throw std::runtime_error("PCL decoded " + std::to_string(centres_->size()) +
+    PositionCloud centres = *positions_;
+    if (centres.size() != frame.positions->size())
+      throw std::runtime_error("PCL decoded " + std::to_string(centres.size()) +
                                " points of " + std::to_string(frame.positions->size()));
-    for (pcl::PointXYZ& point : *centres_)
+    for (pcl::PointXYZ& point : centres)
       point.getVector3fMap().array() += static_cast<float>(0.5 * edge_);
     // Moved by whole numbers: the box of distant points may begin too far away to check.
     Lattice near_origin{lattice().origin, edge_};
     for (double& coordinate : near_origin.origin)
       coordinate = std::fmod(coordinate, edge_);
     checkVoxels(
-        *frame.positions, *centres_, near_origin, point_rounding, Repeats::Allowed);
-  }
-
-protected:
-  /** \brief The centres of these voxels. */
-  PositionCloud::ConstPtr
-  centres() const
-  {
-    return centres_;
+        *frame.positions, centres, near_origin, point_rounding, Repeats::Allowed);
+    if (centred_)
+      positions_->swap(centres);
   }
 
 private:
   double edge_;
-  PositionCloud::Ptr centres_{new PositionCloud};
-};
-
-/** \brief The same, half a point resolution added to what is decoded, so that the error
- * is at most that. */
-class PclCentresCoder : public PclPointsCoder {
-public:
-  using PclPointsCoder::PclPointsCoder;
-
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return centres();
-  }
+  bool centred_;
 };
 
 } // namespace
@@ -160,7 +135,7 @@ addPclMillimetreCoder(const Workload& workload, StreamCoders& coders)
   settings.point_resolution = 0.001;
   settings.keeps_voxels_only = false;
   settings.i_frame_rate = workload.i_frame_rate;
-  coders.push_back(std::make_unique<PclPointsCoder>("PCL, 1 mm", settings));
+  coders.push_back(std::make_unique<PclPointsCoder>("PCL, 1 mm", settings, false));
 }
 
 void
@@ -172,7 +147,7 @@ addPclPointsCoder(const Workload& workload, StreamCoders& coders)
   settings.point_resolution = workload.resolution;
   settings.keeps_voxels_only = false;
   settings.i_frame_rate = workload.i_frame_rate;
-  coders.push_back(std::make_unique<PclCentresCoder>("PCL", settings));
+  coders.push_back(std::make_unique<PclPointsCoder>("PCL", settings, true));
 }
 
 } // namespace measuring

@@ -70,8 +70,11 @@ public:
   encode(const InputFrame& frame) = 0;
 
   /** \brief Bytes of the frame that was encoded last. */
-  virtual std::size_t
-  frameBytes() const = 0;
+  std::size_t
+  frameBytes() const
+  {
+    return frame_bytes_;
+  }
 
   /** \brief Decodes the frame that was encoded last.
    * \throws std::runtime_error if that fails
@@ -86,9 +89,17 @@ public:
   virtual void
   check(const InputFrame& frame) = 0;
 
-  /** \brief The points that were decoded. */
-  virtual PositionCloud::ConstPtr
-  decodedPositions() const = 0;
+  /** \brief The points that were decoded; after check(). */
+  PositionCloud::ConstPtr
+  decodedPositions() const
+  {
+    return positions_;
+  }
+
+protected:
+  // Set by encode(), and by decode() or check().
+  std::size_t frame_bytes_ = 0;
+  PositionCloud::Ptr positions_{new PositionCloud};
 
 private:
   std::string name_;

@@ -28,29 +28,29 @@ WholeNumberCoder::encode(const InputFrame& frame)
   for (const pcl::PointXYZ& point : *frame.positions)
     for (std::size_t axis = 0; axis < 3; ++axis)
       least_[axis] = std::min(least_[axis], index(point.data[axis]));
-  positions_.resize(frame.positions->size());
-  for (std::size_t i = 0; i < positions_.size(); ++i)
+  numbers_.resize(frame.positions->size());
+  for (std::size_t i = 0; i < numbers_.size(); ++i)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      positions_[i][axis] = static_cast<std::uint32_t>(
+      numbers_[i][axis] = static_cast<std::uint32_t>(
           index((*frame.positions)[i].data[axis]) - least_[axis]);
-  encodePositions(positions_);
+  encodePositions(numbers_);
 }
 
 void
 WholeNumberCoder::decode()
 {
-  decodePositions(positions_);
-  decoded_->resize(positions_.size());
-  for (std::size_t i = 0; i < positions_.size(); ++i)
+  decodePositions(numbers_);
+  positions_->resize(numbers_.size());
+  for (std::size_t i = 0; i < numbers_.size(); ++i)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      (*decoded_)[i].data[axis] = static_cast<float>(
-          lattice_.resolution * (least_[axis] + positions_[i][axis] + 0.5));
+      (*positions_)[i].data[axis] = static_cast<float>(
+          lattice_.resolution * (least_[axis] + numbers_[i][axis] + 0.5));
 }
 
 void
 WholeNumberCoder::check(const InputFrame& frame)
 {
-  checkPoints(*frame.positions, *decoded_, lattice_);
+  checkPoints(*frame.positions, *positions_, lattice_);
 }
 
 } // namespace measuring

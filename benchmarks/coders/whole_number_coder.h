@@ -33,12 +33,6 @@ public:
   void
   check(const InputFrame& frame) override;
 
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return decoded_;
-  }
-
 protected:
   virtual void
   encodePositions(const WholePositions& positions) = 0;
@@ -53,8 +47,7 @@ private:
 
   Lattice lattice_;
   std::array<double, 3> least_{}; ///< index of each axis
-  WholePositions positions_;
-  PositionCloud::Ptr decoded_{new PositionCloud};
+  WholePositions numbers_;
 };
 
 } // namespace measuring

@@ -92,12 +92,7 @@ public:
     for (const pcl::PointXYZI& point : *frame.points)
       packed_.push_back({point.x, point.y, point.z, point.intensity});
     arrays_.compress(packed_);
-  }
-
-  std::size_t
-  frameBytes() const override
-  {
-    return arrays_.size();
+    frame_bytes_ = arrays_.size();
   }
 
   void
@@ -127,12 +122,6 @@ public:
     pcl::copyPointCloud(*decoded_, *positions_);
   }
 
-  PositionCloud::ConstPtr
-  decodedPositions() const override
-  {
-    return positions_;
-  }
-
 private:
   using PackedPoint = std::array<float, 4>;
 
@@ -143,7 +132,6 @@ private:
   std::vector<PackedPoint> packed_;
   std::vector<PackedPoint> unpacked_;
   IntensityCloud::Ptr decoded_{new IntensityCloud};
-  PositionCloud::Ptr positions_{new PositionCloud};
 };
 
 /** \brief All points, as whole numbers. */
@@ -153,17 +141,12 @@ public:
   : WholeNumberCoder(zstdName(level), workload.resolution)
   {}
 
-  std::size_t
-  frameBytes() const override
-  {
-    return arrays_.size();
-  }
-
 protected:
   void
   encodePositions(const WholePositions& positions) override
   {
     arrays_.compress(positions);
+    frame_bytes_ = arrays_.size();
   }
 
   void

@@ -2,7 +2,6 @@
  * The tables of coders that keep all points.
  */
 #include "measuring/markdown_table.h"
-#include "measuring/result_file.h"
 #include "meters/coder_comparison.h"
 #include "tables/table_cells.h"
 #include "tables/tables.h"
@@ -43,9 +42,6 @@ printPoints(const Options& options, std::ostream& output)
   const auto make_coders = [&options](const Workload& workload) {
     return makePointsCoders(workload, options.cloudini);
   };
-  std::optional<ResultFile> results;
-  if (!options.results_file.empty())
-    results.emplace(options.results_file);
   std::optional<MarkdownTable> sizes;
   MarkdownTable details({"stream, frames of points",
                          "edge",
@@ -56,12 +52,11 @@ printPoints(const Options& options, std::ostream& output)
                          "decode ms",
                          "largest error, mm"});
   for (const InputStream& stream : openRecordedStreams(options.recordings))
-    for (const double edge : options.edges) {
+    for (const double edge : options.edgesOr({0.001, 0.01, 0.04})) {
       const Comparison comparison =
           compareCoders(stream, workloadAt(edge), make_coders, settings);
-      const std::string& name = stream.clouds->name();
-      const std::string frames = name + ", " + std::to_string(stream.clouds->size()) +
-                                 " of " +
+      const std::string frames = stream.clouds->name() + ", " +
+                                 std::to_string(stream.clouds->size()) + " of " +
                                  formatted(comparison.coders.front().points.mean(), 0);
       MarkdownTable::Row header = {"stream, frames of points", "edge"};
       MarkdownTable::Row row = {frames, edgeName(edge)};
@@ -78,17 +73,11 @@ printPoints(const Options& options, std::ostream& output)
                         milliseconds(coder.encode_ms),
                         milliseconds(coder.decode_ms),
                         coder.to_decoded.points == 0 ? "" : formatted(1e3 * error, 3)});
-        std::string coder_name = coder.name;
-        std::replace(coder_name.begin(), coder_name.end(), ',', ' ');
-        if (results)
-          results->add({"points", name, coder_name, edge}, "bytes", coder.bytes);
       }
       if (!sizes)
         sizes.emplace(header);
       sizes->addRow(row);
     }
-  if (results)
-    results->close();
   output << "### All points, kB a frame\n\n";
   if (sizes)
     sizes->print(output);

@@ -1,5 +1,5 @@
 /** \file
- * \brief How well a score distinguishes voxels of noise from those of surfaces.
+ * \brief How well a score tells noise from surfaces, of voxels or points.
  */
 #pragma once
 
@@ -7,17 +7,10 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace noise {
-
-/** \brief Bands of depth in the sensor's frame, of the robot cell's sensors; the last one
- * has no end. */
-constexpr std::array<float, 5> band_ends = {3.0f, 5.0f, 7.0f, 9.0f, 1e9f};
-constexpr std::size_t band_count = band_ends.size();
 
 /** \brief Fewer voxels of the person's than this are too few for a share of them. */
 constexpr std::size_t least_person_voxels = 20;
@@ -26,23 +19,11 @@ constexpr std::size_t least_person_voxels = 20;
  * score that is to be low for noise. */
 class ScoredVoxels {
 public:
-  /** \brief Of the bands of the robot cell. */
-  ScoredVoxels() : band_ends_(band_ends.begin(), band_ends.end()) {}
-
-  /** \brief Of other bands.
-   * \param[in] ends of the bands, metres, ascending; the last one is taken for endless
+  /** \brief Adds a frame.
+   * \throws std::invalid_argument if a score is NaN
    */
-  explicit ScoredVoxels(std::vector<float> ends) : band_ends_(std::move(ends)) {}
-
-  /** \brief Adds a frame; scores may be any numbers but NaN. */
   void
-  add(const LabelledFrame& frame, const std::vector<float>& scores);
-
-  /** \brief The same of voxels or points with their truths and depths, metres. */
-  void
-  add(const std::vector<VoxelTruth>& truth,
-      const std::vector<float>& depth,
-      const std::vector<float>& scores);
+  add(const std::vector<VoxelTruth>& truth, const std::vector<float>& scores);
 
 private:
   friend class JudgedVoxels;
@@ -50,13 +31,8 @@ private:
   struct Voxel {
     float score;
     VoxelTruth truth;
-    std::uint8_t band;
   };
 
-  std::uint8_t
-  bandOf(float depth) const;
-
-  std::vector<float> band_ends_;
   std::vector<Voxel> voxels_;
   /** \brief Of the person's voxels, a vector for each frame with enough of them. */
   std::vector<std::vector<float>> person_scores_;
@@ -72,19 +48,9 @@ struct Decision {
   std::array<double, voxel_truth_count>
       kept{}; ///< share of the voxels that stay, by VoxelTruth; NaN: none
   double surface_kept = 0.0; ///< the same of all surfaces
-};
-
-/** \brief What a threshold leaves of the person, frame by frame. */
-struct PersonKept {
-  std::size_t frames = 0;      ///< with at least least_person_voxels of the person's
-  std::size_t poor_frames = 0; ///< of these, those where less than 80 % stay
-  double worst_share = 0.0;    ///< that stays in the worst of them; NaN: there are none
-};
-
-/** \brief Voxels of noise and of surfaces in a band of depth, or in all. */
-struct VoxelNumbers {
-  std::size_t noise = 0;
-  std::size_t surface = 0;
+  /** \brief Of the person in the worst frame with at least least_person_voxels of it;
+   * NaN: there is none. */
+  double person_worst = 0.0;
 };
 
 /** \brief The judgement over all frames that were gathered. */
@@ -92,35 +58,14 @@ class JudgedVoxels {
 public:
   explicit JudgedVoxels(ScoredVoxels voxels);
 
-  VoxelNumbers
-  numbers() const;
-
-  VoxelNumbers
-  numbers(std::size_t band) const;
-
-  /** \brief Ends of the bands, metres; the last one has no end. */
-  const std::vector<float>&
-  bandEnds() const
-  {
-    return band_ends_;
-  }
-
   /** \brief Area under precision over recall of `this voxel is noise`, without
    * interpolation; voxels of one score count together. NaN without noise. */
   double
   averagePrecision() const;
 
-  /** \brief The same for the voxels of a band alone. */
-  double
-  averagePrecision(std::size_t band) const;
-
   /** \brief The decision of a threshold. */
   Decision
   at(float threshold) const;
-
-  /** \brief The same for the voxels of a band alone. */
-  Decision
-  at(float threshold, std::size_t band) const;
 
   /** \brief The highest threshold that keeps a share of all surface voxels; infinity if
    * there are none. */
@@ -130,10 +75,6 @@ public:
   /** \brief The threshold of the best F1; 0 without noise. */
   float
   bestThreshold() const;
-
-  /** \brief What stays of the person at a threshold. */
-  PersonKept
-  personKept(float threshold) const;
 
   /** \brief Precision of the lowest threshold whose recall is i / steps at least, for i
    * from 1 to steps. Empty without noise. */
@@ -147,19 +88,19 @@ public:
 private:
   using Voxel = ScoredVoxels::Voxel;
 
-  template <typename WantedT>
-  VoxelNumbers
-  numbersOf(const WantedT& wanted) const;
+  /** \brief What is removed by a threshold above some voxels. */
+  struct Step {
+    double removed = 0.0;    ///< voxels
+    double noise = 0.0;      ///< of these
+    double more_noise = 0.0; ///< of these, with the highest score
+    float threshold = 0.0f;  ///< the next score; infinity behind the last one
+  };
 
-  template <typename WantedT>
-  double
-  averagePrecisionOf(const WantedT& wanted) const;
+  /** \brief All that thresholds can do, from the lowest that removes anything. */
+  std::vector<Step>
+  steps() const;
 
-  template <typename WantedT>
-  Decision
-  decisionOf(float threshold, const WantedT& wanted) const;
-
-  std::vector<float> band_ends_;
+  std::size_t noise_ = 0;     ///< voxels
   std::vector<Voxel> voxels_; ///< from the lowest score to the highest
   std::vector<std::vector<float>> person_scores_;
 };

@@ -1,12 +1,14 @@
 #include "methods.h"
 
+#include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "measuring/markdown_table.h"
-#include "point_filters.h"
 
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
@@ -14,48 +16,39 @@ namespace noise {
 
 namespace {
 
-const std::vector<float> wanted_log_odds = {0.0f, 1.0f, 2.0f, 2.5f, 3.0f, 4.0f, 5.0f};
+using measuring::formatted;
 
+/** \brief Log-odds that users set. */
+const std::vector<float> wanted_log_odds = {0.0f, 2.5f};
+
+/** \brief Between neighbouring rays of the cell's lidar, degrees: in a ring, and from
+ * ring to ring. */
+constexpr double azimuth_step = 0.2;
+constexpr double ring_step = 2.0;
+
+/** \brief One of the paper's laws: low intensities are noise. */
 Method
-lawMethod(Law law, std::vector<float> thresholds)
+lawMethod(Law law)
 {
-  Method method;
-  method.name = nameOf(law);
-  method.score = [law](const LabelledFrame& frame, std::vector<float>& scores) {
-    const io::VoxelFrame& voxels = frame.of(law);
-    scores.clear();
-    for (const std::uint16_t symbol : voxels.intensities)
-      scores.push_back(voxels.intensity_scale.value(symbol));
-  };
-  method.thresholds = std::move(thresholds);
-  return method;
+  return {nameOf(law),
+          [law](const LabelledFrame& frame, std::vector<float>& scores) {
+            const io::VoxelFrame& voxels = frame.of(law);
+            scores.clear();
+            for (const std::uint16_t symbol : voxels.intensities)
+              scores.push_back(voxels.intensity_scale.value(symbol));
+          },
+          {},
+          {}};
 }
 
-/** \brief The paper's laws: low intensities are noise. */
-std::vector<Method>
-lawMethods()
-{
-  const std::vector<float> shares = {13, 26, 38, 51, 64, 77, 102, 128, 191, 255};
-  return {lawMethod(Law::Count, {2, 3, 4, 5, 7, 10, 15, 20}),
-          lawMethod(Law::Quadratic, shares),
-          lawMethod(Law::Linear, shares)};
-}
-
-VoxelOutlierRemovalSettings
-settingsOf(Law law)
-{
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitOf(law);
-  return settings;
-}
-
+/** \brief VoxelOutlierRemoval on the intensities of a law. */
 Method
-filterMethod(Law law,
-             const std::string& what_else,
+filterMethod(const std::string& name,
+             Law law,
              const VoxelOutlierRemovalSettings& settings)
 {
   const auto removal = std::make_shared<VoxelOutlierRemoval>(settings);
-  return {"filter on " + nameOf(law) + what_else,
+  return {name,
           [removal, law](const LabelledFrame& frame, std::vector<float>& scores) {
             removal->score(frame.of(law), scores);
           },
@@ -63,125 +56,163 @@ filterMethod(Law law,
           {}};
 }
 
-Method
-filterMethod(Law law)
+VoxelOutlierRemovalSettings
+settingsOf(DensityUnit unit, bool use_history = true)
 {
-  return filterMethod(law, "", settingsOf(law));
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = unit;
+  settings.use_history = use_history;
+  return settings;
 }
 
-/** \brief The filter without intensities. */
-Method
-filterOnVoxels()
+VoxelOutlierRemovalSettings
+settingsOfRays()
 {
-  Method method = filterMethod(Law::Count, "", settingsOf(Law::Native));
-  method.name = "filter on voxels";
-  return method;
+  constexpr double degree = 0.017453292519943295;
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Rays);
+  settings.azimuth_step = degree * azimuth_step;
+  settings.elevation_step = degree * ring_step;
+  settings.intensities_are_counts = true;
+  return settings;
+}
+
+/** \brief One of PCL's filters on the centres of voxels. */
+template <typename ScoreT>
+Method
+centresMethod(const std::string& name, const ScoreT& score)
+{
+  return {name,
+          [score](const LabelledFrame& frame, std::vector<float>& scores) {
+            score(centresOf(frame.of(Law::Count)), scores);
+          },
+          {},
+          {}};
+}
+
+/** \brief PointOutlierRemoval on the rows and columns of a scan. */
+Method
+pointRemovalMethod()
+{
+  const auto removal = std::make_shared<PointOutlierRemoval>();
+  return {"filter on points",
+          {},
+          wanted_log_odds,
+          [removal, of_all = std::vector<float>()](const LabelledScan& scan,
+                                                   std::vector<float>& scores) mutable {
+            const auto& cloud = scan.frame.cloud;
+            io::PointView view = pointViewOf(cloud);
+            view.image = {cloud.width, cloud.height};
+            if (const auto status = removal->score(view, of_all); !status.ok())
+              throw std::runtime_error(status.message());
+            scores.clear();
+            for (const std::size_t i : scan.index_of_return)
+              scores.push_back(of_all[i]);
+          }};
 }
 
 Method
-filterWithoutHistory(VoxelOutlierRemovalSettings settings)
+intensityMethod()
 {
-  settings.use_history = false;
-  return filterMethod(Law::Quadratic, " without history", settings);
+  return {
+      "intensity", {}, {}, [](const LabelledScan& scan, std::vector<float>& scores) {
+        scores.clear();
+        for (const pcl::PointXYZI& point : *scan.returns)
+          scores.push_back(point.intensity);
+      }};
 }
 
 Method
-sensorsAloneMethod(const MergedStream& stream)
+radiusOfRangeMethod(double multiplier)
 {
-  const auto removals =
-      std::make_shared<std::vector<VoxelOutlierRemoval>>(cell::RobotCell::sensor_count);
-  Method method;
-  method.name = "filter on quadratic of each sensor";
-  method.thresholds = wanted_log_odds;
-  method.score = [removals, &stream](const LabelledFrame& merged,
-                                     std::vector<float>& scores) {
-    const auto& keys = merged.of(Law::Quadratic).keys;
-    scores.assign(keys.size(), -1e9f);
-    std::vector<float> of_sensor;
-    for (std::size_t sensor = 0; sensor < removals->size(); ++sensor) {
-      const io::VoxelFrame& voxels = stream.sensorFrames()[sensor].of(Law::Quadratic);
-      (*removals)[sensor].score(voxels, of_sensor);
-      std::size_t at = 0;
-      for (std::size_t i = 0; i < of_sensor.size(); ++i) {
-        while (keys[at] != voxels.keys[i])
-          ++at;
-        scores[at] = std::max(scores[at], of_sensor[i]);
-      }
-    }
-  };
-  return method;
+  RangeRadius radius;
+  radius.multiplier = multiplier;
+  radius.azimuth_step = azimuth_step;
+  return {"DROR " + formatted(multiplier, 0) + " steps",
+          {},
+          {2.0f}, // the authors ask for three, the point itself among them
+          [radius](const LabelledScan& scan, std::vector<float>& scores) {
+            rangeRadiusScores(scan.returns, radius, scores);
+          }};
+}
+
+Method
+statisticsOfRangeMethod(int neighbours)
+{
+  RangeStatistics statistics;
+  statistics.neighbours = neighbours;
+  return {"DSOR " + std::to_string(neighbours) + " neighbours",
+          {},
+          {-0.05f}, // the authors'
+          [statistics](const LabelledScan& scan, std::vector<float>& scores) {
+            rangeStatisticsScores(scan.returns, statistics, scores);
+          }};
 }
 
 } // namespace
 
 std::vector<Method>
-cameraMethods()
+cameraMethods(double edge)
 {
-  std::vector<Method> methods = lawMethods();
-  methods.push_back(filterMethod(Law::Quadratic));
-  methods.push_back(filterWithoutHistory({}));
-  methods.push_back(filterMethod(Law::Linear));
-  methods.push_back(filterMethod(Law::Count));
-  methods.push_back(filterOnVoxels());
-  return methods;
-}
-
-std::vector<Method>
-mergedMethods(const MergedStream& stream)
-{
-  // The unit is set, as merged frames have no depth model that implies it.
-  VoxelOutlierRemovalSettings shares;
-  shares.unit = DensityUnit::Faces;
-  std::vector<Method> methods = lawMethods();
-  methods.push_back(filterMethod(Law::Quadratic, "", shares));
-  methods.push_back(filterWithoutHistory(shares));
-  methods.push_back(filterMethod(Law::Count));
-  methods.push_back(sensorsAloneMethod(stream));
+  std::vector<Method> methods;
+  for (const Law law : camera_laws)
+    methods.push_back(lawMethod(law));
+  methods.push_back(filterMethod(
+      "filter on quadratic", Law::Quadratic, settingsOf(DensityUnit::Faces)));
+  methods.push_back(filterMethod("filter on quadratic without history",
+                                 Law::Quadratic,
+                                 settingsOf(DensityUnit::Faces, false)));
+  methods.push_back(
+      filterMethod("filter on count", Law::Count, settingsOf(DensityUnit::Points)));
+  methods.push_back(
+      filterMethod("filter on voxels", Law::Count, settingsOf(DensityUnit::Voxels)));
+  for (const int neighbours : {8, 26})
+    methods.push_back(centresMethod(
+        "StatisticalOutlierRemoval " + std::to_string(neighbours) + " neighbours",
+        [neighbours](const Centres::ConstPtr& centres, std::vector<float>& scores) {
+          statisticalScores(centres, neighbours, scores);
+        }));
+  // Between the distances to which voxels' centres can be apart.
+  for (const double voxels : {1.8, 2.5})
+    methods.push_back(
+        centresMethod("RadiusOutlierRemoval " + formatted(voxels, 1) + " voxels",
+                      [radius = voxels * edge](const Centres::ConstPtr& centres,
+                                               std::vector<float>& scores) {
+                        radiusScores(centres, radius, scores);
+                      }));
   return methods;
 }
 
 std::vector<Method>
 lidarMethods()
 {
-  return {lawMethod(Law::Native, {5, 10, 20, 30, 40, 50, 60, 80}),
-          lawMethod(Law::Count, {2, 3, 4, 5, 7, 10}),
-          filterMethod(Law::Count),
-          filterOnVoxels()};
-}
-
-std::vector<Method>
-peerMethods(double resolution)
-{
-  std::vector<Method> methods;
-  for (const int neighbours : {4, 8, 16, 26, 50})
-    methods.push_back(
-        {"StatisticalOutlierRemoval " + std::to_string(neighbours) + " neighbours",
-         [neighbours](const LabelledFrame& frame, std::vector<float>& scores) {
-           statisticalScores(centresOf(frame.of(Law::Count)), neighbours, scores);
-         },
-         {},
-         {}});
-  // Between the distances to which voxels' centres can be apart.
-  for (const double voxels : {1.2, 1.5, 1.8, 2.1, 2.5, 3.1, 4.1})
-    methods.push_back(
-        {"RadiusOutlierRemoval " + measuring::formatted(voxels, 1) + " voxels",
-         [voxels, resolution](const LabelledFrame& frame, std::vector<float>& scores) {
-           radiusScores(centresOf(frame.of(Law::Count)), voxels * resolution, scores);
-         },
-         {},
-         {}});
-  methods.push_back(filterMethod(Law::Quadratic));
+  std::vector<Method> methods = {
+      intensityMethod(),
+      pointRemovalMethod(),
+      filterMethod("filter on rays", Law::Count, settingsOfRays()),
+      filterMethod("filter on voxels", Law::Count, settingsOf(DensityUnit::Voxels)),
+      filterMethod("filter on count", Law::Count, settingsOf(DensityUnit::Points))};
+  for (const double multiplier : {3.0, 10.0})
+    methods.push_back(radiusOfRangeMethod(multiplier));
+  for (const int neighbours : {5, 10})
+    methods.push_back(statisticsOfRangeMethod(neighbours));
   return methods;
 }
 
-void
-judge(const LabelledFrame& frame, std::vector<Method>& methods)
+std::vector<Method>
+methodsNamed(const std::vector<std::string>& words, std::vector<Method> methods)
 {
-  std::vector<float> scores;
-  for (Method& method : methods) {
-    method.score(frame, scores);
-    method.voxels.add(frame, scores);
-  }
+  const auto isUnwanted = [&](const Method& method) {
+    return !words.empty() &&
+           std::none_of(words.begin(), words.end(), [&](const std::string& word) {
+             return method.name.find(word) != std::string::npos;
+           });
+  };
+  methods.erase(std::remove_if(methods.begin(), methods.end(), isUnwanted),
+                methods.end());
+  if (methods.empty())
+    throw std::invalid_argument("--methods: no method has a name with '" +
+                                words.front() + "' in it");
+  return methods;
 }
 
 } // namespace noise

@@ -1,11 +1,11 @@
 /** \file
- * \brief What is compared: the laws, the library's filter and PCL's.
+ * \brief What is compared: the paper's laws, this library's filters, PCL's and those of
+ * others.
  */
 #pragma once
 
 #include "judged_voxels.h"
-#include "merged_stream.h"
-#include "simulator/labelled_stream.h"
+#include "lidar_scans.h"
 
 #include <functional>
 #include <string>
@@ -14,42 +14,37 @@
 namespace pcl_ext {
 namespace noise {
 
-/** \brief A way to score the voxels of one stream, and what it gave them. */
+/** \brief A way to score the voxels of a stream, or the points of its scans; low for
+ * noise. It is called for the frames in their order, so that it may remember. A new
+ * method is one more of cameraMethods() or lidarMethods(). */
 struct Method {
-  using Score = std::function<void(const LabelledFrame&, std::vector<float>&)>;
+  using VoxelScore = std::function<void(const LabelledFrame&, std::vector<float>&)>;
+  /** \brief Sets a score for each return. */
+  using PointScore = std::function<void(const LabelledScan&, std::vector<float>&)>;
 
   std::string name; ///< without a comma, for results
-  Score score;
+  VoxelScore score_voxels;
   std::vector<float> thresholds; ///< of which the figures are wanted
-  ScoredVoxels voxels;
+  PointScore score_points;       ///< then score_voxels is empty
 };
 
-/** \brief A camera's laws, and VoxelOutlierRemoval on each of them, without history and
- * without intensities. */
-std::vector<Method>
-cameraMethods();
-
-/** \brief The same for the sums of several cameras, and the filter on each camera
- * before they are merged: what one of them takes for a surface stays.
- * \param[in] stream that the frames to judge are of; it must live as long
+/** \brief Of a camera: the paper's laws, VoxelOutlierRemoval on them, without history
+ * and without intensities, and PCL's filters on the centres of voxels.
+ * \param[in] edge of the voxels, metres
  */
 std::vector<Method>
-mergedMethods(const MergedStream& stream);
+cameraMethods(double edge);
 
-/** \brief A lidar's own intensity and its counts, and the filter on counts, for which
- * it is not meant, and without intensities. */
+/** \brief Of the lidar: its own intensity, PointOutlierRemoval, VoxelOutlierRemoval by
+ * rays, by voxels and by counts, DROR and DSOR. */
 std::vector<Method>
 lidarMethods();
 
-/** \brief PCL's filters on the centres of voxels, and the filter on the quadratic law.
- * \param[in] resolution voxel edge, metres
+/** \brief Those with one of some words in their names; all without words.
+ * \throws std::invalid_argument if there is none
  */
 std::vector<Method>
-peerMethods(double resolution);
-
-/** \brief Scores a frame with all methods. */
-void
-judge(const LabelledFrame& frame, std::vector<Method>& methods);
+methodsNamed(const std::vector<std::string>& words, std::vector<Method> methods);
 
 } // namespace noise
 } // namespace pcl_ext

@@ -25,8 +25,6 @@ td.group, td.group:first-child { background: #f6f8f9; font-weight: 600; text-ali
 td.group span { position: sticky; left: .6rem; display: inline-block;
                 max-width: calc(100vw - 3.2rem); white-space: normal; }
 td.group:first-child { position: static; }
-details { margin: .5rem 0; }
-summary { cursor: pointer; font-weight: 600; }
 figure { margin: 1rem 0; }
 figure img { width: 100%; height: auto; border: 1px solid #dfe4e8; }
 figure.wide img { min-width: 44rem; }
@@ -51,7 +49,9 @@ def mean_of(value, digits):
 
 
 def mean_and_deviation(value, digits):
-    """Mean and deviation; the deviation is left out where there is none."""
+    """Mean and deviation; the deviation is left out where there is none. None is a dash."""
+    if value is None:
+        return DASH
     mean = number(value.mean, digits)
     if value.samples < 2 or value.deviation == 0.0:
         return mean
@@ -115,11 +115,6 @@ def note(words):
 def link(address, words):
     """A paragraph that is a link to a file beside the page."""
     return f'<p><a href="{html.escape(address)}">{text(words)}</a></p>'
-
-
-def details(summary, blocks):
-    """Blocks that are shown on request."""
-    return [f"<details><summary>{text(summary)}</summary>"] + blocks + ["</details>"]
 
 
 def page(title, body):

@@ -10,18 +10,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-from noise_results import BANDS, FILTER, FILTER_OF_EACH, LAWS  # noqa: E402
 from paper_values import FIGURE_10_COUNT, FIGURE_11  # noqa: E402
-from results import CODERS, LIDAR, MERGED  # noqa: E402
+from results import CODERS, LIDAR  # noqa: E402
+from tables import FILTER, LAWS  # noqa: E402
 
 CODER_COLOURS = {"published": "#8a6d3b", "fast": "#1b7837", "balanced": "#2166ac",
                  "small": "#762a83"}
 SENSOR_COLOURS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b",
                   "#000000"]
 METHOD_COLOURS = {"count": "#4d4d4d", "linear": "#2166ac", "quadratic": "#b2182b",
-                  FILTER: "#1b7837", FILTER_OF_EACH: "#762a83"}
+                  FILTER: "#1b7837"}
 VOXEL_SIZE = 1.25  # of a marker that covers a voxel in the top views, square points
-BAND_ENDS = (3.0, 5.0, 7.0, 9.0, np.inf)  # of BANDS, metres
 
 
 def read_samples(folder, name):
@@ -169,31 +168,6 @@ def top_views(folder):
     return png_of(figure)
 
 
-def kept_by_filters(folder):
-    """By filter of Figure 11 and distance: kept surface, all surface, kept noise, all noise."""
-    voxels = read_samples(folder, "cell_voxels.csv")
-    voxels = voxels[voxels["sensor"] != int(LIDAR)]
-    band = np.searchsorted(BAND_ENDS, voxels["depth"], side="right")
-    is_noise = voxels["is_noise"] > 0
-    table = {}
-    for law, threshold in FIGURE_11.items():
-        stays = voxels[law] >= threshold
-        table[f"{law}, at least {threshold}"] = {
-            name: tuple(int(np.count_nonzero(chosen)) for chosen in (
-                stays & there & ~is_noise, there & ~is_noise,
-                stays & there & is_noise, there & is_noise))
-            for name, there in [(words, band == index) for index, words in enumerate(BANDS)]
-            + [("all", band >= 0)]}
-    return table
-
-
-def lidar_kept_percent(folder, threshold):
-    """Share of the lidar's voxels with at least this intensity on a scale of 255 whose top is
-    a diffuse reflector of 100 %."""
-    lidar = _of(read_samples(folder, "cell_voxels.csv"), LIDAR)
-    return 100 * np.mean(lidar["native"] * 2.55 >= threshold)
-
-
 def bits_over_resolution(results):
     """Bits per voxel against the voxel's edge."""
     figure, axes = plt.subplots(figsize=(7, 3.6))
@@ -210,27 +184,17 @@ def bits_over_resolution(results):
 
 
 def precision_over_recall(results):
-    """Laws and filter, of sensor 1 and of all cameras merged."""
-    figure, both = plt.subplots(1, 2, figsize=(12, 4.4), sharex=True, sharey=True)
-    for axes, sensor, methods, title in (
-            (both[0], "1", LAWS + (FILTER,), "sensor 1, 4 cm"),
-            (both[1], MERGED, LAWS + (FILTER, FILTER_OF_EACH),
-             "all six cameras merged, 4 cm")):
-        for method in methods:
-            points = sorted(
-                (float(quantity.rsplit(" ", 1)[1]),
-                 results.mean("noise_curve", sensor, method, 4, quantity))
-                for quantity in results.quantities("noise_curve", sensor=sensor))
-            axes.plot(*zip(*points), color=METHOD_COLOURS[method], label=method)
-        noise = results.mean("noise", sensor, FILTER, 4, "noise_percent") / 100
-        axes.axhline(noise, color="#999999", linestyle=":", label="by chance")
-        axes.set(xlabel="recall: share of the noise that is removed", xlim=(0, 1),
-                 ylim=(0, 1.02))
-        axes.set_title(title, fontsize=10)
-        axes.grid(alpha=0.3)
-    both[0].set_ylabel("precision: share of noise in what is removed")
-    figure.tight_layout(rect=(0, 0.07, 1, 1))
-    # Below the plots, where it crosses no curve; the right plot has all of them.
-    figure.legend(*both[1].get_legend_handles_labels(), loc="lower center", ncols=6,
-                  fontsize=9, frameon=False)
+    """Laws and filter, of sensor 1."""
+    figure, axes = plt.subplots(figsize=(7, 4.4))
+    for method in LAWS + (FILTER,):
+        points = sorted((float(quantity.rsplit(" ", 1)[1]),
+                         results.mean("noise_curve", "1", method, 4, quantity))
+                        for quantity in results.names("noise_curve", 4))
+        axes.plot(*zip(*points), color=METHOD_COLOURS[method], label=method)
+    noise = results.mean("noise", "1", FILTER, 4, "noise_percent") / 100
+    axes.axhline(noise, color="#999999", linestyle=":", label="by chance")
+    axes.set(xlabel="recall: share of the noise that is removed", xlim=(0, 1),
+             ylim=(0, 1.02), ylabel="precision: share of noise in what is removed")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=9, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return png_of(figure)

@@ -14,20 +14,18 @@ using namespace pcl_ext::noise;
 struct Voxel {
   float score;
   VoxelTruth truth;
-  float depth = 1.0f;
 };
 
 void
 add(const std::vector<Voxel>& voxels, ScoredVoxels& scored)
 {
-  LabelledFrame frame;
+  std::vector<VoxelTruth> truth;
   std::vector<float> scores;
   for (const Voxel& voxel : voxels) {
-    frame.truth.push_back(voxel.truth);
-    frame.depth.push_back(voxel.depth);
+    truth.push_back(voxel.truth);
     scores.push_back(voxel.score);
   }
-  scored.add(frame, scores);
+  scored.add(truth, scores);
 }
 
 JudgedVoxels
@@ -125,51 +123,6 @@ TEST(JudgedVoxels, WithoutSurfacesAnyThresholdIsValid)
   EXPECT_TRUE(std::isnan(voxels.at(2.0f).surface_kept));
 }
 
-TEST(JudgedVoxels, BandsOfDepth)
-{
-  const JudgedVoxels voxels = judged({{1, VoxelTruth::Noise, 2.99f},
-                                      {2, VoxelTruth::Still, 3.0f},
-                                      {3, VoxelTruth::Noise, 4.0f},
-                                      {4, VoxelTruth::Still, 8.99f},
-                                      {5, VoxelTruth::Still, 9.0f},
-                                      {6, VoxelTruth::Still, 50.0f}});
-  const std::vector<VoxelNumbers> wanted = {{1, 0}, {1, 1}, {0, 0}, {0, 1}, {0, 2}};
-  for (std::size_t band = 0; band < band_count; ++band) {
-    EXPECT_EQ(voxels.numbers(band).noise, wanted[band].noise) << band;
-    EXPECT_EQ(voxels.numbers(band).surface, wanted[band].surface) << band;
-  }
-  EXPECT_EQ(voxels.numbers().surface, 4u);
-  // The surface goes first: all of the noise is found with a precision of a half.
-  EXPECT_DOUBLE_EQ(voxels.averagePrecision(1), 0.5);
-  EXPECT_DOUBLE_EQ(voxels.at(3.0f, 1).surface_kept, 0.0);
-  EXPECT_DOUBLE_EQ(voxels.at(3.0f, 4).surface_kept, 1.0);
-}
-
-TEST(JudgedVoxels, OtherBandsAndPoles)
-{
-  ScoredVoxels scored({10.0f, 20.0f, 1e9f});
-  scored.add({VoxelTruth::Noise,
-              VoxelTruth::Pole,
-              VoxelTruth::Pole,
-              VoxelTruth::Noise,
-              VoxelTruth::Still},
-             {9.99f, 10.0f, 15.0f, 20.0f, 2e9f},
-             {1.0f, 2.0f, 4.0f, 3.0f, 5.0f});
-  const JudgedVoxels voxels(scored);
-  ASSERT_EQ(voxels.bandEnds().size(), 3u);
-  const std::vector<VoxelNumbers> wanted = {{1, 0}, {0, 2}, {1, 1}};
-  for (std::size_t band = 0; band < wanted.size(); ++band) {
-    EXPECT_EQ(voxels.numbers(band).noise, wanted[band].noise) << band;
-    EXPECT_EQ(voxels.numbers(band).surface, wanted[band].surface) << band;
-  }
-  // At 3.5 both voxels of noise go, and one of the two of poles.
-  const Decision decision = voxels.at(3.5f);
-  EXPECT_DOUBLE_EQ(decision.kept[static_cast<std::size_t>(VoxelTruth::Pole)], 0.5);
-  EXPECT_DOUBLE_EQ(decision.surface_kept, 2.0 / 3.0);
-  EXPECT_DOUBLE_EQ(decision.precision, 2.0 / 3.0);
-  EXPECT_DOUBLE_EQ(voxels.at(3.5f, 1).surface_kept, 0.5);
-}
-
 TEST(JudgedVoxels, ThePersonFrameByFrame)
 {
   ScoredVoxels scored;
@@ -186,11 +139,8 @@ TEST(JudgedVoxels, ThePersonFrameByFrame)
   voxels.back().truth = VoxelTruth::Still;
   add(voxels, scored);
 
-  const PersonKept kept = JudgedVoxels(scored).personKept(5.0f);
-  EXPECT_EQ(kept.frames, 2u);
-  EXPECT_EQ(kept.poor_frames, 1u);
-  EXPECT_DOUBLE_EQ(kept.worst_share, 0.75);
-  EXPECT_TRUE(std::isnan(judged(mixed).personKept(5.0f).worst_share));
+  EXPECT_DOUBLE_EQ(JudgedVoxels(scored).at(5.0f).person_worst, 0.75);
+  EXPECT_TRUE(std::isnan(judged(mixed).at(5.0f).person_worst));
 }
 
 } // namespace

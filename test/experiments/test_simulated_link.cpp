@@ -1,8 +1,8 @@
 /** \file
- * \brief What measure_rate is built of: links, and the judge of what is shown.
+ * \brief What tables rate and temporal are built of: links, and the judge of what is shown.
  */
-#include "rate/shown_quality.h"
-#include "rate/simulated_link.h"
+#include "shown/shown_quality.h"
+#include "shown/simulated_link.h"
 #include "simulator/robot_cell.h"
 
 #include <gtest/gtest.h>
@@ -10,14 +10,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <vector>
 
 namespace {
 
 using namespace pcl_ext;
-using rate::QualityJudge;
-using rate::RateTrace;
-using rate::SimulatedLink;
+using shown::QualityJudge;
+using shown::RateTrace;
+using shown::SimulatedLink;
 
 TEST(SimulatedLink, SendsOneFrameAfterTheOther)
 {
@@ -51,8 +51,8 @@ TEST(SimulatedLink, FollowsItsTrace)
   EXPECT_TRUE(drops);
 }
 
-/** \brief A cloud with two points of a surface and a flying pixel. */
-cell::CellFrame
+/** \brief The surfaces of a cloud with two points of them and a flying pixel. */
+std::vector<shown::SurfacePoint>
 cloudOfThree()
 {
   cell::CellFrame frame;
@@ -62,7 +62,7 @@ cloudOfThree()
   frame.truth = {cell::PointTruth::Surface,
                  cell::PointTruth::Surface,
                  cell::PointTruth::FlyingPixel};
-  return frame;
+  return shown::surfacePoints(frame, [](std::size_t) { return false; });
 }
 
 /** \brief A frame with the voxels around some points. */
@@ -86,7 +86,7 @@ TEST(ShownQuality, CountsSurfacesNearVoxelsAndVoxelsWithoutSurfaces)
   QualityJudge judge(0.02);
   judge.add(cloudOfThree());
   // The first surface's own voxel and one that is noise; then a neighbour of it.
-  rate::ShownQuality quality = judge.judge(voxelsAround(0.02, {1.01, 3.01}));
+  shown::ShownQuality quality = judge.judge(voxelsAround(0.02, {1.01, 3.01}));
   EXPECT_EQ(quality.surface_percent, 50.0);
   EXPECT_EQ(quality.noise_percent, 50.0);
   quality = judge.judge(voxelsAround(0.02, {1.03, 2.01}));
@@ -111,13 +111,31 @@ TEST(ShownQuality, SurfacesOfTheLastTenFramesAreNoNoise)
 {
   QualityJudge judge(0.02);
   judge.add(cloudOfThree());
-  cell::CellFrame empty;
   const io::VoxelFrame shown = voxelsAround(0.02, {1.01});
   for (int i = 0; i < 9; ++i)
-    judge.add(empty);
+    judge.add({});
   EXPECT_EQ(judge.judge(shown).noise_percent, 0.0);
-  judge.add(empty);
+  judge.add({});
   EXPECT_EQ(judge.judge(shown).noise_percent, 100.0);
+}
+
+TEST(ShownQuality, ThePersonIsJudgedWhereItHasEnoughVoxels)
+{
+  QualityJudge judge(0.02);
+  std::vector<shown::SurfacePoint> points;
+  for (int i = 0; i < 19; ++i)
+    points.push_back({{1.01 + 0.04 * i, 1.01, 1.01}, true});
+  judge.add(points);
+  EXPECT_FALSE(judge.judge(voxelsAround(0.02, {1.01})).person_percent);
+  // A voxel with a point of another surface, too, is not the person's.
+  points.push_back({{3.01, 1.01, 1.01}, true});
+  points.push_back({{3.015, 1.01, 1.01}, false});
+  judge.add(points);
+  EXPECT_FALSE(judge.judge(voxelsAround(0.02, {1.01})).person_percent);
+  points.push_back({{4.01, 1.01, 1.01}, true});
+  judge.add(points);
+  // That of its own, and its neighbour on the other side of the gap.
+  EXPECT_EQ(judge.judge(voxelsAround(0.02, {1.01, 4.01, 3.01})).person_percent, 10.0);
 }
 
 } // namespace
