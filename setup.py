@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Builds the Python package with CMake, for pip and `python3 -m build`; see python/README.md.
 
 With SOURCE_DATE_EPOCH source distribution and wheel are the same bytes each time.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Draws the results of table `points`: bytes a frame, a column for each cloud, a row for each
 voxel edge.
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Measures this library: beside the published layout, PCL's class, Draco and zstd, with
  * many streams, in the paper's experiments, and against the truth of the robot cell.

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
 # Usage: benchmarks/update_results.sh SECTION [options of the program] [folder of clouds ...]
 #   SECTION  peers, points, profiles or scale

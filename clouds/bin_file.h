@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Files of float32 numbers without a header, as lidar data sets have them.
  */
@@ -19,7 +21,8 @@ hasNuScenesName(const std::string& path)
   return name.extension() == ".bin" && name.stem().extension() == ".pcd";
 }
 
-/** \brief The name of a file without its folder and its extension, .pcd.bin as a whole. */
+/** \brief The name of a file without its folder and its extension, .pcd.bin as a whole.
+ * */
 inline std::string
 stemOf(const std::string& path)
 {
@@ -27,12 +30,12 @@ stemOf(const std::string& path)
   return (hasNuScenesName(path) ? stem.stem() : stem).string();
 }
 
-/** \brief Reads a file of little-endian float32 numbers: x, y, z, reflectance of each point
- * as KITTI's lidar has them or, if its name ends in .pcd.bin, x, y, z, intensity, ring as
- * nuScenes has them.
+/** \brief Reads a file of little-endian float32 numbers: x, y, z, reflectance of each
+ * point as KITTI's lidar has them or, if its name ends in .pcd.bin, x, y, z, intensity,
+ * ring as nuScenes has them.
  * \param[out] cloud one row of points; the header is unchanged
- * \throws std::runtime_error with what is wrong: the size, numbers that are no coordinates
- * in metres, or those of points that have another number of numbers
+ * \throws std::runtime_error with what is wrong: the size, numbers that are no
+ * coordinates in metres, or those of points that have another number of numbers
  */
 void
 readBin(const std::string& path, pcl::PCLPointCloud2& cloud);

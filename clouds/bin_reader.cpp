@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/bin_file.h"
 #include "clouds/file_text.h"
 #include "clouds/point_fields.h"
@@ -65,8 +66,9 @@ fittingLayouts(std::size_t bytes)
   return layouts;
 }
 
-/** \brief How much numbers differ from those that are so many numbers later, on average, in
- * a scale that is about logarithmic. It is small if both are of the same field. */
+/** \brief How much numbers differ from those that are so many numbers later, on
+ * average, in a scale that is about logarithmic. It is small if both are of the same
+ * field. */
 double
 meanDifference(const std::vector<float>& numbers, std::size_t later)
 {

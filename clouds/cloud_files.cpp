@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/cloud_files.h"
 
 #include "clouds/bin_file.h"
@@ -37,8 +38,9 @@ extensionOf(const std::string& path)
   return extension;
 }
 
-/** \brief Whether a point has coordinates that no sensor measures: a huge one, or nothing but
- * tiny ones; none: it has none that are finite and not 0, as those of missing points. */
+/** \brief Whether a point has coordinates that no sensor measures: a huge one, or
+ * nothing but tiny ones; none: it has none that are finite and not 0, as those of
+ * missing points. */
 std::optional<bool>
 isOdd(const std::uint8_t* point, const std::vector<std::uint32_t>& offsets)
 {
@@ -60,8 +62,8 @@ isOdd(const std::uint8_t* point, const std::vector<std::uint32_t>& offsets)
   return is_there ? std::optional<bool>(is_huge || is_tiny) : std::nullopt;
 }
 
-/** \brief Refuses coordinates that no sensor measures, as those of bytes in the wrong order
- * are. */
+/** \brief Refuses coordinates that no sensor measures, as those of bytes in the wrong
+ * order are. */
 void
 checkCoordinates(const pcl::PCLPointCloud2& cloud)
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "simulator/robot_cell.h"
@@ -58,8 +59,8 @@ public:
     return std::nullopt;
   }
 
-  /** \brief VIEWPOINT of the cloud's PCD file, as it is there: x y z qw qx qy qz; empty if
-   * it has none. */
+  /** \brief VIEWPOINT of the cloud's PCD file, as it is there: x y z qw qx qy qz; empty
+   * if it has none. */
   virtual std::string
   viewpointAt(std::size_t /* index */) const
   {
@@ -92,8 +93,8 @@ enum class FileGrouping {
  * those of the files named singly; see readCloud() for the kinds of files.
  * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
- * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud, or
- * the files of a sequence are of several sensors, as far as their headers tell
+ * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud,
+ * or the files of a sequence are of several sensors, as far as their headers tell
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,
@@ -104,8 +105,8 @@ openSequences(const std::vector<SequenceInput>& inputs,
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
 
-/** \brief What openSequences() leaves out of a folder: other files, and folders. Hidden ones
- * are not meant. Empty if there is nothing. */
+/** \brief What openSequences() leaves out of a folder: other files, and folders. Hidden
+ * ones are not meant. Empty if there is nothing. */
 std::string
 describeIgnored(const std::string& folder);
 

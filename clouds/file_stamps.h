@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Times in the names of files.
  */
@@ -29,13 +31,13 @@ struct StampsOfFiles {
   std::string problem; ///< why times that most names have are no times of the files
 };
 
-/** \brief The times of files in their order: those in the names if all have one and each is
- * later than the one before. */
+/** \brief The times of files in their order: those in the names if all have one and
+ * each is later than the one before. */
 StampsOfFiles
 stampsOfNames(const std::vector<std::string>& paths);
 
-/** \brief Sorts files by the times in their names, if all have one: 1.5 before 1.45 is wrong
- * for those. */
+/** \brief Sorts files by the times in their names, if all have one: 1.5 before 1.45 is
+ * wrong for those. */
 void
 sortByStamp(std::vector<std::string>& paths);
 

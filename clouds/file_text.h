@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Text in files of clouds: the words of headers, and points.
  */
@@ -76,7 +78,8 @@ readTextPoints(std::istream& file,
                bool may_have_empty_lines,
                std::vector<std::uint8_t>& bytes);
 
-/** \brief Refuses a text in which more lines follow the points that its header promises. */
+/** \brief Refuses a text in which more lines follow the points that its header
+ * promises. */
 void
 checkNoLinesFollow(std::istream& file);
 

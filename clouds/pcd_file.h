@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief PCD files, version 0.7 as PCL's documents describe it.
  */
@@ -35,10 +37,10 @@ struct PcdHeader {
 std::optional<PcdHeader>
 readPcdHeader(const std::string& path);
 
-/** \brief Reads a PCD file. A cloud takes at most 176 bytes of memory for each byte of its
- * file.
- * \param[out] cloud its fields as in the file, also those named _; numbers in the order of
- * this machine; the header is unchanged
+/** \brief Reads a PCD file. A cloud takes at most 176 bytes of memory for each byte of
+ * its file.
+ * \param[out] cloud its fields as in the file, also those named _; numbers in the order
+ * of this machine; the header is unchanged
  * \throws std::runtime_error with what is wrong: the header is not whole, the file has
  * fewer or more points than it promises, or words that are no numbers
  */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/cloud_files.h"
 #include "clouds/file_text.h"
 #include "clouds/pcd_file.h"
@@ -171,8 +172,8 @@ contentOf(const std::optional<PcdLines>& lines)
   return content;
 }
 
-/** \brief Refuses a PCD file in which another cloud, or more points, follow the points that
- * its header promises.
+/** \brief Refuses a PCD file in which another cloud, or more points, follow the points
+ * that its header promises.
  * \param[in] file after the points
  * \param[in] point_bytes of a point that is not text nor compressed, else 0
  */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/file_text.h"
 #include "clouds/ply_file.h"
 #include "clouds/ply_header.h"

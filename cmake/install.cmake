@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # What `cmake --install` puts where, and how find_package(pcl_ext) and pkg-config find it.
 # The components library, dev, tools and python are packages of their own, see debian/rules.
 include(CMakePackageConfigHelpers)

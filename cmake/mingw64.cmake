@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Toolchain of Debian's g++-mingw-w64-x86-64-posix: programs and DLLs for Windows. zlib is
 # Debian's; where the other dependencies are, CMAKE_PREFIX_PATH tells (doc/building.md).
 set(CMAKE_SYSTEM_NAME Windows)

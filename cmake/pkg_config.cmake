@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Files for pkg-config, one for each library. They hold no absolute path, so that the
 # folder of installation may be moved.
 set(PCL_EXT_PKG_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

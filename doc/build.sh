@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing and builds the documentation; any warning and any dead link is an error.
 # Usage: doc/build.sh [output folder]     (default: build-doc)
 set -euo pipefail

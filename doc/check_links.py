@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Finds dead links in the reference that doxygen made, and in the Markdown files.
 
     python3 doc/check_links.py <html folder> <Markdown file> ...

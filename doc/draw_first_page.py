@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Draws the pictures of the README's first table into doc/first_page.
 
 Usage, after `pcl_ext demo --sensors 6 -o DEMO` and

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // The program of PCL's tutorial "Point Cloud Compression", switched to pcl_ext: the
 // include, the class and what the callback prints are all that changed, apart from the
 // camera, whose place a waving surface takes here, so that the example runs anywhere.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // From a Kinect V2's cloud to bytes, and from bytes to a cloud without noise: what one
 // sensor's computer does, and what the central one does.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // A sensor that has no type in the library, one whose figures come from a parameter
 // file, and an intensity model of one's own.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>

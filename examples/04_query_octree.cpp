@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Asks the decoder's octree: is a place occupied, how sure are we, what is there at
 // all? Then keeps an octree of its own, asks it what is new, and encodes it.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -47,7 +49,8 @@ main()
                         decoder.getVoxelIntensityAtPoint(place) == 20.0f &&
                         centres.size() == 2;
 
-  // As pcl::octree::OctreePointCloudChangeDetector, with decoded frames in place of clouds.
+  // As pcl::octree::OctreePointCloudChangeDetector, with decoded frames in place of
+  // clouds.
   using pcl_ext::octree::IntensityLeaf;
   pcl_ext::octree::OctreePointCloudIntensity<pcl::PointXYZI,
                                              IntensityLeaf,

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Two sensors beside each other before a wall, and the central computer that
 // decodes both streams, asks for what it lost, and merges what they see.
 #include <pcl_ext/nodes/central_node.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Removes the flying pixels before a wall: in a program that decodes clouds as with
 // PCL, and in the central node, which does the same for each of its streams.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>

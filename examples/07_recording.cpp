@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Records two sensors into one file, and reads it: all frames in the order of their
 // times, and one from the middle. A bag of ROS 2 with compressed clouds is read in the
 // same way.

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs missing packages, builds, measures the paper's experiments on the simulated robot
 # cell, checks that the results are plausible, and writes a report as one HTML file.
 # Usage: experiments/report.sh [--frames N] [--seconds S] [--output file]
@@ -21,7 +23,7 @@ output=$root/build-run/report/report.html
 while [ $# -gt 0 ]; do
   case $1 in
     --help | -h)
-      sed -n '2,9s/^# //p' "$0"
+      sed -n '4,11s/^# //p' "$0"
       exit 0
       ;;
     --frames | --seconds | --output)

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The paper's tables and figures, noise with its truth, and what a receiver shows.
  * Each function measures and prints results, as measuring::Results has them.

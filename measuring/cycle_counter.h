@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <cstdint>
@@ -5,8 +6,8 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Cycles of the processor that the calling thread takes outside of the system, where
- * the system has a counter of them and permits it. */
+/** \brief Cycles of the processor that the calling thread takes outside of the system,
+ * where the system has a counter of them and permits it. */
 class CycleCounter {
 public:
   /** \brief Opens the counter of the calling thread, which is the only one to use it. */

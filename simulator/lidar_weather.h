@@ -1,9 +1,12 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Falling snow and a cloud of dust between a lidar and what it looks at.
  *
  * Sources.
  *
- * [G] K. L. S. Gunn, J. S. Marshall, "The distribution with size of aggregate snowflakes",
+ * [G] K. L. S. Gunn, J. S. Marshall, "The distribution with size of aggregate
+ * snowflakes",
  *     Journal of Meteorology 15, 1958, pp. 452-461. Diameters of the melted flakes are
  *     exponential: N(D) = N0 exp(-L D), with the rate R in mm/h of water:
  *     N0 = 3800 R^-0.87 per m^3 and mm, L = 2.55 R^-0.48 per mm.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The simulated robot cell: six Kinect V2 and a lidar that look at moving
  * robots.

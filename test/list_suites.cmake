@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Writes a file for ctest with one test for each test suite of a program, with all of its
 # instantiations: cmake -DPROGRAM=... -DOUTPUT=...
 # [-DLABEL=...] -P list_suites.cmake

@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # A test that runs a program, and passes if that ends with an exit status and prints
 # something. The property PASS_REGULAR_EXPRESSION would ignore the exit status.
 #   name     of the test

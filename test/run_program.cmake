@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Runs a program that must end with an exit status and print something.
 # Usage: cmake "-DCOMMAND=program;argument;..." -DSTATUS=number "-DOUTPUT=regular expression"
 #   -P run_program.cmake

@@ -1,4 +1,6 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, builds the library and the ROS package on it, in build-ros/.
 # After `source build-ros/devel/setup.bash` roslaunch finds the nodes.
 # Usage: tools/build_ros.sh [CMake arguments for the ROS package]

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Writes what shared libraries export, with the types of the public headers, and compares it with
 # that of the last release.
 # Usage: bash tools/check_abi.sh LIBRARIES OUTPUT [PREVIOUS]
@@ -10,7 +12,7 @@
 # CONTRIBUTING.md, "Versions", has what each number promises.
 set -euo pipefail
 if [ $# -lt 2 ]; then
-  sed -n '2,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set ' >&2
+  sed -n '4,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set ' >&2
   exit 2
 fi
 libraries=$1 out=$2 previous=${3:-}

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Builds the codec with the tests of its golden streams for each platform below, and runs
 # them there: the bytes in test/data/golden must be written and read everywhere. With them
 # run tests of what differs between processors: vectors, bits, the order of bytes.

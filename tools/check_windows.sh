@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Builds the libraries as DLLs for Windows, by CMake with the toolchain file of mingw, and
 # runs programs that use them as users do, under wine: what the macros of
 # pcl_ext/export.h export must be all that they need. Public headers are compiled after

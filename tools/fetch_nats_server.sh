@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Prints the path of the program nats-server. Where there is none it is unpacked into
 # build-nats-server before, as to install its package would start a service.
 # Usage: bash tools/fetch_nats_server.sh

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Fetches the packages that a folder's package-lock.json lists from npm's registry, unless
 # they are there. Prints nothing, or one line if they cannot be fetched.
 # Usage: bash tools/fetch_node_packages.sh FOLDER

@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Bags of ROS 1 are read where Debian's librosbag-storage-dev is installed. Its package for
 # CMake is not used, as it needs Python modules that may be missing.
 # Sets PCL_EXT_ROSBAG_LIBRARIES, empty if it is not there, and PCL_EXT_ROSBAG_HEADERS.

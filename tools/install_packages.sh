@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs the Debian packages of tools/packages.txt that are missing.
 # Usage: bash tools/install_packages.sh [group ...]     (default: build)
 if [ -z "${BASH_VERSION:-}" ]; then

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Writes an SPDX 2.3 document of a release: its files, and what others wrote that is in them.
 
 Usage: list_contents.py VERSION FOLDER, in a clone; FOLDER/contents.spdx.json is written.

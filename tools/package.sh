@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, makes the Debian source package of the last commit, builds the binary
 # packages of it, for the distribution that this runs on, and checks all with lintian. They lie in
 # build-package/packages afterwards, and are the same bytes each time.
@@ -6,7 +8,7 @@
 set -euo pipefail
 case ${1:-} in
   --help | -h)
-    sed -n '2,5s/^# //p' "$0"
+    sed -n '4,7s/^# //p' "$0"
     exit 0
     ;;
 esac

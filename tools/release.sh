@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Makes what a release consists of, from a clone without changes, in build-release-files:
 #   pcl_ext-VERSION.tar.gz       the source, the same bytes each time
 #   debian/                      Debian source package (.dsc), and of it packages for the
@@ -18,7 +20,7 @@
 set -euo pipefail
 case ${1:-} in
   --help | -h)
-    sed -n '2,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set '
+    sed -n '4,/^set /s/^# \{0,1\}//p' "$0" | grep -v '^set '
     exit 0
     ;;
 esac

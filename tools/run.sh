@@ -1,4 +1,6 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, builds, and runs the program pcl_ext.
 # Usage: bash tools/run.sh [COMMAND options]
 #   encode IN... -o OUT   clouds of files or a bag -> a recording
@@ -30,7 +32,7 @@ program=$build/tools/bin/pcl_ext
 case " $* " in
   *" --help "* | *" -h "*)
     if [ -x "$program" ]; then exec "$program" "$@"; fi
-    sed -n '2,/^set /s/^# //p' "$0"
+    sed -n '4,/^set /s/^# //p' "$0"
     exit 0
     ;;
 esac

@@ -1,10 +1,12 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, builds everything and runs all tests.
 # Usage: bash tools/test.sh [ctest arguments]
 set -eu
 case ${1:-} in
   --help | -h)
-    sed -n '2,3s/^# //p' "$0"
+    sed -n '4,5s/^# //p' "$0"
     exit 0
     ;;
 esac

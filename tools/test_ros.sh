@@ -1,4 +1,6 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs what is missing, builds the library and the ROS package on it, and runs the
 # package's tests, each with a ROS master of its own.
 # Usage: tools/test_ros.sh [ctest arguments]

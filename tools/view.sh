@@ -1,4 +1,6 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Shows a recording in the browser.
 # Usage: bash tools/view.sh [RECORDING | - | --cell] [options of pcl_ext view]
 #   RECORDING   a .pcxi or MCAP file, or a rosbag2 folder
@@ -10,7 +12,7 @@ set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 case ${1:-} in
   --help | -h)
-    sed -n '2,/^set /s/^# //p' "$0"
+    sed -n '4,/^set /s/^# //p' "$0"
     exit 0
     ;;
 esac

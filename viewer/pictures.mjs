@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Makes the README's pictures of the viewer: doc/viewer.webp, which moves, and doc/viewer_page.webp.
 // Usage: node viewer/pictures.mjs, with the groups `viewer` and `browser` of tools/packages.txt,
 // after viewer/build.sh; PCL_EXT_PROGRAM as for the tests.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Draco's coders. KD-tree over this library's voxels: positions as whole numbers, the
  * quantised intensity as a further attribute, both without loss. KD-tree and sequential

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "coders/pcl_compression.h"
 
 #include <pcl/compression/octree_pointcloud_compression.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * zstd over the preprocessed points, 16 bytes each, and over all points as whole
  * numbers, 12 bytes each.

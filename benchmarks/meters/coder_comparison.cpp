@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "meters/coder_comparison.h"
 
 #include "meters/allocation_count.h"

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Checks of decoded clouds, independent of the library: a naive voxelization,
  * and the nearest neighbour of each point.

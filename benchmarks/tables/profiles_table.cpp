@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * The table of PCL's profiles: what who switches to this library gets for the same
  * constructor argument.

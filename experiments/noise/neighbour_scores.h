@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The scores of published outlier filters, by the neighbours of each point: PCL's
  * and those for lidars in snow. All are low for outliers.

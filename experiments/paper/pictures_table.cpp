@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Writes the clouds, voxels and curves that the report's pictures show, as CSV files.
  * One frame of each sensor: the pictures are the same however many frames are measured.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * The paper's sections 3.1 and 3.2: the streams of the simulated robot cell one by one.
  */

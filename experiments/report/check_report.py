@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Checks that measurements are plausible and that their report is whole.
 
 check_report.py <folder of results> <report>

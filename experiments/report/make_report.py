@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Makes the report of results: make_report.py <folder of results> <file to write> <name
 that the folder will have beside the file>."""
 

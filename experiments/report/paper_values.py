@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Values that the paper reports, to stand beside what is measured.
 
 Source: J. Dybedal, A. Aalerud, G. Hovland, "Embedded Processing and Compression of 3D Sensor

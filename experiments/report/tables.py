@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The report's tables: the paper's values beside the measured ones, and quantities of
 results."""
 

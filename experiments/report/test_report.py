@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Tests of how the report reads results, lays them out and checks them; no measurements are
 needed."""
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * The table of rate control over simulated links, beside fixed settings: what a receiver
  * shows of the robot cell, and how old it is.

@@ -1,5 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief How well a receiver shows the surfaces of the robot cell, with voxels of any edge.
+ * \brief How well a receiver shows the surfaces of the robot cell, with voxels of any
+ * edge.
  */
 #pragma once
 
@@ -70,7 +73,8 @@ surfacePoints(const FrameT& frame, const IsPersonT& is_person)
   return points;
 }
 
-/** \brief Percent of the true surfaces that are shown, and of what is shown that is none. */
+/** \brief Percent of the true surfaces that are shown, and of what is shown that is
+ * none. */
 struct ShownQuality {
   double surface_percent = 0.0;
   double noise_percent = 0.0;
@@ -79,13 +83,13 @@ struct ShownQuality {
   std::optional<double> person_percent;
 };
 
-/** \brief Judges decoded frames, whose voxels have the finest edge or a multiple of two of
- * it, against the true surfaces of a stream.
+/** \brief Judges decoded frames, whose voxels have the finest edge or a multiple of two
+ * of it, against the true surfaces of a stream.
  *
  * A surface's voxel is shown if a decoded voxel's centre is within one finest edge of its
- * own on each axis: also by the voxels of twice the edge around it, but by larger ones only
- * near their centres. A decoded voxel is noise if no surface was in it or within one finest
- * edge around it in the last ten frames. */
+ * own on each axis: also by the voxels of twice the edge around it, but by larger ones
+ * only near their centres. A decoded voxel is noise if no surface was in it or within
+ * one finest edge around it in the last ten frames. */
 class QualityJudge {
 public:
   /** \param[in] edge the finest one, metres */

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Links whose rate changes by fixed traces.
  */
@@ -19,8 +21,8 @@ public:
   static RateTrace
   steady(const std::string& name, double bits_per_second);
 
-  /** \brief As of a Wi-Fi whose sender moves: a rate that walks in steps of a quarter of a
-   * second, and drops to hardly anything for 0.2 to 1.2 seconds now and then.
+  /** \brief As of a Wi-Fi whose sender moves: a rate that walks in steps of a quarter
+   * of a second, and drops to hardly anything for 0.2 to 1.2 seconds now and then.
    * \param[in] bits_per_second its highest value
    * \param[in] seconds length; the last rate stays
    */

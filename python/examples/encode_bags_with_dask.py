@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Encodes all bags of a folder on the workers of a Dask cluster.
 
     encode_bags_with_dask.py bags/ recordings/ --resolution 0.05 --scheduler tcp://host:8786

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Shows a recording, or a folder of frames, with matplotlib, or Open3D if it is installed.
 
     show_recording.py cell.mcap

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Compresses streams of point clouds into voxels, each with an intensity.
 
     import numpy, pcl_ext

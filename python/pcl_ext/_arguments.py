@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Arguments that several classes take and outcomes that they have, as those of the module."""
 
 from __future__ import annotations

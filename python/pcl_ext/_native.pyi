@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The module that CMake builds from python/src; see the classes of the package."""
 
 from typing import Any, Optional

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What clouds and pictures of them have in common."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Encoding of whole bags, by the program ``pcl_ext``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Decoded clouds, and what other packages make of them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What is asked of frames and decoded clouds, and what can be chosen by name."""
 
 from __future__ import annotations

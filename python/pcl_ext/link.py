@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Frames between machines, over a NATS server (https://nats.io); see doc/site.md.
 
     publisher = pcl_ext.link.FramePublisher("nats://centre:4222", site="cell")

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The order in which a lidar measured its points, restored from their fields."""
 
 from typing import Any, Optional, Sequence, Tuple

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Removal of noise from the voxels of a stream, and from the points of a lidar."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Telling the voxels of surfaces from noise over time."""
 
 from __future__ import annotations

@@ -1,6 +1,9 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief The module pcl_ext._link: frames over NATS for the classes of pcl_ext.link, which
- * have the documentation. Outcomes are returned as tuples with the name of their code.
+ * \brief The module pcl_ext._link: frames over NATS for the classes of pcl_ext.link,
+ * which have the documentation. Outcomes are returned as tuples with the name of their
+ * code.
  */
 #include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/link/frame_publisher.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The module pcl_ext._native: the library for the classes of the package, which
  * have the documentation. Outcomes are returned as tuples with the name of their code.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Encodes a stream of clouds with OctreePointCloudIntensityCompression, for
  * test_bytes_of_cpp.py, which compares the frames with those of Python.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Builds source distribution and wheel, installs the wheel with pip into a virtual environment
 and tests it there.
 

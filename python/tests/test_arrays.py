@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Arrays of any type and layout: the same frame, or a clear error."""
 
 import numpy as np

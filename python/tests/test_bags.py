@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Bags that the program encodes, alone and on workers of Dask."""
 
 import importlib.util

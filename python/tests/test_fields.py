@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Further fields of points: exact or rounded to a step, of points and of voxels."""
 
 import struct

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Arrays of rows and columns, which come back as such where that saves bytes."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Outlier removal with frames of a decoder or an encoder."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Rate control: the budget over the stamps of the clouds is kept, and what is said of it."""
 
 import numpy as np

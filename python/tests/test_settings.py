@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Settings: those of the library, by their names; wrong ones are refused."""
 
 import inspect

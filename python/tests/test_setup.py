@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What `pip install .` tells and `python3 -m build` makes, with a stand-in for CMake."""
 
 import hashlib

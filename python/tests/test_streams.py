@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Streams: I-frames and P-frames, losses, headers, warnings, sizes."""
 
 import warnings

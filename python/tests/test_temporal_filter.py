@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The temporal filter, before encoding and after decoding."""
 
 import numpy as np

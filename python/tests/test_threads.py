@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Several threads: others run while one codes, and an object may be shared."""
 
 import sys

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Uses the package where there is neither compiler nor PCL; see wheel_in_clean_debian.sh."""
 
 import pathlib

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs a wheel in a virtual environment of a clean Debian of this machine's release that has
 # python3, python3-venv and python3-numpy, without compiler, PCL or packages of this project, and
 # uses it there. The Debian is deleted in the end.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The node of a sensor: clouds in, compressed frames out.
  */
@@ -57,8 +59,8 @@ settingsIn(const std::string& global_frame)
 
 } // namespace
 
-/** \brief Compresses the clouds of one sensor. doc/nodes.md has the topics and parameters.
- * All callbacks run in the thread of run(). */
+/** \brief Compresses the clouds of one sensor. doc/nodes.md has the topics and
+ * parameters. All callbacks run in the thread of run(). */
 class IntensityCompressor {
 public:
   /** \brief Reads the parameters and connects.

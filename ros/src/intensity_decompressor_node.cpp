@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The central node: compressed frames of many streams in, denoised voxels of each
  * stream out.
@@ -69,7 +71,8 @@ struct Stream {
 
 } // namespace
 
-/** \brief Decompresses and denoises streams. doc/nodes.md has the topics and parameters. */
+/** \brief Decompresses and denoises streams. doc/nodes.md has the topics and
+ * parameters. */
 class IntensityDecompressor {
 public:
   /** \brief Reads the parameters and connects.

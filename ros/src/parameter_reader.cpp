@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "parameter_reader.h"
 
 #include <sstream>
@@ -11,8 +12,8 @@ using XmlRpc::XmlRpcValue;
 
 namespace {
 
-/** \brief Nothing if the value is of a type that no parameter of a table has, as maps, and
- * lists of other elements than numbers. */
+/** \brief Nothing if the value is of a type that no parameter of a table has, as maps,
+ * and lists of other elements than numbers. */
 std::optional<ParameterValue>
 toParameterValue(XmlRpcValue value)
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/node_parameters.h>
@@ -20,19 +21,20 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-/** \brief Reads private parameters of this node and checks type and range. doc/nodes.md has
- * their units, defaults and ranges.
+/** \brief Reads private parameters of this node and checks type and range. doc/nodes.md
+ * has their units, defaults and ranges.
  *
  * All members throw WrongParameter.
  */
 class ParameterReader {
 public:
-  /** \brief The values of a table's parameters, the defaults of those that are not set. */
+  /** \brief The values of a table's parameters, the defaults of those that are not set.
+   * */
   pcl_ext::nodes::ParameterValues
   values(const std::vector<pcl_ext::nodes::ParameterDescription>& parameters);
 
-  /** \brief The topics of a list, which must not be empty; nothing if the parameter is not
-   * set. */
+  /** \brief The topics of a list, which must not be empty; nothing if the parameter is
+   * not set. */
   std::optional<std::vector<std::string>>
   topics(const std::string& name);
 

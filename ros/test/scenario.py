@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """A sensor, its compressor and the decompressor: what the tests of the nodes share.
 
 The clouds are made of voxels, so that the voxels that have to arrive are known without the

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The nodes with a ROS master: streams, transforms, losses, health, parameters, launch files.
 
 What does not need ROS, as the voxels of each law, is tested with the library.

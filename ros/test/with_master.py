@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Starts a ROS master on loopback and runs a test with it.
 
 Usage: with_master.py COMMAND [ARGUMENT ...]

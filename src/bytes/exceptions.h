@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Exception handling of the codec. Only here, so that the codec also builds
  * without exceptions, as for wasm32. Without them running out of memory ends the

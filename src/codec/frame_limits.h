@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -12,8 +13,8 @@ namespace io {
  * 32 bits. */
 constexpr std::size_t most_blocks = std::size_t{1} << 26;
 
-/** \brief The most bytes of memory that a frame takes for each of its voxels, and for each
- * of its blocks besides, while it is decoded and after. */
+/** \brief The most bytes of memory that a frame takes for each of its voxels, and for
+ * each of its blocks besides, while it is decoded and after. */
 constexpr std::size_t bytes_of_voxel = 120;
 constexpr std::size_t bytes_of_block = 480;
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -30,10 +31,11 @@ fitsHistory(std::size_t blocks, std::size_t voxels)
   return blocks + voxels <= most_blocks;
 }
 
-/** \brief The most tracked voxels, or blocks with them, that the history may have before a
- * P-frame. If there are more, an encoder makes an I-frame instead, and a decoder refuses
- * the frame.
- * \param[in] count voxels or blocks of the frame for an encoder, the limit for a decoder
+/** \brief The most tracked voxels, or blocks with them, that the history may have
+ * before a P-frame. If there are more, an encoder makes an I-frame instead, and a
+ * decoder refuses the frame.
+ * \param[in] count voxels or blocks of the frame for an encoder, the limit for a
+ * decoder
  */
 constexpr std::size_t
 maxTracked(std::size_t count)

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Headers of a message with a frame, besides which it has the frame's bytes alone.
  */
@@ -32,7 +34,8 @@ struct FrameHeader {
 std::string
 writeFrameHeader(const FrameHeader& header);
 
-/** \brief Reads a header of the version that this library writes; nothing if it is none. */
+/** \brief Reads a header of the version that this library writes; nothing if it is
+ * none. */
 std::optional<FrameHeader>
 parseFrameHeader(std::string_view text);
 

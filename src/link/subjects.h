@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief Subjects of NATS: SITE.STREAM.frames, after which the server may put the number of
- * a partition, and SITE.STREAM.requests for I-frames.
+ * \brief Subjects of NATS: SITE.STREAM.frames, after which the server may put the
+ * number of a partition, and SITE.STREAM.requests for I-frames.
  */
 #pragma once
 
@@ -13,12 +15,13 @@
 namespace pcl_ext {
 namespace link {
 
-/** \brief Longest name of a stream. All its bytes may take three in a subject, and a server
- * takes 4096 for subject and sizes. */
+/** \brief Longest name of a stream. All its bytes may take three in a subject, and a
+ * server takes 4096 for subject and sizes. */
 constexpr std::size_t longest_stream_name = 1000;
 
-/** \brief Text without characters that have a meaning in subjects, headers or wildcards: all
- * bytes but letters, digits and - _ / become % and two hexadecimal digits. */
+/** \brief Text without characters that have a meaning in subjects, headers or
+ * wildcards: all bytes but letters, digits and - _ / become % and two hexadecimal
+ * digits. */
 std::string
 escaped(std::string_view text);
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/frame_description.h>
@@ -16,8 +17,8 @@ struct WholeFrame {
   std::size_t size = 0;
 };
 
-/** \brief Looks at bytes that are to be exactly one frame, without decoding it; nothing if
- * they are not. */
+/** \brief Looks at bytes that are to be exactly one frame, without decoding it; nothing
+ * if they are not. */
 std::optional<WholeFrame>
 wholeFrameOf(const std::uint8_t* bytes, std::size_t size);
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
@@ -14,8 +15,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief What a MergingCentre knows of one stream besides its CentralNode. For one thread
- * at a time. */
+/** \brief What a MergingCentre knows of one stream besides its CentralNode. For one
+ * thread at a time. */
 class CentreStream {
 public:
   void

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/nodes/cloud_sender.h>
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/nodes/health_metrics.h>
 
 #include "bytes/metrics_text.h"
@@ -62,7 +63,8 @@ const Metric<StreamHealth> stream_metrics[] = {
      [](const StreamHealth& s, Time) { return number(s.frames_failed); }},
     {"frames_dropped_total", counter, "Frames that came late or twice.",
      [](const StreamHealth& s, Time) { return number(s.frames_dropped); }},
-    {"frames_refused_total", counter, "Frames refused, as too many waited or memory ran out.",
+    {"frames_refused_total", counter,
+     "Frames refused, as too many waited or memory ran out.",
      [](const StreamHealth& s, Time) { return number(s.frames_refused); }},
     {"frames_lost_total", counter, "Frames missing between the numbers of those decoded.",
      [](const StreamHealth& s, Time) { return number(s.frames_lost); }},
@@ -75,7 +77,9 @@ const Metric<StreamHealth> stream_metrics[] = {
     {"age_seconds", gauge, "Time since a frame was decoded; absent before the first.",
      [](const StreamHealth& s, Time now) {
        return s.frames_decoded == 0 ? unknown : secondsBetween(s.last_decoded, now); }},
-    {"latency_seconds", gauge, "Mean time from a stamp until its frame was decoded, over 2 s; absent without stamps of this clock.",
+    {"latency_seconds", gauge,
+     "Mean time from a stamp until its frame was decoded, over 2 s; absent without "
+     "stamps of this clock.",
      [](const StreamHealth& s, Time) { return latencyOf(s.rates); }},
     {"voxels", gauge, "Voxels of the last frame, before denoising.",
      [](const StreamHealth& s, Time) { return number(s.voxels); }},
@@ -92,7 +96,8 @@ const Metric<SenderHealth> sender_metrics[] = {
     {"clouds_without_transform_total", counter, "Clouds left out without a transform.",
      [](const SenderHealth& s, Time) { return number(s.cloudsWithoutTransform()); }},
     {"clouds_left_out_total", counter, "Clouds that max_rate had no room for.",
-     [](const SenderHealth& s, Time) { return number(s.node.rate_control.clouds_left_out); }},
+     [](const SenderHealth& s, Time) {
+       return number(s.node.rate_control.clouds_left_out); }},
     {"cloud_bytes_total", counter, "Bytes of the clouds that became frames.",
      [](const SenderHealth& s, Time) { return number(s.node.cloud_bytes); }},
     {"frames_total", counter, "Frames that were encoded.",
@@ -105,10 +110,13 @@ const Metric<SenderHealth> sender_metrics[] = {
      [](const SenderHealth& s, Time) { return number(s.i_frame_requests); }},
     {"age_seconds", gauge, "Time since a cloud arrived; absent before the first.",
      [](const SenderHealth& s, Time now) { return ageOf(s.last_arrival, now); }},
-    {"latency_seconds", gauge, "Mean time from a stamp until its frame was encoded, over 2 s; absent without stamps of this clock.",
+    {"latency_seconds", gauge,
+     "Mean time from a stamp until its frame was encoded, over 2 s; absent without "
+     "stamps of this clock.",
      [](const SenderHealth& s, Time now) {
        // Where the rates are those of the last cloud, however long ago.
-       return ageOf(s.last_arrival, now) > rate_window ? unknown : latencyOf(s.node.rates); }},
+       return ageOf(s.last_arrival, now) > rate_window
+                  ? unknown : latencyOf(s.node.rates); }},
     {"voxels", gauge, "Voxels of the last frame.",
      [](const SenderHealth& s, Time) { return number(s.node.frame.coding.voxels); }}};
 // clang-format on

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/stream_health.h>
@@ -32,9 +33,9 @@ secondsBetween(Time from, Time to)
   return Seconds(to - from).count();
 }
 
-/** \brief Seconds from a frame's stamp until it was ready. None if the stamp is of another
- * clock: 0, the default of a cloud without stamp, or more than an hour from `ready`, as
- * those of a recording that is played again. */
+/** \brief Seconds from a frame's stamp until it was ready. None if the stamp is of
+ * another clock: 0, the default of a cloud without stamp, or more than an hour from
+ * `ready`, as those of a recording that is played again. */
 inline std::optional<double>
 latencySeconds(Time stamp, Time ready)
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/received_stream.h"
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -141,7 +142,8 @@ ReceivedStream::keptBytes() const
          (outlier_removal_ ? VoxelOutlierRemoval::bytes_of_voxel * latest_.size() : 0);
 }
 
-/** \brief Drops the voxels and the filter's history, as the memory is needed elsewhere. */
+/** \brief Drops the voxels and the filter's history, as the memory is needed elsewhere.
+ * */
 void
 ReceivedStream::dropVoxels() noexcept
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
@@ -28,8 +29,8 @@ namespace nodes {
  * voxels and its health.
  *
  * A stream with waiting frames has one turn at a time, in which a thread calls
- * decodeNext() or refuseNext() and then endTurn(). These are for one thread at a time; all
- * other members are thread-safe.
+ * decodeNext() or refuseNext() and then endTurn(). These are for one thread at a time;
+ * all other members are thread-safe.
  */
 class ReceivedStream {
 public:

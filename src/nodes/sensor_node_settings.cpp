@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/sensor_node_settings.h"
 
 #include <pcl_ext/nodes/node_parameters.h>

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "outliers/frame_ticks.h"
@@ -12,7 +13,8 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief Tells whether the sensor of a stream moves, where no TemporalVoxelFilter does. */
+/** \brief Tells whether the sensor of a stream moves, where no TemporalVoxelFilter
+ * does. */
 class FrameMotion {
 public:
   /** \brief Takes the stream's next frame.

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/version.h>
@@ -43,7 +44,8 @@ public:
     for (Band& band : bands_) {
       const Counts& counts = band.counts;
       if (counts.empty >= least_empty * unit) {
-        // Between the two shares it stays as it is, so that it does not change each frame.
+        // Between the two shares it stays as it is, so that it does not change each
+        // frame.
         if (20 * counts.hits > 13 * counts.voxels || !counts.returnsInTenths(5))
           band.is_noisy = false;
         else if (20 * counts.hits < 11 * counts.voxels)
@@ -94,8 +96,8 @@ private:
         *count -= *count / 16;
     }
 
-    /** \brief True if the share of hits of those that were empty is at least so many tenths
-     * of that of all. */
+    /** \brief True if the share of hits of those that were empty is at least so many
+     * tenths of that of all. */
     bool
     returnsInTenths(std::uint64_t tenths) const
     {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
@@ -19,8 +20,8 @@ constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 class LidarImage {
 public:
   /** \brief Finds the pixels of a cloud.
-   * \return false if there are no rows; after three such clouds only each sixteenth one is
-   * looked at
+   * \return false if there are no rows; after three such clouds only each sixteenth one
+   * is looked at
    */
   bool
   assign(const io::PointView& points);

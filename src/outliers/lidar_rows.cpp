@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/lidar_rows.h"
 
 #include "voxelizing/ring_field.h"
@@ -58,8 +59,8 @@ slopesBetweenRows(std::vector<float>& slopes)
   return between;
 }
 
-/** \brief Sine of the elevation: single points near the axis, whose slopes are huge, count
- * no more than others. */
+/** \brief Sine of the elevation: single points near the axis, whose slopes are huge,
+ * count no more than others. */
 double
 sineOf(float slope)
 {
@@ -160,10 +161,10 @@ LidarRows::readRows(Source source,
   }
 }
 
-/** \brief Whether rows turn around the axis, each at nearly the same elevation: those of a
- * camera do not, but for middle rows of one that looks along the axis, and wide rows of
- * one that looks ahead are only nearly so. Rings may be of a sensor that sees a small part of
- * a turn. */
+/** \brief Whether rows turn around the axis, each at nearly the same elevation: those
+ * of a camera do not, but for middle rows of one that looks along the axis, and wide
+ * rows of one that looks ahead are only nearly so. Rings may be of a sensor that sees a
+ * small part of a turn. */
 bool
 LidarRows::areCones(Source source, const std::vector<LidarPoint>& directions) const
 {
@@ -275,8 +276,8 @@ LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
   return true;
 }
 
-/** \brief Tells rows from where a turn ends, for clouds with one row after the other: ahead
- * or behind, whichever makes fewer rows. */
+/** \brief Tells rows from where a turn ends, for clouds with one row after the other:
+ * ahead or behind, whichever makes fewer rows. */
 bool
 LidarRows::findByTurns(const std::vector<LidarPoint>& directions)
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/voxel_grid.h>
@@ -78,8 +79,8 @@ public:
     return at && depths_[at->square] + margin < at->depth;
   }
 
-  /** \brief What the sensor sees at the place of a voxel, by what is nearest in the direction
-   * of the voxel and around. */
+  /** \brief What the sensor sees at the place of a voxel, by what is nearest in the
+   * direction of the voxel and around. */
   Sight
   sightOf(std::uint64_t key) const
   {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/frame_statistics.h>
@@ -88,7 +89,8 @@ private:
     unsigned int age;                      // ticks
   };
 
-  /** \brief A position that is more than a voxel from the last is of a sensor that moves. */
+  /** \brief A position that is more than a voxel from the last is of a sensor that
+   * moves. */
   void
   followPosition(const std::optional<std::array<double, 3>>& position,
                  double resolution)
@@ -107,8 +109,8 @@ private:
       position_ = position;
   }
 
-  /** \brief Voxels of surfaces, and how many of them are more than a voxel from all of the
-   * reference. */
+  /** \brief Voxels of surfaces, and how many of them are more than a voxel from all of
+   * the reference. */
   struct Comparison {
     std::size_t surfaces = 0;
     std::size_t others = 0;

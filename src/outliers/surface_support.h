@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
@@ -161,8 +162,8 @@ public:
     return levels_[0].occupied.count(key, 1) != 0;
   }
 
-  /** \brief True if the frame has a voxel in one of the 27 coarse voxels of level 1 around
-   * a voxel, or one of its 26 neighbours where a grid has no coarse voxels. */
+  /** \brief True if the frame has a voxel in one of the 27 coarse voxels of level 1
+   * around a voxel, or one of its 26 neighbours where a grid has no coarse voxels. */
   bool
   hasCoarseNeighbour(std::uint64_t key) const
   {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/reserve_ahead.h"
@@ -203,7 +204,8 @@ private:
   void
   show(const io::VoxelFrame& frame);
 
-  /** \brief True if more than one of so many shown voxels has nothing near in the frame. */
+  /** \brief True if more than one of so many shown voxels has nothing near in the
+   * frame. */
   bool
   isLeft(std::size_t part) const
   {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/depth_model.h>
@@ -15,7 +16,8 @@ inline namespace PCL_EXT_ABI {
 
 /** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to
  * 255, in 255ths of a face with the unit Faces, in points with Points, and 255 with
- * Voxels; with Rays points, 1 to DensityBlocks::most_points. A coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
+ * Voxels; with Rays points, 1 to DensityBlocks::most_points. A coarse voxel is 2^levels
+ * voxels wide; with levels 0 it is a voxel.
  *
  * With a depth model a face counts as covered from
  * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
@@ -32,7 +33,8 @@ struct TrackedVoxel {
 class VoxelPresence {
 public:
   /** \param[in] frames strength of the filter
-   * \param[in] holds whether a voxel may stay where nothing within one voxel is measured */
+   * \param[in] holds whether a voxel may stay where nothing within one voxel is
+   * measured */
   VoxelPresence(unsigned int frames, bool holds);
 
   /** \brief Takes the next frame, before its voxels are counted.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Of zlib what the codec uses, for platforms that Debian has no zlib for:
  * WebAssembly in the viewer, and processors that tools/check_determinism.sh tries. In a

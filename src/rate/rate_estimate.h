@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/version.h>
@@ -15,8 +16,8 @@ struct FrameRatios {
   double p_frame = 1.0;
 };
 
-/** \brief What the next frames of a stream are expected to take: running means of its last
- * ones, of I- and P-frames apart. */
+/** \brief What the next frames of a stream are expected to take: running means of its
+ * last ones, of I- and P-frames apart. */
 class RateEstimate {
 public:
   using Nanoseconds = std::chrono::nanoseconds;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap_frames.h"
 
 #include "recording/format_name.h"
@@ -127,10 +128,10 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
   takeFrames(std::move(frames));
 }
 
-/** \brief Gives frames that seem to be before an earlier one of their stream its time, as after
- * the clock was set back. A single frame that is after the next one, which is not before the
- * frame in front of it, gets the time of the next one instead: a byte of its index is damaged.
- * Of the first frame of a stream that is not known.
+/** \brief Gives frames that seem to be before an earlier one of their stream its time,
+ * as after the clock was set back. A single frame that is after the next one, which is
+ * not before the frame in front of it, gets the time of the next one instead: a byte of
+ * its index is damaged. Of the first frame of a stream that is not known.
  * \param[in,out] frames in the order of the file
  */
 void

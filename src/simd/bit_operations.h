@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Operations on bits, byte order and the cache that compilers provide and C++17
  * does not. Compiler built-ins are used in this file only; each has a portable version

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief PCL_EXT_LANES_TARGET goes before functions that use the vectors of a lanes
  * type.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Operations on rows of small integers for effort fast, with SSE2 and in plain
  * C++, with the same results.

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "stream/field_table.h"
 
 #include <pcl_ext/compression/voxel_frame.h>

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
@@ -13,8 +14,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Writes which fields a stream has, as an I-frame's header does (doc/bitstream.md,
- * "Frame header"). */
+/** \brief Writes which fields a stream has, as an I-frame's header does
+ * (doc/bitstream.md, "Frame header"). */
 void
 writeFieldTable(const std::vector<FieldDescription>& fields,
                 const std::array<std::int32_t, 3>& viewpoint,

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "stream/version1_encoder.h"
 
 #include "bytes/byte_writer.h"
@@ -250,9 +251,9 @@ Version1Encoder::encodeIFrame(const VoxelFrame& frame)
   return chosen;
 }
 
-/** \brief Encodes payload and supplement of an I-frame. The first large one is also encoded
- * without a refinement: where walls and floors are flat that takes fewer bytes, and more
- * time. */
+/** \brief Encodes payload and supplement of an I-frame. The first large one is also
+ * encoded without a refinement: where walls and floors are flat that takes fewer bytes,
+ * and more time. */
 PayloadSizes
 Version1Encoder::encodeWithContent(const VoxelFrame& frame, bool has_image)
 {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "view/listeners.h"
 
 #include <boost/asio/ip/v6_only.hpp>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The texts and the head of frames that servers and viewers exchange;
  * doc/viewing.md.

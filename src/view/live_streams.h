@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/view/view_server.h>
@@ -55,8 +56,8 @@ public:
   void
   setProblem(const std::string& problem);
 
-  /** \brief Queues the message on how fresh the streams are, for all viewers; to be called
-   * once a second. */
+  /** \brief Queues the message on how fresh the streams are, for all viewers; to be
+   * called once a second. */
   void
   queueState();
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Who may ask: checks of the headers Host and Origin, and the headers that keep
  * other pages out.

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/field_collector.h"
 
 #include "voxels/field_summary.h"

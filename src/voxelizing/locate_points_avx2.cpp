@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #define PCL_EXT_TARGETS_AVX2
 
 #include "voxelizing/locate_points.h"

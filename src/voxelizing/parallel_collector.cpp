@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/parallel_collector.h"
 
 #include "voxelizing/run_at_once.h"

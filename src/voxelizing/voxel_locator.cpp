@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/voxel_locator.h"
 
 #include "voxelizing/coordinate_range.h"

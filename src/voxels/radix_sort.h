@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/version.h>
@@ -17,8 +18,8 @@ namespace io {
 /** \brief Sorts keys, or entries by their member `key`, ascending; stable.
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
- * the counters fit the first-level cache. Each pass counts the digits of the next one: the
- * counters of all passes would be too large for the stack in a browser.
+ * the counters fit the first-level cache. Each pass counts the digits of the next one:
+ * the counters of all passes would be too large for the stack in a browser.
  * \param[in,out] entries entries to sort, fewer than 2^32
  * \param[in,out] spare scratch memory, kept from call to call
  * \param[in] key_bits keys are below 2^key_bits

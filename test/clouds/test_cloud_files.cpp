@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/cloud_files.h"
 #include "clouds/pcd_file.h"
 #include "clouds/ply_file.h"
@@ -184,7 +185,8 @@ TEST(CloudFiles, WriteWhatPclReads)
 TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
 {
   const recording::test::TestFolder folder;
-  // Elements before and after, lists, alpha, numbers of 64 bits and the other order of bytes.
+  // Elements before and after, lists, alpha, numbers of 64 bits and the other order of
+  // bytes.
   const std::string header =
       "element camera 1\nproperty float focus\n"
       "element strip 2\nproperty list uchar short parts\n"

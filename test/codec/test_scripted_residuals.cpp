@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Invalid residuals of a depth model after valid numbers of points, of the
  * effort fast, which codes both in rows of their own.

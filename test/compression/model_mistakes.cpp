@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Does not compile: mistakes with intensity models and point types, each of
  * which a static_assert answers with its remedy. The test compares the compiler's

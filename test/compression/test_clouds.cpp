@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of
  * point and what it gives back: centres, intensities, headers.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Programs written for pcl::io::OctreePointCloudCompression, compiled for that
  * class and for this library's: only the class name differs.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief settings.retain_octree: the inherited octree queries answer for the frame that
  * was encoded or decoded last.

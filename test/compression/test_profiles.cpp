@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The constructor that takes PCL's arguments: its profiles and defaults.
  */
@@ -160,8 +162,8 @@ TEST(CompressionProfiles, MillionsOfVoxelsAreDecodedByTheSameClass)
 
 TEST(CompressionProfiles, FlatMapsTakeFewerBytesThanTheirCoordinatesHaveBits)
 {
-  // A floor at random, 1,700 points a square metre. Coded as coarse voxels with the bits of
-  // their points they take 8.4 bits a point; PCL's class takes 8.8.
+  // A floor at random, 1,700 points a square metre. Coded as coarse voxels with the
+  // bits of their points they take 8.4 bits a point; PCL's class takes 8.8.
   constexpr std::size_t points = 300000;
   constexpr float side = 13.3f;
   std::mt19937 random(7);

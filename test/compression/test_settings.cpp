@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec,
  * invalid ones are reported by every call, and the usual_resolution may change while a

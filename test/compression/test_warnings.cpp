@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What OctreePointCloudIntensityCompression says when not all of a cloud is in
  * its frame, and about streams that it cannot read or write.

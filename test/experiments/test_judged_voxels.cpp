@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "noise/judged_voxels.h"
 
 #include <gtest/gtest.h>

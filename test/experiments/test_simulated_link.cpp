@@ -1,5 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief What tables rate and temporal are built of: links, and the judge of what is shown.
+ * \brief What tables rate and temporal are built of: links, and the judge of what is
+ * shown.
  */
 #include "shown/shown_quality.h"
 #include "shown/simulated_link.h"

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief removeOutliers() on clouds of PCL: of any layout what is noise by
  * PointOutlierRemoval is removed, and nothing else changes.

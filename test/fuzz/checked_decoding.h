@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Decoding as all targets that read streams check it: a frame is whole, or there
  * is none and a reason.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: SensorPreprocessor on any PCLPointCloud2 does what its header says,
  * which a reference does once more, one point and one field at a time: the same points,

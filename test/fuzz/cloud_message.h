@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Clouds of any layout, and settings of a SensorPreprocessor, as the bytes of an
  * input describe them.

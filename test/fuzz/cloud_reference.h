@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What the header of SensorPreprocessor says, once more: which clouds are
  * refused and why, and how a field is read.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: for any bytes decoding ends, stays within its limits, and a frame is
  * either whole or not there.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Changes of frames for a mutator: fields of headers, depth models, payloads,
  * symbols of the published layout.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A stream taken apart into frames, for a mutator that changes them and joins
  * them again with valid checksums.

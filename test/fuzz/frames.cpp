@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: frames of an encoder that were changed, mostly with valid checksums.
  * Decoding never crashes or throws; a frame that is Ok is consistent, within its grid

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: a file of any bytes is read as a recording, frame by frame and in any
  * order, in bounded time and memory.

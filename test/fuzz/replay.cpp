@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * A main for fuzz targets without a fuzzer: runs a target on files, on all files of
  * folders, and on some thousand random inputs; where the target has a mutator, on what

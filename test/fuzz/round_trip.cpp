@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: any points, as a stream of clouds, come back as the voxels that went in,
  * in either format and with each effort, with and without a depth law; and encoding the

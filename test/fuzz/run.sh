@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Builds the fuzz targets with AddressSanitizer and UndefinedBehaviorSanitizer and runs each
 # on what it has found before and on the seeds; prints executions, executions a second and
 # coverage of each. Stops with an error if an input fails, and says where it is.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Fuzz target: what reaches a decoder of one or two senders' frames, with frames lost,
  * swapped, repeated, damaged and cut off, senders that start again and frame numbers

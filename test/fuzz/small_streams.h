@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Short streams of few voxels in both formats and with all efforts, which
  * targets make once, so that they need not encode for each input.

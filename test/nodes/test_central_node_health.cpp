@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Frames that a CentralNode receives late, twice, damaged or not at all: what it
  * decodes, requests, and reports in the health of its streams.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What memory a CentralNode keeps after large frames: none, some frames later.
  */

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Merging the streams of a CentralNode against sums in a map.
  */
@@ -293,7 +295,8 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
           EXPECT_NEAR(merged.at(index), intensity, 0.02 * intensity) << step;
         }
       for (const auto& [index, intensity] : of_fault)
-        // Far from the others: clamped to an end of their scale, of which 0 is the lowest.
+        // Far from the others: clamped to an end of their scale, of which 0 is the
+        // lowest.
         if (intensity > 0.0)
           EXPECT_GT(merged.at(index), 0.0);
         else

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A site of zones, each with a centre, and one above them; to be run under
  * ThreadSanitizer, too.
@@ -30,7 +32,8 @@ nameOf(std::size_t number)
   return "/" + std::to_string(number);
 }
 
-/** \brief Six sensors, three zones, a centre above them, and one centre of all sensors. */
+/** \brief Six sensors, three zones, a centre above them, and one centre of all sensors.
+ * */
 class Site {
 public:
   Site()
@@ -68,8 +71,8 @@ public:
                       .ok());
   }
 
-  /** \brief Time passes: each sensor sends a frame 50 ms after the other, late by up to 90
-   * ms; each zone's merged frames arrive above after 20 ms.
+  /** \brief Time passes: each sensor sends a frame 50 ms after the other, late by up to
+   * 90 ms; each zone's merged frames arrive above after 20 ms.
    * \param[in] dead sensor that does not; none: sensors
    */
   void

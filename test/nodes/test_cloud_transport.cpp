@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * A CloudSender and CloudReceivers: what a transport of clouds does with parameters, new and
- * lost receivers, and lost frames.
+ * A CloudSender and CloudReceivers: what a transport of clouds does with parameters,
+ * new and lost receivers, and lost frames.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/cloud_receiver.h>

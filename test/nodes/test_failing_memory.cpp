@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief Memory that runs out at any allocation of what encodes and decodes streams: nothing
- * is thrown, a status says so, and nothing wrong follows.
+ * \brief Memory that runs out at any allocation of what encodes and decodes streams:
+ * nothing is thrown, a status says so, and nothing wrong follows.
  */
 #include "support/failing_clouds.h"
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A centre that checks, denoises and merges streams; to be run under
  * ThreadSanitizer, too.

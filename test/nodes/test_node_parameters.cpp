@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief The parameters that the nodes of all ROS versions share: what they allow, and what
- * they say where a value is not allowed.
+ * \brief The parameters that the nodes of all ROS versions share: what they allow, and
+ * what they say where a value is not allowed.
  */
 #include <pcl_ext/nodes/node_parameters.h>
 

@@ -1,4 +1,4 @@
-
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulator/robot_cell.h"
 #include "support/node_tests.h"
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A SensorNode under rate control: its stream stays decodable, and its coarse
  * voxels are made of the fine ones.

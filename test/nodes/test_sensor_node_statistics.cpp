@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The figures of a SensorNode.
  */
@@ -55,7 +57,8 @@ TEST(SensorNodeStatistics, RatesAndLatenciesAreOfTheClockOfTheSettings)
   FakeClock clock;
   SensorNode node = nodeWith(clock);
   std::vector<std::size_t> sizes;
-  // Three frames, a quarter of a second apart, ready 50, 80 and 20 ms behind their stamps.
+  // Three frames, a quarter of a second apart, ready 50, 80 and 20 ms behind their
+  // stamps.
   const std::vector<std::chrono::milliseconds> stamps = {7000ms, 7220ms, 7530ms};
   const std::vector<std::chrono::milliseconds> ready = {7050ms, 7300ms, 7550ms};
   for (std::size_t frame = 0; frame < 3; ++frame) {

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Writes the metrics of streams that have the names given as arguments, decoded, encoded
  * and received, for test_metrics.py.

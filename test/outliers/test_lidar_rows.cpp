@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Rows and columns that PointOutlierRemoval finds: clouds of the same points are
  * judged the same, however they say what their rows are, and clouds without rows are not.
@@ -153,8 +155,8 @@ TEST(LidarRows, RingsOfAnyTypeNumberAndOrderAreRowsOfAnImage)
   const LidarScan scan = snowyScan();
   const std::vector<float> expected = judged(scan.view());
   const std::vector<std::size_t> pixels = shuffled(returnsOf(scan));
-  // Lasers of some sensors are not numbered from one side to the other, and some have none
-  // of the numbers.
+  // Lasers of some sensors are not numbered from one side to the other, and some have
+  // none of the numbers.
   std::vector<int> ring_of_row(scan.height);
   for (int row = 0; row < static_cast<int>(scan.height); ++row)
     ring_of_row[static_cast<std::size_t>(row)] = 5 * (row * 7 % 24) + 2;
@@ -286,8 +288,8 @@ TEST(LidarRows, OfTwoEchoesInOneDirectionTheNearestIsJudged)
       rings.push_back(static_cast<int>(pixel / scan.width));
       all_expected.push_back(log_odds);
     };
-    // An echo from further away, before or behind it, which rounding turns to either side,
-    // and drivers' second copies of a single echo.
+    // An echo from further away, before or behind it, which rounding turns to either
+    // side, and drivers' second copies of a single echo.
     const float times = 1.7f;
     const float farther[] = {times * point[0], times * point[1], times * point[2]};
     if (pixel % 4 == 1)

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief PointOutlierRemoval in snow: what is removed and what stays, its history, its
  * settings, and memory that runs out.

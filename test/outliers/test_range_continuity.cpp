@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The log-odds of pixels against their definition (doc/outlier_removal.md, "Points
  * of lidars"), computed pixel by pixel in double precision.
@@ -189,8 +191,8 @@ exactImage(std::vector<float>& ranges, const Size& size)
       continue;
     }
     int exponent = 0;
-    // A mantissa of 2^-10 and a half; ranges beyond eight octaves are like those of the last
-    // step.
+    // A mantissa of 2^-10 and a half; ranges beyond eight octaves are like those of the
+    // last step.
     const double mantissa =
         std::frexp(1.0 + static_cast<double>(range) / 2.0, &exponent);
     const double stepped = (std::floor(2048.0 * mantissa) + 0.5) / 2048.0;

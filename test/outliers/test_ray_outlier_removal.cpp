@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief VoxelOutlierRemoval with the unit Rays, against the formula of
  * doc/outlier_removal.md computed voxel by voxel.

@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Makes a clean Debian (or Ubuntu) of this machine's release in a folder, installs this
 # project's packages there with apt and without recommendations, and uses them:
 #   1. library, programs and Python alone: each program finds its libraries and runs;

@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Installs the library into an empty prefix, moves the prefix, and there builds and runs
 # projects with find_package(pcl_ext), and programs with pkg-config.
 # Usage: cmake -DSOURCE_DIR=... -DWORK_DIR=... -DLIBDIR=... -DGENERATOR=...

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Runs a WASI program under node in the current folder: run_wasm.mjs PROGRAM [ARGUMENT ...]
 import { readFile } from "node:fs/promises";
 import { WASI } from "node:wasi";

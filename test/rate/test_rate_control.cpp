@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/rate_control.h>
 
 #include "support/rated_stream.h"
@@ -244,8 +245,8 @@ TEST(RateControl, TheTemporalFilterIsForSensorsAtRest)
   same.sendFor(20s, share(1.5));
   EXPECT_EQ(stream.status().clouds_left_out, same.status().clouds_left_out);
   EXPECT_EQ(stream.status().choice, same.status().choice);
-  // It is used some time after the sensor has come to rest, and no more in the cloud after
-  // one in which it moves.
+  // It is used some time after the sensor has come to rest, and no more in the cloud
+  // after one in which it moves.
   stream.setSensorMotion(SensorMotion::AtRest);
   stream.sendFor(9s, share(1.5));
   EXPECT_EQ(stream.status().step.temporal_filter, 0u);

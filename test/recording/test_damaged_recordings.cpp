@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bytes/byte_writer.h"
 #include "recording/mcap_reader.h"
 #include "support/recorded_streams.h"
@@ -211,7 +212,8 @@ TEST(DamagedRecordings, FramesAreFoundAcrossTheBlocksThatAreSearched)
   const std::vector<KnownStream> streams = {knownStream(0, 2, 1)};
   const Bytes& first = streams[0].frames[0].bytes;
   const Bytes& second = streams[0].frames[1].bytes;
-  // The search begins after the first byte, as the first frame is not followed by another.
+  // The search begins after the first byte, as the first frame is not followed by
+  // another.
   constexpr std::size_t block_end = 1 + (std::size_t{1} << 16);
   for (std::size_t begin = block_end - 7; begin <= block_end + 1; ++begin) {
     Bytes file = first;

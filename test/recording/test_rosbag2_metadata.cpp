@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_metadata.h"
@@ -31,8 +32,8 @@ textOf(const std::string& path)
   return {bytes.begin(), bytes.end()};
 }
 
-/** \brief Writes a folder with a topic of this QoS, and returns that in the channel of the
- * folder when metadata.yaml alone has it. */
+/** \brief Writes a folder with a topic of this QoS, and returns that in the channel of
+ * the folder when metadata.yaml alone has it. */
 std::string
 throughMetadata(const TestFolder& folder, const std::string& qos)
 {

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Frames of changes, and the last frame that they refer to.
 
 doc/bitstream_changes.md.

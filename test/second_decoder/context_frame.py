@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What the stages of a payload of efforts 1 and 2 share (doc/bitstream_context.md)."""
 
 from bisect import bisect_right

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What efforts 1 and 2 remember of the frames since the last one that replaced it.
 
 doc/bitstream_context.md, "History"; the depth offset's learning is in "Residuals".

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The payload of efforts 1 and 2 (doc/bitstream_context.md)."""
 
 from dataclasses import dataclass, replace

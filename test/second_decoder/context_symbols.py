@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Base symbols and symbols of the voxels of a payload of efforts 1 and 2.
 
 Sections "Numbers" and "Residuals" of doc/bitstream_context.md.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The voxels of a payload of efforts 1 and 2.
 
 Sections "Tracked voxels", "New voxels", "New blocks" and "Children" of

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Decodes the golden streams and compares every frame with checksums.txt.
 
     python3 decode_golden_streams.py test/data/golden

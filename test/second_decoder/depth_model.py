@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What a point is worth where intensities depend on the depth in a sensor's frame.
 
 doc/bitstream.md, "Depth model".

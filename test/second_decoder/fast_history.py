@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What effort 0 remembers of voxels and blocks since the last I-frame.
 
 doc/bitstream_fast.md, "History", and "Statistics" in "Symbols".

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """All models of effort 0 by name and number, as at the start until they are used.
 
 doc/bitstream_fast.md; names are those of the description.

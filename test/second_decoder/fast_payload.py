@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The payload of effort 0, with residuals where there is a depth model.
 
 doc/bitstream_fast.md; "Classed rows" and "Residuals" are in this file.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Symbols of occupied voxels, with effort 0.
 
 doc/bitstream_fast.md, "Symbols".

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Fields of points: numbers of 64 bits, 0..2^64 - 1.
 
 doc/bitstream_supplement.md, "Fields".

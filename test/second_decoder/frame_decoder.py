@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Frames of a stream one after the other, and what is kept between them.
 
 doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The frame header of stream version 1.
 
 doc/bitstream.md, "Frame header" and "What a frame says".

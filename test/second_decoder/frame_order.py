@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Which frames are dropped because they come late or again.
 
 doc/bitstream.md, "Old frames"; of an input that ends nothing comes after it here.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Points in the order of the sensor: pixels of an image.
 
 doc/bitstream_supplement.md, "Image".

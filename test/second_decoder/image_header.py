@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The image of a frame header: its size, and what its rays are made of.
 
 doc/bitstream.md, the table of the image in "Frame header".

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Morton keys, their neighbours and blocks.
 
 doc/bitstream.md, "What a frame says"; doc/bitstream_context.md, beginning.

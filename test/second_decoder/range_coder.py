@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Range coder, adaptive bits, their mixing, and choices.
 
 doc/bitstream_context.md, "Range coder", "Adaptive bits", "Mixing" and "Choices".

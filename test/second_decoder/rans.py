@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """rANS decoder, and the models of bits, nibbles and bytes.
 
 doc/bitstream_fast.md, "Entropy coder".

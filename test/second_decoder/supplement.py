@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The supplement: voxels within cells, and what the content has of voxels and points.
 
 doc/bitstream_supplement.md; each class of this file holds one of its sections. Sections

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Models of the supplement, and the numbers that are coded with them.
 
 doc/bitstream_supplement.md, "Numbers".

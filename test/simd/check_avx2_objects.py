@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Checks that object files compiled with AVX2 hand no such function to other files.
 
 Of inline functions and templates of the same name the linker keeps one, from any object

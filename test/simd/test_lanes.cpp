@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simd/lanes.h"
 #include "simd/lanes_computation.h"
 #include "simd/vector_choice.h"

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/frame_order.h"
 #include "support/voxel_frames.h"
 
@@ -156,7 +157,8 @@ TEST(FrameOrder, ASenderWhoseFirstFrameIsLostIsFollowedFromALaterIFrame)
 
 TEST(FrameOrder, AnEncoderThatGoesOnWithTheNumbersIsFollowedAtOnce)
 {
-  // Also if its clouds are those of the frames before, and after numbers that are missing.
+  // Also if its clouds are those of the frames before, and after numbers that are
+  // missing.
   const EncodedFrames first = sent(StreamFormat::Version1, 30, 10);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 30; ++i)

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Warnings of CloudEncoder: what of a cloud is not in its frame, with its
  * number.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The streams in test/data/golden decode to the voxels of their checksums, and
  * are written the same today. See write_test_streams.cpp for how they were made.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Hostile bytes in the place of a frame, for all coders and all that frames
  * have: cut off, changed, random, with forged counts, with and without a valid

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Invalid streams, kept as files in test/data/invalid, and what each is refused
  * with. See write_test_streams.cpp for what is wrong with them.

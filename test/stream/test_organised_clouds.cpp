@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Organised clouds of cameras and of spinning lidars, and clouds that have an
  * order but no rays.
@@ -108,7 +110,8 @@ fineSettings(Effort effort)
   return settings;
 }
 
-/** \brief Bytes of a cloud's frame; what it is decoded to is checked against the cloud. */
+/** \brief Bytes of a cloud's frame; what it is decoded to is checked against the cloud.
+ * */
 std::size_t
 expectCloud(CloudEncoder& encoder, FrameDecoder& decoder, const OrganisedCloud& cloud)
 {

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Decoding from stream buffers that cannot seek, fail or throw; any bytes come
  * to their end.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Coded streams, listeners that record frames or block, and fixtures for the
  * tests of CentralNode.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Streams in which most voxels stay as they are from frame to frame. Integers
  * only, so that every machine makes the same.

@@ -1,5 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief All that encodes clouds, so that its memory can fail, and the table of what is tried.
+ * \brief All that encodes clouds, so that its memory can fail, and the table of what is
+ * tried.
  */
 #pragma once
 

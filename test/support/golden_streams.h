@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The streams whose bytes are kept in test/data/golden, so that what was once
  * written stays readable and is written the same. Made of integers only, with nothing

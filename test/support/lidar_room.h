@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A small room that a lidar turns in, with snow: for the tests of outliers told by
  * rays.

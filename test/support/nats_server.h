@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A real NATS server on this machine, for the time of a test.
  */
@@ -118,7 +120,8 @@ public:
     pid_ = -1;
   }
 
-  /** \brief Makes it hang, so that it takes and answers nothing, as behind a pulled cable. */
+  /** \brief Makes it hang, so that it takes and answers nothing, as behind a pulled
+   * cable. */
   void
   hang()
   {

@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief What the tests of nodes share: clouds of sensors, coded streams, listeners, clocks,
- * and the names that they use.
+ * \brief What the tests of nodes share: clouds of sensors, coded streams, listeners,
+ * clocks, and the names that they use.
  */
 #pragma once
 

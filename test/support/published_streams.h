@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Clouds for streams of the published layout, and the comparison of frames with
  * what PCL's own octree makes of them.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Writes payloads of the effort balanced with the encoder's own passes and,
  * where an encoder would not, decision by decision (doc/bitstream_context.md).

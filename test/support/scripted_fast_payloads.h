@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Writes payloads of the effort fast choice by choice, as doc/bitstream_fast.md
  * has them: also such as no encoder makes.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Streams of the effort fast whose frames are written choice by choice, and what
  * a decoder makes of them.

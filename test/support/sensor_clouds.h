@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Clouds that a sensor sees, and what a SensorNode should make of them: each
  * step over all points, in double.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Frames with colours, numbers of points and voxels that are alone. Made of
  * integers only, as golden streams are made of them.

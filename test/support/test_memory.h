@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What a test can ask of operator new: how much was taken, and that it fails.
  * Without one of these objects it is plain malloc.

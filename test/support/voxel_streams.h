@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Streams of voxel frames that look like a sensor's: surfaces that stay and
  * flicker at their edges, noise, numbers of points that vary a little. Integers only,

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Runs the program pcl_ext, and makes what it reads.
  */
@@ -36,8 +38,8 @@ struct ProgramRun {
   std::string errors;
 };
 
-/** \brief The program that is tested: that of the environment variable PCL_EXT_PROGRAM, else
- * that of this build. */
+/** \brief The program that is tested: that of the environment variable PCL_EXT_PROGRAM,
+ * else that of this build. */
 std::string
 testedProgram();
 
@@ -122,8 +124,8 @@ protected:
   const TestFolder folder;
 };
 
-/** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99 in
- * whole numbers. */
+/** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99
+ * in whole numbers. */
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 roomClouds(std::size_t frames, unsigned int seed = 1);
 

@@ -1,3 +1,5 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # The program pcl_ext, run as a user runs it.
 find_package(nlohmann_json 3 REQUIRED)
 pcl_ext_add_test(

@@ -1,5 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief What the command advise judges by: holes in surfaces, and the rule of its choice.
+ * \brief What the command advise judges by: holes in surfaces, and the rule of its
+ * choice.
  */
 #include "advice/setting_choice.h"
 #include "advice/surface_closure.h"

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Metrics of pcl_ext view as Prometheus' own parser reads them; the documents name those that exist.
 
 Usage: test_metrics.py PCL_EXT WRITE_HEALTH_METRICS

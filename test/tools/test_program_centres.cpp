@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief Three centres and one above them, with twenty streams and a real NATS server; one
- * of the centres is killed.
+ * \brief Three centres and one above them, with twenty streams and a real NATS server;
+ * one of the centres is killed.
  */
 #include <pcl_ext/link/frame_publisher.h>
 
@@ -32,8 +34,8 @@ namespace {
 constexpr std::size_t stream_count = 20;
 constexpr milliseconds period{100};
 
-/** \brief Twenty sensors that publish ten frames a second each, with a clock of their own:
- * time 0 is the first frame's. */
+/** \brief Twenty sensors that publish ten frames a second each, with a clock of their
+ * own: time 0 is the first frame's. */
 class Sensors {
 public:
   explicit Sensors(const NatsServer& server)

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Clouds that several threads encode.
  */
@@ -14,8 +16,8 @@ namespace test {
 
 namespace {
 
-/** \brief Expects that what encode leaves and prints is the same for 1, 2 and 5 jobs, without
- * remarks, as one is on jobs. */
+/** \brief Expects that what encode leaves and prints is the same for 1, 2 and 5 jobs,
+ * without remarks, as one is on jobs. */
 void
 expectSameForAllJobs(const TestFolder& folder, const std::string& arguments, int status)
 {

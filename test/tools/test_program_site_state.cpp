@@ -1,6 +1,8 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
- * \brief What pcl_ext send and receive tell of their state: on a terminal, on the page, in
- * metrics, and at the end.
+ * \brief What pcl_ext send and receive tell of their state: on a terminal, on the page,
+ * in metrics, and at the end.
  */
 #include "tools/site_program.h"
 #include "view/clients.h"

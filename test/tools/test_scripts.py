@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Metadata that agree, and the scripts that install, build and run, with stand-ins for the commands
 that change the machine."""
 

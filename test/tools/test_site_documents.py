@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Each command of README's section on sites and of doc/site.md, in order, with a real NATS server.
 
 Usage: test_site_documents.py PCL_EXT

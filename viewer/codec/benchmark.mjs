@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Compares the speed of decoding in WebAssembly with that of native code.
  *
  *     npm run benchmark -- FILE.pcxi ...

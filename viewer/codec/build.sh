@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Builds the package @pcl_ext/codec in viewer/codec/dist: codec.wasm from the library's
 # sources, and the wrapper from TypeScript. Needs the group `viewer` of tools/packages.txt,
 # and `npm ci` in viewer.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Bundles the extension into one file, a zip archive, the same bytes each time: node bundle.mjs OUTPUT
 import { build } from "esbuild";
 import { zipSync } from "fflate";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ShownFrame } from "./decoding/messages";
 
 /** The newest frame of each stream, while the picture of a live source is frozen. */

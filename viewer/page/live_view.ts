@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { LiveBanner } from "./controls/live_banner";
 import type { Notices } from "./controls/notices";
 import { formatCounted, formatSilence } from "./controls/number_format";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { bytesOfBase64, embeddedId } from "./sources/source_choice";
 import { element } from "./controls/dom";
 import { Viewer } from "./viewer";

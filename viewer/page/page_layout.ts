@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { button, element, icon } from "./controls/dom";
 import type { ViewerStore } from "./state/viewer_state";
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ShownFrame, StreamDescription } from "./decoding/messages";
 import type { Arrivals } from "./sources/arrivals";
 import { combined, identity } from "./recordings/transforms";

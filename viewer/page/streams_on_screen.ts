@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
 import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber, formatSilence, formatValue } from "./controls/number_format";

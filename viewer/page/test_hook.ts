@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { isNoise } from "./scene/drawn_voxels";
 import type { ViewerScene } from "./scene/viewer_scene";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";

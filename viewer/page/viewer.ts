@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { ControlPanel } from "./controls/control_panel";
 import { createHelp } from "./controls/help_overlay";
 import { listenToKeys } from "./controls/keyboard";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Damaged recordings: what can be read is shown, with where it broke; a wrong cloud never.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";

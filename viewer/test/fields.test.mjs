@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Colours by fields of points and of voxels: what is offered, drawn and told.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Live sources: connecting late, a server that goes and comes back, lost frames.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

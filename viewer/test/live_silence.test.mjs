@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Live sources that stop: no old picture looks like a new one.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // The time of live sources: stamps that begin again, and a picture that is kept.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Every way to open a recording, and what is said of files that are none.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Takes pictures of the page to look at: on a desk and on a phone, light and dark.
 // Usage: npm run screenshots [FOLDER]; by default build/screenshots.
 import { mkdirSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Phones, keyboards, contrast, browsers without what the page needs.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // What is drawn is what the C++ library decodes.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -124,9 +125,9 @@ public:
   const EncoderSettings&
   settings() const;
 
-  /** \brief Changes what RateControl does: resolution, origin, use_coordinate_step, effort,
-   * temporal_filter, temporal_filter_holds, intensity_curve and intensity_bits. The next frame is an I-frame,
-   * unless only the temporal filter changes.
+  /** \brief Changes what RateControl does: resolution, origin, use_coordinate_step,
+   * effort, temporal_filter, temporal_filter_holds, intensity_curve and intensity_bits.
+   * The next frame is an I-frame, unless only the temporal filter changes.
    * \param[in] settings checked here; of others than these nothing is taken
    * \param[in] depth_law the law at their resolution, if there is one
    */
@@ -182,7 +183,8 @@ public:
    * \param[in,out] frame of the last voxelized cloud, as isConsistent() demands; once
    * for each cloud, as the filter learns from it
    * \param[in] time of the cloud, by any clock; none: see TemporalVoxelFilter::filter()
-   * \return Ok; InvalidInput for a frame with numbers of points; OutOfMemory, after which the next frame is an I-frame
+   * \return Ok; InvalidInput for a frame with numbers of points; OutOfMemory, after
+   * which the next frame is an I-frame
    */
   CompressionStatus
   filterOverTime(VoxelFrame& frame,

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/bounding_box.h>
@@ -73,10 +74,10 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 28;
 
-  /** \brief Voxels of one frame, up to most_voxels. A frame takes up to 120 bytes of memory
-   * for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the memory is
-   * released a few frames later. retain_octree, which builds PCL's octree of pointers, at least doubles
-   * this. */
+  /** \brief Voxels of one frame, up to most_voxels. A frame takes up to 120 bytes of
+   * memory for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the
+   * memory is released a few frames later. retain_octree, which builds PCL's octree of
+   * pointers, at least doubles this. */
   std::size_t max_voxels = std::size_t{1} << 26;
 
   /** \brief Points of one frame, where the stream has the number of points of each
@@ -270,9 +271,9 @@ struct RateSettings {
   unsigned int rate_doublings = 4;
 
   /** \brief Share of the clouds that max_rate keeps with voxels of an edge, by leaving
-   * others out, before it doubles the edge, 0.1 to 1. A third of the clouds shows more of a
-   * scene than all with voxels of twice the edge, see doc/rate_control.md; 1 is for those
-   * that need each cloud. */
+   * others out, before it doubles the edge, 0.1 to 1. A third of the clouds shows more
+   * of a scene than all with voxels of twice the edge, see doc/rate_control.md; 1 is
+   * for those that need each cloud. */
   double rate_sent_share = 0.33;
 };
 

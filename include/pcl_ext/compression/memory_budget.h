@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -10,13 +11,13 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Memory that the decoders of a program share: what they keep from frame to frame.
- * Where that is more, what was used the longest ago is dropped. A decoder whose history was
- * dropped answers P-frames with MissingReference and its reason, and continues with an
- * I-frame. Decoders get it by DecoderLimits::budget. Thread-safe.
+/** \brief Memory that the decoders of a program share: what they keep from frame to
+ * frame. Where that is more, what was used the longest ago is dropped. A decoder whose
+ * history was dropped answers P-frames with MissingReference and its reason, and
+ * continues with an I-frame. Decoders get it by DecoderLimits::budget. Thread-safe.
  *
- * Beside it are the memory of the frames that are being decoded, and what the program keeps
- * of them.
+ * Beside it are the memory of the frames that are being decoded, and what the program
+ * keeps of them.
  * \code
  * pcl_ext::io::DecoderLimits limits;
  * limits.budget = std::make_shared<pcl_ext::io::MemoryBudget>(std::size_t{1} << 30);

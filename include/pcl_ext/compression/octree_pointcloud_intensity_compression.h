@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -282,8 +283,8 @@ public:
     streams_.requestIFrame();
   }
 
-  /** \brief Changes settings().max_rate as the link does, bits a second above 0; only where
-   * there is one. */
+  /** \brief Changes settings().max_rate as the link does, bits a second above 0; only
+   * where there is one. */
   void
   setMaxRate(double bits_per_second)
   {

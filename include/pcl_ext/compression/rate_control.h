@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -55,13 +56,14 @@ struct RateControlStatus {
   std::size_t clouds_left_out = 0;
   std::string choice; ///< the step in words
   std::string reason; ///< why it was chosen
-  /** \brief What budget is not kept by the step alone: clouds are left out for max_rate, or
-   * max_encode_ms is exceeded on the coarsest step. Empty: both are kept. */
+  /** \brief What budget is not kept by the step alone: clouds are left out for
+   * max_rate, or max_encode_ms is exceeded on the coarsest step. Empty: both are kept.
+   * */
   std::string not_kept;
 };
 
-/** \brief Keeps a stream within a budget: at most so many bits a second, and about so many
- * milliseconds a frame, see RateSettings.
+/** \brief Keeps a stream within a budget: at most so many bits a second, and about so
+ * many milliseconds a frame, see RateSettings.
  *
  * Frames never take more than max_rate in any second, nor more at once than the buffer
  * holds. So that few are left out, steps of a ladder are taken, best quality first:
@@ -81,10 +83,10 @@ struct RateControlStatus {
  * step saves is learned from the stream; a better step of which only a guess says that it
  * would not fit is tried once, after 30 seconds.
  *
- * With max_encode_ms 0 all depends on times and sizes of the frames alone, and is the same
- * on all machines. The sizes are those of the frames; what a transport adds is not
- * counted. An instance serves one stream and one thread. A moved-from instance may only be
- * assigned to or destroyed.
+ * With max_encode_ms 0 all depends on times and sizes of the frames alone, and is the
+ * same on all machines. The sizes are those of the frames; what a transport adds is not
+ * counted. An instance serves one stream and one thread. A moved-from instance may only
+ * be assigned to or destroyed.
  *
  * For each cloud call beginCloud(); unless it says that the cloud is left out, encode it
  * with settings() and minLogOdds(), and send the frame if endFrame() says so.

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
@@ -45,8 +46,8 @@ checkSettings(const PointOutlierRemovalSettings& settings);
  *
  * Rows are those of an organised cloud, else the field `ring`, else they are told from
  * the elevations of the points, or from turns that follow each other, as far as they are
- * distinct: the first of these whose rows are cones around z. Columns are found by the azimuths, in the sensor's coordinates, whose z is
- * the axis of its turns.
+ * distinct: the first of these whose rows are cones around z. Columns are found by the
+ * azimuths, in the sensor's coordinates, whose z is the axis of its turns.
  *
  * One instance serves one sensor; calls must not overlap. Time and memory are
  * proportional to the number of points, and to rows times columns of a turn. If memory
@@ -66,14 +67,14 @@ public:
   settings() const;
 
   /** \brief Computes the log-odds of the points of the next cloud.
-   * \param[in] points in the coordinates of the sensor, metres; coordinates, image, pixels
-   * and the field `ring` are used
-   * \param[out] log_odds natural logarithm of the odds of surface against noise, for each
-   * point; plus infinity where none is judged: coordinates that are not finite, the
-   * sensor's place, and points behind another one in the same direction
-   * \return Ok with the number of points below min_log_odds; InvalidSettings; or NoImage
-   * if there are no rows: then no point is judged, and after three such clouds of 1000
-   * points only each sixteenth one is looked at
+   * \param[in] points in the coordinates of the sensor, metres; coordinates, image,
+   * pixels and the field `ring` are used
+   * \param[out] log_odds natural logarithm of the odds of surface against noise, for
+   * each point; plus infinity where none is judged: coordinates that are not finite,
+   * the sensor's place, and points behind another one in the same direction
+   * \return Ok with the number of points below min_log_odds; InvalidSettings; or
+   * NoImage if there are no rows: then no point is judged, and after three such clouds
+   * of 1000 points only each sixteenth one is looked at
    */
   OutlierRemovalStatus
   score(const io::PointView& points, std::vector<float>& log_odds);

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/bounding_box.h>
@@ -73,8 +74,8 @@ struct SensorView {
  * that has less than an eighth of the voxels that were shown. It has at most eight
  * voxels for each voxel of the frame, and 65,536. Memory: some 85 bytes for each,
  * 160 with colours, and up to 3.2 MB for the directions of the sensor; much that is not
- * needed any more is released. The voxels are the same on all machines. If memory runs out
- * std::bad_alloc is thrown and the history is dropped.
+ * needed any more is released. The voxels are the same on all machines. If memory runs
+ * out std::bad_alloc is thrown and the history is dropped.
  *
  * Instances are independent; calls of one instance must not overlap. A moved-from
  * instance may only be assigned to or destroyed.

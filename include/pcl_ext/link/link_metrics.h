@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -13,8 +14,8 @@ namespace link {
 
 /** \brief What a subscriber received, for Prometheus: the metrics pcl_ext_link_... of
  * doc/monitoring.md, in the text format 0.0.4.
- * \param[in] labels of all samples: names of [a-zA-Z_][a-zA-Z0-9_]* other than stream, and
- * values of any bytes
+ * \param[in] labels of all samples: names of [a-zA-Z_][a-zA-Z0-9_]* other than stream,
+ * and values of any bytes
  */
 PCL_EXT_LINK_EXPORT std::string
 linkMetrics(const SubscriberStatistics& statistics,

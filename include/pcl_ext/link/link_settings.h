@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -22,14 +23,14 @@ using StreamMetadata = std::map<std::string, std::string>;
 enum class LinkCode {
   Ok,
   InvalidSettings, ///< a setting is outside its range, or a file cannot be read
-  InvalidArgument, ///< an unknown stream, a name that is taken, or bytes that are no frame
-  CannotConnect, ///< no server answers, or none with TLS as it is asked for
-  Refused,       ///< the server does not accept user, password, token or certificate
-  NotConnected,  ///< the connection is lost for the moment; the frame was not sent
-  FrameTooLarge, ///< above the server's max_payload
-  NoFrame,       ///< none came in time
-  EndOfReplay,   ///< all frames that the server keeps were received
-  Closed,        ///< the connection is lost for good
+  InvalidArgument, ///< an unknown stream, a taken name, or bytes that are no frame
+  CannotConnect,   ///< no server answers, or none with TLS as it is asked for
+  Refused,         ///< the server does not accept user, password, token or certificate
+  NotConnected,    ///< the connection is lost for the moment; the frame was not sent
+  FrameTooLarge,   ///< above the server's max_payload
+  NoFrame,         ///< none came in time
+  EndOfReplay,     ///< all frames that the server keeps were received
+  Closed,          ///< the connection is lost for good
   OutOfMemory
 };
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -44,9 +45,9 @@ struct CentralNodeSettings {
    * Above 0. */
   Time max_merge_age = std::chrono::seconds(2);
 
-  /** \brief Limits of decoding, for each stream; as anybody may send, free_voxels is 2^20.
-   * The budget is for all of them, their latest voxels and outlier filters included; none:
-   * a quarter of the machine's memory. */
+  /** \brief Limits of decoding, for each stream; as anybody may send, free_voxels is
+   * 2^20. The budget is for all of them, their latest voxels and outlier filters
+   * included; none: a quarter of the machine's memory. */
   io::DecoderLimits decoder_limits = defaultLimits();
 
   /** \brief Clock for rates, latencies and ages. */

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Clouds and frames as ROS messages, which are types of ROS 1 or ROS 2: both
  * have the same members.

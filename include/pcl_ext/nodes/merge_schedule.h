@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -26,9 +27,9 @@ struct MergeScheduleSettings {
    * takes. */
   Time max_wait = std::chrono::milliseconds(200);
 
-  /** \brief How long a stream is alive after its last frame, in which it is waited for and
-   * merged: above the time from one frame of the slowest stream to the next. 1 ms to 1
-   * hour. */
+  /** \brief How long a stream is alive after its last frame, in which it is waited for
+   * and merged: above the time from one frame of the slowest stream to the next. 1 ms
+   * to 1 hour. */
   Time max_age = std::chrono::seconds(2);
 
   /** \brief Whether merged frames are left out where the caller is too slow for all of
@@ -55,8 +56,8 @@ struct ScheduledFrame {
 };
 
 /** \brief Decides which frames of several streams are merged with each other: by the
- * time of their clouds, not of their arrival, so that centres that share the streams merge
- * the same frames as one that has all of them.
+ * time of their clouds, not of their arrival, so that centres that share the streams
+ * merge the same frames as one that has all of them.
  *
  * The merged frame of time T has the latest frame of each stream that is not later than
  * T. Frames that are later are held back until T is merged; T is merged when each stream

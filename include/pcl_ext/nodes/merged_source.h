@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -26,9 +27,9 @@ struct MergedSource {
   std::size_t frames_dropped = 0;
 };
 
-/** \brief Describes what a merged frame has: by the name of each source the stamp and age of
- * its voxels and the frames that were dropped on the way, Stale if it is missing; last, as
- * "all streams", the oldest of them.
+/** \brief Describes what a merged frame has: by the name of each source the stamp and
+ * age of its voxels and the frames that were dropped on the way, Stale if it is
+ * missing; last, as "all streams", the oldest of them.
  * \param[in] sources of the frame
  * \param[in] now current time of the clock that stamps the clouds
  */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -37,9 +38,9 @@ struct MergingCentreSettings {
    * does. */
   bool has_thread = true;
 
-  /** \brief Whether work() waits for frames that are being decoded, and merges all that is
-   * due. Else it merges once at the most, if all frames for that are decoded, so that the
-   * caller is free meanwhile. A thread of the centre waits in any case. */
+  /** \brief Whether work() waits for frames that are being decoded, and merges all that
+   * is due. Else it merges once at the most, if all frames for that are decoded, so
+   * that the caller is free meanwhile. A thread of the centre waits in any case. */
   bool waits = true;
 };
 
@@ -55,8 +56,8 @@ struct MergedFrame {
   const std::vector<MergedSource>& sources;
 };
 
-/** \brief Called for each merged frame, by one thread at a time. Must not throw in a centre
- * that has a thread; else work() throws the same. */
+/** \brief Called for each merged frame, by one thread at a time. Must not throw in a
+ * centre that has a thread; else work() throws the same. */
 using MergeListener = std::function<void(const MergedFrame&)>;
 
 /** \brief What a centre does with the frames of its streams, whatever brings them: it
@@ -100,9 +101,10 @@ public:
   CentralNodeStatus
   removeStream(const std::string& stream);
 
-  /** \brief Sets what is noise in all streams, as far as they have no values of their own.
-   * \param[in] values of noiseParameters(), each as convertedValue() returns it; one that
-   * is missing has its default
+  /** \brief Sets what is noise in all streams, as far as they have no values of their
+   * own.
+   * \param[in] values of noiseParameters(), each as convertedValue() returns it; one
+   * that is missing has its default
    */
   void
   setNoise(const ParameterValues& values);
@@ -115,8 +117,8 @@ public:
   setNoise(const std::string& stream, const ParameterValues& own);
 
   /** \brief Whether streams are merged: no by default. While they are, frames that are
-   * ahead of others wait to be decoded, see MergeSchedule. Once it is off, the listener of
-   * merged frames is not called any more. Not to be called by that. */
+   * ahead of others wait to be decoded, see MergeSchedule. Once it is off, the listener
+   * of merged frames is not called any more. Not to be called by that. */
   void
   setMerging(bool is_on);
 
@@ -149,8 +151,9 @@ public:
   MergeCounts
   mergeCounts() const;
 
-  /** \brief Decodes and merges what is due. To be called when a frame has arrived and some
-   * times a MergeScheduleSettings::max_wait, unless the centre has a thread for it. */
+  /** \brief Decodes and merges what is due. To be called when a frame has arrived and
+   * some times a MergeScheduleSettings::max_wait, unless the centre has a thread for
+   * it. */
   void
   work();
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -49,14 +50,14 @@ struct SensorNodeSettings {
    * None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
-  /** \brief Removes outliers before the cloud is encoded; noise is the most expensive part
-   * of a frame. None: all is sent, and a receiver may remove outliers.
+  /** \brief Removes outliers before the cloud is encoded; noise is the most expensive
+   * part of a frame. None: all is sent, and a receiver may remove outliers.
    *
-   * With the unit Automatic the clouds of a lidar that turns lose points that are noise in
-   * the air, see PointOutlierRemoval, with these min_log_odds and use_history; all others
-   * lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to judge voxels
-   * in any case. Without a sensor_position it is that of the cloud's transform;
-   * intensities of the law Count are numbers of points. */
+   * With the unit Automatic the clouds of a lidar that turns lose points that are noise
+   * in the air, see PointOutlierRemoval, with these min_log_odds and use_history; all
+   * others lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to
+   * judge voxels in any case. Without a sensor_position it is that of the cloud's
+   * transform; intensities of the law Count are numbers of points. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Code the stamp of the cloud and global_frame; not in the published

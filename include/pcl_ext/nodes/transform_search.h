@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief How a sensor's node finds the pose of a cloud, and how long it waits for it;
  * whatever has the transforms, as tf2 of ROS 1 or ROS 2.
@@ -28,8 +30,8 @@ struct FoundTransform {
   std::string failure;
 };
 
-/** \brief Whether a transform has to be searched: not to the same frame, nor from an empty
- * one, of which tf2 prints a line each time.
+/** \brief Whether a transform has to be searched: not to the same frame, nor from an
+ * empty one, of which tf2 prints a line each time.
  * \param[in] frame_id of a cloud, with or without a leading slash
  * \param[in] global_frame without one
  */
@@ -44,8 +46,8 @@ needsTransform(const std::string& frame_id, const std::string& global_frame)
  * global frame is the identity.
  * \param[in] frame_id of the cloud
  * \param[in] global_frame without a leading slash
- * \param[in] at_stamp takes the frame without a leading slash, returns its WorldPose or throws
- * std::exception
+ * \param[in] at_stamp takes the frame without a leading slash, returns its WorldPose or
+ * throws std::exception
  * \param[in] latest likewise
  */
 template <typename AtStampT, typename LatestT>
@@ -82,8 +84,8 @@ findTransform(const std::string& frame_id,
   return found;
 }
 
-/** \brief How long a cloud that has arrived waits for its transform. The time begins at the
- * stamp, so that waiting clouds do not add up theirs.
+/** \brief How long a cloud that has arrived waits for its transform. The time begins at
+ * the stamp, so that waiting clouds do not add up theirs.
  * \param[in] timeout from the stamp on
  * \param[in] stamp of the cloud
  * \param[in] now time of the clock that stamps the clouds

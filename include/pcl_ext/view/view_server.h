@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/export.h>
@@ -84,9 +85,9 @@ struct ViewServerSettings {
    * thread; must not wait, throw, or destroy the server. */
   std::function<void(std::size_t stream)> request_i_frame;
 
-  /** \brief Figures of the program for /metrics, in Prometheus' text format 0.0.4, such as
-   * nodes::streamMetrics(). The server's own, pcl_ext_view_..., follow. Empty: these alone.
-   * Called by the server's thread; must not wait or throw. */
+  /** \brief Figures of the program for /metrics, in Prometheus' text format 0.0.4, such
+   * as nodes::streamMetrics(). The server's own, pcl_ext_view_..., follow. Empty: these
+   * alone. Called by the server's thread; must not wait or throw. */
   std::function<std::string()> metrics;
 };
 
@@ -185,8 +186,8 @@ public:
           std::vector<std::uint8_t> frame) noexcept;
 
   /** \brief Tells viewers why frames may be missing, in one sentence that they show, such
-   * as that a connection is lost. Empty: that is over. Viewers get to know the age of each
-   * stream in any case. */
+   * as that a connection is lost. Empty: that is over. Viewers get to know the age of
+   * each stream in any case. */
   void
   setProblem(const std::string& problem) noexcept;
 

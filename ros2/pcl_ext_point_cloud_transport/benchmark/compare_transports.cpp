@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Compares all transports of point_cloud_transport that are installed on the same
  * clouds, in one run, and prints the Markdown table of README.md.

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pcl_ext_point_cloud_transport/publisher.hpp"
 
 #include <pcl_ext/nodes/cloud_messages.h>
@@ -79,8 +80,8 @@ public:
     parameters_.reset();
   }
 
-  /** \brief Some subscribers have left. Where others took their places, they are as many as
-   * before but need an I-frame. */
+  /** \brief Some subscribers have left. Where others took their places, they are as
+   * many as before but need an I-frame. */
   void
   setDeparted(std::size_t subscribers)
   {

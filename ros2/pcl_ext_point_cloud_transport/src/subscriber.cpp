@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pcl_ext_point_cloud_transport/subscriber.hpp"
 
 #include <pcl_ext/nodes/cloud_messages.h>
@@ -99,8 +100,8 @@ public:
     return subscription_;
   }
 
-  /** \brief Decodes a frame, or says why not. Does not throw: frames of few bytes may be of
-   * many points, for which memory may run out. */
+  /** \brief Decodes a frame, or says why not. Does not throw: frames of few bytes may
+   * be of many points, for which memory may run out. */
   Subscriber::DecodeResult
   decode(const Message& message, const PublisherId& publisher, bool& wants_i_frame)
   {
@@ -139,7 +140,8 @@ private:
     return cloud;
   }
 
-  /** \brief What a callback needs, which may still run while another thread disconnects. */
+  /** \brief What a callback needs, which may still run while another thread
+   * disconnects. */
   struct Connection {
     std::string topic;
     Callback callback;

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Publishers, subscribers and nodes that end while messages flow. A wrong order
  * shows as a crash, surely so under AddressSanitizer.

@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The node of one sensor and the central node, or one of the two."""
 import os
 import sys

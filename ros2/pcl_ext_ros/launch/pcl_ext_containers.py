@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Containers that come back with their components when they end."""
 from launch.actions import RegisterEventHandler, TimerAction
 from launch.event_handlers import OnProcessExit

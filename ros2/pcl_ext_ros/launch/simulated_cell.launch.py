@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """
 The paper's robot cell, a sensor node for each sensor, and one central node.
 

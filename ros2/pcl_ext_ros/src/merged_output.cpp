@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "merged_output.h"
 
 #include <pcl_ext/nodes/cloud_messages.h>
@@ -20,8 +21,8 @@ namespace {
 const char* const topic = "~/merged";
 constexpr std::size_t queue_size = 10;
 
-/** \brief Declares parameters of the transport pcl_ext before it does, so that by default it
- * keeps voxels and colours as they are; users may set others. */
+/** \brief Declares parameters of the transport pcl_ext before it does, so that by
+ * default it keeps voxels and colours as they are; users may set others. */
 void
 declareTransportParameters(rclcpp::Node& node, double resolution)
 {
@@ -36,8 +37,8 @@ declareTransportParameters(rclcpp::Node& node, double resolution)
       prefix + "colour_bits", rclcpp::ParameterValue(all_bits), descriptor);
 }
 
-/** \brief Until ROS 2 Kilted point_cloud_transport takes a shared node and the middleware's
- * QoS.
+/** \brief Until ROS 2 Kilted point_cloud_transport takes a shared node and the
+ * middleware's QoS.
  * \tparam NodeT rclcpp::Node: of both ways only that which there is is compiled
  */
 template <typename NodeT>

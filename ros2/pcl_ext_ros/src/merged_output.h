@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/merging_centre.h>
@@ -16,11 +17,13 @@ class MergedOutput {
 public:
   /** \param[in] node that publishes; must outlive this
    * \param[in] frame_id of the voxels
-   * \param[in] resolution of the merged grid, metres: the default of the transport pcl_ext
+   * \param[in] resolution of the merged grid, metres: the default of the transport
+   * pcl_ext
    */
   MergedOutput(rclcpp::Node& node, std::string frame_id, double resolution);
 
-  /** \brief Whether anybody wants merged voxels, by any transport, or what they are of. */
+  /** \brief Whether anybody wants merged voxels, by any transport, or what they are of.
+   * */
   bool
   hasSubscribers() const
   {

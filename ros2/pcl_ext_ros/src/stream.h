@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/merging_centre.h>
@@ -17,8 +18,8 @@
 
 namespace pcl_ext_ros {
 
-/** \brief One stream of the central node: its topics and its parameters. Thread-safe after
- * connect(). */
+/** \brief One stream of the central node: its topics and its parameters. Thread-safe
+ * after connect(). */
 class Stream : public std::enable_shared_from_this<Stream> {
 public:
   using FrameMessage = point_cloud_interfaces::msg::CompressedPointCloud2;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <rclcpp/rclcpp.hpp>
@@ -14,8 +15,8 @@ public:
   /** \brief Resolved topics, and what they are called in `streams`. */
   using Topics = std::map<std::string, std::string>;
 
-  /** \brief Declares the parameter. A value that is wrong at the start is that of fault(), and
-   * there are no topics; one that is set later is refused with the reason.
+  /** \brief Declares the parameter. A value that is wrong at the start is that of
+   * fault(), and there are no topics; one that is set later is refused with the reason.
    * \param[in] node whose parameter it is; must outlive this
    * \param[in] on_change called with other topics than before, after they were set
    */

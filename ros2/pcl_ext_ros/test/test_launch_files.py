@@ -1,3 +1,4 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """
 Starts an installed launch file, waits until all streams are merged, and stops it.
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pcl_ext_ros_common/health_publisher.hpp"
 
 #include <rclcpp/create_publisher.hpp>

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/fast/intensities.h"
 
 #include "codec/fast/symbol_statistics.h"
@@ -122,8 +123,8 @@ Intensities::codeRunning(Coder& coder_now,
   return true;
 }
 
-/** \brief Codes the voxels of a frame with history, each relative to its own statistics. The loops
- * are such that compilers vectorise them. */
+/** \brief Codes the voxels of a frame with history, each relative to its own
+ * statistics. The loops are such that compilers vectorise them. */
 template <class Coder, class Symbol>
 bool
 Intensities::codeRow(Coder& coder,

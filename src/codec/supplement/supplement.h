@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -64,7 +65,8 @@ public:
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
    * \param[in,out] frame grid and scale are given; where the content has no voxels
-   * all but colours and the numbers of fields; with an image its size and rays; the rest is set
+   * all but colours and the numbers of fields; with an image its size and rays; the
+   * rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * The records of MCAP files, version 0 of the format (https://mcap.dev/spec), field by
  * field.

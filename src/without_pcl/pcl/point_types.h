@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Points of 16 and 32 bytes, which begin with x, y, z and a fourth float.
  */

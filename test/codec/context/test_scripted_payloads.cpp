@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/depth_split.h"
 #include "support/forged_frames.h"
 #include "support/scripted_context_payloads.h"

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Payloads of the effort fast that end too soon, of symbols that take the most
  * bytes: no loop reads further past their end than it may. A sanitizer sees one that

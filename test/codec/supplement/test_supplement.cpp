@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Frames with a supplement: colours, numbers of points, voxels within cells, no
  * intensities. What is encoded is decoded, whatever is combined; what is not whole is

@@ -1,4 +1,6 @@
 #!/bin/bash -eu
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Builds the fuzz targets as OSS-Fuzz asks for it: with $CXX, $CXXFLAGS and
 # $LIB_FUZZING_ENGINE, the source in $SRC/pcl_ext, into $OUT.
 

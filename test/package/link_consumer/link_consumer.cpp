@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Streams between machines by the installed library; there is no server here.
 #include <pcl_ext/link/frame_publisher.h>
 #include <pcl_ext/link/frame_subscriber.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // A project without PCL: frames -> a recording -> voxels.
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/recording/recording_reader.h>

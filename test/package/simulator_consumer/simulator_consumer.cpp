@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // What the ROS nodes use of the simulated robot cell: its parameters and a cloud.
 #include <pcl_ext/version.h>
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Exchanges MCAP files with the reader and the writer of the format's authors, and clouds in
 // CDR with an independent implementation of it. Usage: node exchange_files.mjs PROGRAM FOLDER
 // PROGRAM is mcap_content, which is built from mcap_content.cpp.

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * Writes an MCAP file, or reads one, and prints its content as lines of JSON; for
  * exchange_files.mjs.

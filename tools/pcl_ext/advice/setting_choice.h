@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Which voxel edge and effort suit a stream.
  */
@@ -49,10 +51,10 @@ struct Choice {
   ChoiceFault fault = ChoiceFault::None;
 };
 
-/** \brief The finest edge that keeps the limits; at that edge effort balanced if that keeps
- * them, else small, else fast. If nothing keeps them all, they are given up one after the
- * other: that on holes for the largest edge, that on time for what is fastest, that on the
- * rate for the fewest bytes.
+/** \brief The finest edge that keeps the limits; at that edge effort balanced if that
+ * keeps them, else small, else fast. If nothing keeps them all, they are given up one
+ * after the other: that on holes for the largest edge, that on time for what is
+ * fastest, that on the rate for the fewest bytes.
  * \param[in] trials by ascending edges, at least one, each with an effort
  */
 Choice

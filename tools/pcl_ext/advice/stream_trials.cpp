@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "advice/stream_trials.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
@@ -29,8 +30,8 @@ struct EncodedFrames {
   std::string why_empty;
 };
 
-/** \brief Encodes at least two clouds, if there are, and more until the time is over or the
- * next I-frame is due. */
+/** \brief Encodes at least two clouds, if there are, and more until the time is over or
+ * the next I-frame is due. */
 EncodedFrames
 encodeSome(const EncodingOptions& options, const HeldClouds& stream, double seconds)
 {

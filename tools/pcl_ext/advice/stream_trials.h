@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief A stream's clouds encoded with several voxel edges and efforts.
  */
@@ -35,10 +37,10 @@ struct StreamTrials {
   double points = 0.0; ///< mean of a cloud; those that are encoded
 };
 
-/** \brief Tries seven edges, the first about that at which points begin to share voxels, and
- * up to three more as long as none keeps the limits; then one between that which does and
- * the finer one. Points that are all kept need no surfaces without holes: their first edge
- * is 1 mm. Takes some 20 seconds for all streams together.
+/** \brief Tries seven edges, the first about that at which points begin to share
+ * voxels, and up to three more as long as none keeps the limits; then one between that
+ * which does and the finer one. Points that are all kept need no surfaces without
+ * holes: their first edge is 1 mm. Takes some 20 seconds for all streams together.
  * \param[in] stream with at least one cloud
  * \param[in] streams their number, which share the time
  * \param[in] advance is called after each trial

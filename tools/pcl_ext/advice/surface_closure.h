@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief From which voxel edge on surfaces have no holes.
  */
@@ -14,8 +16,8 @@ namespace tools {
 
 using Points = pcl::PointCloud<pcl::PointXYZI>;
 
-/** \brief Edges 1, 2, 3, 5, 10 ... millimetres, up to a kilometre, and between two of them a
- * further one: 1.5, 2.5, 4, 7, 15 ... */
+/** \brief Edges 1, 2, 3, 5, 10 ... millimetres, up to a kilometre, and between two of
+ * them a further one: 1.5, 2.5, 4, 7, 15 ... */
 std::vector<double>
 roundEdges();
 
@@ -27,12 +29,12 @@ occupiedVoxels(const Points& points, double edge);
 
 /** \brief At which voxel edge surfaces close, for sampled points.
  *
- * A surface has a hole at a point where a voxel beside the point's one, along the surface,
- * is empty. At an edge a point is closed if for one of the axes, which stands for the
- * normal, all four neighbours across it are occupied: the voxels at one step along another
- * axis, or those next to these along the normal. It stays closed at larger edges, where the
- * end of a surface comes near. Points that close at no edge are no sample of a surface, but
- * of its border, of something thin, or noise.
+ * A surface has a hole at a point where a voxel beside the point's one, along the
+ * surface, is empty. At an edge a point is closed if for one of the axes, which stands
+ * for the normal, all four neighbours across it are occupied: the voxels at one step
+ * along another axis, or those next to these along the normal. It stays closed at
+ * larger edges, where the end of a surface comes near. Points that close at no edge are
+ * no sample of a surface, but of its border, of something thin, or noise.
  */
 class SurfaceClosure {
 public:

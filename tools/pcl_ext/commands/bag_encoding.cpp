@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "commands/bag_encoding.h"
 
 #include "commands/encode_remarks.h"
@@ -247,8 +248,8 @@ BagEncoding::queue(const std::vector<std::shared_ptr<CloudInWork>>& clouds)
   clouds_in_flight_ += clouds.size();
 }
 
-/** \brief Writes what is done, in the order of the input, and waits until not more than so
- * many clouds and bytes of other messages are left. */
+/** \brief Writes what is done, in the order of the input, and waits until not more than
+ * so many clouds and bytes of other messages are left. */
 void
 BagEncoding::writeUntil(std::size_t most_clouds, std::size_t most_bytes)
 {

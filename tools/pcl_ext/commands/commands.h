@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The subcommands of the program. Each function adds one with its options; it
  * returns what runs it, which returns the exit status.

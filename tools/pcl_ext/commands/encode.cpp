@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "commands/bag_encoding.h"
 #include "commands/commands.h"
 #include "commands/encode_bags.h"

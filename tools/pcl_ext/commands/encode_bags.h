@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "commands/bag_encoding.h"
@@ -8,13 +9,14 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Encodes several bags, each into a recording of a folder, and goes on where a run
- * before ended: see Manifest.
+/** \brief Encodes several bags, each into a recording of a folder, and goes on where a
+ * run before ended: see Manifest.
  * \param[in] options whose output is the folder
  * \param[in] bags paths
  * \param[in] manifest_options with which they are encoded, as text
  * \return the exit status
- * \throws UsageError before anything is written, if the command line is not one for them
+ * \throws UsageError before anything is written, if the command line is not one for
+ * them
  * \throws std::runtime_error if the manifest cannot be written
  */
 int

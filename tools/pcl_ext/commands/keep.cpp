@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "commands/commands.h"
@@ -19,9 +20,9 @@ namespace tools {
 
 namespace {
 
-/** \brief Listens to the site for a moment, so that I-frames are requested of streams whose
- * next frame is a P-frame, with which a replay cannot begin, and until these have come.
- * Where that is not permitted, they come when they come. */
+/** \brief Listens to the site for a moment, so that I-frames are requested of streams
+ * whose next frame is a P-frame, with which a replay cannot begin, and until these have
+ * come. Where that is not permitted, they come when they come. */
 void
 requestIFrames(const link::LinkSettings& link)
 {

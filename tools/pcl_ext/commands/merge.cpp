@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "commands/commands.h"
 #include "console/console.h"
 #include "console/exit_status.h"
@@ -65,8 +66,8 @@ isRepeatedFrom(std::size_t begin, const Part& before, const Part& after)
 }
 
 /** \brief Number of the frame from which on a part has the frames that another one begins
- * with. So do the parts that `cut` makes between two I-frames. Nothing if there is no such
- * frame.
+ * with. So do the parts that `cut` makes between two I-frames. Nothing if there is no
+ * such frame.
  */
 std::optional<std::size_t>
 beginOfRepetition(const Part& before, const Part& after)
@@ -125,8 +126,8 @@ leaveOutRepetition(const Part& before,
   return true;
 }
 
-/** \brief Says where two files of frames, which become streams of their own, are overlapping
- * parts of one stream. */
+/** \brief Says where two files of frames, which become streams of their own, are
+ * overlapping parts of one stream. */
 void
 noteSeparateParts(const std::vector<Part>& files, Console& console)
 {

@@ -1,4 +1,6 @@
 #!/bin/sh
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 # Writes the man page: pcl_ext.1.in with the commands and options of the program's help.
 # Usage: man_page.sh PROGRAM OUTPUT
 set -eu

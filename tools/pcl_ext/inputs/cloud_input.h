@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "clouds/cloud_sequence.h"
@@ -33,7 +34,8 @@ struct InputCloud {
   pcl::PCLPointCloud2 cloud;
 };
 
-/** \brief Reads clouds and messages that CloudInput::next() left unread, for one thread. */
+/** \brief Reads clouds and messages that CloudInput::next() left unread, for one
+ * thread. */
 class PlaceReader {
 public:
   virtual ~PlaceReader() = default;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "inputs/cloud_input.h"
@@ -28,8 +29,9 @@ struct HoldLimits {
   double seconds = 30.0;                    ///< of reading
 };
 
-/** \brief Reads the first clouds of each stream of an input, to its end or a limit, or until
- * the program is interrupted. A limit of bytes is passed by the cloud that reaches it.
+/** \brief Reads the first clouds of each stream of an input, to its end or a limit, or
+ * until the program is interrupted. A limit of bytes is passed by the cloud that
+ * reaches it.
  * \return the streams in the order of the input, those without clouds as well
  */
 std::vector<HeldClouds>

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inputs/cloud_input.h"
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/ros1_point_cloud.h"

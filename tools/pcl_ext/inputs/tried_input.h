@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "console/console.h"
@@ -12,8 +13,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Clouds on which settings are tried, and nothing is written: the input of encode or
- * the simulated robot cell. */
+/** \brief Clouds on which settings are tried, and nothing is written: the input of
+ * encode or the simulated robot cell. */
 struct TriedInput {
   InputOptions input;
   bool takes_cell = false; ///< or there is no input

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "live/live_cell.h"
 
 #include "console/interruption.h"
@@ -170,7 +171,8 @@ void
 LiveCell::run(LiveOutput& output, const std::function<void()>& meanwhile)
 {
   start_ = Clock::now();
-  // At a multiple of the period, as if the sensors of all machines were triggered together.
+  // At a multiple of the period, as if the sensors of all machines were triggered
+  // together.
   const std::chrono::nanoseconds now =
       std::chrono::system_clock::now().time_since_epoch();
   start_stamp_ =

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/i_frame_requests.h>
@@ -62,8 +63,8 @@ public:
   std::string
   overload() const;
 
-  /** \brief The same once in a run, after some seconds; else empty. Called by the function
-   * that run() takes. */
+  /** \brief The same once in a run, after some seconds; else empty. Called by the
+   * function that run() takes. */
   std::string
   newOverload();
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "console/interruption.h"
@@ -11,8 +12,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Waits so that what has a time comes at the pace of its times, of which the first
- * one is now. */
+/** \brief Waits so that what has a time comes at the pace of its times, of which the
+ * first one is now. */
 class RealTime {
 public:
   using Clock = std::chrono::steady_clock;

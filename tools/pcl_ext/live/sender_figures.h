@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/health_metrics.h>
@@ -12,8 +13,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Health of the streams that a command encodes, by their numbers in its output. All
- * members are thread-safe. */
+/** \brief Health of the streams that a command encodes, by their numbers in its output.
+ * All members are thread-safe. */
 class SenderFigures {
 public:
   void

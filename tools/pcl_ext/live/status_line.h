@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "console/console.h"
@@ -22,8 +23,8 @@ struct LiveFigures {
   std::string rest; ///< such as ", 2 lost"; empty if there is nothing to tell
 };
 
-/** \brief The state of a command that sends or receives, as one line on a terminal that is
- * replaced twice a second. Elsewhere nothing is printed. */
+/** \brief The state of a command that sends or receives, as one line on a terminal that
+ * is replaced twice a second. Elsewhere nothing is printed. */
 class StatusLine {
 public:
   explicit StatusLine(Console& console) : console_(console) {}

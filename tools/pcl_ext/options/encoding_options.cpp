@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "options/encoding_options.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
@@ -18,7 +19,8 @@ namespace tools {
 
 namespace {
 
-/** \brief Adds an option for a number that is a parameter of the nodes, too, with its range.
+/** \brief Adds an option for a number that is a parameter of the nodes, too, with its
+ * range.
  * \param[in] parameter its name there
  */
 template <typename NumberT>

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "options/text_values.h"
 
 #include <pcl_ext/intensity/intensity_law.h>

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Values of options that are more than a number or a name.
  */
@@ -50,8 +52,8 @@ parseSensor(const std::string& text);
 WorldPose
 parsePose(const std::string& text);
 
-/** \brief Reads a rate: a number above 0 and a unit, bit/s, kbit/s, Mbit/s or Gbit/s in any
- * case, with a blank between them or none: 2Mbit/s.
+/** \brief Reads a rate: a number above 0 and a unit, bit/s, kbit/s, Mbit/s or Gbit/s in
+ * any case, with a blank between them or none: 2Mbit/s.
  * \return bits a second
  * \throws UsageError
  */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outputs/cloud_folder.h"
 
 #include "clouds/file_stamps.h"

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/i_frame_requests.h>
@@ -92,7 +93,8 @@ public:
     return missing_;
   }
 
-  /** \brief Whether a faster effort helps: of the merged stream, or of one that arrives. */
+  /** \brief Whether a faster effort helps: of the merged stream, or of one that
+   * arrives. */
   bool
   hasSlowEffort() const
   {
@@ -104,7 +106,8 @@ public:
   std::vector<nodes::StreamHealth>
   health() const;
 
-  /** \brief Merged frames that were made, and that were left out. Called by any thread. */
+  /** \brief Merged frames that were made, and that were left out. Called by any thread.
+   * */
   nodes::MergeCounts
   mergeCounts() const;
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
@@ -20,9 +21,9 @@ struct CentreMapOptions {
 };
 
 /** \brief Feeds the map: at the end of each second of the clouds' time, from the first
- * update() on, with the latest frames. That is done by a thread of its own, as it may take
- * longer than from one merged frame to the next; what it has no time for in the second that
- * follows is left out, and counted. */
+ * update() on, with the latest frames. That is done by a thread of its own, as it may
+ * take longer than from one merged frame to the next; what it has no time for in the
+ * second that follows is left out, and counted. */
 class CentreMap {
 public:
   /** \param[in] resolution metres

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/recording/recording_writer.h>
@@ -37,10 +38,10 @@ class RotatedRecording : public FrameTaker {
 public:
   using RequestIFrame = std::function<void(const std::string& stream)>;
 
-  /** \param[in] output path of the file; with a rotation each has the time of its beginning
-   * in its name
-   * \param[in] request_i_frame of a stream that goes to another file, or has a frame that
-   * cannot be recorded
+  /** \param[in] output path of the file; with a rotation each has the time of its
+   * beginning in its name
+   * \param[in] request_i_frame of a stream that goes to another file, or has a frame
+   * that cannot be recorded
    * \param[in] console prints which files are complete; must outlive this
    */
   RotatedRecording(const Output& output,

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/link/frame_publisher.h>
@@ -37,8 +38,8 @@ struct SiteFigures {
 LiveFigures
 liveFiguresOf(const SiteFigures& figures);
 
-/** \brief A sentence on merged frames that were left out, as the machine is too slow; empty
- * if none was.
+/** \brief A sentence on merged frames that were left out, as the machine is too slow;
+ * empty if none was.
  * \param[in] has_slow_effort whether a faster effort helps
  */
 std::string

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "streams/denoising.h"
 
 namespace pcl_ext {
@@ -5,8 +6,8 @@ namespace tools {
 
 namespace {
 
-/** \brief Thresholds of the paper's Figure 11. Native intensities and fine voxels, which are
- * faint everywhere, have none. */
+/** \brief Thresholds of the paper's Figure 11. Native intensities and fine voxels,
+ * which are faint everywhere, have none. */
 float
 defaultThreshold(IntensityLaw law, double resolution)
 {

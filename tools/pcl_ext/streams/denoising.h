@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
@@ -40,9 +41,9 @@ private:
   noise::LabelledFrame labelled_;
 };
 
-/** \brief Finds the noise among the decoded voxels of one stream: by VoxelOutlierRemoval, or
- * by a threshold on the intensity where one is given or the voxels are not of an edge that
- * the filter is made for. */
+/** \brief Finds the noise among the decoded voxels of one stream: by
+ * VoxelOutlierRemoval, or by a threshold on the intensity where one is given or the
+ * voxels are not of an edge that the filter is made for. */
 class Denoising {
 public:
   /** \param[in] law of the intensities

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "inputs/cloud_input.h"
@@ -80,8 +81,8 @@ public:
   cloudsInPart(const EncodingOptions& options);
 
   /** \brief Takes the next cloud.
-   * \return the clouds that are encoded from now on, in the order of their frames: none as
-   * long as no cloud tells the law, and then all of them
+   * \return the clouds that are encoded from now on, in the order of their frames: none
+   * as long as no cloud tells the law, and then all of them
    */
   std::vector<std::shared_ptr<CloudInWork>>
   add(std::shared_ptr<CloudInWork> cloud);
@@ -99,7 +100,8 @@ public:
     return law_;
   }
 
-  /** \brief Whether the cloud that tells the law is a lidar's, see pcl_ext::isOfLidar(). */
+  /** \brief Whether the cloud that tells the law is a lidar's, see
+   * pcl_ext::isOfLidar(). */
   bool
   isOfLidar() const
   {

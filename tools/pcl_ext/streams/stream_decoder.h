@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/compression/memory_budget.h>
@@ -36,7 +37,8 @@ automaticUnitOf(const io::VoxelFrame& first,
 std::optional<std::array<double, 3>>
 positionOf(const StreamMetadata& metadata);
 
-/** \brief How outliers of a stream are removed, by the options and what is known of it. */
+/** \brief How outliers of a stream are removed, by the options and what is known of it.
+ * */
 VoxelOutlierRemovalSettings
 outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata);
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <pcl_ext/nodes/sensor_node.h>
@@ -156,8 +157,8 @@ public:
     return left_out_;
   }
 
-  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one, or very
-   * many; empty if that is as it should be. */
+  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one, or
+   * very many; empty if that is as it should be. */
   std::string
   outlierRemark() const;
 

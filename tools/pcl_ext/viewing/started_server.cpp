@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "viewing/started_server.h"
 
 #include "console/throw_unless_ok.h"

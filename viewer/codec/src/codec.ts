@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { Decoder, limitValues } from "./decoder.js";
 import { Instance, pageSize, type Called, type Result, type RunningModule } from "./instance.js";
 import { OutlierFilter, filterValues } from "./outlier_filter.js";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief C interface of the codec for WebAssembly: decoding, description and size of
  * frames, removal of outliers. Called by the TypeScript beside it only.
@@ -266,8 +268,8 @@ decode(Decoder* decoder, const std::uint8_t* bytes, std::uint32_t size)
   return &decoded;
 }
 
-/** \brief A value of a field for each voxel of the frame that a decoder decoded last; null
- * if it has none. */
+/** \brief A value of a field for each voxel of the frame that a decoder decoded last;
+ * null if it has none. */
 EXPORTED(field_values)
 const FieldValues*
 fieldValues(const Decoder* decoder, std::uint32_t field, std::uint32_t value)

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/codec/src/decoded_fields.h"
 
 #include "voxels/field_summary.h"

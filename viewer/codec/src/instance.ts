@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** The WebAssembly module in one of its instances, see codec_interface.cpp. */
 import {
   compressionCodes,

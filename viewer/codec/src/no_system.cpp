@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What the standard libraries want of a system that a page does not have, so
  * that the module imports nothing but its memory and random bytes, and is half as

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Decoder } from "./decoder.js";
 import type { Address, FilterValues, Instance, RunningModule } from "./instance.js";
 import { CodecError, densityUnits, noDecodedFrame, type OutlierFilterSettings, type Status } from "./types.js";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief Layouts of the results in the module's memory, which instance.ts and others
  * read by the offsets of their members.

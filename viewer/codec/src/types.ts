@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Outcomes of a call. See `CompressionCode` and `OutlierRemovalCode` of the C++ library;
  * the last two are this package's own. */
 export type StatusCode =

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Files that the tests read, and the codec that they try. */
 import { readFile, readdir } from "node:fs/promises";
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** The golden streams decode to the voxels of their checksums, see
  * test/stream/test_golden_streams.cpp. */
 import assert from "node:assert/strict";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** The invalid streams of test/data/invalid are refused as in C++: the expectations are the
  * table of test/stream/test_invalid_files.cpp. */
 import assert from "node:assert/strict";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Where memory runs out, or the module fails, there is a status, and the codec goes on. */
 import assert from "node:assert/strict";
 import { test } from "node:test";

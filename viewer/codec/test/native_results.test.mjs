@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Positions, intensities, colours, numbers of points and noise are those of native code. */
 import assert from "node:assert/strict";
 import { fileURLToPath } from "node:url";

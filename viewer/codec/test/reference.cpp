@@ -1,10 +1,12 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief What the native codec makes of a stream, for comparison with WebAssembly.
  *
- *     reference dump FILE UNIT    writes all frames, and the noise in them, for codec.test
+ *     reference dump FILE UNIT    writes all frames, and the noise in them
  *     reference time FILE         prints milliseconds of the processor a frame
- *     reference encode COUNTS     points -> a frame with fields of them, or if COUNTS is 0
- *                                 of voxels of 1 m
+ *     reference encode COUNTS     points -> a frame with fields of them, or if COUNTS
+ *                                 is 0 of voxels of 1 m
  *
  * A frame is: number of voxels, whether there are intensities, colours, numbers of
  * points (std::uint32_t each), then for all voxels x, y, z (float), intensity (float),

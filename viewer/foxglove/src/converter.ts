@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { faultOf, type CompressedCloud, type PointCloud } from "./messages";
 import { RecentClouds } from "./recent_clouds";
 import { TopicDecoder, type Decoded } from "./topic_decoder";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** What the converter reads of a point_cloud_interfaces/msg/CompressedPointCloud2. */
 export interface CompressedCloud {
   readonly header: { readonly stamp: Time; readonly frame_id: string };

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // An application that has the extension, as far as converters of messages see it.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

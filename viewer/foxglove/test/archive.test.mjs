@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** The archive that is installed, and the extension in a page of a browser. */
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";

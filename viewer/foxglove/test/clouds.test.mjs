@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** What is in the clouds: that of native decoding. */
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Damaged and foreign messages show nothing, and nothing else is wrong for them. */
 import assert from "node:assert/strict";
 import { test } from "node:test";

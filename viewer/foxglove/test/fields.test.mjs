@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** The names of a cloud's fields, each of which is there once. */
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Many topics and large clouds: what they take is bounded, and one does not disturb another. */
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Whatever order messages come in, a cloud that is shown is that of its message. */
 import assert from "node:assert/strict";
 import { test } from "node:test";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Recordings for the tests: their frames, and what the native codec decodes of them.
 import { readFileSync } from "node:fs";
 

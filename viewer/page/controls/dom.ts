@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 type Child = Node | string | null;
 
 /** An element with attributes and children; attributes that are false or null are left out. */

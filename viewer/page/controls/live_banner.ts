@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { element } from "./dom";
 
 /** What is wrong with a live source, over the scene. It cannot be closed, as an old picture looks like a new one. */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 const grouped = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 
 export function formatCount(value: number): string {

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { cssColour, streamColour } from "../scene/colour_maps";
 import type { ViewerStore } from "../state/viewer_state";
 import { element } from "./dom";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { cssColour, colourMaps } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import { element } from "./dom";

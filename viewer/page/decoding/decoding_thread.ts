@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { Codec } from "@pcl_ext/codec";
 
 import { LivePlayer } from "./live_player";

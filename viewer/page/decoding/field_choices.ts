@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { FieldDescription } from "@pcl_ext/codec";
 
 /** A value of a field: the index of the field, and which of its values. */

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Codec } from "@pcl_ext/codec";
 
 import { headBytes } from "../recordings/frame_places";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { PackedVoxels } from "./messages";
 
 /** Bytes of voxels: position 12, intensity 4, points 4, seconds since it was seen 4, colour 3, noise 1, and 8 of a field. */

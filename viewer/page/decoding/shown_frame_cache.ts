@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ShownFrame } from "./messages";
 import { bytesOf, totalCount } from "./packed_voxels";
 import type { BufferPool } from "./packed_voxels";

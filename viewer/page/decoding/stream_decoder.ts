@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
 
 import { fieldChoices } from "./field_choices";

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Notices } from "../controls/notices";
 import type { ViewerScene } from "../scene/viewer_scene";
 import type { ViewerStore } from "../state/viewer_state";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Gives a file to the user, as a download. */
 export function saveFile(blob: Blob, name: string): void {
   const link = document.createElement("a");

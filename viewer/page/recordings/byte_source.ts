@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Bytes that can be read in any order: a file, a part of the page, or a file of a server. */
 export interface ByteSource {
   readonly name: string;

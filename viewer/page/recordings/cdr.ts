@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** What of a point_cloud_interfaces/msg/CompressedPointCloud2 the page needs. */
 export interface CompressedCloud {
   stamp: bigint; // nanoseconds

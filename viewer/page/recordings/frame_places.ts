@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Limits for looking at frames without decoding them. */
 export const limitsOfIndexing = { maxFrameBytes: 2 ** 28, maxVoxels: 2 ** 32 - 1, maxPoints: 2 ** 32 - 1 };
 

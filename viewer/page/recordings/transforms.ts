@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** A rigid transform: x, y, z, metres, and the quaternion qx, qy, qz, qw. */
 export type Pose = readonly [number, number, number, number, number, number, number];
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Colours as red, green and blue, each 0 to 1 and ready for the screen (sRGB). */
 export type Rgb = readonly [number, number, number];
 

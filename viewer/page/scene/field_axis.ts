@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { IntensityAxis } from "./intensity_axis";
 
 /** With more different values than this the highest ones of all have the same colour, as of intensities. */

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Of the axis, with the space beside it. */
 const widthOfLabel = 0.155;
 

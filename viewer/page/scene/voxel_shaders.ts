@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Three faces of a cube are visible from anywhere: `corner` has the face and a corner of it. */
 export const voxelVertexShader = /* glsl */ `
 precision highp float;

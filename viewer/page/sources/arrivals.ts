@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 const rateMs = 2000; // of which the rate is a mean
 const fewestIntervals = 10;
 const leastSilenceMs = 2000;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 export const liveProtocol = "pcl_ext.live.v1";
 const firstWaitMs = 500;
 const longestWaitMs = 5000;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { SourceError } from "../recordings/byte_source";
 import type { OpenFile } from "../decoding/messages";
 

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { fieldOf, initialState, voxelScales } from "./viewer_state";
 import type { ViewerState, ViewerStore } from "./viewer_state";
 

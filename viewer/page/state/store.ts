@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** Called with the names of the values that have changed. */
 export type Listener<T> = (changed: ReadonlySet<keyof T>) => void;
 

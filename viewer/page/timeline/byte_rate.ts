@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { formatBytes, formatBytesPerSecond } from "../controls/number_format";
 import { lastNotAbove } from "./frame_index";
 import type { FrameIndex } from "./frame_index";

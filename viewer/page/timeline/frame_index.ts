@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { FrameBatch } from "../decoding/messages";
 
 /** Frames of one stream in its order; one entry of each array for a frame. */

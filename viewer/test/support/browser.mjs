@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // A browser and pages in it, for the tests.
 import assert from "node:assert/strict";
 import { pathToFileURL } from "node:url";

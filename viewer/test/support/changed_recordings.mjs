@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Recordings as other recorders write them, and damaged ones.
 import { readFileSync } from "node:fs";
 import { McapStreamReader } from "@mcap/core";

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Runs in the page: texts whose contrast is below that of WCAG 2.2 AA.
 export function contrastProblems() {
   const parse = (colour) => {

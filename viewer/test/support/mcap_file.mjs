@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // An MCAP file that a test writes.
 import { McapWriter } from "@mcap/core";
 

@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 // Servers for the tests: files with ranges, and live frames by WebSocket.
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";

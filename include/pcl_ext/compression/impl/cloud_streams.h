@@ -1,3 +1,5 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
 /** \file
  * \brief The part of OctreePointCloudIntensityCompression that does not depend on its
  * template arguments.
@@ -111,8 +113,8 @@ public:
     return rate_control_.status();
   }
 
-  /** \brief Encodes the next cloud, after beginCloud(). The first warning of each kind is printed on PCL's
-   * console.
+  /** \brief Encodes the next cloud, after beginCloud(). The first warning of each kind
+   * is printed on PCL's console.
    * \param[in] points the cloud
    * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \param[in] sensor_pose sensor -> cloud, metres

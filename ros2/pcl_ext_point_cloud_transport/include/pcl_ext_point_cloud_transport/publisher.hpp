@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "pcl_ext_point_cloud_transport/transport_interface.hpp"
@@ -10,8 +11,9 @@
 
 namespace pcl_ext_point_cloud_transport {
 
-/** \brief Publishes clouds as compressed voxels with intensity, on `<base topic>/pcl_ext`.
- * doc/nodes.md has the parameters. The stream's history is that of the instance. */
+/** \brief Publishes clouds as compressed voxels with intensity, on `<base
+ * topic>/pcl_ext`. doc/nodes.md has the parameters. The stream's history is that of the
+ * instance. */
 class Publisher : public point_cloud_transport::SimplePublisherPlugin<
                       point_cloud_interfaces::msg::CompressedPointCloud2> {
 public:
@@ -30,7 +32,8 @@ public:
   void
   declareParameters(const std::string& base_topic) override;
 
-  /** \brief Encodes the next cloud of the stream; also without a node, with the defaults. */
+  /** \brief Encodes the next cloud of the stream; also without a node, with the
+   * defaults. */
   TypedEncodeResult
   encodeTyped(const sensor_msgs::msg::PointCloud2& raw) const override;
 

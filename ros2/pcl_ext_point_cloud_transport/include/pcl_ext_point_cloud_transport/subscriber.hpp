@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include "pcl_ext_point_cloud_transport/transport_interface.hpp"
@@ -14,8 +15,8 @@ namespace pcl_ext_point_cloud_transport {
 /** \brief Decompresses the voxels of `<base topic>/pcl_ext` to clouds of their centres.
  * doc/nodes.md has the parameters.
  *
- * Each publisher of the topic has a decoder of its own. Where a frame was lost no cloud is
- * delivered until the next I-frame, which is requested on `<base
+ * Each publisher of the topic has a decoder of its own. Where a frame was lost no cloud
+ * is delivered until the next I-frame, which is requested on `<base
  * topic>/pcl_ext/request_i_frame`.
  */
 class Subscriber : public point_cloud_transport::SimpleSubscriberPlugin<
@@ -47,7 +48,8 @@ public:
   void
   declareParameters() override;
 
-  /** \brief Decodes the next frame of one stream; also without a node, with the defaults. */
+  /** \brief Decodes the next frame of one stream; also without a node, with the
+   * defaults. */
   DecodeResult
   decodeTyped(const point_cloud_interfaces::msg::CompressedPointCloud2& compressed)
       const override;

@@ -1,3 +1,4 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <rclcpp/node.hpp>
@@ -6,8 +7,8 @@
 
 namespace pcl_ext_ros {
 
-/** \brief The node of a sensor: clouds in, compressed frames out. doc/nodes.md has its topics,
- * services and parameters. */
+/** \brief The node of a sensor: clouds in, compressed frames out. doc/nodes.md has its
+ * topics, services and parameters. */
 class SensorNode : public rclcpp::Node {
 public:
   explicit SensorNode(const rclcpp::NodeOptions& options);
