@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { Decoder, limitValues } from "./decoder.js";
-import { Instance, pageSize, type Called, type Result, type RunningModule } from "./instance.js";
+import { Instance, pageSize, type Called, type Result } from "./instance.js";
 import { OutlierFilter, filterValues } from "./outlier_filter.js";
 import {
   CodecError,
@@ -28,7 +28,7 @@ export interface CodecOptions {
  * return "MissingReference" until their next I-frame, and its filters begin anew. To
  * separate streams that are not trusted from others, load a codec for each.
  */
-export class Codec implements RunningModule {
+export class Codec {
   private instances = 1;
   private isRestarting = false;
 
