@@ -7,7 +7,7 @@
 #   --frames   of each sensor, 3 to 1000000 (1000)
 #   --seconds  of the run of all cameras' streams at once, for each coder, 0.1 to 600 (a
 #              twentieth of the frames, 5 at most)
-#   --output   the report, a file .html (build-run/report/report.html); the measurements
+#   --output   the report, a file .html (build-report/report.html); the measurements
 #              are written beside it. Existing ones are replaced by a complete new report.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -19,7 +19,7 @@ stop() {
 
 frames=1000
 seconds=
-output=$root/build-run/report/report.html
+output=$root/build-report/report.html
 while [ $# -gt 0 ]; do
   case $1 in
     --help | -h)
@@ -58,7 +58,8 @@ chmod 755 "$new"
 
 "$root/tools/install_packages.sh" build experiments viewer
 bash "$root/viewer/build.sh" > /dev/null
-build=$root/build-run
+# Not that of tools/run.sh, which has no PCL.
+build=$root/build-report
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
