@@ -22,7 +22,7 @@ hasNuScenesName(const std::string& path)
 }
 
 /** \brief The name of a file without its folder and its extension, .pcd.bin as a whole.
- * */
+ */
 inline std::string
 stemOf(const std::string& path)
 {

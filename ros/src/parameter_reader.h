@@ -29,7 +29,7 @@ public:
 class ParameterReader {
 public:
   /** \brief The values of a table's parameters, the defaults of those that are not set.
-   * */
+   */
   pcl_ext::nodes::ParameterValues
   values(const std::vector<pcl_ext::nodes::ParameterDescription>& parameters);
 

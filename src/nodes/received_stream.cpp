@@ -143,7 +143,7 @@ ReceivedStream::keptBytes() const
 }
 
 /** \brief Drops the voxels and the filter's history, as the memory is needed elsewhere.
- * */
+ */
 void
 ReceivedStream::dropVoxels() noexcept
 {

@@ -33,7 +33,7 @@ nameOf(std::size_t number)
 }
 
 /** \brief Six sensors, three zones, a centre above them, and one centre of all sensors.
- * */
+ */
 class Site {
 public:
   Site()

@@ -171,6 +171,21 @@ TEST(OctreeStreams, AnOctreeOfAnotherResolutionIsRefusedAndAnEmptyOneIsAFrame)
   EXPECT_EQ(compression.statistics().coding.voxels, 0u);
 }
 
+TEST(OctreeStreams, LargerVoxelsOfTheRateControlTakeTheOctree)
+{
+  auto settings = settingsWith(resolution);
+  settings.max_encode_ms = 0.1; // which no frame keeps, so that the edge is doubled
+  OctreePointCloudIntensityCompression<pcl::PointXYZI> compression(settings);
+  OctreePointCloudIntensity<pcl::PointXYZI> tree(resolution);
+  fill<decltype(tree), pcl::PointXYZI>(
+      tree, randomCloud<pcl::PointXYZI>(4, 200000, {0.0, 0.0, 0.0}, 4.0));
+  Bytes bytes;
+  for (int i = 0; i < 100 && compression.voxelFrame().grid.resolution <= resolution;
+       ++i)
+    ASSERT_TRUE(compression.encodeOctree(tree, bytes).ok());
+  EXPECT_GT(compression.voxelFrame().grid.resolution, resolution);
+}
+
 TEST(OctreeStreams, ADecodedFrameFillsAnOctree)
 {
   OctreePointCloudIntensityCompression<pcl::PointXYZRGB, CountIntensity> compression(

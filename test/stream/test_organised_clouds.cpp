@@ -111,7 +111,7 @@ fineSettings(Effort effort)
 }
 
 /** \brief Bytes of a cloud's frame; what it is decoded to is checked against the cloud.
- * */
+ */
 std::size_t
 expectCloud(CloudEncoder& encoder, FrameDecoder& decoder, const OrganisedCloud& cloud)
 {

@@ -225,8 +225,8 @@ public:
    * the model itself is not asked. Where the octree's voxels do not begin at multiples of
    * their edge, all are moved to the nearest that do.
    * \param[in] tree an OctreePointCloudIntensity, or a PCL octree whose leaves have
-   * getIntensity(), and getColour() for colours; of the resolution of the next frame. It
-   * is not const, as PCL's iterators need
+   * getIntensity(), and getColour() for colours; of the resolution of the settings. It is
+   * not const, as PCL's iterators need
    * \param[out] compressed_cloud the frame's bytes; empty unless the status is Ok
    * \return as encodePointCloud; InvalidInput for an octree of another resolution
    */
@@ -333,13 +333,11 @@ private:
   static_assert(
       detail::IsIntensityModel<IntensityModelT>::value,
       "the second template argument must be an intensity model; leaf, branch and "
-      "octree, "
-      "which follow the point type in PCL's class, come after it: "
+      "octree, which follow the point type in PCL's class, come after it: "
       "OctreePointCloudIntensityCompression<PointT, "
       "pcl_ext::io::DefaultIntensityModel<PointT>, LeafT, BranchT, OctreeT>, with a "
-      "leaf "
-      "as pcl_ext::octree::IntensityLeaf; most programs need none of them. A model of "
-      "your own has unit, uses_depth, "
+      "leaf as pcl_ext::octree::IntensityLeaf; most programs need none of them. A "
+      "model of your own has unit, uses_depth, "
       "uses_native and float operator()(float depth, float native) const");
   static_assert(
       !std::is_same<IntensityModelT, NativeIntensity>::value ||

@@ -58,7 +58,7 @@ struct RateControlStatus {
   std::string reason; ///< why it was chosen
   /** \brief What budget is not kept by the step alone: clouds are left out for
    * max_rate, or max_encode_ms is exceeded on the coarsest step. Empty: both are kept.
-   * */
+   */
   std::string not_kept;
 };
 

@@ -23,7 +23,7 @@ public:
   MergedOutput(rclcpp::Node& node, std::string frame_id, double resolution);
 
   /** \brief Whether anybody wants merged voxels, by any transport, or what they are of.
-   * */
+   */
   bool
   hasSubscribers() const
   {

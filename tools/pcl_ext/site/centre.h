@@ -107,7 +107,7 @@ public:
   health() const;
 
   /** \brief Merged frames that were made, and that were left out. Called by any thread.
-   * */
+   */
   nodes::MergeCounts
   mergeCounts() const;
 

@@ -38,7 +38,7 @@ std::optional<std::array<double, 3>>
 positionOf(const StreamMetadata& metadata);
 
 /** \brief How outliers of a stream are removed, by the options and what is known of it.
- * */
+ */
 VoxelOutlierRemovalSettings
 outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata);
 

@@ -379,15 +379,15 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 {
   if (CompressionStatus status = streams_.checkEncoding(true); !status.ok())
     return status;
+  if (tree.getResolution() != settings().resolution)
+    return {CompressionCode::InvalidInput,
+            "the octree has another resolution than the settings"};
   const pcl::PCLHeader no_header;
   const auto law_at = [this](double resolution) {
     return depthLawOf(modelAtResolution(intensity_model_, resolution));
   };
   if (CompressionStatus status = streams_.beginCloud(no_header, law_at); !status.ok())
     return status;
-  if (tree.getResolution() != streams_.resolution())
-    return {CompressionCode::InvalidInput,
-            "the octree has another resolution than the frame"};
   const std::vector<detail::LeafPoint> points = detail::pointsOfLeaves(tree);
   const PointView view = detail::viewOf(points,
                                         detail::hasColours<TreeT>(),
