@@ -116,17 +116,12 @@ public:
   addVoxels(const io::VoxelFrame& frame)
   {
     std::size_t voxel = 0;
-    io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    io::forEachVoxelCentre(frame, [&](float x, float y, float z, float) {
       PointT centre;
       centre.x = x;
       centre.y = y;
       centre.z = z;
-      LeafT& leaf = leafAt(centre);
-      leaf.addPointIntensity(frame.hasIntensities() ? intensity : 1.0f);
-      if constexpr (detail::TakesColours<LeafT>::value)
-        if (frame.colour_bits > 0)
-          leaf.addPointColour(frame.fullColour(voxel));
-      ++voxel;
+      addVoxel(frame, voxel++, leafAt(centre));
     });
   }
 
@@ -207,6 +202,18 @@ public:
   }
 
 protected:
+  /** \brief Adds a voxel of a frame to its leaf, as addVoxels() does. */
+  static void
+  addVoxel(const io::VoxelFrame& frame, std::size_t voxel, LeafT& leaf)
+  {
+    leaf.addPointIntensity(frame.hasIntensities()
+                               ? frame.intensity_scale.value(frame.intensities[voxel])
+                               : 1.0f);
+    if constexpr (detail::TakesColours<LeafT>::value)
+      if (frame.colour_bits > 0)
+        leaf.addPointColour(frame.fullColour(voxel));
+  }
+
   /** \brief Adds a point of the input cloud with its intensity and its colour. */
   void
   addPointIdx(pcl::uindex_t point_index) override

@@ -481,13 +481,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   this->setTreeDepth(grid.depth);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const VoxelPosition position = voxelPosition(frame.keys[i]);
-    LeafT* leaf = this->createLeaf(position.x, position.y, position.z);
-    leaf->addPointIntensity(frame.hasIntensities()
-                                ? frame.intensity_scale.value(frame.intensities[i])
-                                : 1.0f);
-    if constexpr (octree::detail::TakesColours<LeafT>::value)
-      if (frame.colour_bits > 0)
-        leaf->addPointColour(frame.fullColour(i));
+    this->addVoxel(frame, i, *this->createLeaf(position.x, position.y, position.z));
   }
 }
 
