@@ -1,14 +1,36 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
+#include <functional>
 #include <ostream>
 #include <string>
 #include <utility>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+/** \brief A message that names settings: each is its id in braces, as in "{resolution} is
+ * 0", so that a program can show its own names. Other opening braces are doubled. */
+struct SettingText {
+  std::string marked;
+
+  /** \brief A message that names no setting. */
+  PCL_EXT_CODEC_EXPORT static SettingText
+  of(const std::string& message);
+
+  /** \brief The message with names of the settings.
+   * \param[in] name_of the name for an id
+   */
+  PCL_EXT_CODEC_EXPORT std::string
+  with(const std::function<std::string(const std::string& id)>& name_of) const;
+
+  /** \brief The message with the ids, which are the names of the fields of settings. */
+  PCL_EXT_CODEC_EXPORT std::string
+  withIds() const;
+};
 
 /** \brief Outcome of an operation that can fail on bad input: a code for programs and a
  * message for people.
@@ -31,6 +53,11 @@ public:
    * \param[in] message what is wrong, with the value concerned
    */
   Status(CodeT code, std::string message) : code_(code), message_(std::move(message)) {}
+
+  /** \brief The same with a message that names settings. */
+  Status(CodeT code, SettingText text)
+  : code_(code), message_(text.withIds()), marked_(std::move(text.marked))
+  {}
 
   /** \brief True if the operation succeeded. */
   bool
@@ -63,9 +90,31 @@ public:
     return message_;
   }
 
+  /** \brief The message, for a program that has its own names of settings, or for
+   * another status. */
+  SettingText
+  text() const
+  {
+    return marked_.empty() ? SettingText::of(message_) : SettingText{marked_};
+  }
+
+  /** \brief Id of the setting that the message names first, which is the name of its
+   * field, as "resolution"; empty if it names none. */
+  std::string
+  setting() const
+  {
+    std::string first;
+    (void)text().with([&first](const std::string& id) {
+      first = first.empty() ? id : first;
+      return id;
+    });
+    return first;
+  }
+
 private:
   CodeT code_ = CodeT::Ok;
   std::string message_;
+  std::string marked_; // of SettingText; empty if the message names no setting
 };
 
 /** \brief Prints the message; "ok" if there is none. */

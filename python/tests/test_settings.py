@@ -10,7 +10,7 @@ import pcl_ext
 from pcl_ext import _native
 
 BAD_SETTINGS = [
-    ({"resolution": 0}, ValueError, "resolution is 0; it must be 1e-6 to 1e6 metres"),
+    ({"resolution": 0}, ValueError, r"resolution is 0; it must be 1e-06 to 1e\+06 m"),
     ({"resolution": "fine"}, TypeError, "resolution is 'fine'; it must be a number"),
     ({"resolution": None}, TypeError, "resolution is None"),
     ({"resolution": True}, TypeError, "resolution is True"),

@@ -33,7 +33,7 @@ checkSettings(const CentralNodeSettings& settings)
 {
   const auto invalid = [](const char* name, const auto& value, const char* demand) {
     return CentralNodeStatus(CentralNodeCode::InvalidSettings,
-                             io::invalidMessage(name, value, demand));
+                             io::invalidText(name, value, demand));
   };
   if (settings.threads > most_threads)
     return invalid("threads", settings.threads, "0 to 1024");
@@ -50,7 +50,7 @@ checkSettings(const CentralNodeSettings& settings)
   codec.origin = settings.origin;
   codec.decoder_limits = settings.decoder_limits;
   if (const io::CompressionStatus status = io::checkSettings(codec); !status.ok())
-    return {CentralNodeCode::InvalidSettings, status.message()};
+    return {CentralNodeCode::InvalidSettings, status.text()};
   return {};
 }
 

@@ -158,7 +158,9 @@ private:
     left_out_ = std::move(left_out);
     const std::string separator =
         status.message().empty() || left_out_.empty() ? "" : "; ";
-    return {status.code(), status.message() + separator + left_out_};
+    return {status.code(),
+            SettingText{status.text().marked + separator +
+                        SettingText::of(left_out_).marked}};
   }
 
   /** \brief Refuses a cloud for which the node would use another frame's transform. */

@@ -1,7 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/node_parameters.h>
-
-#include "nodes/parameter_access.h"
+#include "nodes/codec_parameters.h"
 #include "nodes/sensor_node_settings.h"
 
 #include <optional>
@@ -14,32 +12,6 @@ namespace {
 
 const char* const sensor_numbers =
     "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
-
-/** \return what is wrong; empty if nothing */
-std::string
-readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
-{
-  settings.resolution = access.get<double>("resolution");
-  settings.effort = access.named("effort", io::efforts);
-  settings.format = access.named("format", io::stream_formats);
-  settings.i_frame_rate = access.count("i_frame_rate");
-  settings.aggregation = access.named("aggregation", io::aggregations);
-  settings.intensity_bits = access.count("intensity_bits");
-  settings.intensity_range = access.number("intensity_range");
-  settings.intensity_curve = access.named("intensity_curve", io::intensity_curves);
-  settings.colour_bits = access.count("colour_bits");
-  settings.keep_point_counts = access.get<bool>("keep_point_counts");
-  settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
-  settings.threads = access.count("threads");
-  settings.temporal_filter = access.count("temporal_filter");
-  settings.max_rate = access.get<double>("max_rate");
-  settings.rate_buffer = access.get<double>("rate_buffer");
-  settings.max_encode_ms = access.get<double>("max_encode_ms");
-  settings.rate_temporal_filter = access.count("rate_temporal_filter");
-  settings.rate_doublings = access.count("rate_doublings");
-  settings.rate_sent_share = access.get<double>("rate_sent_share");
-  return io::parseFields(access.get<std::string>("fields"), settings.fields).message();
-}
 
 /** \brief The sensor by its name or by its four numbers, 0 of which are not set.
  * \param[out] sensor none if nothing is set
@@ -125,7 +97,30 @@ convertAll(const ParameterValues& values, ParameterValues& converted)
   return {};
 }
 
+/** \brief The parameter for a setting. */
+std::string
+parameterOf(const std::string& setting)
+{
+  if (setting == "law")
+    return "intensity";
+  return setting == "outlier_removal" ? "remove_outliers" : setting;
+}
+
 } // namespace
+
+io::CompressionStatus
+readCodec(const io::EncoderSettingTable& table,
+          const ParameterAccess& access,
+          io::EncoderSettings& settings)
+{
+  for (const io::EncoderSetting& setting : table)
+    if (setting.not_offered.parameter.empty())
+      if (io::CompressionStatus status =
+              setValue(setting, access.value(setting.id), settings);
+          !status.ok())
+        return status;
+  return {};
+}
 
 std::string
 readEncodingParameters(const ParameterValues& values,
@@ -137,9 +132,10 @@ readEncodingParameters(const ParameterValues& values,
     return fault;
   const ParameterAccess access(encodingParameters(), converted);
   SensorNodeSettings read = settings;
-  if (const std::string fault = readCompression(access, read.compression);
-      !fault.empty())
-    return fault;
+  if (const io::CompressionStatus status =
+          readCodec(io::encoderSettingTable(), access, read.compression);
+      !status.ok())
+    return status.message();
   read.law = readLaw(access, has_intensities);
   read.intensity_field = access.get<std::string>("intensity_field");
   if (const std::string fault = readSensor(access, read.sensor); !fault.empty())
@@ -151,7 +147,7 @@ readEncodingParameters(const ParameterValues& values,
     return fault;
   readOutlierRemoval(access, read.outlier_removal);
   if (const SensorNodeStatus status = checkSettings(read); !status.ok())
-    return status.message();
+    return status.text().with(parameterOf);
   settings = std::move(read);
   return {};
 }

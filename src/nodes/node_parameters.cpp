@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/nodes/node_parameters.h>
 
+#include "bytes/exact_text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,29 +16,6 @@ namespace pcl_ext {
 namespace nodes {
 
 namespace {
-
-/** \brief A number with the fewest digits from which it is read again; six digits would
- * show one that is just out of its range as the end of the range. */
-std::string
-textOfNumber(double number)
-{
-  if (std::isnan(number))
-    return "nan"; // without a sign
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  constexpr int most_digits = std::numeric_limits<double>::max_digits10;
-  for (int digits = 6; digits <= most_digits; ++digits) {
-    text.str("");
-    text.precision(digits);
-    text << number;
-    std::istringstream again(text.str());
-    again.imbue(std::locale::classic());
-    double read = 0.0;
-    if (again >> read && read == number)
-      break;
-  }
-  return text.str();
-}
 
 /** \brief The numbers of "[0, 0.5, 1]"; nothing if the text is none of the form. */
 std::optional<std::vector<double>>
@@ -106,8 +85,8 @@ isInRange(const ParameterDescription& parameter, const ParameterValue& value)
 std::string
 valuesInRange(const ParameterDescription& parameter)
 {
-  const std::string range = " from " + textOfNumber(parameter.lowest) + " to " +
-                            textOfNumber(parameter.highest);
+  const std::string range =
+      " from " + exactText(parameter.lowest) + " to " + exactText(parameter.highest);
   const ParameterValue& type = parameter.default_value;
   if (std::holds_alternative<bool>(type))
     return "true or false";
@@ -141,10 +120,19 @@ descriptionOf(const std::vector<ParameterDescription>& parameters,
   throw std::out_of_range("no parameter has the name " + name);
 }
 
+bool
+isInterval(const ParameterDescription& parameter)
+{
+  return isInRange(parameter, parameter.default_value) &&
+         (!parameter.may_be_zero || isInRange(parameter, 0.0));
+}
+
 std::string
 allowedValues(const ParameterDescription& parameter)
 {
   const std::string in_range = valuesInRange(parameter);
+  if (parameter.may_be_zero)
+    return isInterval(parameter) ? in_range : in_range + ", or 0";
   return isInRange(parameter, parameter.default_value)
              ? in_range
              : in_range + ", or " + textOf(parameter.default_value);
@@ -162,9 +150,12 @@ convertedValue(const ParameterDescription& parameter, const ParameterValue& valu
     if (const auto* text = std::get_if<std::string>(&value))
       if (auto numbers = numbersOf(*text))
         converted = std::move(*numbers);
+  const bool is_zero =
+      converted == ParameterValue(0.0) || converted == ParameterValue(std::int64_t{0});
   const bool is_allowed =
       converted.index() == parameter.default_value.index() &&
-      (isInRange(parameter, converted) || converted == parameter.default_value);
+      (isInRange(parameter, converted) || converted == parameter.default_value ||
+       (parameter.may_be_zero && is_zero));
   return is_allowed ? std::optional<ParameterValue>(std::move(converted))
                     : std::nullopt;
 }
@@ -177,12 +168,12 @@ textOf(const ParameterValue& value)
   if (const auto* integer = std::get_if<std::int64_t>(&value))
     return std::to_string(*integer);
   if (const auto* number = std::get_if<double>(&value))
-    return textOfNumber(*number);
+    return exactText(*number);
   if (const auto* text = std::get_if<std::string>(&value))
     return quoted(*text);
   std::string elements;
   for (const double element : std::get<std::vector<double>>(value))
-    elements += (elements.empty() ? "" : ", ") + textOfNumber(element);
+    elements += (elements.empty() ? "" : ", ") + exactText(element);
   return "[" + elements + "]";
 }
 

@@ -104,16 +104,22 @@ public:
   : parameters_(parameters), values_(values)
   {}
 
+  /** \brief The value of a parameter. */
+  const ParameterValue&
+  value(const std::string& name) const
+  {
+    const auto value = values_.find(name);
+    return value != values_.end() ? value->second
+                                  : descriptionOf(parameters_, name).default_value;
+  }
+
   /** \brief The value of a parameter of type bool, std::int64_t, double, std::string or
    * std::vector<double>. */
   template <typename ValueT>
   const ValueT&
   get(const std::string& name) const
   {
-    const auto value = values_.find(name);
-    return std::get<ValueT>(value != values_.end()
-                                ? value->second
-                                : descriptionOf(parameters_, name).default_value);
+    return std::get<ValueT>(value(name));
   }
 
   /** \brief An integer that is not negative. */

@@ -126,9 +126,10 @@ private:
     is_change_new_ = false;
     // Before the statistics are updated, as the message needs memory.
     if (!sensor_to_world)
-      status = {SensorNodeCode::UsedLastTransform,
-                "there is no transform for this cloud; the last one was used" +
-                    (status.hasWarning() ? "; " + status.message() : "")};
+      status = {
+          SensorNodeCode::UsedLastTransform,
+          SettingText{"there is no transform for this cloud; the last one was used" +
+                      (status.hasWarning() ? "; " + status.text().marked : "")}};
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
@@ -199,8 +200,8 @@ private:
   withChange(const SensorNodeStatus& status, const io::RateControlStatus& rate)
   {
     return {status.code(),
-            status.message() + (status.message().empty() ? "" : "; ") +
-                "rate control: " + rate.choice + ", as " + rate.reason};
+            SettingText{status.text().marked + (status.message().empty() ? "" : "; ") +
+                        "rate control: " + rate.choice + ", as " + rate.reason}};
   }
 
   SensorNodeStatus
@@ -304,7 +305,7 @@ private:
       throw std::bad_alloc(); // handled by encode()
     // A success may have a warning.
     return {status.ok() ? SensorNodeCode::Ok : SensorNodeCode::EncodingFailed,
-            status.message()};
+            status.text()};
   }
 
   void

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/sensor_node_settings.h"
 
-#include <pcl_ext/nodes/node_parameters.h>
-
+#include "bytes/exact_text.h"
 #include "stream/setting_checks.h"
 #include "stream/version1_header.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -23,7 +23,8 @@ checkSensor(const RuntimeSensor& sensor)
     RuntimeSensor(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
   }
   catch (const std::invalid_argument& error) {
-    return {SensorNodeCode::InvalidSettings, std::string("sensor: ") + error.what()};
+    return {SensorNodeCode::InvalidSettings,
+            SettingText{std::string("{sensor}: ") + error.what()}};
   }
   return {};
 }
@@ -36,28 +37,29 @@ isKnown(IntensityLaw law)
                      [law](const auto& known) { return known.value == law; });
 }
 
-/** \brief What is wrong with the outlier removal, which has to be set; empty if
+/** \brief What is wrong with the outlier removal, which has to be set; nothing if
  * nothing. */
-std::string
+std::optional<SettingText>
 outlierRemovalFault(const SensorNodeSettings& settings)
 {
   const VoxelOutlierRemovalSettings& removal = *settings.outlier_removal;
   if (removal.unit == DensityUnit::Faces || removal.unit == DensityUnit::Points) {
+    const std::string unit = "{outlier_removal.unit} is faces or points and {law} is ";
+    const std::string choice = "; choose automatic, voxels or rays";
     if (settings.law == IntensityLaw::Native)
-      return "outlier_removal.unit is Faces or Points and law is Native, whose "
-             "intensities are neither; choose Automatic, Voxels or Rays";
+      return SettingText{unit + "native, whose intensities are neither" + choice};
     if (settings.law == IntensityLaw::None)
-      return "outlier_removal.unit is Faces or Points and law is None, which has no "
-             "intensities; choose Automatic, Voxels or Rays";
+      return SettingText{unit + "none, which has no intensities" + choice};
   }
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
-    return "outlier_removal: " + status.message();
+    return SettingText{"{outlier_removal}: " + status.text().marked};
   if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
-    return "resolution is " + textOf(settings.compression.resolution) +
-           "; it must be a number from " + textOf(VoxelOutlierRemoval::min_resolution) +
-           " to " + textOf(VoxelOutlierRemoval::max_resolution) +
-           " for outliers to be removed";
-  return {};
+    return io::invalidText("resolution",
+                           exactText(settings.compression.resolution),
+                           exactText(VoxelOutlierRemoval::min_resolution) + " to " +
+                               exactText(VoxelOutlierRemoval::max_resolution) +
+                               " m for outliers to be removed");
+  return std::nullopt;
 }
 
 } // namespace
@@ -93,39 +95,40 @@ removalSettings(const SensorNodeSettings& settings)
 SensorNodeStatus
 checkSettings(const SensorNodeSettings& settings)
 {
-  const auto invalid = [](const std::string& message) {
-    return SensorNodeStatus(SensorNodeCode::InvalidSettings, message);
+  const auto invalid = [](const SettingText& text) {
+    return SensorNodeStatus(SensorNodeCode::InvalidSettings, text);
   };
   if (!isKnown(settings.law))
-    return invalid(io::invalidMessage(
+    return invalid(io::invalidText(
         "law", static_cast<int>(settings.law), "one of " + namesOf(intensity_laws)));
   if (needsSensor(settings.law) && !settings.sensor)
-    return invalid("sensor is not set; the quadratic and the linear law need its field "
-                   "of view and size");
+    return invalid({"{sensor} is not set; the quadratic and the linear law need its "
+                    "field of view and size"});
   if (needsSensor(settings.law))
     if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
       return status;
   if (settings.outlier_removal)
-    if (const std::string fault = outlierRemovalFault(settings); !fault.empty())
-      return invalid(fault);
+    if (const auto fault = outlierRemovalFault(settings))
+      return invalid(*fault);
   if (!settings.clock)
-    return invalid("clock is empty; it must be set");
+    return invalid({"{clock} is empty; it must be set"});
   if (settings.crop_box)
-    if (const std::string fault = io::boxFault("crop_box", *settings.crop_box);
-        !fault.empty())
-      return invalid(fault);
+    if (const auto fault = io::boxFault("crop_box", *settings.crop_box))
+      return invalid(*fault);
   if (settings.carry_header &&
       settings.compression.format == io::StreamFormat::Published)
-    return invalid("carry_header is on; it must be off in the published layout");
+    return invalid(
+        io::invalidText("carry_header", "on", "off in the published layout"));
   if (settings.carry_header && settings.global_frame.size() > io::max_frame_id_size)
-    return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +
-                   " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
-                   " or less, for frames to carry it");
+    return invalid(io::invalidText(
+        "global_frame",
+        std::to_string(settings.global_frame.size()) + " bytes long",
+        std::to_string(io::max_frame_id_size) + " or less, for frames to carry it"));
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
       !status.ok()) {
     // If the settings are valid without the crop box, it is the invalid bounding box.
     const bool is_crop_box = io::checkSettings(settings.compression).ok();
-    return invalid((is_crop_box ? "crop_box as " : "") + status.message());
+    return invalid({(is_crop_box ? "{crop_box} as " : "") + status.text().marked});
   }
   return {};
 }

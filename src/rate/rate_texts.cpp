@@ -55,7 +55,7 @@ overloadText(double bytes_per_second,
   if (i_frame_bytes > buffer_bytes)
     text += ", I-frames " + numberText(i_frame_bytes / 1e3) + " kB of " +
             numberText(buffer_bytes / 1e3) +
-            " that rate_buffer holds: a larger one, or more rate_doublings, makes room";
+            " that the rate buffer holds: a longer one, or more rate doublings, make room";
   return text;
 }
 

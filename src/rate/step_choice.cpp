@@ -207,7 +207,7 @@ StepChoice::goDownInTime(const std::string& reason)
     change(std::max(step_, coarser), reason);
     return true;
   }
-  time_not_kept_ = "max_encode_ms is not kept: " + reason + " on the coarsest step";
+  time_not_kept_ = "the encode time is not kept: " + reason + " on the coarsest step";
   return false;
 }
 

@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include "stream/encoder_setting.h"
 #include "stream/setting_checks.h"
 #include "voxels/grid_fit.h"
 
@@ -18,20 +18,18 @@ namespace io {
 
 namespace {
 
-constexpr unsigned int most_threads = 256;
-
 template <typename ValueT>
 CompressionStatus
-invalid(const char* field, const ValueT& value, const char* demand)
+invalid(const char* id, const ValueT& value, const char* demand)
 {
-  return {CompressionCode::InvalidSettings, invalidMessage(field, value, demand)};
+  return {CompressionCode::InvalidSettings, invalidText(id, value, demand)};
 }
 
 CompressionStatus
 checkBox(const BoundingBox& box, double resolution)
 {
-  if (const std::string fault = boxFault("bounding_box", box); !fault.empty())
-    return {CompressionCode::InvalidSettings, fault};
+  if (const auto fault = boxFault("bounding_box", box))
+    return {CompressionCode::InvalidSettings, *fault};
   for (std::size_t axis = 0; axis < 3; ++axis)
     if ((box.max[axis] - box.min[axis]) / resolution > std::exp2(max_grid_depth) - 1.0)
       return invalid("bounding_box",
@@ -95,63 +93,44 @@ checkPublished(const EncoderSettings& settings)
 }
 
 CompressionStatus
-checkFieldSettings(const std::vector<FieldSetting>& fields)
+checkFields(const std::vector<FieldSetting>& fields)
 {
   for (auto field = fields.begin(); field != fields.end(); ++field) {
-    const std::string step = "step of the field '" + field->name + "'";
+    const auto invalid_step = [field](const std::string& demand) {
+      std::ostringstream message;
+      message << "step of the field '" << field->name << "' is " << field->step
+              << "; it must be " << demand;
+      return CompressionStatus(CompressionCode::InvalidSettings, message.str());
+    };
     if (field->name.empty())
-      return invalid("fields: a name", "empty", "that of a field, or all");
+      return {CompressionCode::InvalidSettings,
+              SettingText{"{fields}: a name is empty; it must be that of a field, or "
+                          "all"}};
     if (!std::isfinite(field->step) || field->step < 0.0)
-      return invalid(
-          step.c_str(), field->step, "a positive step, or 0 for exact values");
+      return invalid_step("a positive step, or 0 for exact values");
     if (field->name == all_fields && field->step != 0.0)
-      return invalid(step.c_str(),
-                     field->step,
-                     "0, as all means exact values; name the fields with a step");
+      return invalid_step("0, as all means exact values; name the fields with a step");
     const auto is_same = [field](const FieldSetting& other) {
       return other.name == field->name;
     };
     if (std::any_of(fields.begin(), field, is_same))
       return {CompressionCode::InvalidSettings,
-              "fields has '" + field->name + "' twice; it must have each name once"};
+              SettingText{"{fields} has '" + SettingText::of(field->name).marked +
+                          "' twice; it must have each name once"}};
   }
   return {};
 }
 
+/** \brief Refuses what cannot be filtered over time. */
 CompressionStatus
-checkFields(const EncoderSettings& settings)
+checkFilter(const EncoderSettings& settings)
 {
-  if (settings.temporal_filter != 0 && !settings.fields.empty())
-    return invalid("fields", "set", "empty with temporal_filter");
-  return checkFieldSettings(settings.fields);
-}
-
-CompressionStatus
-checkRate(const RateSettings& settings)
-{
-  const auto isIn = [](double value, double least, double most) {
-    return value >= least && value <= most; // NaN is not
-  };
-  if (settings.max_rate != 0.0 &&
-      !isIn(settings.max_rate, least_max_rate, most_max_rate))
-    return invalid(
-        "max_rate", settings.max_rate, "1e3 to 1e12 bits a second, or 0 for no limit");
-  if (!isIn(settings.rate_buffer, 0.01, 1.0))
-    return invalid("rate_buffer", settings.rate_buffer, "0.01 to 1 seconds");
-  if (settings.max_encode_ms != 0.0 && !isIn(settings.max_encode_ms, 0.1, 1e4))
-    return invalid("max_encode_ms",
-                   settings.max_encode_ms,
-                   "0.1 to 1e4 milliseconds, or 0 for no limit");
-  if (settings.rate_temporal_filter != 0 &&
-      (settings.rate_temporal_filter < TemporalVoxelFilter::least_frames ||
-       settings.rate_temporal_filter > TemporalVoxelFilter::most_frames))
-    return invalid("rate_temporal_filter",
-                   settings.rate_temporal_filter,
-                   "2 to 64 frames, or 0 for none");
-  if (settings.rate_doublings > 8)
-    return invalid("rate_doublings", settings.rate_doublings, "0 to 8");
-  if (!isIn(settings.rate_sent_share, 0.1, 1.0))
-    return invalid("rate_sent_share", settings.rate_sent_share, "0.1 to 1");
+  if (settings.temporal_filter == 0)
+    return {};
+  if (settings.keep_point_counts)
+    return invalid("keep_point_counts", "on", "off with {temporal_filter}");
+  if (!settings.fields.empty())
+    return invalid("fields", "set", "empty with {temporal_filter}");
   return {};
 }
 
@@ -182,7 +161,7 @@ parseFields(const std::string& text, std::vector<FieldSetting>& fields)
           "one, or all");
     }
   }
-  CompressionStatus status = checkFieldSettings(fields);
+  CompressionStatus status = checkFields(fields);
   if (!status.ok())
     fields.clear();
   return status;
@@ -214,33 +193,12 @@ checkLimits(const DecoderLimits& limits)
 CompressionStatus
 checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& depth_law)
 {
-  if (!(settings.resolution >= smallest_resolution &&
-        settings.resolution <= largest_resolution))
-    return invalid("resolution", settings.resolution, "1e-6 to 1e6 metres");
-  if (settings.effort != Effort::Fast && settings.effort != Effort::Balanced &&
-      settings.effort != Effort::Small)
-    return invalid(
-        "effort", static_cast<int>(settings.effort), "Fast, Balanced or Small");
-  if (!std::isfinite(settings.intensity_range) || settings.intensity_range < 0.0f)
-    return invalid(
-        "intensity_range", settings.intensity_range, "0 or a positive intensity");
-  if (settings.intensity_bits > 16)
-    return invalid(
-        "intensity_bits", settings.intensity_bits, "1 to 16, or 0 for automatic");
-  if (settings.colour_bits > 8)
-    return invalid("colour_bits", settings.colour_bits, "1 to 8, or 0 for no colour");
-  if (settings.threads < 1 || settings.threads > most_threads)
-    return invalid("threads", settings.threads, "1 to 256");
-  if (settings.temporal_filter != 0 &&
-      (settings.temporal_filter < TemporalVoxelFilter::least_frames ||
-       settings.temporal_filter > TemporalVoxelFilter::most_frames))
-    return invalid(
-        "temporal_filter", settings.temporal_filter, "2 to 64 frames, or 0 for off");
-  if (settings.temporal_filter != 0 && settings.keep_point_counts)
-    return invalid("keep_point_counts", "on", "off with temporal_filter");
-  if (CompressionStatus status = checkFields(settings); !status.ok())
+  if (CompressionStatus status = checkEach(encoderSettingTable(), settings);
+      !status.ok())
     return status;
-  if (CompressionStatus status = checkRate(settings); !status.ok())
+  if (CompressionStatus status = checkFilter(settings); !status.ok())
+    return status;
+  if (CompressionStatus status = checkFields(settings.fields); !status.ok())
     return status;
   if (settings.origin && !isOrigin(*settings.origin))
     return invalid("origin",

@@ -56,20 +56,20 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
   warn(cloud.points_outside_grid,
        cloud.points,
        "points are more than 2^20 voxels from the grid's origin and were left out: "
-       "use a larger resolution, or set ",
+       "use a larger {resolution}, or set ",
        text,
-       is_published ? "bounding_box around the points" : "origin amid the points");
+       is_published ? "{bounding_box} around the points" : "{origin} amid the points");
   warn(cloud.points_outside_box,
        cloud.points,
        "points are outside the bounding box and were left out",
        text);
-  warn(
-      cloud.points_behind_sensor,
-      cloud.points,
-      "points are behind the sensor (negative depth) and have intensity 0: set "
-      "sensor_pose, or the cloud's sensor_origin_ and sensor_orientation_, to the pose "
-      "whose z axis is the optical axis",
-      text);
+  warn(cloud.points_behind_sensor,
+       cloud.points,
+       "points are behind the sensor (negative depth) and have intensity 0: set "
+       "{sensor_pose}, or the cloud's sensor_origin_ and sensor_orientation_, to the "
+       "pose "
+       "whose z axis is the optical axis",
+       text);
   warn(cloud.intensities_not_finite,
        cloud.points,
        "points have an intensity that is not finite, which was taken as 0",
@@ -77,7 +77,7 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
   warn(cloud.colours_left_out,
        cloud.points,
        "points have a colour, for which the published layout has no field; set "
-       "colour_bits to 0 if none is wanted",
+       "{colour_bits} to 0 if none is wanted",
        text);
 }
 
@@ -119,8 +119,8 @@ warnOfLimits(const std::array<LimitedNumber, 5>& numbers, std::string& text)
       continue;
     if (!text.empty())
       text += "; ";
-    text += "the frame needs a decoder with decoder_limits.";
-    text.append(limited.name) += " of at least " + std::to_string(limited.number) +
+    text += "the frame needs a decoder with {decoder_limits.";
+    text.append(limited.name) += "} of at least " + std::to_string(limited.number) +
                                  "; that of the settings is " +
                                  std::to_string(limited.limit);
   }
@@ -140,17 +140,17 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
   const bool is_native = unit == IntensityUnit::Native;
   const bool is_published = settings.format == StreamFormat::Published;
   const bool is_sum = is_native && settings.aggregation != Aggregation::Mean;
-  std::string_view remedy = "use a larger intensity_range or more intensity_bits";
+  std::string_view remedy = "use a larger {intensity_range} or more {intensity_bits}";
   if (!is_published && settings.intensity_range == 0.0f &&
       (is_native || settings.intensity_bits == 0))
     remedy = "they are few and far from the others; remove lost returns, or set "
-             "intensity_range to the highest to hold all";
+             "{intensity_range} to the highest to hold all";
   if (is_published)
-    remedy = is_sum
-                 ? "the published layout has 0 to 255; set aggregation to the mean, or "
-                   "scale them before"
-                 : "the published layout has 0 to 255; scale them before, or use "
-                   "version 1";
+    remedy =
+        is_sum ? "the published layout has 0 to 255; set {aggregation} to the mean, or "
+                 "scale them before"
+               : "the published layout has 0 to 255; scale them before, or use "
+                 "version 1";
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
        "voxels have an intensity beyond the scale and were set to its end: ",
@@ -166,7 +166,7 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
          is_published
              ? "the published layout has whole numbers of 0 to 255; scale them "
                "before, or use version 1"
-             : "set intensity_range to what the sensor has, without outliers");
+             : "set {intensity_range} to what the sensor has, without outliers");
 }
 
 } // namespace
@@ -182,7 +182,7 @@ exceedsLimits(const FrameStatistics& statistics,
   });
 }
 
-std::string
+SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
@@ -198,7 +198,7 @@ frameWarning(const FrameStatistics& statistics,
       statistics.voxelization, settings.format == StreamFormat::Published, text);
   warnOfIntensities(statistics.voxelization, settings, unit, text);
   warnOfLimits(limitedNumbers(statistics, settings, counts), text);
-  return text;
+  return {text};
 }
 
 } // namespace io

@@ -4,10 +4,10 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/status.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace pcl_ext {
 namespace io {
@@ -38,7 +38,7 @@ exceedsLimits(const FrameStatistics& statistics,
  * \param[in] is_coarsened whether voxels are larger since the cloud is wide
  * \param[in] counts of the frame
  */
-std::string
+SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,

@@ -238,9 +238,9 @@ TEST(CentralNodeSettings, AreCheckedOneByOne)
   expectCode(CentralNode(CentralNodeSettings()).settingsStatus(), CentralNodeCode::Ok);
   const std::vector<std::pair<std::function<void(CentralNodeSettings&)>, std::string>>
       cases = {{[](auto& settings) { settings.resolution = 0.0; },
-                "resolution is 0; it must be 1e-6 to 1e6 metres"},
+                "resolution is 0; it must be 1e-06 to 1e+06 m"},
                {[](auto& settings) { settings.resolution = double{nan_value}; },
-                "resolution is nan; it must be 1e-6 to 1e6 metres"},
+                "resolution is nan; it must be 1e-06 to 1e+06 m"},
                {[](auto& settings) { settings.threads = 1025; },
                 "threads is 1025; it must be 0 to 1024"},
                {[](auto& settings) { settings.max_waiting_frames = 0; },

@@ -204,7 +204,7 @@ TEST(MergingCentre, TellsWhichSettingIsWrong)
   settings.schedule.period = 1s;
   settings.node.resolution = 0.0;
   EXPECT_EQ(MergingCentre(settings, {}, {}).settingsStatus().message(),
-            "resolution is 0; it must be 1e-6 to 1e6 metres");
+            "resolution is 0; it must be 1e-06 to 1e+06 m");
 }
 
 } // namespace merging_centre

@@ -1,77 +1,236 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief The parameters that the nodes of all ROS versions share: what they allow, and
- * what they say where a value is not allowed.
+ * \brief The parameters that the nodes of all ROS versions share: what they allow, what
+ * they say where a value is not allowed, and the settings that they give.
  */
+#include <pcl_ext/nodes/merging_centre.h>
 #include <pcl_ext/nodes/node_parameters.h>
+
+#include "nodes/codec_parameters.h"
+#include "simulator/cell_parameters.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace {
 
-namespace parameter_values {
+namespace node_parameters {
 
+using pcl_ext::DensityUnit;
+using pcl_ext::IntensityLaw;
 using namespace pcl_ext::nodes;
+namespace io = pcl_ext::io;
 
 using List = std::vector<double>;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double most = std::numeric_limits<float>::max();
 const std::int64_t beyond_int32 = std::int64_t{1} << 31;
 
-/** \brief What an encoding parameter says about a value; empty if it is allowed. */
-std::string
-refusal(const std::string& name, const ParameterValue& value)
+const std::vector<std::pair<std::string, std::vector<ParameterDescription>>>&
+allTables()
 {
-  const ParameterDescription& parameter = descriptionOf(encodingParameters(), name);
+  static const std::vector<std::pair<std::string, std::vector<ParameterDescription>>>
+      tables = {{"encoding parameters", encodingParameters()},
+                {"sensor node parameters", sensorNodeParameters()},
+                {"noise parameters", noiseParameters()},
+                {"central node parameters", centralNodeParameters()},
+                {"stream parameters", streamParameters()},
+                {"cell parameters", pcl_ext::cell::cellParameters()}};
+  return tables;
+}
+
+/** \brief What a parameter says about a value; empty if it is allowed. */
+std::string
+refusal(const ParameterDescription& parameter, const ParameterValue& value)
+{
   return convertedValue(parameter, value) ? "" : refusalOf(parameter, value);
 }
 
-/** \brief Checks what a table says about itself. */
-void
-expectTable(const std::vector<ParameterDescription>& parameters)
+std::string
+refusal(const std::string& name, const ParameterValue& value)
 {
-  std::set<std::string> names;
-  for (const ParameterDescription& parameter : parameters) {
-    SCOPED_TRACE(parameter.name);
-    EXPECT_TRUE(names.insert(parameter.name).second);
-    EXPECT_EQ(convertedValue(parameter, parameter.default_value),
-              parameter.default_value);
-    EXPECT_EQ(parameter.description.back(), '.');
-    EXPECT_EQ(parameter.description.find('\n'), std::string::npos);
-    EXPECT_LE(parameter.lowest, parameter.highest);
-    if (std::holds_alternative<std::int64_t>(parameter.default_value)) {
-      EXPECT_GE(parameter.lowest, 0.0);
-      EXPECT_LT(parameter.highest, static_cast<double>(beyond_int32));
-    }
-  }
+  return refusal(descriptionOf(encodingParameters(), name), value);
+}
+
+void
+expectRefused(const ParameterDescription& parameter, const ParameterValue& value)
+{
+  EXPECT_EQ(refusal(parameter, value),
+            parameter.name + " is " + textOf(value) + "; it must be " +
+                allowedValues(parameter));
+}
+
+// ---------------------------------------------------------------- tables
+
+/** \brief The table of parameters as documents have it. */
+std::string
+tableOf(const std::vector<ParameterDescription>& parameters)
+{
+  std::string table =
+      "| parameter | unit | default | allowed | |\n|---|---|---|---|---|\n";
+  for (const ParameterDescription& parameter : parameters)
+    table += "| `" + parameter.name + "` | " + parameter.unit + " | " +
+             textOf(parameter.default_value) + " | " + allowedValues(parameter) +
+             " | " + parameter.description + " |\n";
+  return table;
+}
+
+/** \brief What is between two marks of a file; the file's end if there are none. */
+std::string
+section(const std::string& file, const std::string& name)
+{
+  std::ifstream stream(PCL_EXT_TEST_DATA "/../../" + file);
+  const std::string content{std::istreambuf_iterator<char>(stream),
+                            std::istreambuf_iterator<char>()};
+  const std::string begin = "<!-- " + name + " -->\n";
+  const std::size_t at = content.find(begin);
+  const std::size_t end = content.find("<!-- end of " + name + " -->");
+  if (at == std::string::npos || end == std::string::npos)
+    return "no section " + name;
+  return content.substr(at + begin.size(), end - at - begin.size());
+}
+
+TEST(NodeParameters, TablesOfTheDocumentsAreThoseOfTheLibrary)
+{
+  for (const auto& [name, parameters] : allTables())
+    EXPECT_EQ(section("doc/nodes.md", name), "\n" + tableOf(parameters) + "\n");
 }
 
 TEST(NodeParameters, TablesHaveDifferentNamesAllowedDefaultsAndDescriptions)
 {
-  expectTable(encodingParameters());
-  expectTable(noiseParameters());
-  expectTable(sensorNodeParameters());
-  expectTable(centralNodeParameters());
-  expectTable(streamParameters());
+  for (const auto& table : allTables()) {
+    std::set<std::string> names;
+    for (const ParameterDescription& parameter : table.second) {
+      SCOPED_TRACE(parameter.name);
+      EXPECT_TRUE(names.insert(parameter.name).second);
+      EXPECT_EQ(refusal(parameter, parameter.default_value), "");
+      EXPECT_EQ(parameter.description.back(), '.');
+      EXPECT_EQ(parameter.description.find('\n'), std::string::npos);
+      EXPECT_LE(parameter.lowest, parameter.highest);
+    }
+  }
+  EXPECT_THROW(descriptionOf(encodingParameters(), "speed"), std::out_of_range);
 }
 
-TEST(NodeParameters, UnknownNamesHaveNoDescription)
+TEST(NodeParameters, NumbersEndAtTheirRange)
 {
-  EXPECT_THROW(descriptionOf(encodingParameters(), "speed"), std::out_of_range);
-  EXPECT_EQ(descriptionOf(encodingParameters(), "resolution").unit, "m");
+  for (const auto& table : allTables())
+    for (const ParameterDescription& parameter : table.second) {
+      SCOPED_TRACE(parameter.name);
+      const bool is_whole =
+          std::holds_alternative<std::int64_t>(parameter.default_value);
+      const double lowest = parameter.lowest;
+      const double highest = parameter.highest;
+      if (is_whole) {
+        ASSERT_GE(lowest, 0.0);
+        ASSERT_LT(highest, static_cast<double>(beyond_int32));
+        for (const std::int64_t inside : {std::llround(lowest), std::llround(highest)})
+          EXPECT_EQ(refusal(parameter, inside), "");
+        for (const std::int64_t outside : {std::int64_t{-1},
+                                           std::int64_t{std::llround(highest) + 1},
+                                           beyond_int32,
+                                           std::int64_t{1} << 32,
+                                           std::numeric_limits<std::int64_t>::min(),
+                                           std::numeric_limits<std::int64_t>::max()})
+          expectRefused(parameter, outside);
+        expectRefused(parameter, lowest);
+      }
+      else if (std::holds_alternative<double>(parameter.default_value)) {
+        for (const double inside : {lowest, highest})
+          EXPECT_EQ(refusal(parameter, inside), "");
+        EXPECT_EQ(convertedValue(parameter, std::int64_t{1}).has_value(),
+                  refusal(parameter, 1.0).empty());
+        for (const double outside : {std::nextafter(lowest, -infinite),
+                                     std::nextafter(highest, infinite),
+                                     infinite,
+                                     -infinite,
+                                     not_a_number})
+          expectRefused(parameter, outside);
+      }
+    }
+}
+
+TEST(NodeParameters, ZeroIsAllowedWhereItStandsForSomething)
+{
+  for (const auto& [name, zero, one, allowed] :
+       std::vector<std::tuple<std::string, bool, bool, std::string>>{
+           {"sensor_columns", true, true, "a whole number from 1 to 65536, or 0"},
+           {"intensity_bits", true, true, "a whole number from 0 to 16"},
+           {"temporal_filter", true, false, "a whole number from 2 to 64, or 0"},
+           {"rate_temporal_filter", true, false, "a whole number from 2 to 64, or 0"},
+           {"threads", false, true, "a whole number from 1 to 256"},
+           {"rate_doublings", true, true, "a whole number from 0 to 8"}}) {
+    const ParameterDescription& parameter = descriptionOf(encodingParameters(), name);
+    EXPECT_EQ(refusal(name, 0).empty(), zero) << name;
+    EXPECT_EQ(refusal(name, 1).empty(), one) << name;
+    EXPECT_EQ(allowedValues(parameter), allowed);
+    EXPECT_EQ(isInterval(parameter), allowed.find("or 0") == std::string::npos) << name;
+  }
+  EXPECT_EQ(refusal("max_rate", 0.0), "");
+  EXPECT_EQ(refusal("max_rate", 999),
+            "max_rate is 999; it must be a number from 1000 to 1e+12, or 0");
+}
+
+TEST(NodeParameters, OtherWordsTypesAndListsAreRefused)
+{
+  const std::vector<ParameterValue> values = {
+      true, 1, 1.5, "fast", List{0, 0, 0, 1, 1, 1}};
+  for (const auto& table : allTables())
+    for (const ParameterDescription& parameter : table.second) {
+      SCOPED_TRACE(parameter.name);
+      const ParameterValue& own = parameter.default_value;
+      for (const ParameterValue& value : values)
+        if (value.index() != own.index() &&
+            !(std::holds_alternative<double>(own) && value == ParameterValue(1)))
+          expectRefused(parameter, value);
+      for (const std::string& word : parameter.words) {
+        EXPECT_EQ(refusal(parameter, word), "");
+        expectRefused(parameter, word + "er");
+      }
+      if (own == ParameterValue(List())) {
+        const List list(parameter.list_size, 1.0);
+        EXPECT_EQ(refusal(parameter, list), "");
+        List other = list;
+        other.back() = infinite;
+        expectRefused(parameter, other);
+        other.back() = not_a_number;
+        expectRefused(parameter, other);
+        other.pop_back();
+        expectRefused(parameter, other);
+      }
+    }
+  EXPECT_EQ(refusal("sensor", "Fast"),
+            "sensor is 'Fast'; it must be one of: kinect_v2, kinect_v1, "
+            "azure_kinect_nfov, or ''");
+  EXPECT_EQ(refusal("effort", ""),
+            "effort is ''; it must be one of: fast, balanced, small");
+  EXPECT_EQ(refusal("sensor", ""), "");
+  EXPECT_EQ(refusal("intensity_field", ""),
+            "intensity_field is ''; it must be a text that is not empty");
+  EXPECT_EQ(refusal("keep_point_counts", 1),
+            "keep_point_counts is 1; it must be true or false");
+  EXPECT_EQ(refusal("crop_box", List{0, 0, 0, 1, 1}),
+            "crop_box is [0, 0, 0, 1, 1]; it must be a list of 6 finite numbers, or "
+            "[]");
+  EXPECT_EQ(refusal("origin", List{1}),
+            "origin is [1]; it must be a list of 3 finite numbers, or []");
 }
 
 TEST(NodeParameters, ValuesHaveATextOfOneLine)
@@ -92,140 +251,6 @@ TEST(NodeParameters, ValuesHaveATextOfOneLine)
   EXPECT_EQ(textOf(""), "''");
   EXPECT_EQ(textOf(List{0, 0.5, 1e6}), "[0, 0.5, 1e+06]");
   EXPECT_EQ(textOf(List{}), "[]");
-}
-
-TEST(NodeParameters, WholeNumbersAreNumbersButNotTheReverse)
-{
-  const ParameterDescription& number =
-      descriptionOf(encodingParameters(), "resolution");
-  const auto converted = convertedValue(number, 2);
-  ASSERT_TRUE(converted);
-  ASSERT_TRUE(std::holds_alternative<double>(*converted));
-  EXPECT_EQ(std::get<double>(*converted), 2.0);
-  EXPECT_EQ(refusal("i_frame_rate", 2.0),
-            "i_frame_rate is 2; it must be a whole number from 0 to 2147483647");
-}
-
-TEST(NodeParameters, ValuesOfAnotherTypeAreRefused)
-{
-  const std::vector<std::pair<std::string, ParameterValue>> examples = {
-      {"keep_point_counts", true},
-      {"threads", 1},
-      {"resolution", 1.0},
-      {"effort", "fast"},
-      {"intensity_field", "i"},
-      {"crop_box", List{0, 0, 0, 1, 1, 1}}};
-  for (const auto& [name, own] : examples) {
-    EXPECT_EQ(refusal(name, own), "");
-    for (const auto& [other_name, value] : examples) {
-      const bool is_whole_for_number = name == "resolution" && other_name == "threads";
-      if (value.index() == own.index() || is_whole_for_number)
-        continue;
-      const std::string line = name + " is " + textOf(value) + "; it must be ";
-      EXPECT_EQ(refusal(name, value).substr(0, line.size()), line);
-    }
-  }
-  EXPECT_EQ(refusal("resolution", "fine"),
-            "resolution is 'fine'; it must be a number from 1e-06 to 1e+06");
-  EXPECT_EQ(refusal("keep_point_counts", 1),
-            "keep_point_counts is 1; it must be true or false");
-  EXPECT_EQ(refusal("threads", true),
-            "threads is true; it must be a whole number from 1 to 256");
-}
-
-TEST(NodeParameters, WholeNumbersEndAtTheirRange)
-{
-  struct Range {
-    std::string name;
-    std::int64_t lowest;
-    std::int64_t highest;
-    std::string allowed;
-  };
-  for (const Range& range : std::vector<Range>{
-           {"sensor_columns", 1, 65536, "a whole number from 1 to 65536, or 0"},
-           {"sensor_rows", 1, 65536, "a whole number from 1 to 65536, or 0"},
-           {"i_frame_rate", 0, 2147483647, "a whole number from 0 to 2147483647"},
-           {"intensity_bits", 0, 16, "a whole number from 0 to 16"},
-           {"colour_bits", 0, 8, "a whole number from 0 to 8"},
-           {"threads", 1, 256, "a whole number from 1 to 256"},
-           {"temporal_filter", 2, 64, "a whole number from 2 to 64, or 0"}}) {
-    EXPECT_EQ(refusal(range.name, range.lowest), "");
-    EXPECT_EQ(refusal(range.name, range.highest), "");
-    for (const std::int64_t outside : {std::int64_t{-1},
-                                       range.highest + 1,
-                                       beyond_int32,
-                                       std::int64_t{1} << 32,
-                                       std::numeric_limits<std::int64_t>::min(),
-                                       std::numeric_limits<std::int64_t>::max()})
-      EXPECT_EQ(refusal(range.name, outside),
-                range.name + " is " + std::to_string(outside) + "; it must be " +
-                    range.allowed);
-  }
-  EXPECT_EQ(refusal("sensor_columns", 0), "");
-  EXPECT_EQ(refusal("threads", 0),
-            "threads is 0; it must be a whole number from 1 to 256");
-}
-
-TEST(NodeParameters, NumbersEndAtTheirRange)
-{
-  struct Range {
-    std::string name;
-    double lowest;
-    double highest;
-    std::string allowed;
-  };
-  for (const Range& range : std::vector<Range>{
-           {"resolution", 1e-6, 1e6, "a number from 1e-06 to 1e+06"},
-           {"sensor_fov_x_deg", 0.1, 179.9, "a number from 0.1 to 179.9, or 0"},
-           {"sensor_fov_y_deg", 0.1, 179.9, "a number from 0.1 to 179.9, or 0"},
-           {"intensity_range", 0, 3.4e38, "a number from 0 to 3.4e+38"},
-           {"min_log_odds", -most, most, "a finite number"}}) {
-    SCOPED_TRACE(range.name);
-    EXPECT_EQ(refusal(range.name, range.lowest), "");
-    EXPECT_EQ(refusal(range.name, range.highest), "");
-    for (const double outside : {std::nextafter(range.lowest, -infinite),
-                                 std::nextafter(range.highest, infinite),
-                                 infinite,
-                                 -infinite,
-                                 not_a_number})
-      EXPECT_EQ(refusal(range.name, outside),
-                range.name + " is " + textOf(outside) + "; it must be " +
-                    range.allowed);
-  }
-  EXPECT_EQ(refusal("sensor_fov_x_deg", 0.0), "");
-  EXPECT_EQ(refusal("sensor_fov_x_deg", not_a_number),
-            "sensor_fov_x_deg is nan; it must be a number from 0.1 to 179.9, or 0");
-}
-
-TEST(NodeParameters, OtherWordsAreRefused)
-{
-  for (const auto& [name, words] : std::vector<std::pair<std::string, std::string>>{
-           {"intensity", "automatic, count, quadratic, linear, native, none"},
-           {"sensor", "kinect_v2, kinect_v1, azure_kinect_nfov, or ''"},
-           {"effort", "fast, balanced, small"},
-           {"format", "version1, published"},
-           {"aggregation", "automatic, sum, mean"},
-           {"intensity_curve", "linear, companded"}})
-    EXPECT_EQ(refusal(name, "Fast"), name + " is 'Fast'; it must be one of: " + words);
-  EXPECT_EQ(refusal("effort", ""),
-            "effort is ''; it must be one of: fast, balanced, small");
-  EXPECT_EQ(refusal("sensor", ""), "");
-  EXPECT_EQ(refusal("intensity_field", ""),
-            "intensity_field is ''; it must be a text that is not empty");
-}
-
-TEST(NodeParameters, ListsOfOtherLengthsOrNumbersAreRefused)
-{
-  const std::string allowed = "; it must be a list of 6 finite numbers, or []";
-  EXPECT_EQ(refusal("crop_box", List{}), "");
-  EXPECT_EQ(refusal("crop_box", List{0, 0, 0, 1, 1}),
-            "crop_box is [0, 0, 0, 1, 1]" + allowed);
-  EXPECT_EQ(refusal("crop_box", List{0, 0, 0, 1, 1, 1, 1}),
-            "crop_box is [0, 0, 0, 1, 1, 1, 1]" + allowed);
-  EXPECT_EQ(refusal("crop_box", List{0, 0, 0, 1, 1, infinite}),
-            "crop_box is [0, 0, 0, 1, 1, inf]" + allowed);
-  EXPECT_EQ(refusal("crop_box", List{not_a_number, 0, 0, 1, 1, 1}),
-            "crop_box is [nan, 0, 0, 1, 1, 1]" + allowed);
 }
 
 TEST(NodeParameters, NumbersAreFiniteUnlessTheirRangeSaysOtherwise)
@@ -255,24 +280,6 @@ TEST(NodeParameters, ListsMayHaveARangeAndAnyLength)
   EXPECT_FALSE(convertedValue(parameter, List{0, 1, 2.5}));
 }
 
-TEST(NoiseParameters, OtherValuesAreRefused)
-{
-  const auto refusal_of = [](const std::string& name, const ParameterValue& value) {
-    const ParameterDescription& parameter = descriptionOf(noiseParameters(), name);
-    return convertedValue(parameter, value) ? "" : refusalOf(parameter, value);
-  };
-  EXPECT_EQ(refusal_of("min_intensity", -3), "");
-  EXPECT_EQ(refusal_of("min_intensity", not_a_number),
-            "min_intensity is nan; it must be a finite number");
-  EXPECT_EQ(refusal_of("min_log_odds", 1e39),
-            "min_log_odds is 1e+39; it must be a finite number");
-  EXPECT_EQ(refusal_of("remove_outliers", "yes"),
-            "remove_outliers is 'yes'; it must be true or false");
-  EXPECT_EQ(refusal_of("density_unit", "dots"),
-            "density_unit is 'dots'; it must be one of: automatic, faces, points, "
-            "voxels, rays");
-}
-
 TEST(NodeParameters, AListMayBeItsText)
 {
   const ParameterDescription& box = descriptionOf(encodingParameters(), "crop_box");
@@ -298,6 +305,313 @@ TEST(NodeParameters, AListMayBeItsText)
             "crop_box is '[0]'; it must be a list of 6 finite numbers, or []");
 }
 
-} // namespace parameter_values
+// ---------------------------------------------------------------- settings
+
+/** \brief The settings that values give, which must be allowed. */
+SensorNodeSettings
+settingsOf(const ParameterValues& values, bool has_intensities = false)
+{
+  SensorNodeSettings settings;
+  EXPECT_EQ(readEncodingParameters(values, has_intensities, settings), "");
+  return settings;
+}
+
+/** \brief Values of all settings of the codec, by their ids. */
+ParameterValues
+codecValues(const io::EncoderSettings& settings)
+{
+  ParameterValues values;
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    values[setting.id] = valueOf(setting, settings);
+  return values;
+}
+
+/** \brief An allowed value that is not the default. */
+ParameterValue
+otherValue(const ParameterDescription& parameter)
+{
+  const ParameterValue& usual = parameter.default_value;
+  if (const auto* const flag = std::get_if<bool>(&usual))
+    return !*flag;
+  if (std::holds_alternative<std::int64_t>(usual))
+    return std::int64_t{std::llround(parameter.highest)};
+  if (std::holds_alternative<double>(usual))
+    return parameter.highest;
+  if (std::holds_alternative<List>(usual)) {
+    List list;
+    while (list.size() < parameter.list_size)
+      list.push_back(static_cast<double>(list.size()) - 1.5);
+    return list;
+  }
+  return parameter.words.empty() ? "ring,time:1e-06" : parameter.words.back();
+}
+
+TEST(EncodingParameters, EachSettingOfTheCodecIsOneOrSaysWhyNot)
+{
+  const ParameterValues usual = codecValues(io::EncoderSettings());
+  for (const io::EncoderSetting& setting : io::encoderSettingTable()) {
+    SCOPED_TRACE(setting.id);
+    if (!setting.not_offered.parameter.empty()) {
+      EXPECT_THROW(descriptionOf(encodingParameters(), setting.id), std::out_of_range);
+      continue;
+    }
+    const ParameterDescription& parameter =
+        descriptionOf(encodingParameters(), setting.id);
+    EXPECT_EQ(parameter.default_value, usual.at(setting.id));
+    // It changes the setting of its name alone, and the default sets it back.
+    const ParameterValue other = otherValue(parameter);
+    ParameterValues values = usual;
+    values[setting.id] = other;
+    SensorNodeSettings settings;
+    ASSERT_EQ(readEncodingParameters({{setting.id, other}}, false, settings), "");
+    if (std::holds_alternative<float io::EncoderSettings::*>(setting.member))
+      values[setting.id] = double{static_cast<float>(std::get<double>(other))};
+    EXPECT_EQ(codecValues(settings.compression), values);
+    settings.global_frame = "hall";
+    EXPECT_EQ(readEncodingParameters({}, false, settings), "");
+    EXPECT_EQ(codecValues(settings.compression), usual);
+    EXPECT_EQ(settings.global_frame, "hall");
+  }
+}
+
+TEST(EncodingParameters, ARowOfTheTableIsAParameter)
+{
+  const io::EncoderSettingTable table = {{"brightness",
+                                          &io::EncoderSettings::i_frame_rate,
+                                          {2.0, 64.0, "lux", "dark"},
+                                          "How bright it is, beside {resolution}.",
+                                          {},
+                                          {}},
+                                         {"secret",
+                                          &io::EncoderSettings::keep_point_counts,
+                                          {},
+                                          "Nothing.",
+                                          {},
+                                          {"nodes do not have it", "", ""}}};
+  std::vector<ParameterDescription> parameters;
+  describeCodec(table, parameters);
+  ASSERT_EQ(parameters.size(), 1u);
+  EXPECT_EQ(tableOf(parameters),
+            tableOf({}) + "| `brightness` | lux | 30 | a whole number from 2 to 64, or "
+                          "0 | How bright it is, beside resolution; 0: dark. |\n");
+  const ParameterValues values = {{"brightness", 0}, {"secret", true}};
+  io::EncoderSettings settings;
+  ASSERT_TRUE(readCodec(table, ParameterAccess(parameters, values), settings).ok());
+  EXPECT_EQ(settings.i_frame_rate, 0u);
+  EXPECT_FALSE(settings.keep_point_counts);
+  EXPECT_TRUE(checkEach(table, settings).ok());
+  settings.i_frame_rate = 65;
+  EXPECT_EQ(checkEach(table, settings).message(),
+            "brightness is 65; it must be 2 to 64 lux, or 0 for dark");
+}
+
+/** \brief Values of parameters that are no settings of the codec, and what they set. */
+TEST(EncodingParameters, OthersChangeTheSettingThatTheyName)
+{
+  using Settings = SensorNodeSettings;
+  std::set<std::string> names;
+  for (const auto& [values, isSet] :
+       std::vector<std::pair<ParameterValues, std::function<bool(const Settings&)>>>{
+           {{{"intensity", "count"}},
+            [](const Settings& s) { return s.law == IntensityLaw::Count; }},
+           {{{"intensity_field", "reflectivity"}},
+            [](const Settings& s) { return s.intensity_field == "reflectivity"; }},
+           {{{"intensity", "quadratic"}, {"sensor", "kinect_v1"}},
+            [](const Settings& s) {
+              return s.law == IntensityLaw::Quadratic && s.sensor->columns == 640 &&
+                     s.sensor->fov_y_deg == 43.0;
+            }},
+           {{{"sensor", "azure_kinect_nfov"}}, // with any law
+            [](const Settings& s) { return s.sensor->rows == 576; }},
+           {{{"intensity", "linear"},
+             {"sensor_fov_x_deg", 0.1},
+             {"sensor_fov_y_deg", 179.9},
+             {"sensor_columns", 1},
+             {"sensor_rows", 65536}},
+            [](const Settings& s) {
+              return s.law == IntensityLaw::Linear && s.sensor->fov_x_deg == 0.1 &&
+                     s.sensor->fov_y_deg == 179.9 && s.sensor->columns == 1 &&
+                     s.sensor->rows == 65536;
+            }},
+           {{{"crop_box", List{-1, -2, -3, 0, 0.5, 4}}},
+            [](const Settings& s) {
+              return s.crop_box->min == std::array<double, 3>{-1, -2, -3} &&
+                     s.crop_box->max == std::array<double, 3>{0, 0.5, 4};
+            }},
+           {{{"remove_outliers", true}, {"min_log_odds", -2.5}},
+            [](const Settings& s) {
+              return s.outlier_removal->min_log_odds == -2.5f &&
+                     s.outlier_removal->unit == DensityUnit::Automatic;
+            }},
+           {{{"min_log_odds", 2.0}},
+            [](const Settings& s) { return !s.outlier_removal.has_value(); }},
+           {{{"queue_size", 0}}, // of another table
+            [](const Settings& s) { return s.law == Settings().law && !s.sensor; }}}) {
+    EXPECT_TRUE(isSet(settingsOf(values))) << values.begin()->first;
+    for (const auto& value : values)
+      names.insert(value.first);
+  }
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    names.insert(setting.id);
+  for (const ParameterDescription& parameter : encodingParameters())
+    EXPECT_EQ(names.count(parameter.name), 1u) << parameter.name;
+  const SensorNodeSettings usual = settingsOf(defaultsOf(encodingParameters()));
+  EXPECT_EQ(usual.law, SensorNodeSettings().law);
+  EXPECT_EQ(usual.intensity_field, SensorNodeSettings().intensity_field);
+  EXPECT_FALSE(usual.sensor || usual.crop_box || usual.outlier_removal);
+}
+
+TEST(EncodingParameters, AutomaticIsNativeWhereCloudsHaveIntensities)
+{
+  for (const ParameterValues& values :
+       {ParameterValues{}, ParameterValues{{"intensity", "automatic"}}}) {
+    EXPECT_EQ(settingsOf(values, false).law, IntensityLaw::None);
+    EXPECT_EQ(settingsOf(values, true).law, IntensityLaw::Native);
+  }
+  EXPECT_EQ(settingsOf({{"intensity", "count"}}, true).law, IntensityLaw::Count);
+  EXPECT_EQ(settingsOf({{"intensity", "native"}}, false).law, IntensityLaw::Native);
+}
+
+struct EncodingFault {
+  ParameterValues values;
+  std::string line;
+};
+
+TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
+{
+  const std::string all_numbers =
+      "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
+  for (
+      const EncodingFault& fault : std::vector<EncodingFault>{
+          {{{"effort", "quick"}},
+           "effort is 'quick'; it must be one of: fast, balanced, small"},
+          {{{"threads", 4.0}}, "threads is 4; it must be a whole number from 1 to 256"},
+          {{{"intensity", "quadratic"}},
+           "sensor is not set; it must be set, by name or by numbers, for intensity: "
+           "quadratic"},
+          {{{"intensity", "linear"}},
+           "sensor is not set; it must be set, by name or by numbers, for intensity: "
+           "linear"},
+          {{{"sensor_rows", 480}},
+           "sensor is not set; it must be set, or else all of " + all_numbers},
+          {{{"sensor", "kinect_v2"}, {"sensor_fov_x_deg", 60.0}},
+           "sensor is 'kinect_v2'; it must be unset where one is set of " +
+               all_numbers},
+          {{{"crop_box", List{0, 0, 0, 1, 1, 0}}},
+           "crop_box is [0, 0, 0, 1, 1, 0]; it must be [x0, y0, z0, x1, y1, z1], the "
+           "first three below the others"},
+          {{{"crop_box", List{-1, 0, 0, 1e6, 1, 1}}},
+           "crop_box as bounding_box is 1000001.000000 m wide; it must be no wider "
+           "than 2^21 - 1 voxels"},
+          {{{"remove_outliers", true}, {"resolution", 0.25}},
+           "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed"},
+          {{{"format", "published"}, {"intensity_bits", 4}},
+           "intensity_bits is 4; it must be 8, or 0 for automatic, in the published "
+           "layout"},
+          {{{"format", "published"}, {"intensity_range", 1}},
+           "intensity_range is 1; it must be 255, or 0 for automatic, in the published "
+           "layout"},
+          {{{"format", "published"}, {"intensity_curve", "companded"}},
+           "intensity_curve is companded; it must be linear in the published layout"},
+          {{{"format", "published"}, {"keep_point_counts", true}},
+           "keep_point_counts is on; it must be off in the published layout"},
+          {{{"fields", "ring:-1"}},
+           "fields is 'ring:-1'; it must be names with commas between them, each with "
+           ":STEP above 0 if it has one, or all"},
+          {{{"max_rate", 999}},
+           "max_rate is 999; it must be a number from 1000 to 1e+12, or 0"},
+          {{{"rate_temporal_filter", 1}},
+           "rate_temporal_filter is 1; it must be a whole number from 2 to 64, or 0"},
+          {{{"temporal_filter", 8}, {"fields", "all"}},
+           "fields is set; it must be empty with temporal_filter"},
+          {{{"temporal_filter", 8}, {"keep_point_counts", true}},
+           "keep_point_counts is on; it must be off with temporal_filter"}}) {
+    SensorNodeSettings settings;
+    settings.compression.resolution = 0.125;
+    const ParameterValues before = codecValues(settings.compression);
+    EXPECT_EQ(readEncodingParameters(fault.values, false, settings), fault.line);
+    EXPECT_EQ(codecValues(settings.compression), before);
+    EXPECT_FALSE(settings.sensor || settings.crop_box || settings.outlier_removal);
+    EXPECT_EQ(readEncodingParameters(fault.values, true, settings), fault.line);
+    EXPECT_EQ(faultOfEncodingParameters(fault.values), fault.line);
+  }
+}
+
+TEST(CentralNodeParameters, DefaultsGiveTheDefaultSettings)
+{
+  const MergingCentreSettings defaults;
+  for (const ParameterValues& values :
+       {ParameterValues{}, defaultsOf(centralNodeParameters())}) {
+    const auto settings = readCentralNodeParameters(values, systemTime);
+    EXPECT_EQ(settings.node.resolution, defaults.node.resolution);
+    EXPECT_EQ(settings.node.threads, defaults.node.threads);
+    EXPECT_EQ(settings.node.max_waiting_frames, defaults.node.max_waiting_frames);
+    EXPECT_EQ(settings.node.max_merge_age, defaults.node.max_merge_age);
+    EXPECT_EQ(settings.schedule.period, defaults.schedule.period);
+    EXPECT_EQ(settings.schedule.max_wait, defaults.schedule.max_wait);
+    EXPECT_EQ(settings.schedule.max_age, defaults.schedule.max_age);
+    EXPECT_TRUE(settings.reports_resolution);
+  }
+}
+
+TEST(CentralNodeParameters, EachChangesTheSettingThatItNames)
+{
+  const auto settings = readCentralNodeParameters({{"resolution", 0.5},
+                                                   {"threads", 3},
+                                                   {"max_waiting_frames", 7},
+                                                   {"merge_rate", 20.0},
+                                                   {"merge_wait", 0.125},
+                                                   {"max_merge_age", 0.25}},
+                                                  [] { return Time(5); });
+  using std::chrono::milliseconds;
+  EXPECT_EQ(settings.node.resolution, 0.5);
+  EXPECT_EQ(settings.node.threads, 3u);
+  EXPECT_EQ(settings.node.max_waiting_frames, 7u);
+  EXPECT_EQ(settings.schedule.period, milliseconds(50));
+  EXPECT_EQ(settings.schedule.max_wait, milliseconds(125));
+  EXPECT_EQ(settings.schedule.max_age, milliseconds(250));
+  EXPECT_EQ(settings.node.max_merge_age, milliseconds(250));
+  EXPECT_EQ(settings.node.clock(), Time(5));
+  // All that the tables allow can be scheduled.
+  for (const double rate : {0.0, 1e-9, 1000.0})
+    EXPECT_EQ(
+        faultOf(readCentralNodeParameters({{"merge_rate", rate}}, systemTime).schedule),
+        "");
+  EXPECT_FALSE(
+      readCentralNodeParameters({{"merge_rate", 0.0}}, systemTime).reports_resolution);
+}
+
+TEST(NoiseParameters, DefaultsKeepAllVoxels)
+{
+  for (const ParameterValues& values :
+       {ParameterValues{}, defaultsOf(noiseParameters())}) {
+    const NoiseSettings settings = readNoiseParameters(values);
+    EXPECT_EQ(settings.min_intensity, 0.0f);
+    EXPECT_FALSE(settings.outlier_removal);
+  }
+}
+
+TEST(NoiseParameters, EachChangesTheSettingThatItNames)
+{
+  EXPECT_EQ(readNoiseParameters({{"min_intensity", -1.5}}).min_intensity, -1.5f);
+  const auto removal = readNoiseParameters({{"remove_outliers", true}}).outlier_removal;
+  ASSERT_TRUE(removal);
+  EXPECT_EQ(removal->min_log_odds, 0.0f);
+  EXPECT_EQ(removal->unit, DensityUnit::Automatic);
+  for (const auto& [word, unit] : std::vector<std::pair<std::string, DensityUnit>>{
+           {"automatic", DensityUnit::Automatic},
+           {"faces", DensityUnit::Faces},
+           {"points", DensityUnit::Points},
+           {"voxels", DensityUnit::Voxels},
+           {"rays", DensityUnit::Rays}}) {
+    const NoiseSettings settings = readNoiseParameters(
+        {{"remove_outliers", true}, {"min_log_odds", 2.5}, {"density_unit", word}});
+    ASSERT_TRUE(settings.outlier_removal) << word;
+    EXPECT_EQ(settings.outlier_removal->min_log_odds, 2.5f);
+    EXPECT_EQ(settings.outlier_removal->unit, unit) << word;
+  }
+}
+
+} // namespace node_parameters
 
 } // namespace

@@ -9,6 +9,7 @@ using nodes::test::decodedWith;
 using nodes::test::encoded;
 using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
+using pcl_ext::test::expectCode;
 
 nodes::SensorNodeSettings
 outlierSettingsOf(IntensityLaw law)
@@ -109,8 +110,7 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
   settings.compression.resolution = 0.25;
   expectInvalidSettings(
       settings,
-      "resolution is 0.25; it must be a number from 0.001 to 0.2 for outliers to be "
-      "removed");
+      "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed");
 }
 
 TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
@@ -151,11 +151,11 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 {
   const std::pair<IntensityLaw, std::string> cases[] = {
       {IntensityLaw::Native,
-       "outlier_removal.unit is Faces or Points and law is Native, whose "
-       "intensities are neither; choose Automatic, Voxels or Rays"},
+       "outlier_removal.unit is faces or points and law is native, whose "
+       "intensities are neither; choose automatic, voxels or rays"},
       {IntensityLaw::None,
-       "outlier_removal.unit is Faces or Points and law is None, which has no "
-       "intensities; choose Automatic, Voxels or Rays"}};
+       "outlier_removal.unit is faces or points and law is none, which has no "
+       "intensities; choose automatic, voxels or rays"}};
   for (const auto& [law, message] : cases) {
     nodes::SensorNodeSettings settings = outlierSettingsOf(law);
     settings.outlier_removal.emplace();

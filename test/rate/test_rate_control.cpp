@@ -315,7 +315,7 @@ TEST(RateControl, LongEncodingLowersTheEffortAndThenTheVoxels)
   stream.sendFor(10s, {100.0, 1e5});
   EXPECT_EQ(
       stream.status().not_kept,
-      "max_encode_ms is not kept: frames took 1024 ms of 50 at most on the coarsest "
+      "the encode time is not kept: frames took 1024 ms of 50 at most on the coarsest "
       "step");
   EXPECT_EQ(stream.status().clouds_left_out, 0u);
 }

@@ -2,19 +2,31 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/status.h>
 
+#include "bytes/exact_text.h"
+#include "stream/encoder_setting.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cfloat>
+#include <cmath>
 #include <cstddef>
+#include <fstream>
 #include <limits>
+#include <map>
+#include <regex>
+#include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
+using pcl_ext::exactText;
+using pcl_ext::SettingText;
 
 using Settings = IntensityCompressionSettings;
 
@@ -95,14 +107,9 @@ bitsUpTo(unsigned int last)
 TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
 {
   const Settings settings;
-  EXPECT_EQ(settings.resolution, 0.01);
-  EXPECT_EQ(settings.i_frame_rate, 30u);
-  EXPECT_EQ(settings.first_frame_number, 1u);
   EXPECT_EQ(settings.effort, Effort::Fast);
   EXPECT_EQ(settings.format, StreamFormat::Version1);
   EXPECT_EQ(settings.aggregation, Aggregation::Automatic);
-  EXPECT_EQ(settings.intensity_range, 0.0f);
-  EXPECT_EQ(settings.intensity_bits, 0u);
   EXPECT_EQ(settings.intensity_curve, IntensityCurve::Linear);
   EXPECT_FALSE(settings.bounding_box.has_value());
   EXPECT_FALSE(settings.sensor_pose.has_value());
@@ -116,29 +123,199 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_TRUE(checkSettings(publishedSettings()).ok());
 }
 
-TEST(CompressionSettings, ResolutionMustBeALength)
+/** \brief Settings of which one has a number. */
+Settings
+withNumber(const EncoderSetting& setting, double number)
 {
-  expectAccepted(&Settings::resolution, {1e-6, 0.001, 0.04, 1.0, 1000.0, 1e6});
-  expectRefused("resolution",
-                &Settings::resolution,
-                {0.0,
-                 -0.0,
-                 -0.01,
-                 9.9e-7,
-                 1.01e6,
-                 1e39,
-                 DBL_MAX,
-                 infinity,
-                 -infinity,
-                 not_a_number});
+  Settings settings;
+  std::visit(
+      [&](const auto& member) {
+        using MemberT = std::decay_t<decltype(member)>;
+        if constexpr (!std::is_same_v<MemberT, SettingAccess>) {
+          auto& value = static_cast<EncoderSettings&>(settings).*member;
+          value = static_cast<std::decay_t<decltype(value)>>(number);
+        }
+      },
+      setting.member);
+  return settings;
 }
 
-TEST(CompressionSettings, IFrameRatesAndSwitchesAreFree)
+/** \brief Expects the message that the row of a setting makes of its value. */
+void
+expectRefusedByRow(const EncoderSetting& setting,
+                   const std::string& value,
+                   const Settings& settings)
 {
-  expectAccepted(&Settings::i_frame_rate, {0u, 1u, 2u, 30u, 4294967295u});
-  expectAccepted(&Settings::temporal_filter, {0u, 2u, 8u, 64u});
+  const CompressionStatus status = checkSettings(settings);
+  EXPECT_EQ(static_cast<int>(status.code()),
+            static_cast<int>(CompressionCode::InvalidSettings));
+  EXPECT_EQ(status.setting(), setting.id);
+  EXPECT_EQ(status.message(),
+            setting.id + " is " + value + "; it must be " + demandOf(setting));
+}
+
+TEST(EncoderSettingTable, EachFieldOfTheHeaderHasARowWithItsDefault)
+{
+  std::ifstream header(PCL_EXT_TEST_DATA
+                       "/../../include/pcl_ext/compression/compression_settings.h");
+  const std::regex structure("^struct (\\w+).*");
+  const std::regex field("^  [\\w:<>, ]+ (\\w+)(?: = (.*))?;$");
+  std::map<std::string, std::string> defaults;
+  std::string of;
+  for (std::string line; std::getline(header, line);) {
+    if (std::smatch found; std::regex_match(line, found, structure))
+      of = found[1];
+    else if (std::regex_match(line, found, field) &&
+             (of == "GridSettings" || of == "IntensitySettings" ||
+              of == "StreamSettings" || of == "RateSettings" ||
+              of == "EncoderSettings"))
+      defaults[found[1]] = found[2];
+  }
+  EXPECT_EQ(defaults.erase("decoder_limits"), 1u); // see encoderSettingTable()
+  EXPECT_EQ(defaults.size(), encoderSettingTable().size());
+  for (const EncoderSetting& setting : encoderSettingTable()) {
+    SCOPED_TRACE(setting.id);
+    ASSERT_EQ(defaults.count(setting.id), 1u);
+    std::istringstream text(defaults[setting.id]);
+    const SettingValue value = valueOf(setting, EncoderSettings());
+    double number = 0.0;
+    if (const auto* const flag = std::get_if<bool>(&value)) {
+      EXPECT_EQ(text.str(), *flag ? "true" : "false");
+    }
+    else if (const auto* const whole = std::get_if<std::int64_t>(&value)) {
+      EXPECT_EQ(text.str(), std::to_string(*whole));
+    }
+    else if (const auto* const real = std::get_if<double>(&value);
+             real && text >> number) {
+      EXPECT_EQ(number, *real);
+    }
+  }
+}
+
+TEST(EncoderSettingTable, EachIsOfferedOrSaysWhyNot)
+{
+  for (const EncoderSetting& setting : encoderSettingTable()) {
+    SCOPED_TRACE(setting.id);
+    EXPECT_EQ(setting.option.names.empty(), !setting.not_offered.option.empty());
+    EXPECT_EQ(setting.help.back(), '.');
+    // Settings that a sentence names are rows.
+    for (const std::string& text : {setting.help, setting.option.help})
+      (void)SettingText{text}.with([](const std::string& id) {
+        const auto& table = encoderSettingTable();
+        EXPECT_TRUE(std::any_of(table.begin(), table.end(), [&id](const auto& row) {
+          return row.id == id;
+        })) << id;
+        return id;
+      });
+  }
+}
+
+TEST(EncoderSettingTable, NumbersEndAtTheirRange)
+{
+  for (const EncoderSetting& setting : encoderSettingTable()) {
+    SCOPED_TRACE(setting.id);
+    const SettingValue value = valueOf(setting, EncoderSettings());
+    const bool is_whole = std::holds_alternative<std::int64_t>(value);
+    if (!is_whole && !std::holds_alternative<double>(value))
+      continue;
+    const auto& [lowest, highest, unit, zero] = setting.range;
+    for (const double number : {lowest, 0.5 * (lowest + highest), highest})
+      expectAccepted(withNumber(setting, number));
+    if (!zero.empty() || lowest == 0.0)
+      expectAccepted(withNumber(setting, 0.0));
+    else
+      expectRefusedByRow(setting, "0", withNumber(setting, 0.0));
+    if (is_whole && lowest > 1.0)
+      expectRefusedByRow(setting, "1", withNumber(setting, 1.0));
+    if (is_whole && highest < 4294967295.0)
+      for (const double number : {highest + 1.0, 4294967295.0})
+        expectRefusedByRow(
+            setting, std::to_string(std::llround(number)), withNumber(setting, number));
+    if (is_whole)
+      continue;
+    const bool is_float =
+        std::holds_alternative<float EncoderSettings::*>(setting.member);
+    for (const double number :
+         {is_float ? -1e-30 : std::nextafter(lowest, -infinity),
+          is_float ? double{FLT_MAX} : std::nextafter(highest, infinity),
+          -1.0,
+          infinity,
+          -infinity,
+          not_a_number})
+      expectRefusedByRow(setting,
+                         is_float ? exactText(static_cast<float>(number))
+                                  : exactText(number),
+                         withNumber(setting, number));
+  }
+}
+
+TEST(EncoderSettingTable, WordsAreTheEnumerators)
+{
+  for (const EncoderSetting& setting : encoderSettingTable())
+    for (const std::string& word : wordsOf(setting)) {
+      Settings settings;
+      EXPECT_TRUE(setValue(setting, word, settings).ok());
+      EXPECT_EQ(std::get<std::string>(valueOf(setting, settings)), word);
+      expectAccepted(settings);
+      const CompressionStatus status = setValue(setting, word + "er", settings);
+      EXPECT_EQ(status.message(),
+                setting.id + " is " + word + "er; it must be " + demandOf(setting));
+      EXPECT_EQ(std::get<std::string>(valueOf(setting, settings)), word);
+    }
+  for (const int effort : {-1, 3, 7, 255})
+    expectRefused("effort is unknown; it must be one of fast, balanced, small",
+                  &Settings::effort,
+                  {static_cast<Effort>(effort)});
+}
+
+TEST(EncoderSettingTable, DemandsNameUnitAndZero)
+{
+  const auto message = [](auto field, auto value) {
+    Settings settings;
+    settings.*field = value;
+    return checkSettings(settings).message();
+  };
+  EXPECT_EQ(message(&Settings::resolution, 0.0),
+            "resolution is 0; it must be 1e-06 to 1e+06 m");
+  EXPECT_EQ(message(&Settings::max_rate, 500.0),
+            "max_rate is 500; it must be 1000 to 1e+12 bit/s, or 0 for no limit");
+  EXPECT_EQ(message(&Settings::intensity_range, -3.5f),
+            "intensity_range is -3.5; it must be 0 to 3.4e+38 of the intensity, 0 for "
+            "automatic");
+  EXPECT_EQ(message(&Settings::rate_temporal_filter, 1u),
+            "rate_temporal_filter is 1; it must be 2 to 64 frames, or 0 for none");
+}
+
+TEST(EncoderSettingTable, MessagesHaveTheNamesOfAFace)
+{
+  Settings settings;
+  settings.temporal_filter = 8;
+  settings.keep_point_counts = true;
+  const CompressionStatus status = checkSettings(settings);
+  EXPECT_EQ(status.message(),
+            "keep_point_counts is on; it must be off with temporal_filter");
+  EXPECT_EQ(status.setting(), "keep_point_counts");
+  const auto option = [](const std::string& id) { return "--" + id; };
+  EXPECT_EQ(status.text().with(option),
+            "--keep_point_counts is on; it must be off with --temporal_filter");
+  // Texts of users are left as they are.
+  settings = Settings();
+  settings.fields = {{"{origin}"}, {"{origin}"}};
+  EXPECT_EQ(checkSettings(settings).text().with(option),
+            "--fields has '{origin}' twice; it must have each name once");
+  EXPECT_EQ(CompressionStatus(CompressionCode::Ok, "a {b").text().with(option), "a {b");
+  EXPECT_EQ(SettingText{"a {b"}.with(option), "a b");
+}
+
+TEST(CompressionSettings, SwitchesAreFree)
+{
   expectAccepted(&Settings::temporal_filter, {8u}, publishedSettings());
-  expectRefused("temporal_filter", &Settings::temporal_filter, {1u, 65u, 4294967295u});
+  expectAccepted(&Settings::aggregation,
+                 {Aggregation::Automatic, Aggregation::Sum, Aggregation::Mean},
+                 publishedSettings());
+  Settings companded;
+  companded.intensity_curve = IntensityCurve::Companded;
+  expectAccepted(&Settings::intensity_bits, bitsUpTo(16), companded);
   Settings filtered;
   filtered.temporal_filter = 8;
   expectRefused("keep_point_counts", &Settings::keep_point_counts, {true}, filtered);
@@ -146,73 +323,6 @@ TEST(CompressionSettings, IFrameRatesAndSwitchesAreFree)
   expectAccepted(&Settings::retain_octree, {true}, publishedSettings());
   expectAccepted(&Settings::show_statistics, {true});
   expectAccepted(&Settings::carry_header, {true});
-}
-
-TEST(CompressionSettings, BudgetsMustBeInTheirRanges)
-{
-  const auto fault = [](auto RateSettings::*field, auto value) {
-    Settings settings;
-    settings.*field = value;
-    return checkSettings(settings).message();
-  };
-  expectAccepted(&Settings::max_rate, {0.0, 1e3, 1e12});
-  expectRefused("max_rate",
-                &Settings::max_rate,
-                {-1.0, 999.0, 1.01e12, infinity, -infinity, not_a_number});
-  EXPECT_EQ(fault(&RateSettings::max_rate, 500.0),
-            "max_rate is 500; it must be 1e3 to 1e12 bits a second, or 0 for no "
-            "limit");
-  expectAccepted(&Settings::rate_buffer, {0.01, 1.0});
-  expectRefused(
-      "rate_buffer", &Settings::rate_buffer, {0.0, 0.009, 1.01, -0.25, not_a_number});
-  EXPECT_EQ(fault(&RateSettings::rate_buffer, 2.0),
-            "rate_buffer is 2; it must be 0.01 to 1 seconds");
-  expectAccepted(&Settings::max_encode_ms, {0.0, 0.1, 1e4});
-  expectRefused("max_encode_ms",
-                &Settings::max_encode_ms,
-                {0.09, 1.01e4, -1.0, infinity, not_a_number});
-  EXPECT_EQ(fault(&RateSettings::max_encode_ms, 2e4),
-            "max_encode_ms is 20000; it must be 0.1 to 1e4 milliseconds, or 0 for "
-            "no limit");
-  expectAccepted(&Settings::rate_temporal_filter, {0u, 2u, 64u});
-  expectRefused("rate_temporal_filter", &Settings::rate_temporal_filter, {1u, 65u});
-  EXPECT_EQ(fault(&RateSettings::rate_temporal_filter, 1u),
-            "rate_temporal_filter is 1; it must be 2 to 64 frames, or 0 for none");
-  expectAccepted(&Settings::rate_doublings, {0u, 8u});
-  EXPECT_EQ(fault(&RateSettings::rate_doublings, 9u),
-            "rate_doublings is 9; it must be 0 to 8");
-  expectAccepted(&Settings::rate_sent_share, {0.1, 1.0});
-  EXPECT_EQ(fault(&RateSettings::rate_sent_share, 0.0),
-            "rate_sent_share is 0; it must be 0.1 to 1");
-}
-
-TEST(CompressionSettings, EffortAndAggregationMustBeEnumerators)
-{
-  expectAccepted(&Settings::effort, {Effort::Fast, Effort::Balanced, Effort::Small});
-  for (const int effort : {-1, 3, 7, 255})
-    expectRefused("effort", &Settings::effort, {static_cast<Effort>(effort)});
-  const Values<Aggregation> aggregations{
-      Aggregation::Automatic, Aggregation::Sum, Aggregation::Mean};
-  expectAccepted(&Settings::aggregation, aggregations);
-  expectAccepted(&Settings::aggregation, aggregations, publishedSettings());
-}
-
-TEST(CompressionSettings, IntensityRangeMustBeZeroOrPositive)
-{
-  expectAccepted(&Settings::intensity_range,
-                 {0.0f, -0.0f, 1e-3f, 1.0f, 65535.0f, FLT_MAX});
-  expectRefused("intensity_range",
-                &Settings::intensity_range,
-                {-1e-30f, -1.0f, float_infinity, -float_infinity, not_a_float});
-}
-
-TEST(CompressionSettings, IntensityBitsMustBeAtMostSixteen)
-{
-  expectAccepted(&Settings::intensity_bits, bitsUpTo(16));
-  expectRefused("intensity_bits", &Settings::intensity_bits, {17u, 32u, 4294967295u});
-  Settings companded;
-  companded.intensity_curve = IntensityCurve::Companded;
-  expectAccepted(&Settings::intensity_bits, bitsUpTo(16), companded);
 }
 
 TEST(CompressionSettings, PublishedLayoutHasEightBitsALinearScaleAndNoHeader)
@@ -323,13 +433,6 @@ TEST(CompressionSettings, DecoderLimitsMustBeAboveZero)
   settings = Settings();
   settings.decoder_limits.free_voxels = 0;
   expectRefused("free_voxels", settings);
-}
-
-TEST(CompressionSettings, MessagesShowTheValue)
-{
-  expectRefused("-0.25", &Settings::resolution, {-0.25});
-  expectRefused("17", &Settings::intensity_bits, {17u});
-  expectRefused("-3.5", &Settings::intensity_range, {-3.5f});
 }
 
 } // namespace

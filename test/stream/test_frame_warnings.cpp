@@ -203,7 +203,8 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
   IntensityCompressionSettings settings;
   const auto warning = [&] {
     const std::string text =
-        frameWarning(statistics, settings, IntensityUnit::None, false, counts);
+        frameWarning(statistics, settings, IntensityUnit::None, false, counts)
+            .withIds();
     EXPECT_EQ(exceedsLimits(statistics, settings, counts), !text.empty());
     return text;
   };

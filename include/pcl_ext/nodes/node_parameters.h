@@ -45,6 +45,7 @@ struct ParameterDescription {
   std::size_t list_size = 0;      ///< number of elements of a list; 0: any
   std::vector<std::string> words; ///< texts that are allowed; empty: any but ''
   std::string description;        ///< what it is for, in one sentence
+  bool may_be_zero = false;       ///< a number may be 0 whatever its range
 };
 
 /** \brief The parameter of a name.
@@ -57,6 +58,11 @@ descriptionOf(const std::vector<ParameterDescription>& parameters,
 /** \brief The allowed values, for messages and tables: "a number from 0 to 1". */
 PCL_EXT_EXPORT std::string
 allowedValues(const ParameterDescription& parameter);
+
+/** \brief Whether the values of a parameter that is a number are those of its range, and
+ * no other one beside it. */
+PCL_EXT_EXPORT bool
+isInterval(const ParameterDescription& parameter);
 
 /** \brief Converts a value to the type of a parameter and checks its range. A whole
  * number is accepted for a number, and for a list of numbers its text, such as
@@ -92,9 +98,9 @@ valueOf(const ParameterValues& values, const std::string& name)
   return std::get<ValueT>(values.at(name));
 }
 
-/** \brief The parameters of encoding: all of SensorNodeSettings that users set, except
- * for the global coordinate frame. They have the names of the fields; `intensity` is
- * the law, where the word automatic means native for clouds with the field
+/** \brief The parameters of encoding: the settings of the codec, and what else of
+ * SensorNodeSettings users set, except for the global coordinate frame. They have the
+ * names of the fields; `intensity` is the law, where the word automatic means native for clouds with the field
  * `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();

@@ -71,20 +71,16 @@ descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
   descriptor.read_only = kind == NodeParameters::Kind::ReadOnly;
-  const auto is_in_range = [&parameter](auto number) {
-    const auto converted = static_cast<double>(number);
-    return converted >= parameter.lowest && converted <= parameter.highest;
-  };
-  // rclcpp would refuse a default that is outside of the range as it means "not set".
-  if (const auto* const number = std::get_if<std::int64_t>(&parameter.default_value);
-      number != nullptr && is_in_range(*number)) {
+  // rclcpp would refuse what is allowed outside of the range, as it means "not set".
+  if (!isInterval(parameter))
+    return descriptor;
+  if (std::holds_alternative<std::int64_t>(parameter.default_value)) {
     rcl_interfaces::msg::IntegerRange range;
     range.from_value = std::llround(parameter.lowest);
     range.to_value = std::llround(parameter.highest);
     descriptor.integer_range.push_back(range);
   }
-  if (const auto* const number = std::get_if<double>(&parameter.default_value);
-      number != nullptr && is_in_range(*number)) {
+  if (std::holds_alternative<double>(parameter.default_value)) {
     rcl_interfaces::msg::FloatingPointRange range;
     range.from_value = parameter.lowest;
     range.to_value = parameter.highest;
