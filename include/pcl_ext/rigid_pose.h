@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
 #include <Eigen/Geometry>
@@ -22,15 +23,8 @@ using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>
 } // namespace io
 
 /** \brief True if a pose is a rotation and a translation, all finite. */
-inline bool
-isRigid(const Eigen::Isometry3f& pose)
-{
-  const Eigen::Matrix3f rotation = pose.linear();
-  // Comparisons with NaN are false.
-  return (rotation * rotation.transpose() - Eigen::Matrix3f::Identity()).norm() <
-             1e-3f &&
-         rotation.determinant() > 0.0f && pose.translation().allFinite();
-}
+PCL_EXT_CODEC_EXPORT bool
+isRigid(const io::SensorPose& pose);
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -233,7 +233,7 @@ checkSettings(const IntensityCompressionSettings& settings)
   if (CompressionStatus status = checkSettings(settings, settings.depth_law);
       !status.ok())
     return status;
-  if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
+  if (settings.sensor_pose && !isRigid(*settings.sensor_pose))
     return invalid("sensor_pose", "not rigid", "a rotation and a translation");
   if (settings.carry_header && settings.format == StreamFormat::Published)
     return invalid("carry_header", "on", "off in the published layout");

@@ -5,6 +5,7 @@
  * point and what it gives back: centres, intensities, headers.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
 #include "support/cloud_streams.h"
 

@@ -4,6 +4,7 @@
  * \brief Fields of points through the class, for PCL's types and for registered ones.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
 #include <pcl/point_types.h>
 #include <pcl/register_point_struct.h>

@@ -5,6 +5,7 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/sensor_order.h>
+#include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
 #include <pcl/conversions.h>
 #include <pcl/point_types.h>

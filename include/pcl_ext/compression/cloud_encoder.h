@@ -12,6 +12,7 @@
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -37,6 +38,35 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
     return std::nullopt;
 }
 
+namespace detail {
+
+/** \brief Where depths are measured from, and along which axis. Plain numbers, as
+ * Eigen's expressions take long to compile. */
+struct DepthAxis {
+  std::array<double, 3> sensor;   ///< position, metres
+  std::array<float, 3> direction; ///< the optical axis, of length 1
+
+  /** \brief The depth of a point, metres. */
+  template <typename CoordinateT>
+  float
+  depthOf(const CoordinateT* point) const
+  {
+    // The difference first: it is exact far from the origin, products are not.
+    std::array<float, 3> terms{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      terms[axis] =
+          direction[axis] * pcl_ext::detail::saturatedFloat(
+                                static_cast<double>(point[axis]) - sensor[axis]);
+    return terms[0] + (terms[1] + terms[2]);
+  }
+};
+
+/** \brief The axis of a sensor, sensor -> cloud. */
+PCL_EXT_CODEC_EXPORT DepthAxis
+depthAxisOf(const WorldPose& sensor_pose);
+
+} // namespace detail
+
 /** \brief Computes the intensities of a cloud's points by an intensity model; see the
  * paper, equations 1 to 3.
  * \param[in] model the intensity model
@@ -54,23 +84,15 @@ setIntensities(const IntensityModelT& model,
                std::vector<float>& intensities,
                PointView& points)
 {
-  const Eigen::Vector3d sensor = sensor_pose.translation();
-  const Eigen::Vector3f optical_axis = sensor_pose.linear().col(2).cast<float>();
+  const detail::DepthAxis axis = detail::depthAxisOf(sensor_pose);
   intensities.resize(points.count);
   std::size_t behind_sensor = 0;
   const auto set_all = [&](const auto* point) {
     for (std::size_t i = 0; i < points.count;
          ++i, point = detail::atOffset(point, points.coordinate_stride)) {
       float depth = 0.0f;
-      // The difference first: it is exact far from the origin, products are not.
       if constexpr (IntensityModelT::uses_depth) {
-        const Eigen::Vector3d from_sensor =
-            Eigen::Vector3d(static_cast<double>(point[0]),
-                            static_cast<double>(point[1]),
-                            static_cast<double>(point[2])) -
-            sensor;
-        depth =
-            optical_axis.dot(from_sensor.unaryExpr(&pcl_ext::detail::saturatedFloat));
+        depth = axis.depthOf(point);
         behind_sensor += depth < 0.0f ? 1 : 0;
       }
       intensities[i] = model(depth, native_intensity(i));

@@ -69,9 +69,10 @@ modelOf(double resolution)
  * it; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding never hangs,
  * throws or allocates without bound.
  *
- * The library has no instantiations of this template: they are built with the flags of
- * the program, so that memory of clouds and octrees is allocated and freed in the same
- * way.
+ * This template is instantiated in the program, with its flags, so that memory of clouds
+ * is allocated and freed in the same way. Programs with a point type of their own
+ * include pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, see
+ * octree::OctreePointCloudIntensity.
  *
  * An instance serves one stream in each direction; its encoder and its decoder are
  * independent of each other. Instances share nothing; one instance is for one thread.

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/impl/colour_mean.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 
 #include <pcl/octree/octree_container.h>
 #include <pcl/types.h>
@@ -18,7 +19,7 @@ namespace octree {
  * Fulfils PCL's leaf contract (reset, equality, copy), so that it serves in
  * pcl::octree::OctreeBase and pcl::octree::Octree2BufBase.
  */
-class IntensityLeaf : public pcl::octree::OctreeContainerBase {
+class PCL_EXT_EXPORT IntensityLeaf : public pcl::octree::OctreeContainerBase {
 public:
   IntensityLeaf() = default;
   ~IntensityLeaf() override = default;

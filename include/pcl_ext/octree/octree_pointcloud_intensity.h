@@ -44,6 +44,11 @@ struct TakesColours<
  * voxels: addVoxels. Points whose type has no field `intensity` count with intensity 1.
  * Without a bounding box the voxels begin at multiples of their edge, as those of the
  * compression do, so that OctreePointCloudIntensityCompression::encodeOctree moves none.
+ *
+ * The library has the functions of PCL's base classes for PCL_XYZ_POINT_TYPES with
+ * IntensityLeaf. A program with a point type, leaf or branch of its own includes
+ * pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, or defines PCL_NO_PRECOMPILE
+ * before it includes PCL, as for PCL's octrees; without that it does not link.
  * \tparam PointT point type
  * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`;
  * for colours also `addPointColour(io::VoxelColour)` and `getColour()`, see
@@ -265,8 +270,9 @@ private:
 } // namespace octree
 } // namespace pcl_ext
 
-// PCL's library holds no instances of its octree templates with this leaf.
-#include <pcl/octree/impl/octree2buf_base.hpp>
-#include <pcl/octree/impl/octree_base.hpp>
 #include <pcl/octree/impl/octree_iterator.hpp>
-#include <pcl/octree/impl/octree_pointcloud.hpp>
+
+// With other instructions the program allocates memory in another way than the library.
+#if defined(PCL_NO_PRECOMPILE) || EIGEN_MAX_ALIGN_BYTES > 16
+#include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
+#endif

@@ -4,8 +4,10 @@
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include <pcl/common/io.h>
+#include <pcl/for_each_type.h>
+#include <pcl/PCLPointField.h>
 #include <pcl/point_cloud.h>
+#include <pcl/type_traits.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,17 +18,35 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
+/** \brief Adds the registered fields of a point type but x, y and z to a list. */
+template <typename PointT>
+struct FurtherFields {
+  std::vector<pcl::PCLPointField>& fields;
+
+  template <typename TagT>
+  void
+  operator()()
+  {
+    pcl::PCLPointField field;
+    field.name = pcl::traits::name<PointT, TagT>::value;
+    field.offset = pcl::traits::offset<PointT, TagT>::value;
+    field.datatype = pcl::traits::datatype<PointT, TagT>::value;
+    field.count = pcl::traits::datatype<PointT, TagT>::size;
+    if (field.name != "x" && field.name != "y" && field.name != "z" &&
+        field.datatype >= pcl::PCLPointField::INT8 &&
+        field.datatype <= pcl::PCLPointField::FLOAT64)
+      fields.push_back(field);
+  }
+};
+
 /** \brief The registered fields of a point type but x, y and z, with their offsets. */
 template <typename PointT>
 std::vector<pcl::PCLPointField>
 furtherFields()
 {
   std::vector<pcl::PCLPointField> further;
-  for (const pcl::PCLPointField& field : pcl::getFields<PointT>())
-    if (field.name != "x" && field.name != "y" && field.name != "z" &&
-        field.datatype >= pcl::PCLPointField::INT8 &&
-        field.datatype <= pcl::PCLPointField::FLOAT64)
-      further.push_back(field);
+  pcl::for_each_type<typename pcl::traits::fieldList<PointT>::type>(
+      FurtherFields<PointT>{further});
   return further;
 }
 
