@@ -31,11 +31,11 @@ def nodes(values):
     chosen = []
     if values['sensor_side']:
         chosen.append(pcl_ext_nodes.node(
-            values, 'SensorNode', 'sensor_node', name=values['sensor_node'],
+            values, 'CloudSenderNode', 'sensor_node', name=values['sensor_node'],
             remappings=[('input', values['points'])], parameters=[of_sensor]))
     if values['central_side']:
         chosen.append(pcl_ext_nodes.node(
-            values, 'CentralNode', 'central_node', name=values['central_node'],
+            values, 'MergingCentreNode', 'central_node', name=values['central_node'],
             remappings=[('input', values['points'] + '/pcl_ext')],
             parameters=[of_centre]))
     return pcl_ext_nodes.started(values, chosen)

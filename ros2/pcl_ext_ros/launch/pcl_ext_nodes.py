@@ -165,12 +165,12 @@ def sensors_and_centre(values, sensors, of_centre, namespace=''):
     parameters = {'streams': list(streams.values()), **of_centre}
     for sensor in sensors:
         parameters[sensor + '.points.pcl_ext.sensor_frame'] = sensor
-    nodes = [node(values, 'SensorNode', 'sensor_node', name=values['sensor_node'],
+    nodes = [node(values, 'CloudSenderNode', 'sensor_node', name=values['sensor_node'],
                   namespace='/'.join(filter(None, [namespace, sensor])),
                   remappings=[('input', 'points')],
                   parameters=[parameters_of_sensor(values)])
              for sensor in sensors]
-    nodes.append(node(values, 'CentralNode', 'central_node', name=values['central_node'],
+    nodes.append(node(values, 'MergingCentreNode', 'central_node', name=values['central_node'],
                       namespace=namespace, parameters=[parameters]))
     if values['simulated']:
         nodes.append(simulated_cell(values, sensors, namespace))

@@ -72,7 +72,7 @@ def node_of_top(values, zones):
     parameters = {'streams': streams, 'min_intensity': 0.0, 'remove_outliers': False,
                   **pcl_ext_nodes.parameters_of_centre(values),
                   **pcl_ext_nodes.parameters_of_map(values)}
-    return pcl_ext_nodes.node(values, 'CentralNode', 'central_node',
+    return pcl_ext_nodes.node(values, 'MergingCentreNode', 'central_node',
                               name=values['central_node'], parameters=[parameters])
 
 

@@ -7,7 +7,7 @@
 
 #include <octomap/AbstractOcTree.h>
 #include <octomap/OcTree.h>
-#include <pcl_ext_ros/central_node.hpp>
+#include <pcl_ext_ros/merging_centre_node.hpp>
 
 #if PCL_EXT_ROS_HAS_OCTOMAP_MSGS
 #include <octomap_msgs/conversions.h>
@@ -44,7 +44,7 @@ coarse()
 }
 
 /** \brief The central node and one that sends it two streams. */
-class CentralNodeTest : public testing::Test {
+class MergingCentreNodeTest : public testing::Test {
 protected:
   /** \param[in] arguments as those of a command line */
   void
@@ -55,7 +55,7 @@ protected:
                       "streams:=[/kinect_1/points/pcl_ext, kinect_2/points/pcl_ext]",
                       "-p",
                       "resolution:=0.1"});
-    node_ = nodes_.add<CentralNode>(optionsOf(arguments));
+    node_ = nodes_.add<MergingCentreNode>(optionsOf(arguments));
     tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
     frames_1_ = tester_->create_publisher<Frame>(topic_1, 10);
     frames_2_ = tester_->create_publisher<Frame>(topic_2, 10);
@@ -124,7 +124,7 @@ protected:
   };
 
   RunningNodes nodes_{std::make_unique<rclcpp::executors::MultiThreadedExecutor>()};
-  std::shared_ptr<CentralNode> node_;
+  std::shared_ptr<MergingCentreNode> node_;
   std::shared_ptr<Tester> tester_;
   rclcpp::Publisher<Frame>::SharedPtr frames_1_;
   rclcpp::Publisher<Frame>::SharedPtr frames_2_;
@@ -151,7 +151,7 @@ countFrom(const Frame& frame, float min_intensity)
 
 } // namespace
 
-TEST_F(CentralNodeTest, VoxelsAreThoseOfTheLibrary)
+TEST_F(MergingCentreNodeTest, VoxelsAreThoseOfTheLibrary)
 {
   start({});
   DirectStream direct(coarse());
@@ -174,7 +174,7 @@ TEST_F(CentralNodeTest, VoxelsAreThoseOfTheLibrary)
   EXPECT_EQ(voxels_2_->count(), 0u);
 }
 
-TEST_F(CentralNodeTest, StreamsAreMerged)
+TEST_F(MergingCentreNodeTest, StreamsAreMerged)
 {
   start({"-p", "merge_rate:=50.0", "-p", "max_merge_age:=3600.0"});
   Recorder<DiagnosticArray> streams(*tester_, "/central_node/merged/streams");
@@ -223,7 +223,7 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
   EXPECT_EQ(merged_streams->status[2].values.at(0).value, "70000000000");
 }
 
-TEST_F(CentralNodeTest, TellsWhatIsMergedAlsoWhereNobodyWantsTheVoxels)
+TEST_F(MergingCentreNodeTest, TellsWhatIsMergedAlsoWhereNobodyWantsTheVoxels)
 {
   start({});
   Recorder<DiagnosticArray> streams(*tester_, "/central_node/merged/streams");
@@ -237,7 +237,7 @@ TEST_F(CentralNodeTest, TellsWhatIsMergedAlsoWhereNobodyWantsTheVoxels)
   EXPECT_EQ(streams.messages()[0].status.size(), 3u);
 }
 
-TEST_F(CentralNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
+TEST_F(MergingCentreNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
 {
   start({});
   DirectStream stream({{"resolution", 0.15}, {"intensity", std::string("count")}});
@@ -249,7 +249,7 @@ TEST_F(CentralNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
                     "Voxels have an edge of 0.15 m, those of the merged grid 0.1 m"));
 }
 
-TEST_F(CentralNodeTest, NoiseChangesWhileItRuns)
+TEST_F(MergingCentreNodeTest, NoiseChangesWhileItRuns)
 {
   start({"-p", "min_intensity:=2.0"});
   const Frame frame = iFrame(0);
@@ -272,7 +272,7 @@ TEST_F(CentralNodeTest, NoiseChangesWhileItRuns)
   EXPECT_EQ(width(), countFrom(frame, 0));
 }
 
-TEST_F(CentralNodeTest, StreamsHaveTheirOwnParametersAtTheStart)
+TEST_F(MergingCentreNodeTest, StreamsHaveTheirOwnParametersAtTheStart)
 {
   start({"-p",
          "kinect_1.points.pcl_ext.min_intensity:=3.0",
@@ -300,7 +300,7 @@ TEST_F(CentralNodeTest, StreamsHaveTheirOwnParametersAtTheStart)
   EXPECT_EQ(others->data, pointsOf(expected));
 }
 
-TEST_F(CentralNodeTest, WrongValuesAreRefusedWithTheReason)
+TEST_F(MergingCentreNodeTest, WrongValuesAreRefusedWithTheReason)
 {
   start({});
   EXPECT_EQ(set("density_unit", rclcpp::ParameterValue("litres")),
@@ -316,7 +316,7 @@ TEST_F(CentralNodeTest, WrongValuesAreRefusedWithTheReason)
             "streams is [/a, a]; /a is twice in it");
 }
 
-TEST_F(CentralNodeTest, FramesOfAnotherFrameIdOrFormatAreDroppedAndReported)
+TEST_F(MergingCentreNodeTest, FramesOfAnotherFrameIdOrFormatAreDroppedAndReported)
 {
   start({});
   Frame frame = iFrame(0);
@@ -338,7 +338,7 @@ TEST_F(CentralNodeTest, FramesOfAnotherFrameIdOrFormatAreDroppedAndReported)
   EXPECT_EQ(voxels_1_->count() + voxels_2_->count(), 0u);
 }
 
-TEST_F(CentralNodeTest, TwoPublishersOfOneStreamAreAnError)
+TEST_F(MergingCentreNodeTest, TwoPublishersOfOneStreamAreAnError)
 {
   start({});
   const auto second = tester_->create_publisher<Frame>(topic_1, 10);
@@ -349,7 +349,7 @@ TEST_F(CentralNodeTest, TwoPublishersOfOneStreamAreAnError)
                             "2 publishers send this stream, which can have one"));
 }
 
-TEST_F(CentralNodeTest, IFrameIsRequestedWhereOneWasLost)
+TEST_F(MergingCentreNodeTest, IFrameIsRequestedWhereOneWasLost)
 {
   start({});
   DirectStream direct(coarse());
@@ -361,7 +361,7 @@ TEST_F(CentralNodeTest, IFrameIsRequestedWhereOneWasLost)
   EXPECT_TRUE(send(direct.frameOf(makeCloud(2, "world", now()), samplePose(0.0))));
 }
 
-TEST_F(CentralNodeTest, MapIsWrittenAndReadBack)
+TEST_F(MergingCentreNodeTest, MapIsWrittenAndReadBack)
 {
   std::filesystem::create_directories(folder_);
   const std::string path = folder_ / "map.ot";
@@ -395,7 +395,7 @@ TEST_F(CentralNodeTest, MapIsWrittenAndReadBack)
   EXPECT_GT(readMap().size(), before);
 }
 
-TEST_F(CentralNodeTest, WrongMapPathIsReported)
+TEST_F(MergingCentreNodeTest, WrongMapPathIsReported)
 {
   start({"-p", "map_path:=" + (folder_ / "nowhere" / "map.ot").string()});
   EXPECT_TRUE(
@@ -406,7 +406,7 @@ TEST_F(CentralNodeTest, WrongMapPathIsReported)
   EXPECT_FALSE(answer->success);
 }
 
-TEST_F(CentralNodeTest, StreamsAreAddedAndRemovedWhileItRuns)
+TEST_F(MergingCentreNodeTest, StreamsAreAddedAndRemovedWhileItRuns)
 {
   start({});
   const auto setStreams = [&](const std::vector<std::string>& streams) {
@@ -446,7 +446,7 @@ TEST_F(CentralNodeTest, StreamsAreAddedAndRemovedWhileItRuns)
 }
 
 #if PCL_EXT_ROS_HAS_OCTOMAP_MSGS
-TEST_F(CentralNodeTest, MapIsPublishedWithRaysAndLatched)
+TEST_F(MergingCentreNodeTest, MapIsPublishedWithRaysAndLatched)
 {
   start(
       {"-p", "map_rate:=20.0", "-p", "kinect_1.points.pcl_ext.sensor_frame:=kinect_1"});
@@ -499,8 +499,8 @@ TEST_P(WrongStreams, AreReportedAndTheNodeStaysWithoutStreams)
 {
   const auto& [streams, message] = GetParam();
   RunningNodes nodes;
-  const auto node =
-      nodes.add<CentralNode>(optionsOf({"-p", std::string("streams:=") + streams}));
+  const auto node = nodes.add<MergingCentreNode>(
+      optionsOf({"-p", std::string("streams:=") + streams}));
   const auto listener = nodes.add<Listener>(rclcpp::NodeOptions());
   const Recorder<DiagnosticArray> diagnostics(*listener, "/diagnostics");
   nodes.start();
@@ -523,18 +523,19 @@ INSTANTIATE_TEST_SUITE_P(
                       std::make_pair("[/central_node/merged/pcl_ext]",
                                      "is what this node itself merges")));
 
-TEST(CentralNode, StreamsMayHaveSeveralCentralNodes)
+TEST(MergingCentreNode, StreamsMayHaveSeveralCentralNodes)
 {
-  CentralNode one(optionsOf({"-p", "streams:=[/zone/a]", "-r", "__ns:=/zone"}));
-  CentralNode other(optionsOf({"-p", "streams:=[/zone/a]", "-r", "__node:=other"}));
+  MergingCentreNode one(optionsOf({"-p", "streams:=[/zone/a]", "-r", "__ns:=/zone"}));
+  MergingCentreNode other(
+      optionsOf({"-p", "streams:=[/zone/a]", "-r", "__node:=other"}));
   for (const char* const topic :
        {"/zone/central_node/a/voxels", "/other/zone/a/voxels"})
     EXPECT_TRUE(waitUntil([&] { return one.count_publishers(topic) == 1; })) << topic;
 }
 
-TEST(CentralNode, ParametersOfAStreamDoNotChangeWhereItIsRemapped)
+TEST(MergingCentreNode, ParametersOfAStreamDoNotChangeWhereItIsRemapped)
 {
-  CentralNode node(optionsOf({"-r", "input:=/kinect_1/points/pcl_ext"}));
+  MergingCentreNode node(optionsOf({"-r", "input:=/kinect_1/points/pcl_ext"}));
   EXPECT_TRUE(waitUntil(
       [&] { return node.count_subscribers("/kinect_1/points/pcl_ext") == 1; }));
   EXPECT_TRUE(node.has_parameter("input.sensor_frame"));

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <pcl_ext_ros/central_node.hpp>
-#include <pcl_ext_ros/sensor_node.hpp>
+#include <pcl_ext_ros/cloud_sender_node.hpp>
+#include <pcl_ext_ros/merging_centre_node.hpp>
 #include <pcl_ext_ros_common/tf_node.hpp>
 #include <std_srvs/srv/trigger.hpp>
 #include <tf2_ros/static_transform_broadcaster.hpp>
@@ -69,36 +69,37 @@ public:
   {
     std::string streams;
     for (std::size_t i = 0; i < sensors; ++i) {
-      nodes_.add<SensorNode>(optionsOf({"-r",
-                                        "__ns:=/" + frameIdOf(i),
-                                        "-r",
-                                        "input:=points",
-                                        "-p",
-                                        "resolution:=0.1",
-                                        "-p",
-                                        "intensity:=count",
-                                        "-p",
-                                        "crop_box:=[-20.0, -20.0, -20.0, 20.0, 20.0, "
-                                        "20.0]",
-                                        "-p",
-                                        "queue_size:=100",
-                                        "-p",
-                                        "tf_timeout:=10.0"})
-                                 .use_intra_process_comms(true));
+      nodes_.add<CloudSenderNode>(
+          optionsOf({"-r",
+                     "__ns:=/" + frameIdOf(i),
+                     "-r",
+                     "input:=points",
+                     "-p",
+                     "resolution:=0.1",
+                     "-p",
+                     "intensity:=count",
+                     "-p",
+                     "crop_box:=[-20.0, -20.0, -20.0, 20.0, 20.0, "
+                     "20.0]",
+                     "-p",
+                     "queue_size:=100",
+                     "-p",
+                     "tf_timeout:=10.0"})
+              .use_intra_process_comms(true));
       streams += (streams.empty() ? "" : ",") + topicOf(i);
     }
     const auto central =
-        nodes_.add<CentralNode>(optionsOf({"-p",
-                                           "streams:=[" + streams + "]",
-                                           "-p",
-                                           "resolution:=0.1",
-                                           "-p",
-                                           "merge_rate:=50.0",
-                                           "-p",
-                                           "max_merge_age:=3600.0",
-                                           "-p",
-                                           "map_rate:=50.0"})
-                                    .use_intra_process_comms(true));
+        nodes_.add<MergingCentreNode>(optionsOf({"-p",
+                                                 "streams:=[" + streams + "]",
+                                                 "-p",
+                                                 "resolution:=0.1",
+                                                 "-p",
+                                                 "merge_rate:=50.0",
+                                                 "-p",
+                                                 "max_merge_age:=3600.0",
+                                                 "-p",
+                                                 "map_rate:=50.0"})
+                                          .use_intra_process_comms(true));
     central_ = central;
     tester = nodes_.add<Tester>(rclcpp::NodeOptions().use_intra_process_comms(true));
     transforms_.emplace(
@@ -146,7 +147,7 @@ public:
 
 private:
   std::optional<tf2_ros::StaticTransformBroadcaster> transforms_;
-  std::weak_ptr<CentralNode> central_;
+  std::weak_ptr<MergingCentreNode> central_;
   // Last member, as the callbacks of its thread use the others.
   RunningNodes nodes_{std::make_unique<rclcpp::executors::MultiThreadedExecutor>(
       rclcpp::ExecutorOptions(), 4)};

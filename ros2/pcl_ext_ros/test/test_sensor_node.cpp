@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <pcl_ext_ros/sensor_node.hpp>
+#include <pcl_ext_ros/cloud_sender_node.hpp>
 #include <pcl_ext_ros_common/tf_node.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <std_msgs/msg/empty.hpp>
@@ -25,14 +25,14 @@ using std_srvs::srv::Trigger;
 namespace {
 
 /** \brief A sensor's node and one that sends it clouds. */
-class SensorNodeTest : public testing::Test {
+class CloudSenderNodeTest : public testing::Test {
 protected:
   /** \param[in] arguments as those of a command line */
   void
   start(std::vector<std::string> arguments)
   {
     arguments.insert(arguments.end(), {"-r", "input:=/kinect_1/points"});
-    node_ = nodes_.add<SensorNode>(optionsOf(arguments));
+    node_ = nodes_.add<CloudSenderNode>(optionsOf(arguments));
     tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
     static_transforms_.emplace(
         pcl_ext_ros_common::tfNode<tf2_ros::StaticTransformBroadcaster>(*tester_));
@@ -89,7 +89,7 @@ protected:
   };
 
   RunningNodes nodes_;
-  std::shared_ptr<SensorNode> node_;
+  std::shared_ptr<CloudSenderNode> node_;
   std::shared_ptr<Tester> tester_;
   std::optional<tf2_ros::StaticTransformBroadcaster> static_transforms_;
   std::optional<tf2_ros::TransformBroadcaster> transforms_;
@@ -112,7 +112,7 @@ coarseWith(std::vector<std::string> more)
 
 } // namespace
 
-TEST_F(SensorNodeTest, FramesAreThoseOfTheLibrary)
+TEST_F(CloudSenderNodeTest, FramesAreThoseOfTheLibrary)
 {
   start({"-p",
          "resolution:=0.05",
@@ -143,7 +143,7 @@ TEST_F(SensorNodeTest, FramesAreThoseOfTheLibrary)
   }
 }
 
-TEST_F(SensorNodeTest, CloudsWithoutTransformAreDroppedAndReported)
+TEST_F(CloudSenderNodeTest, CloudsWithoutTransformAreDroppedAndReported)
 {
   start(coarse_arguments);
   clouds_->publish(makeCloud(0, "unknown", now()));
@@ -156,7 +156,7 @@ TEST_F(SensorNodeTest, CloudsWithoutTransformAreDroppedAndReported)
   EXPECT_TRUE(send(makeCloud(1, "world", now())));
 }
 
-TEST_F(SensorNodeTest, LostCloudsAreReported)
+TEST_F(CloudSenderNodeTest, LostCloudsAreReported)
 {
   start(coarse_arguments);
   const rclcpp::Time first = now();
@@ -169,7 +169,7 @@ TEST_F(SensorNodeTest, LostCloudsAreReported)
       *diagnostics_, "points", DiagnosticStatus::WARN, "Clouds are missing"));
 }
 
-TEST_F(SensorNodeTest, LateTransformIsWaitedForAndTheNodeDoesNotBlock)
+TEST_F(CloudSenderNodeTest, LateTransformIsWaitedForAndTheNodeDoesNotBlock)
 {
   start(coarseWith({"-p", "tf_timeout:=10.0"}));
   const PointCloud2 cloud = makeCloud(0, "kinect_1", now());
@@ -196,7 +196,7 @@ TEST_F(SensorNodeTest, LateTransformIsWaitedForAndTheNodeDoesNotBlock)
       std::chrono::milliseconds(1200)));
 }
 
-TEST_F(SensorNodeTest, LatestTransformIsUsedAndReported)
+TEST_F(CloudSenderNodeTest, LatestTransformIsUsedAndReported)
 {
   start(coarse_arguments);
   DirectStream direct(coarse);
@@ -219,7 +219,7 @@ TEST_F(SensorNodeTest, LatestTransformIsUsedAndReported)
                             "A transform of another time is used"));
 }
 
-TEST_F(SensorNodeTest, LastTransformIsUsedAndReportedWhereTfHasNone)
+TEST_F(CloudSenderNodeTest, LastTransformIsUsedAndReportedWhereTfHasNone)
 {
   start(coarseWith({"-p", "use_sim_time:=true"}));
   DirectStream direct(coarse);
@@ -264,7 +264,7 @@ TEST_F(SensorNodeTest, LastTransformIsUsedAndReportedWhereTfHasNone)
                             "without transform are dropped"));
 }
 
-TEST_F(SensorNodeTest, CloudsKeepTheirOrderWhileOneWaits)
+TEST_F(CloudSenderNodeTest, CloudsKeepTheirOrderWhileOneWaits)
 {
   start(coarseWith({"-p", "tf_timeout:=10.0"}));
   for (std::uint32_t i = 0; i < 4; ++i)
@@ -279,7 +279,7 @@ TEST_F(SensorNodeTest, CloudsKeepTheirOrderWhileOneWaits)
               rclcpp::Time(frames[i].header.stamp));
 }
 
-TEST_F(SensorNodeTest, OldestWaitingCloudsAreDroppedAndReported)
+TEST_F(CloudSenderNodeTest, OldestWaitingCloudsAreDroppedAndReported)
 {
   start(coarseWith({"-p", "tf_timeout:=10.0", "-p", "queue_size:=2"}));
   for (std::uint32_t i = 0; i < 5; ++i) {
@@ -293,7 +293,7 @@ TEST_F(SensorNodeTest, OldestWaitingCloudsAreDroppedAndReported)
       *diagnostics_, "points", DiagnosticStatus::WARN, "Clouds are missing"));
 }
 
-TEST_F(SensorNodeTest, IFramesOnRequest)
+TEST_F(CloudSenderNodeTest, IFramesOnRequest)
 {
   start(coarseWith({"-p", "i_frame_rate:=1000"}));
   std::uint32_t number = 0;
@@ -314,7 +314,7 @@ TEST_F(SensorNodeTest, IFramesOnRequest)
   EXPECT_TRUE(sendNext());
 }
 
-TEST_F(SensorNodeTest, ParametersChangeWithTheNextFrame)
+TEST_F(CloudSenderNodeTest, ParametersChangeWithTheNextFrame)
 {
   start(coarse_arguments);
   DirectStream direct(coarse);
@@ -332,7 +332,7 @@ TEST_F(SensorNodeTest, ParametersChangeWithTheNextFrame)
   EXPECT_TRUE(isIFrame(frame->compressed_data));
 }
 
-TEST_F(SensorNodeTest, WrongValuesAreRefusedWithTheReason)
+TEST_F(CloudSenderNodeTest, WrongValuesAreRefusedWithTheReason)
 {
   start(coarse_arguments);
   auto result = set("effort", rclcpp::ParameterValue("quick"));
@@ -356,7 +356,7 @@ TEST_F(SensorNodeTest, WrongValuesAreRefusedWithTheReason)
   EXPECT_EQ(node_->get_parameter("effort").as_string(), "fast");
 }
 
-TEST_F(SensorNodeTest, ContradictionAtTheStartIsReportedAndCanBeMended)
+TEST_F(CloudSenderNodeTest, ContradictionAtTheStartIsReportedAndCanBeMended)
 {
   start({"-p", "intensity:=quadratic"});
   clouds_->publish(makeCloud(0, "world", now()));
@@ -368,7 +368,7 @@ TEST_F(SensorNodeTest, ContradictionAtTheStartIsReportedAndCanBeMended)
   EXPECT_TRUE(send(makeCloud(1, "world", now())));
 }
 
-TEST_F(SensorNodeTest, ParametersAreDescribed)
+TEST_F(CloudSenderNodeTest, ParametersAreDescribed)
 {
   start({});
   const auto descriptor = node_->describe_parameter("resolution");

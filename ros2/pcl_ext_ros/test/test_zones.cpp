@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include <pcl_ext_ros/central_node.hpp>
+#include <pcl_ext_ros/merging_centre_node.hpp>
 
 #include <algorithm>
 #include <array>
@@ -131,14 +131,14 @@ private:
   void
   add(const std::string& name_space, const std::string& streams)
   {
-    nodes_.add<CentralNode>(optionsOf({"-r",
-                                       "__ns:=" + name_space,
-                                       "-p",
-                                       streams,
-                                       "-p",
-                                       "resolution:=0.1",
-                                       "-p",
-                                       "merge_wait:=1.0"}));
+    nodes_.add<MergingCentreNode>(optionsOf({"-r",
+                                             "__ns:=" + name_space,
+                                             "-p",
+                                             streams,
+                                             "-p",
+                                             "resolution:=0.1",
+                                             "-p",
+                                             "merge_wait:=1.0"}));
   }
 
   std::shared_ptr<Tester> tester_;

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pcl_ext_ros/central_node.hpp"
+#include "pcl_ext_ros/merging_centre_node.hpp"
 
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/health_metrics.h>
@@ -42,8 +42,8 @@ constexpr std::chrono::milliseconds between_looks_for_subscribers{100};
 
 } // namespace
 
-class CentralNode::Implementation
-: public std::enable_shared_from_this<CentralNode::Implementation> {
+class MergingCentreNode::Implementation
+: public std::enable_shared_from_this<MergingCentreNode::Implementation> {
 public:
   explicit Implementation(rclcpp::Node& node)
   : node_(&node)
@@ -377,15 +377,15 @@ private:
   std::optional<StreamView> view_;
 };
 
-CentralNode::CentralNode(const rclcpp::NodeOptions& options)
+MergingCentreNode::MergingCentreNode(const rclcpp::NodeOptions& options)
 : rclcpp::Node("central_node", options)
 , implementation_(std::make_shared<Implementation>(*this))
 {
   implementation_->connect(*this);
 }
 
-CentralNode::~CentralNode() { implementation_->disconnect(); }
+MergingCentreNode::~MergingCentreNode() { implementation_->disconnect(); }
 
 } // namespace pcl_ext_ros
 
-RCLCPP_COMPONENTS_REGISTER_NODE(pcl_ext_ros::CentralNode)
+RCLCPP_COMPONENTS_REGISTER_NODE(pcl_ext_ros::MergingCentreNode)

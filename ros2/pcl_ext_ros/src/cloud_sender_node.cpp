@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pcl_ext_ros/sensor_node.hpp"
+#include "pcl_ext_ros/cloud_sender_node.hpp"
 
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/cloud_sender.h>
@@ -56,8 +56,8 @@ settingsOf(const std::string& global_frame, const rclcpp::Clock::SharedPtr& cloc
 
 } // namespace
 
-class SensorNode::Implementation
-: public std::enable_shared_from_this<SensorNode::Implementation> {
+class CloudSenderNode::Implementation
+: public std::enable_shared_from_this<CloudSenderNode::Implementation> {
 public:
   explicit Implementation(rclcpp::Node& node)
   : logger_(node.get_logger())
@@ -292,15 +292,15 @@ private:
   std::optional<HealthPublisher> health_;
 };
 
-SensorNode::SensorNode(const rclcpp::NodeOptions& options)
+CloudSenderNode::CloudSenderNode(const rclcpp::NodeOptions& options)
 : rclcpp::Node("sensor_node", options)
 , implementation_(std::make_shared<Implementation>(*this))
 {
   implementation_->connect(*this);
 }
 
-SensorNode::~SensorNode() = default;
+CloudSenderNode::~CloudSenderNode() = default;
 
 } // namespace pcl_ext_ros
 
-RCLCPP_COMPONENTS_REGISTER_NODE(pcl_ext_ros::SensorNode)
+RCLCPP_COMPONENTS_REGISTER_NODE(pcl_ext_ros::CloudSenderNode)

@@ -9,10 +9,10 @@ namespace pcl_ext_ros {
 
 /** \brief The node of a sensor: clouds in, compressed frames out. doc/nodes.md has its
  * topics, services and parameters. */
-class SensorNode : public rclcpp::Node {
+class CloudSenderNode : public rclcpp::Node {
 public:
-  explicit SensorNode(const rclcpp::NodeOptions& options);
-  ~SensorNode() override;
+  explicit CloudSenderNode(const rclcpp::NodeOptions& options);
+  ~CloudSenderNode() override;
 
 private:
   class Implementation;

@@ -10,13 +10,13 @@ namespace pcl_ext_ros {
 /** \brief The node of the central computer: compressed frames of many streams in; voxels
  * without noise of each stream, merged voxels and a map out. doc/nodes.md has its topics,
  * services and parameters. */
-class CentralNode : public rclcpp::Node {
+class MergingCentreNode : public rclcpp::Node {
 public:
   /** \throws std::invalid_argument if there are no streams, or one twice */
-  explicit CentralNode(const rclcpp::NodeOptions& options);
+  explicit MergingCentreNode(const rclcpp::NodeOptions& options);
 
   /** \brief Waits until all frames are decoded, and writes the map, if it is to be. */
-  ~CentralNode() override;
+  ~MergingCentreNode() override;
 
 private:
   class Implementation;
