@@ -46,6 +46,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     octree
     filters/impl
     cloud_outlier_removal.h
+    cloud_sources.h
     cloud_streams.h
     colour_mean.h
     lidar_clouds.h

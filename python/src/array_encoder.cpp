@@ -15,20 +15,80 @@ ArrayEncoder::ArrayEncoder(const ArrayEncoderSettings& settings) : settings_(set
     start(*settings_.law);
 }
 
+/** \brief A cloud in columns, with the intensities of the law. */
+class ArrayEncoder::Source : public io::CloudSource {
+public:
+  /** \brief All must outlive this. */
+  Source(ArrayEncoder& encoder,
+         const CloudToEncode& cloud,
+         const WorldPose& sensor_pose)
+  : encoder_(encoder), cloud_(cloud), sensor_pose_(sensor_pose)
+  {}
+
+  std::optional<io::DepthLaw>
+  takeStep(const io::EncoderSettings& step,
+           const std::optional<float>& /*min_log_odds*/) override
+  {
+    return encoder_.depthLawAt(step.resolution);
+  }
+
+  io::CompressionStatus
+  open(io::OpenedCloud& opened) override
+  {
+    const ArrayEncoderSettings& settings = encoder_.settings_;
+    const bool is_native = *settings.law == IntensityLaw::Native;
+    opened.view = viewOf(cloud_.columns, is_native, settings.codec, encoder_.memory_);
+    if (!needsSensor(*settings.law) || opened.view.count == 0)
+      return {};
+    visitIntensityModel(*settings.law,
+                        encoder_.encoder_->settings().resolution,
+                        settings.sensor,
+                        [&](const auto& model) {
+                          opened.points_behind_sensor = io::setIntensities(
+                              model,
+                              sensor_pose_,
+                              [](std::size_t) { return 0.0f; }, // none are native
+                              encoder_.intensities_,
+                              opened.view);
+                        });
+    return {};
+  }
+
+  void
+  removeNoise(io::VoxelFrame& frame) override
+  {
+    if (cloud_.outliers != nullptr)
+      cloud_.outliers->filter(frame);
+  }
+
+private:
+  ArrayEncoder& encoder_;
+  const CloudToEncode& cloud_;
+  const WorldPose& sensor_pose_;
+};
+
 void
 ArrayEncoder::start(IntensityLaw law)
 {
-  visitIntensityModel(
-      law, settings_.codec.resolution, settings_.sensor, [&](const auto& model) {
-        const auto model_law = io::depthLawOf(model);
-        encoder_.emplace(settings_.codec,
-                         std::decay_t<decltype(model)>::unit,
-                         model_law ? model_law : settings_.depth_law);
-      });
-  rate_control_.emplace(settings_.codec, law != IntensityLaw::None);
-  if (max_rate_)
-    rate_control_->setMaxRate(*max_rate_);
   settings_.law = law;
+  const IntensityUnit unit = visitIntensityModel(
+      law, settings_.codec.resolution, settings_.sensor, [](const auto& model) {
+        return std::decay_t<decltype(model)>::unit;
+      });
+  encoder_.emplace(settings_.codec, unit, depthLawAt(settings_.codec.resolution));
+  if (max_rate_)
+    encoder_->setMaxRate(*max_rate_);
+}
+
+/** \brief The law of the intensities' depth at a resolution, if they follow one. */
+std::optional<io::DepthLaw>
+ArrayEncoder::depthLawAt(double resolution) const
+{
+  const auto model_law = visitIntensityModel(
+      *settings_.law, resolution, settings_.sensor, [](const auto& model) {
+        return io::depthLawOf(model);
+      });
+  return model_law ? model_law : settings_.depth_law;
 }
 
 void
@@ -47,32 +107,6 @@ ArrayEncoder::checkIntensities(const CloudToEncode& cloud) const
                                 "pass it, or construct the Encoder with law='count'");
 }
 
-/** \brief Begins a cloud, at its stamp or now, and takes the step of the rate control.
- * \return false: there is no room for it
- */
-bool
-ArrayEncoder::beginCloud(const CloudToEncode& cloud)
-{
-  begin_ = std::chrono::steady_clock::now();
-  const bool has_time = cloud.stamp && cloud.stamp->stamp != 0;
-  const io::RateControl::Nanoseconds time =
-      has_time ? io::RateControl::timeOfStamp(cloud.stamp->stamp)
-               : begin_.time_since_epoch();
-  if (!rate_control_->beginCloud(time, encoder_->isIFrameDue()))
-    return false;
-  if (rate_control_->hasChanged())
-    visitIntensityModel(*settings_.law,
-                        rate_control_->settings().resolution,
-                        settings_.sensor,
-                        [&](const auto& model) {
-                          const auto model_law = io::depthLawOf(model);
-                          encoder_->setSettings(rate_control_->settings(),
-                                                model_law ? model_law
-                                                          : settings_.depth_law);
-                        });
-  return true;
-}
-
 io::CompressionStatus
 ArrayEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes)
 {
@@ -80,63 +114,14 @@ ArrayEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byte
   if (!encoder_)
     start(automaticLaw(cloud.columns.intensity.has_value()));
   checkIntensities(cloud);
-  if (!beginCloud(cloud)) {
-    bytes.clear();
-    return {io::CompressionCode::LeftOut, rate_control_->leftOutMessage()};
-  }
-  const bool is_native = *settings_.law == IntensityLaw::Native;
-  io::PointView view = viewOf(cloud.columns, is_native, settings_.codec, memory_);
-  const WorldPose pose =
+  io::CloudInfo info;
+  info.sensor_pose =
       cloud.sensor_pose.value_or(settings_.sensor_pose.value_or(WorldPose::Identity()));
-  std::size_t points_behind_sensor = 0;
-  if (needsSensor(*settings_.law) && view.count > 0)
-    visitIntensityModel(
-        *settings_.law,
-        encoder_->settings().resolution,
-        settings_.sensor,
-        [&](const auto& model) {
-          const auto no_native_intensity = [](std::size_t) { return 0.0f; };
-          points_behind_sensor =
-              io::setIntensities(model, pose, no_native_intensity, intensities_, view);
-        });
-  try {
-    return encodeView(view, points_behind_sensor, pose, cloud, bytes);
-  }
-  catch (...) { // memory ran out, between voxels and bytes
-    encoder_->requestIFrame();
-    throw;
-  }
-}
-
-io::CompressionStatus
-ArrayEncoder::encodeView(const io::PointView& view,
-                         std::size_t points_behind_sensor,
-                         const WorldPose& pose,
-                         const CloudToEncode& cloud,
-                         std::vector<std::uint8_t>& bytes)
-{
-  bytes.clear();
-  io::CompressionStatus status =
-      encoder_->voxelize(view, pose, frame_, points_behind_sensor);
-  if (!status.ok())
-    return status;
-  if (cloud.outliers != nullptr)
-    cloud.outliers->filter(frame_);
-  std::optional<std::chrono::nanoseconds> time;
   if (cloud.stamp && cloud.stamp->stamp != 0)
-    time = io::RateControl::timeOfStamp(cloud.stamp->stamp);
-  if (status = encoder_->filterOverTime(frame_, time); !status.ok())
-    return status;
-  status = encoder_->encode(frame_, cloud.stamp, bytes);
-  if (!status.ok() || rate_control_->endFrame(bytes.size(),
-                                              encoder_->statistics().coding.is_i_frame,
-                                              std::chrono::steady_clock::now() - begin_,
-                                              frame_.grid,
-                                              encoder_->statistics().sensor_motion))
-    return status;
-  encoder_->dropLastFrame();
-  bytes.clear();
-  return {io::CompressionCode::LeftOut, rate_control_->leftOutMessage()};
+    info.time = io::timeOfStamp(cloud.stamp->stamp);
+  info.stamp = cloud.stamp;
+  Source source(*this, cloud, info.sensor_pose);
+  return encoder_->encode(source, info, bytes);
 }
 
 void
@@ -144,20 +129,20 @@ ArrayEncoder::setMaxRate(double bits_per_second)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   max_rate_ = bits_per_second;
-  if (rate_control_)
-    rate_control_->setMaxRate(bits_per_second);
+  if (encoder_)
+    encoder_->setMaxRate(bits_per_second);
 }
 
 io::RateControlStatus
 ArrayEncoder::rateControl() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (rate_control_)
-    return rate_control_->status();
-  io::RateControl rate_control(settings_.codec);
+  if (encoder_)
+    return encoder_->rateControlStatus();
+  io::CloudEncoder encoder(settings_.codec, IntensityUnit::Native);
   if (max_rate_)
-    rate_control.setMaxRate(*max_rate_);
-  return rate_control.status();
+    encoder.setMaxRate(*max_rate_);
+  return encoder.rateControlStatus();
 }
 
 void

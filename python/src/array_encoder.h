@@ -3,15 +3,12 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/rate_control.h>
-#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
 #include "cloud_columns.h"
 #include "outlier_filter.h"
 #include "stream_settings.h"
 
-#include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -53,7 +50,7 @@ public:
   void
   requestIFrame();
 
-  /** \brief See io::RateControl. */
+  /** \brief See io::CloudEncoder. */
   void
   setMaxRate(double bits_per_second);
 
@@ -68,32 +65,24 @@ public:
   law() const;
 
 private:
+  class Source;
+
   void
   start(IntensityLaw law);
 
-  bool
-  beginCloud(const CloudToEncode& cloud);
+  std::optional<io::DepthLaw>
+  depthLawAt(double resolution) const;
 
   void
   checkIntensities(const CloudToEncode& cloud) const;
 
-  io::CompressionStatus
-  encodeView(const io::PointView& view,
-             std::size_t points_behind_sensor,
-             const WorldPose& pose,
-             const CloudToEncode& cloud,
-             std::vector<std::uint8_t>& bytes);
-
   mutable std::mutex mutex_;
   ArrayEncoderSettings settings_;
-  std::optional<io::CloudEncoder> encoder_;     // once the law is known
-  std::optional<io::RateControl> rate_control_; // likewise
-  std::optional<double> max_rate_;              // that was set before
-  std::chrono::steady_clock::time_point begin_; // of encoding the current cloud
+  std::optional<io::CloudEncoder> encoder_; // once the law is known
+  std::optional<double> max_rate_;          // that was set before
   // Members so that their memory is reused.
   CloudMemory memory_;
   std::vector<float> intensities_;
-  io::VoxelFrame frame_;
 };
 
 } // namespace python

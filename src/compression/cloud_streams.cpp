@@ -57,14 +57,6 @@ readFrame(std::istream& input, FrameDecoder& decoder, VoxelFrame& frame)
   return status;
 }
 
-/** \brief Of valid settings; of others it is not used. */
-RateControl
-makeRateControl(const EncoderSettings& settings, IntensityUnit unit)
-{
-  return RateControl(checkSettings(settings).ok() ? settings : EncoderSettings(),
-                     unit != IntensityUnit::None);
-}
-
 } // namespace
 
 CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
@@ -73,9 +65,7 @@ CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
 : settings_(settings)
 , limits_status_(checkLimits(settings.decoder_limits))
 , settings_status_(checkSettings(settings))
-, unit_(unit)
 , encoder_(settings, unit, model_law ? model_law : settings.depth_law)
-, rate_control_(makeRateControl(settings, unit))
 , decoder_(settings.decoder_limits, settings.incomplete_frame)
 {}
 
@@ -84,10 +74,7 @@ CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& mo
 {
   settings_.resolution = resolution;
   settings_status_ = checkSettings(settings_);
-  encoder_.setSettings(settings_, model_law ? model_law : settings_.depth_law);
-  const double max_rate = rate_control_.status().max_rate; // as it was changed
-  rate_control_ = makeRateControl(settings_, unit_);
-  rate_control_.setMaxRate(max_rate);
+  encoder_.setResolution(resolution, model_law ? model_law : settings_.depth_law);
 }
 
 CompressionStatus
@@ -115,59 +102,25 @@ CloudStreams::checkOutput(const std::ostream& output)
 }
 
 CompressionStatus
-CloudStreams::beginCloud(const pcl::PCLHeader& header,
-                         const std::function<std::optional<DepthLaw>(double)>& law_at)
-{
-  begin_ = std::chrono::steady_clock::now();
-  // Clouds without a stamp are encoded as they come.
-  const RateControl::Nanoseconds time = header.stamp != 0
-                                            ? RateControl::timeOfStamp(header.stamp)
-                                            : begin_.time_since_epoch();
-  if (!rate_control_.beginCloud(time, encoder_.isIFrameDue()))
-    return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};
-  if (rate_control_.hasChanged()) {
-    const EncoderSettings& settings = rate_control_.settings();
-    const auto model_law = law_at(settings.resolution);
-    encoder_.setSettings(settings, model_law ? model_law : settings_.depth_law);
-  }
-  return {};
-}
-
-CompressionStatus
-CloudStreams::encode(const PointView& points,
-                     std::size_t points_behind_sensor,
+CloudStreams::encode(CloudSource& source,
                      const SensorPose& sensor_pose,
                      const pcl::PCLHeader& header,
                      std::vector<std::uint8_t>& bytes)
 {
-  bytes.clear();
-  if (CompressionStatus status = encoder_.voxelize(
-          points, sensor_pose.cast<double>(), frame_, points_behind_sensor);
-      !status.ok())
-    return status;
-  std::optional<std::chrono::nanoseconds> time;
+  info_.sensor_pose = sensor_pose.cast<double>();
+  info_.time.reset();
   if (header.stamp != 0)
-    time = RateControl::timeOfStamp(header.stamp);
-  if (CompressionStatus status = encoder_.filterOverTime(frame_, time); !status.ok())
-    return status;
+    info_.time = timeOfStamp(header.stamp);
   if (settings_.carry_header) {
-    if (!stamp_)
-      stamp_.emplace();
-    stamp_->stamp = header.stamp;
-    stamp_->frame_id = header.frame_id;
+    if (!info_.stamp)
+      info_.stamp.emplace();
+    info_.stamp->stamp = header.stamp;
+    info_.stamp->frame_id = header.frame_id;
   }
-  CompressionStatus status = encoder_.encode(frame_, stamp_, bytes);
+  has_encoded_ = true;
+  CompressionStatus status = encoder_.encode(source, info_, bytes);
   if (!status.ok())
     return status;
-  if (!rate_control_.endFrame(bytes.size(),
-                              encoder_.statistics().coding.is_i_frame,
-                              std::chrono::steady_clock::now() - begin_,
-                              frame_.grid,
-                              encoder_.statistics().sensor_motion)) {
-    encoder_.dropLastFrame();
-    bytes.clear();
-    return {CompressionCode::LeftOut, rate_control_.leftOutMessage()};
-  }
   statistics_ = encoder_.statistics();
   if (status.hasWarning())
     printWarning(status);
@@ -212,6 +165,7 @@ CloudStreams::decode(std::istream& input)
 {
   if (!limits_status_.ok())
     return limits_status_;
+  has_encoded_ = false;
   return finishDecoding(readFrame(input, decoder_, frame_));
 }
 
@@ -220,6 +174,7 @@ CloudStreams::decode(const std::uint8_t* bytes, std::size_t size)
 {
   if (!limits_status_.ok())
     return limits_status_;
+  has_encoded_ = false;
   return finishDecoding(decoder_.decode(bytes, size, frame_));
 }
 

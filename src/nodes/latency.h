@@ -11,17 +11,6 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The stamp of a PCL header as a time; any stamp is valid and clamped to the
- * largest time. */
-inline Time
-timeOfStamp(std::uint64_t microseconds)
-{
-  constexpr auto latest =
-      std::chrono::duration_cast<std::chrono::microseconds>(Time::max());
-  return std::chrono::microseconds(
-      std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
-}
-
 /** \brief Seconds from one time to another, which may be any two. */
 inline double
 secondsBetween(Time from, Time to)

@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/nodes/merged_frame_encoder.h>
-#include <pcl_ext/rigid_pose.h>
 
 #include <algorithm>
 #include <chrono>
@@ -63,15 +62,12 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
     points.colours = colours_.data();
     points.colour_stride = sizeof(std::uint32_t);
   }
-  const io::CompressionStatus status =
-      encoder_.voxelize(points, WorldPose::Identity(), voxels_);
-  if (!status.ok())
-    return status;
   const auto microseconds =
       std::chrono::duration_cast<std::chrono::microseconds>(stamp).count();
-  const io::FrameStamp frame_stamp{
+  io::CloudInfo info;
+  info.stamp = io::FrameStamp{
       static_cast<std::uint64_t>(std::max<std::int64_t>(0, microseconds)), frame_id};
-  return encoder_.encode(voxels_, frame_stamp, bytes);
+  return encoder_.encode(points, info, bytes);
 }
 
 } // namespace nodes

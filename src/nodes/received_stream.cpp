@@ -195,7 +195,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
 
   Time stamp = frame.stamp.value_or(Time(0));
   if (!frame.stamp && decoder_.stamp())
-    stamp = timeOfStamp(decoder_.stamp()->stamp);
+    stamp = io::timeOfStamp(decoder_.stamp()->stamp);
   const Time now = clock();
   const io::CodedFrameStatistics& coding = decoder_.statistics();
 

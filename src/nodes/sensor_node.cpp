@@ -3,13 +3,12 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"
-#include "nodes/left_out.h"
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
 #include "nodes/sensor_pipeline.h"
 
+#include <chrono>
 #include <memory>
-#include <new>
 #include <utility>
 
 namespace pcl_ext {
@@ -18,12 +17,10 @@ namespace nodes {
 class SensorNode::Implementation {
 public:
   explicit Implementation(const SensorNodeSettings& settings)
-  : settings_(settings)
-  , removal_(settings.outlier_removal)
-  , settings_status_(checkSettings(settings))
+  : settings_(settings), settings_status_(checkSettings(settings)), source_(settings)
   {
     if (settings_status_.ok())
-      pipeline_.emplace(settings_);
+      encoder_.emplace(makeEncoder(settings));
   }
 
   const SensorNodeStatus&
@@ -38,15 +35,14 @@ public:
          std::vector<std::uint8_t>& bytes)
   {
     bytes.clear();
+    if (!settings_status_.ok())
+      return settings_status_;
+    // A frame may have been encoded that is not returned.
     const auto refuse = [&](SensorNodeStatus status) {
       bytes.clear();
-      if (pipeline_) {
-        ++statistics_.clouds_refused;
-        pipeline_->filters.reset();
-        // A frame may have been encoded that is not returned.
-        pipeline_->encoder.requestIFrame();
-      }
-      return status;
+      source_.reset();
+      encoder_->requestIFrame();
+      return refused(std::move(status));
     };
     return callOrElse([&] { return encodeOrThrow(cloud, sensor_to_world, bytes); },
                       [&] { return refuse(outOfMemoryStatus<SensorNodeStatus>()); },
@@ -59,23 +55,23 @@ public:
   void
   requestIFrame()
   {
-    if (pipeline_)
-      pipeline_->encoder.requestIFrame();
+    if (encoder_)
+      encoder_->requestIFrame();
   }
 
   void
   setMaxRate(double bits_per_second)
   {
-    if (pipeline_)
-      pipeline_->rate_control.setMaxRate(bits_per_second);
+    if (encoder_)
+      encoder_->setMaxRate(bits_per_second);
   }
 
   SensorNodeStatistics
   statistics() const
   {
     SensorNodeStatistics statistics = statistics_;
-    if (pipeline_)
-      statistics.rate_control = pipeline_->rate_control.status();
+    if (encoder_)
+      statistics.rate_control = encoder_->rateControlStatus();
     if (settings_.clock)
       statistics.rates = window_.rates(settings_.clock());
     return statistics;
@@ -87,44 +83,18 @@ private:
                 const std::optional<WorldPose>& sensor_to_world,
                 std::vector<std::uint8_t>& bytes)
   {
-    if (!settings_status_.ok())
-      return settings_status_;
     const auto start = std::chrono::steady_clock::now();
     if (SensorNodeStatus status = takeTransform(sensor_to_world); !status.ok())
       return status;
-    io::RateControl& rate_control = pipeline_->rate_control;
-    if (!rate_control.beginCloud(settings_.clock(), pipeline_->encoder.isIFrameDue()))
-      return leftOut();
-    if (rate_control.hasChanged()) {
-      takeStep();
-      is_change_new_ = true;
-    }
-    if (!pipeline_->filters)
-      pipeline_->filters.emplace(settings_);
-    std::size_t outliers = 0;
-    const OutlierRemovalStatus points = judgePoints(cloud);
-    SensorNodeStatus status =
-        openPoints(points.removed > 0 ? pipeline_->filters->cloud : cloud);
-    judges_points_ = points.ok();
-    if (status.ok())
-      status = encodePoints(cloud.header, outliers, bytes);
-    if (!status.ok()) {
-      ++statistics_.clouds_refused;
-      return status;
-    }
-    if (!rate_control.endFrame(bytes.size(),
-                               pipeline_->encoder.statistics().coding.is_i_frame,
-                               std::chrono::steady_clock::now() - start,
-                               pipeline_->frame.grid,
-                               pipeline_->encoder.statistics().sensor_motion)) {
-      pipeline_->encoder.dropLastFrame();
-      bytes.clear();
-      return leftOut();
-    }
-    if (is_change_new_)
-      status = withChange(status, rate_control.status());
-    is_change_new_ = false;
+    source_.setCloud(cloud, *last_transform_);
+    const io::CompressionStatus encoded =
+        encoder_->encode(source_, infoOf(cloud.header), bytes);
+    if (!encoded.ok())
+      return statusOf(encoded);
     // Before the statistics are updated, as the message needs memory.
+    SensorNodeStatus status(SensorNodeCode::Ok, encoded.text());
+    if (encoder_->statistics().is_step_new)
+      status = withChange(status, encoder_->rateControlStatus());
     if (!sensor_to_world)
       status = {
           SensorNodeCode::UsedLastTransform,
@@ -133,67 +103,44 @@ private:
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
-    noteFrame(points, outliers);
+    noteFrame();
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }
 
-  /** \brief The status of a cloud without room; without memory for it, without the
-   * message, as the cloud is counted already. */
+  const io::CloudInfo&
+  infoOf(const pcl::PCLHeader& header)
+  {
+    info_.sensor_pose = *last_transform_;
+    info_.arrival = settings_.clock();
+    info_.time = header.stamp != 0 ? io::timeOfStamp(header.stamp) : info_.arrival;
+    if (settings_.carry_header)
+      info_.stamp = io::FrameStamp{header.stamp, settings_.global_frame};
+    return info_;
+  }
+
+  /** \brief The status of a cloud that was not encoded. */
   SensorNodeStatus
-  leftOut() const
+  statusOf(const io::CompressionStatus& status)
   {
-    return callOrElse(
-        [&] {
-          return SensorNodeStatus(SensorNodeCode::LeftOut,
-                                  pipeline_->rate_control.leftOutMessage());
-        },
-        [] { return SensorNodeStatus(SensorNodeCode::LeftOut, ""); });
-  }
-
-  /** \brief Sets the statistics of the last frame.
-   * \param[in] points what was done to the points
-   * \param[in] outliers number of voxels that were removed
-   */
-  void
-  noteFrame(const OutlierRemovalStatus& points, std::size_t outliers)
-  {
-    statistics_.preprocessing = pipeline_->filters->points->statistics();
-    statistics_.outliers_removed = outliers;
-    statistics_.judged_points = judges_points_;
-    statistics_.points_removed = points.removed;
-    statistics_.preprocessing.points_not_finite -= points.removed;
-    const bool has_image = pipeline_->encoder.statistics().coding.has_image;
-    statistics_.decoded_width =
-        has_image ? pipeline_->frame.cloudWidth() : pipeline_->frame.pointCount();
-    statistics_.decoded_height = has_image ? pipeline_->frame.cloudHeight() : 1;
-    statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
-    statistics_.decoded_fields.assign(pipeline_->frame.fields.begin(),
-                                      pipeline_->frame.fields.end());
-  }
-
-  /** \brief Takes over the step that the rate control has chosen. */
-  void
-  takeStep()
-  {
-    const io::RateControl& rate_control = pipeline_->rate_control;
-    std::optional<VoxelOutlierRemovalSettings> removal = removal_;
-    if (rate_control.minLogOdds()) {
-      if (!removal)
-        removal.emplace();
-      removal->min_log_odds = *rate_control.minLogOdds();
+    switch (status.code()) {
+    case io::CompressionCode::LeftOut: // counted by the rate control
+      return {SensorNodeCode::LeftOut, status.text()};
+    case io::CompressionCode::OutOfMemory:
+      source_.reset();
+      return refused(outOfMemoryStatus<SensorNodeStatus>());
+    default:
+      return refused({source_.isCloudInvalid() ? SensorNodeCode::InvalidCloud
+                                               : SensorNodeCode::EncodingFailed,
+                      status.text()});
     }
-    else
-      removal.reset();
-    if (rate_control.settings().resolution != settings_.compression.resolution ||
-        !(removal == settings_.outlier_removal))
-      pipeline_->filters.reset();
-    SensorNodeSettings changed = settings_;
-    changed.compression = rate_control.settings();
-    changed.compression.bounding_box = settings_.compression.bounding_box;
-    changed.outlier_removal = removal;
-    pipeline_->encoder.setSettings(codecSettings(changed), depthLaw(changed));
-    settings_ = std::move(changed);
+  }
+
+  SensorNodeStatus
+  refused(SensorNodeStatus status)
+  {
+    ++statistics_.clouds_refused;
+    return status;
   }
 
   static SensorNodeStatus
@@ -229,94 +176,29 @@ private:
     return {};
   }
 
-  /** \brief Finds outliers among the points of a lidar, and makes a cloud without
-   * them. */
-  OutlierRemovalStatus
-  judgePoints(const pcl::PCLPointCloud2& cloud)
+  /** \brief Sets the statistics of the last frame. */
+  void
+  noteFrame()
   {
-    SensorFilters& filters = *pipeline_->filters;
-    if (!filters.point_outlier_removal)
-      return {OutlierRemovalCode::NoImage, ""};
-    OutlierRemovalStatus status =
-        filters.outliers.find(cloud, *filters.point_outlier_removal);
-    if (status.removed > 0) {
-      filters.cloud = cloud;
-      filters.outliers.hide(filters.cloud);
-    }
-    return status;
-  }
-
-  SensorNodeStatus
-  openPoints(const pcl::PCLPointCloud2& cloud)
-  {
-    const PreprocessingStatus status =
-        pipeline_->filters->points->open(Eigen::Isometry3d(*last_transform_), cloud);
-    if (!status.ok())
-      return {SensorNodeCode::InvalidCloud, status.message()};
-    if (pipeline_->filters->uncropped)
-      (void)pipeline_->filters->uncropped->open(Eigen::Isometry3d(*last_transform_),
-                                                cloud);
-    const std::string fault = faultOfNamedFields(cloud, settings_.compression.fields);
-    return {fault.empty() ? SensorNodeCode::Ok : SensorNodeCode::InvalidCloud, fault};
-  }
-
-  /** \return number of voxels removed */
-  std::size_t
-  removeOutliersOf(io::VoxelFrame& frame)
-  {
-    VoxelOutlierRemoval& removal = *pipeline_->filters->outlier_removal;
-    const Eigen::Vector3d sensor(last_transform_->translation());
-    if (!settings_.outlier_removal->sensor_position)
-      removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
-    // checkSettings() has refused what the filter would.
-    return removal.filter(frame).removed;
-  }
-
-  /** \brief Of a cloud's stamp, or of the clock where it has none. */
-  Time
-  timeOfCloud(const pcl::PCLHeader& header) const
-  {
-    return header.stamp != 0 ? timeOfStamp(header.stamp) : settings_.clock();
-  }
-
-  SensorNodeStatus
-  encodePoints(const pcl::PCLHeader& header,
-               std::size_t& outliers,
-               std::vector<std::uint8_t>& bytes)
-  {
-    io::VoxelFrame& frame = pipeline_->frame;
-    if (pipeline_->filters->uncropped)
-      pipeline_->encoder.seeBeyond(pipeline_->filters->uncropped->batches(),
-                                   *settings_.crop_box,
-                                   *last_transform_);
-    io::CompressionStatus status = pipeline_->encoder.voxelize(
-        pipeline_->filters->points->batches(), *last_transform_, frame);
-    if (status.ok()) {
-      if (pipeline_->filters->outlier_removal && !judges_points_)
-        outliers = removeOutliersOf(frame);
-      status = pipeline_->encoder.filterOverTime(frame, timeOfCloud(header));
-    }
-    if (status.ok()) {
-      if (settings_.carry_header)
-        pipeline_->stamp = io::FrameStamp{header.stamp, settings_.global_frame};
-      status = pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);
-    }
-    if (status.code() == io::CompressionCode::OutOfMemory)
-      throw std::bad_alloc(); // handled by encode()
-    // A success may have a warning.
-    return {status.ok() ? SensorNodeCode::Ok : SensorNodeCode::EncodingFailed,
-            status.text()};
+    source_.describe(statistics_);
+    const io::VoxelFrame& frame = encoder_->frame();
+    const bool has_image = encoder_->statistics().coding.has_image;
+    statistics_.decoded_width = has_image ? frame.cloudWidth() : frame.pointCount();
+    statistics_.decoded_height = has_image ? frame.cloudHeight() : 1;
+    statistics_.decoded_doubles = frame.grid.needsDoubles();
+    statistics_.decoded_fields.assign(frame.fields.begin(), frame.fields.end());
   }
 
   void
   count(const pcl::PCLPointCloud2& cloud, std::size_t bytes, double cycle_seconds)
   {
-    const io::FrameStatistics& frame = pipeline_->encoder.statistics();
+    const io::FrameStatistics& frame = encoder_->statistics();
     const Time now = settings_.clock();
-    window_.add({now,
-                 bytes,
-                 cycle_seconds,
-                 latencySeconds(timeOfStamp(cloud.header.stamp), now).value_or(0.0)});
+    window_.add(
+        {now,
+         bytes,
+         cycle_seconds,
+         latencySeconds(io::timeOfStamp(cloud.header.stamp), now).value_or(0.0)});
     // Nothing below throws.
     ++statistics_.frames;
     statistics_.encode_times.add(cycle_seconds);
@@ -326,14 +208,12 @@ private:
     statistics_.frame = frame;
   }
 
-  SensorNodeSettings settings_; // of the current step of the rate control
-  // As given: of the first step.
-  std::optional<VoxelOutlierRemovalSettings> removal_;
+  SensorNodeSettings settings_;
   SensorNodeStatus settings_status_;
-  std::optional<SensorPipeline> pipeline_; // only if the settings are valid
+  SensorSource source_;
+  std::optional<io::CloudEncoder> encoder_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
-  bool judges_points_ = false; // of the current cloud
-  bool is_change_new_ = false; // not told yet with a frame
+  io::CloudInfo info_; // of the current cloud
   SensorNodeStatistics statistics_;
   RateWindow window_;
 };

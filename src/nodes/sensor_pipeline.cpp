@@ -5,6 +5,7 @@
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/point_intensity.h>
 
+#include "nodes/left_out.h"
 #include "nodes/sensor_node_settings.h"
 
 #include <type_traits>
@@ -86,31 +87,8 @@ makeUncroppedPoints(const SensorNodeSettings& settings)
   return makePoints(uncropped);
 }
 
-io::CloudEncoder
-makeEncoder(const SensorNodeSettings& settings)
-{
-  const IntensityUnit unit = visitIntensityModel(
-      settings.law,
-      settings.compression.resolution,
-      settings.sensor,
-      [](const auto& model) { return std::decay_t<decltype(model)>::unit; });
-  return io::CloudEncoder(codecSettings(settings), unit, depthLaw(settings));
-}
-
-io::RateControl
-makeRateControl(const SensorNodeSettings& settings)
-{
-  return io::RateControl(
-      codecSettings(settings),
-      settings.law != IntensityLaw::None,
-      true,
-      settings.outlier_removal
-          ? std::optional<float>(settings.outlier_removal->min_log_odds)
-          : std::nullopt);
-}
-
-} // namespace
-
+/** \brief The law of the points' intensities at the resolution of the settings, if it
+ * depends on the depth. */
 std::optional<io::DepthLaw>
 depthLaw(const SensorNodeSettings& settings)
 {
@@ -119,6 +97,8 @@ depthLaw(const SensorNodeSettings& settings)
                              settings.sensor,
                              [](const auto& model) { return io::depthLawOf(model); });
 }
+
+} // namespace
 
 SensorFilters::SensorFilters(const SensorNodeSettings& settings)
 : points(makePoints(settings))
@@ -134,11 +114,115 @@ SensorFilters::SensorFilters(const SensorNodeSettings& settings)
         settings.outlier_removal->min_log_odds, settings.outlier_removal->use_history});
 }
 
-SensorPipeline::SensorPipeline(const SensorNodeSettings& settings)
-: encoder(makeEncoder(settings))
-, rate_control(makeRateControl(settings))
-, filters(std::in_place, settings)
+SensorSource::SensorSource(const SensorNodeSettings& settings)
+: removal_(settings.outlier_removal), settings_(settings)
 {}
+
+void
+SensorSource::setCloud(const pcl::PCLPointCloud2& cloud,
+                       const WorldPose& sensor_to_world)
+{
+  cloud_ = &cloud;
+  sensor_to_world_ = &sensor_to_world;
+}
+
+std::optional<io::DepthLaw>
+SensorSource::takeStep(const io::EncoderSettings& step,
+                       const std::optional<float>& min_log_odds)
+{
+  std::optional<VoxelOutlierRemovalSettings> removal;
+  if (min_log_odds) {
+    removal = removal_.value_or(VoxelOutlierRemovalSettings());
+    removal->min_log_odds = *min_log_odds;
+  }
+  if (step.resolution != settings_.compression.resolution ||
+      !(removal == settings_.outlier_removal))
+    filters_.reset();
+  settings_.compression = step;
+  settings_.outlier_removal = removal;
+  return depthLaw(settings_);
+}
+
+io::CompressionStatus
+SensorSource::open(io::OpenedCloud& opened)
+{
+  if (!filters_)
+    filters_.emplace(settings_);
+  voxels_removed_ = 0;
+  is_cloud_invalid_ = true;
+  const OutlierRemovalStatus judged = judgePoints();
+  judges_points_ = judged.ok();
+  points_removed_ = judged.removed;
+  const pcl::PCLPointCloud2& cloud = judged.removed > 0 ? filters_->cloud : *cloud_;
+  const Eigen::Isometry3d pose(*sensor_to_world_);
+  if (const PreprocessingStatus status = filters_->points->open(pose, cloud);
+      !status.ok())
+    return {io::CompressionCode::InvalidInput, status.message()};
+  if (const std::string fault = faultOfNamedFields(cloud, settings_.compression.fields);
+      !fault.empty())
+    return {io::CompressionCode::InvalidInput, fault};
+  is_cloud_invalid_ = false;
+  opened.batches = &filters_->points->batches();
+  if (filters_->uncropped) {
+    (void)filters_->uncropped->open(pose, cloud);
+    opened.uncropped = &filters_->uncropped->batches();
+    opened.crop_box = *settings_.crop_box;
+  }
+  return {};
+}
+
+/** \brief Finds outliers among the points of a lidar, and makes a cloud without them. */
+OutlierRemovalStatus
+SensorSource::judgePoints()
+{
+  if (!filters_->point_outlier_removal)
+    return {OutlierRemovalCode::NoImage, ""};
+  OutlierRemovalStatus status =
+      filters_->outliers.find(*cloud_, *filters_->point_outlier_removal);
+  if (status.removed > 0) {
+    filters_->cloud = *cloud_;
+    filters_->outliers.hide(filters_->cloud);
+  }
+  return status;
+}
+
+void
+SensorSource::removeNoise(io::VoxelFrame& frame)
+{
+  if (!filters_->outlier_removal || judges_points_)
+    return;
+  VoxelOutlierRemoval& removal = *filters_->outlier_removal;
+  const Eigen::Vector3d sensor(sensor_to_world_->translation());
+  if (!settings_.outlier_removal->sensor_position)
+    removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
+  // checkSettings() has refused what the filter would.
+  voxels_removed_ = removal.filter(frame).removed;
+}
+
+void
+SensorSource::describe(SensorNodeStatistics& statistics) const
+{
+  statistics.preprocessing = filters_->points->statistics();
+  statistics.preprocessing.points_not_finite -= points_removed_;
+  statistics.outliers_removed = voxels_removed_;
+  statistics.judged_points = judges_points_;
+  statistics.points_removed = points_removed_;
+}
+
+io::CloudEncoder
+makeEncoder(const SensorNodeSettings& settings)
+{
+  const IntensityUnit unit = visitIntensityModel(
+      settings.law,
+      settings.compression.resolution,
+      settings.sensor,
+      [](const auto& model) { return std::decay_t<decltype(model)>::unit; });
+  io::CloudEncoder::NoiseRemoval noise_removal;
+  if (settings.outlier_removal)
+    noise_removal.min_log_odds = settings.outlier_removal->min_log_odds;
+  return io::CloudEncoder(
+      codecSettings(settings), unit, depthLaw(settings), noise_removal);
+}
 
 } // namespace nodes
 } // namespace pcl_ext

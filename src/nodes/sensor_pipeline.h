@@ -2,7 +2,6 @@
 #pragma once
 
 #include <pcl_ext/compression/cloud_encoder.h>
-#include <pcl_ext/compression/rate_control.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
@@ -30,13 +29,7 @@ public:
   statistics() const = 0;
 };
 
-/** \brief The law of the points' intensities at the resolution of the settings, if it
- * depends on the depth. */
-std::optional<io::DepthLaw>
-depthLaw(const SensorNodeSettings& settings);
-
-/** \brief The stages before and after voxelizing. Created again after memory ran out in
- * them. */
+/** \brief The stages before and after voxelizing. */
 struct SensorFilters {
   explicit SensorFilters(const SensorNodeSettings& settings);
 
@@ -50,17 +43,65 @@ struct SensorFilters {
   pcl::PCLPointCloud2 cloud; // without the outliers
 };
 
-/** \brief Members that exist only if the settings are valid. */
-struct SensorPipeline {
-  explicit SensorPipeline(const SensorNodeSettings& settings);
+/** \brief The clouds of a SensorNode for io::CloudEncoder: moved to the world, cropped,
+ * with the intensities of the law, and without outliers. */
+class SensorSource : public io::CloudSource {
+public:
+  /** \param[in] settings as accepted by checkSettings() */
+  explicit SensorSource(const SensorNodeSettings& settings);
 
-  io::CloudEncoder encoder;
-  io::RateControl rate_control;
-  std::optional<SensorFilters> filters;
-  // Members so that their memory is reused.
-  io::VoxelFrame frame;
-  std::optional<io::FrameStamp> stamp;
+  /** \brief Sets the next cloud. Both must stay until it is encoded. */
+  void
+  setCloud(const pcl::PCLPointCloud2& cloud, const WorldPose& sensor_to_world);
+
+  std::optional<io::DepthLaw>
+  takeStep(const io::EncoderSettings& step,
+           const std::optional<float>& min_log_odds) override;
+
+  /** \return InvalidInput for a cloud whose fields or sizes are invalid */
+  io::CompressionStatus
+  open(io::OpenedCloud& opened) override;
+
+  void
+  removeNoise(io::VoxelFrame& frame) override;
+
+  /** \brief Makes all stages again, after memory ran out in one of them. */
+  void
+  reset()
+  {
+    filters_.reset();
+  }
+
+  /** \brief Whether open() refused the last cloud. */
+  bool
+  isCloudInvalid() const
+  {
+    return is_cloud_invalid_;
+  }
+
+  /** \brief Sets what the statistics of a node tell of the last cloud. */
+  void
+  describe(SensorNodeStatistics& statistics) const;
+
+private:
+  OutlierRemovalStatus
+  judgePoints();
+
+  std::optional<VoxelOutlierRemovalSettings> removal_; // of the first step
+  SensorNodeSettings settings_;                        // of the step
+  std::optional<SensorFilters> filters_;
+  // Of the current cloud:
+  const pcl::PCLPointCloud2* cloud_ = nullptr;
+  const WorldPose* sensor_to_world_ = nullptr;
+  bool is_cloud_invalid_ = false;
+  bool judges_points_ = false;
+  std::size_t points_removed_ = 0;
+  std::size_t voxels_removed_ = 0;
 };
+
+/** \brief An encoder for the clouds of a SensorSource. */
+io::CloudEncoder
+makeEncoder(const SensorNodeSettings& settings);
 
 } // namespace nodes
 } // namespace pcl_ext

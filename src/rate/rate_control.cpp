@@ -1,196 +1,53 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/rate_control.h>
+#include "rate/rate_control.h"
 
-#include "rate/cloud_clock.h"
-#include "rate/link_budget.h"
 #include "rate/rate_texts.h"
-#include "rate/step_choice.h"
 
 #include <algorithm>
-#include <cstdint>
 
 namespace pcl_ext {
 namespace io {
-
-class RateControl::Implementation {
-public:
-  Implementation(const EncoderSettings& settings,
-                 bool has_intensities,
-                 bool can_remove_outliers,
-                 const std::optional<float>& min_log_odds)
-  : choice_(settings, has_intensities, can_remove_outliers, min_log_odds)
-  , budget_(settings.rate_buffer)
-  , is_on_(settings.max_rate > 0.0 || settings.max_encode_ms > 0.0)
-  , max_rate_(settings.max_rate)
-  {
-    if (max_rate_ > 0.0)
-      budget_.setRate(max_rate_);
-  }
-
-  void
-  setMaxRate(double bits_per_second)
-  {
-    if (max_rate_ == 0.0 || !(bits_per_second > 0.0) || bits_per_second == max_rate_)
-      return;
-    max_rate_ = std::clamp(bits_per_second, least_max_rate, most_max_rate);
-    budget_.setRate(max_rate_);
-  }
-
-  bool
-  beginCloud(Nanoseconds time, bool is_i_frame_due)
-  {
-    const std::optional<Nanoseconds> interval = clock_.take(time);
-    if (interval)
-      choice_.estimate().addInterval(*interval);
-    const Nanoseconds elapsed = interval.value_or(Nanoseconds::zero());
-    time_ += elapsed;
-    budget_.advance(elapsed);
-    choice_.advance(elapsed, max_rate_);
-    if (!is_on_)
-      return true;
-    choice_.choose(isShort(is_i_frame_due));
-    // What follows a change is an I-frame, as a rule.
-    if (!isShort(is_i_frame_due || choice_.hasChanged()))
-      return true;
-    ++clouds_left_out_;
-    return false;
-  }
-
-  const StepChoice&
-  choice() const
-  {
-    return choice_;
-  }
-
-  bool
-  endFrame(std::size_t bytes,
-           bool is_i_frame,
-           Nanoseconds encode_time,
-           const VoxelGrid& grid,
-           SensorMotion sensor_motion)
-  {
-    if (!is_on_)
-      return true;
-    RateEstimate& estimate = choice_.estimate();
-    // One that was tried: the scene is another, for frames of both kinds.
-    const double expected = estimate.bytesOf(is_i_frame);
-    if (max_rate_ > 0.0 && budget_.isEmpty() &&
-        expected > static_cast<double>(budget_.room()) && bytes <= budget_.room()) {
-      const double ratio = static_cast<double>(bytes) / expected;
-      estimate.expectMultiple({ratio, ratio});
-    }
-    estimate.addFrame(bytes, is_i_frame, encode_time);
-    choice_.endFrame(grid, sensor_motion);
-    if (max_rate_ == 0.0)
-      return true;
-    if (bytes > budget_.room()) {
-      if (budget_.isEmpty())
-        next_try_ = time_ + LinkBudget::window;
-      ++clouds_left_out_;
-      return false;
-    }
-    budget_.add(bytes);
-    return true;
-  }
-
-  std::string
-  leftOutMessage() const
-  {
-    const std::string& reason = choice_.rateNotKept();
-    return "the cloud was left out, as max_rate of " + rateText(max_rate_) +
-           " has room for " + std::to_string(budget_.room()) + " bytes now" +
-           (reason.empty() ? "" : "; " + reason);
-  }
-
-  RateControlStatus
-  status() const
-  {
-    RateControlStatus status;
-    status.is_on = is_on_;
-    status.max_rate = max_rate_;
-    status.used_rate = max_rate_ * budget_.load();
-    status.clouds_left_out = clouds_left_out_;
-    choice_.describe(status);
-    return status;
-  }
-
-private:
-  /** \brief Whether there is no room for what the next frame is expected to be. Where the
-   * buffer is empty it is tried: on a new step at once, else once a second, as frames may
-   * have become smaller. */
-  bool
-  isShort(bool is_i_frame) const
-  {
-    if (max_rate_ == 0.0)
-      return false;
-    if (budget_.isEmpty())
-      return time_ < next_try_ && !choice_.hasChanged();
-    const RateEstimate& estimate = choice_.estimate();
-    // Where clouds are left out in any case, those that are sent need not wait, too.
-    if (choice_.load() > 1.0 && budget_.backlog() > estimate.interval())
-      return true;
-    return estimate.bytesOf(is_i_frame) > static_cast<double>(budget_.room());
-  }
-
-  StepChoice choice_;
-  LinkBudget budget_;
-  CloudClock clock_;
-  bool is_on_;
-  double max_rate_;         // bits a second; 0: no limit
-  Nanoseconds time_{0};     // never goes back
-  Nanoseconds next_try_{0}; // of frames that are larger than the buffer
-  std::size_t clouds_left_out_ = 0;
-};
-
-RateControl::Nanoseconds
-RateControl::timeOfStamp(std::uint64_t stamp)
-{
-  using std::chrono::microseconds;
-  constexpr auto latest = std::chrono::duration_cast<microseconds>(Nanoseconds::max());
-  return microseconds(std::min(stamp, static_cast<std::uint64_t>(latest.count())));
-}
 
 RateControl::RateControl(const EncoderSettings& settings,
                          bool has_intensities,
                          bool can_remove_outliers,
                          const std::optional<float>& min_log_odds)
-: implementation_(std::make_unique<Implementation>(
-      settings, has_intensities, can_remove_outliers, min_log_odds))
-{}
-
-RateControl::~RateControl() = default;
-RateControl::RateControl(RateControl&&) noexcept = default;
-RateControl&
-RateControl::operator=(RateControl&&) noexcept = default;
+: choice_(settings, has_intensities, can_remove_outliers, min_log_odds)
+, budget_(settings.rate_buffer)
+, is_on_(settings.max_rate > 0.0 || settings.max_encode_ms > 0.0)
+, max_rate_(settings.max_rate)
+{
+  if (max_rate_ > 0.0)
+    budget_.setRate(max_rate_);
+}
 
 void
 RateControl::setMaxRate(double bits_per_second)
 {
-  implementation_->setMaxRate(bits_per_second);
+  if (max_rate_ == 0.0 || !(bits_per_second > 0.0) || bits_per_second == max_rate_)
+    return;
+  max_rate_ = std::clamp(bits_per_second, least_max_rate, most_max_rate);
+  budget_.setRate(max_rate_);
 }
 
 bool
 RateControl::beginCloud(Nanoseconds time, bool is_i_frame_due)
 {
-  return implementation_->beginCloud(time, is_i_frame_due);
-}
-
-bool
-RateControl::hasChanged() const
-{
-  return implementation_->choice().hasChanged();
-}
-
-const EncoderSettings&
-RateControl::settings() const
-{
-  return implementation_->choice().settings();
-}
-
-const std::optional<float>&
-RateControl::minLogOdds() const
-{
-  return implementation_->choice().step().min_log_odds;
+  const std::optional<Nanoseconds> interval = clock_.take(time);
+  if (interval)
+    choice_.estimate().addInterval(*interval);
+  const Nanoseconds elapsed = interval.value_or(Nanoseconds::zero());
+  time_ += elapsed;
+  budget_.advance(elapsed);
+  choice_.advance(elapsed, max_rate_);
+  if (!is_on_)
+    return true;
+  choice_.choose(isShort(is_i_frame_due));
+  // What follows a change is an I-frame, as a rule.
+  if (!isShort(is_i_frame_due || choice_.hasChanged()))
+    return true;
+  ++clouds_left_out_;
+  return false;
 }
 
 bool
@@ -200,19 +57,66 @@ RateControl::endFrame(std::size_t bytes,
                       const VoxelGrid& grid,
                       SensorMotion sensor_motion)
 {
-  return implementation_->endFrame(bytes, is_i_frame, encode_time, grid, sensor_motion);
+  if (!is_on_)
+    return true;
+  RateEstimate& estimate = choice_.estimate();
+  // One that was tried: the scene is another, for frames of both kinds.
+  const double expected = estimate.bytesOf(is_i_frame);
+  if (max_rate_ > 0.0 && budget_.isEmpty() &&
+      expected > static_cast<double>(budget_.room()) && bytes <= budget_.room()) {
+    const double ratio = static_cast<double>(bytes) / expected;
+    estimate.expectMultiple({ratio, ratio});
+  }
+  estimate.addFrame(bytes, is_i_frame, encode_time);
+  choice_.endFrame(grid, sensor_motion);
+  if (max_rate_ == 0.0)
+    return true;
+  if (bytes > budget_.room()) {
+    if (budget_.isEmpty())
+      next_try_ = time_ + LinkBudget::window;
+    ++clouds_left_out_;
+    return false;
+  }
+  budget_.add(bytes);
+  return true;
 }
 
 std::string
 RateControl::leftOutMessage() const
 {
-  return implementation_->leftOutMessage();
+  const std::string& reason = choice_.rateNotKept();
+  return "the cloud was left out, as max_rate of " + rateText(max_rate_) +
+         " has room for " + std::to_string(budget_.room()) + " bytes now" +
+         (reason.empty() ? "" : "; " + reason);
 }
 
 RateControlStatus
 RateControl::status() const
 {
-  return implementation_->status();
+  RateControlStatus status;
+  status.is_on = is_on_;
+  status.max_rate = max_rate_;
+  status.used_rate = max_rate_ * budget_.load();
+  status.clouds_left_out = clouds_left_out_;
+  choice_.describe(status);
+  return status;
+}
+
+/** \brief Whether there is no room for what the next frame is expected to be. Where the
+ * buffer is empty it is tried: on a new step at once, else once a second, as frames may
+ * have become smaller. */
+bool
+RateControl::isShort(bool is_i_frame) const
+{
+  if (max_rate_ == 0.0)
+    return false;
+  if (budget_.isEmpty())
+    return time_ < next_try_ && !choice_.hasChanged();
+  const RateEstimate& estimate = choice_.estimate();
+  // Where clouds are left out in any case, those that are sent need not wait, too.
+  if (choice_.load() > 1.0 && budget_.backlog() > estimate.interval())
+    return true;
+  return estimate.bytesOf(is_i_frame) > static_cast<double>(budget_.room());
 }
 
 } // namespace io

@@ -74,7 +74,8 @@ RateLadder::RateLadder(const EncoderSettings& settings,
       add(step, guess_of_removal);
     }
   }
-  for (unsigned int i = 1; i <= settings.rate_doublings; ++i) {
+  const bool is_on = settings.max_rate > 0.0 || settings.max_encode_ms > 0.0;
+  for (unsigned int i = 1; is_on && i <= settings.rate_doublings; ++i) {
     step.doublings = i;
     const EncoderSettings coarser = settingsOf(step, settings, std::nullopt);
     // They may be too large for an encoder.

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/rate_control.h>
+#include <pcl_ext/compression/rate_control_status.h>
 
 #include <cstddef>
 #include <string>

@@ -1,7 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/rate_control.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/rate_control_status.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "rate/rate_estimate.h"
 #include "rate/rate_ladder.h"

@@ -48,6 +48,7 @@ CloudVoxelizer::voxelize(PointBatches& points,
                          VoxelFrame& frame)
 {
   is_i_frame_due_ = is_i_frame_due;
+  has_changed_ = false;
   may_refit_ = may_refit;
   if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
       unit_ == IntensityUnit::Share)
@@ -58,10 +59,23 @@ CloudVoxelizer::voxelize(PointBatches& points,
   return statistics_;
 }
 
+/** \brief Voxelizes from now on with an edge and an origin, or with those of the
+ * settings. */
+void
+CloudVoxelizer::takeEdge(double resolution,
+                         const std::optional<std::array<double, 3>>& origin)
+{
+  EncoderSettings settings = settings_;
+  settings.resolution = resolution;
+  settings.origin = origin;
+  voxelizer_ = Voxelizer(settings, unit_);
+  has_changed_ = true;
+}
+
 void
 CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
 {
-  statistics_ = voxelizer_.voxelize(points, is_i_frame_due_ && may_refit_, frame);
+  statistics_ = voxelizer_.voxelize(points, takesIFrame() && may_refit_, frame);
 }
 
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high
@@ -69,14 +83,14 @@ CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
 void
 CloudVoxelizer::refitIntensities(PointBatches& points, VoxelFrame& frame)
 {
-  if (is_i_frame_due_ || 2 * statistics_.intensities_vanished <= statistics_.voxels)
+  if (takesIFrame() || 2 * statistics_.intensities_vanished <= statistics_.voxels)
     return;
   // A high one of this cloud would give the same scale.
   const std::uint32_t highest =
       *std::max_element(frame.intensities.begin(), frame.intensities.end());
   if (highest > frame.intensity_scale.maxSymbol() / 2)
     return;
-  is_i_frame_due_ = true;
+  has_changed_ = true;
   statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 
@@ -96,15 +110,12 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
   const double step = findCoordinateStep(
       points, settings_.resolution, settings_.use_coordinate_step, largest);
   if (!std::isnan(step) && step != coordinate_step_) {
-    EncoderSettings settings = settings_;
-    if (step > 0.0) {
-      settings.resolution = step;
-      settings.origin.emplace().fill(-step / 2.0);
-    }
-    voxelizer_ = Voxelizer(settings, unit_);
+    if (step > 0.0)
+      takeEdge(step, std::array<double, 3>{-step / 2.0, -step / 2.0, -step / 2.0});
+    else
+      takeEdge(settings_.resolution, settings_.origin);
     coordinate_step_ = step;
     doublings_ = 0;
-    is_i_frame_due_ = true;
   }
   return coordinate_step_ > 0.0;
 }
@@ -114,7 +125,7 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
 void
 CloudVoxelizer::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 {
-  const bool is_i_frame_due = is_i_frame_due_;
+  const bool is_i_frame_due = takesIFrame();
   if (doublings_ == 0) {
     voxelizeAsBefore(points, frame);
     if (statistics_.points_outside_grid == 0)
@@ -147,13 +158,10 @@ CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
                                   unsigned int doublings,
                                   VoxelFrame& frame)
 {
-  EncoderSettings settings = settings_;
-  settings.resolution =
-      std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
-               largest_resolution);
-  voxelizer_ = Voxelizer(settings, unit_);
+  takeEdge(std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
+                    largest_resolution),
+           settings_.origin);
   doublings_ = doublings;
-  is_i_frame_due_ = true;
   statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 

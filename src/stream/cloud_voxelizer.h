@@ -9,6 +9,9 @@
 
 #include "voxelizing/voxelizer.h"
 
+#include <array>
+#include <optional>
+
 namespace pcl_ext {
 namespace io {
 
@@ -36,11 +39,12 @@ public:
            bool may_refit,
            VoxelFrame& frame);
 
-  /** \brief Whether the last cloud has to be an I-frame. */
+  /** \brief Whether the last cloud has other voxels, or another scale, than those before:
+   * its frame has to be an I-frame. */
   bool
-  isIFrameDue() const
+  hasChanged() const
   {
-    return is_i_frame_due_;
+    return has_changed_;
   }
 
   /** \brief Whether voxels are larger than the settings say, as clouds are too wide. */
@@ -51,6 +55,15 @@ public:
   }
 
 private:
+  bool
+  takesIFrame() const
+  {
+    return is_i_frame_due_ || has_changed_;
+  }
+
+  void
+  takeEdge(double resolution, const std::optional<std::array<double, 3>>& origin);
+
   void
   voxelizeAsBefore(PointBatches& points, VoxelFrame& frame);
 
@@ -72,7 +85,8 @@ private:
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
   // Of the last cloud:
-  bool is_i_frame_due_ = true;
+  bool is_i_frame_due_ = true; // whether or not it has changed
+  bool has_changed_ = false;
   bool may_refit_ = true;
   VoxelizationStatistics statistics_;
 };

@@ -26,7 +26,7 @@ Version1Decoder::decode(ByteSource& source,
   if (header_.content.has_fields)
     memory_taken_ += static_cast<std::size_t>(std::min<std::uint64_t>(
         frame_limits_.max_field_values,
-        fieldValuesOf(header_, header_.is_i_frame ? header_.fields : fields_)));
+        fieldValuesOf(header_, header_.is_i_frame ? header_.fields : state_.fields)));
   PayloadSizes sizes;
   prepareStamp();
   // If memory runs out the state of the coder is undefined.
@@ -48,7 +48,7 @@ Version1Decoder::decode(ByteSource& source,
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
   statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
-  learn(checksum, frame);
+  learn(checksum);
   return {};
 }
 
@@ -56,8 +56,12 @@ Version1Decoder::decode(ByteSource& source,
 CompressionStatus
 Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 {
-  if (CompressionStatus status = readVersion1Header(
-          source, limits_, header_, checksum, checked_bytes_, bytes_since_i_frame_);
+  if (CompressionStatus status = readVersion1Header(source,
+                                                    limits_,
+                                                    header_,
+                                                    checksum,
+                                                    checked_bytes_,
+                                                    state_.bytes_since_i_frame);
       !status.ok())
     return status;
   if (CompressionStatus status = limitFrame(); !status.ok())
@@ -96,7 +100,7 @@ Version1Decoder::bytesOfVoxels() const
 CompressionStatus
 Version1Decoder::limitFrame()
 {
-  frame_limits_ = limitsOf(header_, limits_, bytes_since_i_frame_);
+  frame_limits_ = limitsOf(header_, limits_, state_.bytes_since_i_frame);
   blocks_by_memory_ = most_blocks;
   if (!limits_.budget)
     return {};
@@ -126,7 +130,7 @@ Version1Decoder::tooManyBlocks() const
 CompressionStatus
 Version1Decoder::verifyChecksum(std::uint32_t checksum) const
 {
-  if (chainedChecksum(header_.is_i_frame ? 0 : checksum_,
+  if (chainedChecksum(header_.is_i_frame ? 0 : state_.checksum,
                       checked_bytes_.data(),
                       checked_bytes_.size()) == checksum)
     return {};
@@ -142,12 +146,14 @@ Version1Decoder::checkOrder(std::uint32_t checksum)
 {
   if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
     return oldFrame(header_.frame_number);
-  if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
+  if (header_.is_i_frame ||
+      (has_history_ && header_.frame_number - 1 == state_.frame_number))
     return {};
   if (is_dropped_)
     return droppedReference(header_.frame_number, limits_.budget->limit());
   return missingReference(header_.frame_number,
-                          has_history_ ? std::optional(frame_number_) : std::nullopt);
+                          has_history_ ? std::optional(state_.frame_number)
+                                       : std::nullopt);
 }
 
 /** \brief Decodes the payload without changing the history. */
@@ -170,16 +176,16 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
       !status.ok())
     return status;
   if (!decodeSupplement(supplement, end, frame, sizes)) {
-    coders_.of(header_.effort).discard();
+    state_.coders.of(header_.effort).discard();
     return corruptFrame("the supplement does not decode to " +
                         std::to_string(header_.voxel_count) + " voxels");
   }
   if (!isConsistent(frame) || hasOtherPoints(frame)) {
-    coders_.of(header_.effort).discard();
+    state_.coders.of(header_.effort).discard();
     return corruptFrame("invalid voxels");
   }
   sizes.occupancy += static_cast<std::size_t>(header_.padding_size);
-  prepareChanges(frame);
+  state_.prepareChanges(header_, frame);
   return {};
 }
 
@@ -191,38 +197,22 @@ Version1Decoder::decodeChanges(CodingWorkspace& work,
                                VoxelFrame& frame,
                                PayloadSizes& sizes)
 {
-  if (!changes_ || !changes_->hasLastFrame())
+  if (!state_.mayBeFollowedByChanges())
     return corruptFrame("a frame of changes to one that it cannot refer to");
-  if (changes_->blockCount() > maxTracked(frame_limits_.max_voxels))
+  if (state_.changes->blockCount() > maxTracked(frame_limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   sizes = {static_cast<std::size_t>(header_.payload_size), 0, 0};
-  if (changes_->decode(work,
-                       {begin,
-                        end,
-                        static_cast<std::size_t>(header_.voxel_count),
-                        false,
-                        frame_limits_.max_blocks},
-                       frame) &&
+  if (state_.changes->decode(work,
+                             {begin,
+                              end,
+                              static_cast<std::size_t>(header_.voxel_count),
+                              false,
+                              frame_limits_.max_blocks},
+                             frame) &&
       isConsistent(frame))
     return {};
   return corruptFrame("the payload does not decode to " +
                       std::to_string(header_.voxel_count) + " voxels");
-}
-
-/** \brief Copies a frame, not one of changes, if one of changes may follow. */
-void
-Version1Decoder::prepareChanges(const VoxelFrame& frame)
-{
-  keeps_frame_ =
-      !header_.content.hasSupplement() && !header_.content.has_point_counts &&
-      changes::ChangeCoder::mayFollow(header_.is_i_frame,
-                                      frame.size(),
-                                      static_cast<std::size_t>(header_.payload_size));
-  if (!keeps_frame_)
-    return;
-  if (!changes_)
-    changes_ = std::make_unique<changes::ChangeCoder>();
-  changes_->prepare(frame);
 }
 
 /** \brief Decodes the voxels, or the coarse voxels of those that are in the
@@ -234,7 +224,7 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               VoxelFrame& frame,
                               PayloadSizes& sizes)
 {
-  PayloadCoder& coder = coders_.of(header_.effort);
+  PayloadCoder& coder = state_.coders.of(header_.effort);
   const bool supplement_has_voxels = header_.content.hasVoxels();
   const auto count = static_cast<std::size_t>(
       supplement_has_voxels ? header_.coarse_voxel_count : header_.voxel_count);
@@ -275,24 +265,40 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
     frame.clearVoxels();
     return begin == end;
   }
-  if (!supplement_)
-    supplement_ = std::make_unique<supplement::SupplementCoder>();
   supplement::Sizes supplement_sizes;
   const bool is_whole =
-      supplement_->decode({header_.content,
-                           coarse_voxels_.keys,
-                           header_.effort,
-                           header_.is_i_frame,
-                           static_cast<std::size_t>(header_.voxel_count),
-                           header_.point_count,
-                           header_.viewpoint},
-                          begin,
-                          end,
-                          frame,
-                          supplement_sizes);
+      state_.supplementCoder().decode({header_.content,
+                                       coarse_voxels_.keys,
+                                       header_.effort,
+                                       header_.is_i_frame,
+                                       static_cast<std::size_t>(header_.voxel_count),
+                                       header_.point_count,
+                                       header_.viewpoint},
+                                      begin,
+                                      end,
+                                      frame,
+                                      supplement_sizes);
   sizes.occupancy += supplement_sizes.voxels;
   sizes.attributes += supplement_sizes.attributes;
   return is_whole;
+}
+
+/** \brief Sets what the header of a P-frame has of the frames before. */
+CompressionStatus
+Version1Decoder::completeHeader()
+{
+  if (header_.effort != state_.effort)
+    return corruptFrame("a P-frame of another effort than its I-frame");
+  // It says whether there are colours, and not of how many bits.
+  supplement::Content content = header_.content;
+  const bool has_colours = content.colour_bits > 0;
+  content.colour_bits = state_.content.colour_bits;
+  if (content != state_.content || has_colours != (content.colour_bits > 0))
+    return corruptFrame("a P-frame of another content than its I-frame");
+  state_.complete(header_);
+  if (header_.ray_pose && !isConsistent(header_.image))
+    return corruptFrame("invalid rays of an image");
+  return {};
 }
 
 /** \brief Sets all of a frame but what its voxels are.
@@ -301,35 +307,24 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
 CompressionStatus
 Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
 {
-  const bool is_i_frame = header_.is_i_frame;
-  frame.grid = is_i_frame ? header_.grid : grid_;
-  frame.intensity_scale = is_i_frame ? header_.intensity_scale : intensity_scale_;
-  frame.depth_model = is_i_frame ? std::nullopt : depth_model_;
-  if (!is_i_frame && header_.effort != effort_)
-    return corruptFrame("a P-frame of another effort than its I-frame");
+  if (!header_.is_i_frame)
+    if (CompressionStatus status = completeHeader(); !status.ok())
+      return status;
+  frame.grid = header_.grid;
+  frame.intensity_scale = header_.intensity_scale;
   if (CompressionStatus status = prepareContent(frame); !status.ok())
     return status;
-  return header_.has_depth_model ? prepareDepthModel(payload, frame)
-                                 : CompressionStatus();
+  if (header_.has_depth_model)
+    if (CompressionStatus status = readPayloadsDepthModel(payload); !status.ok())
+      return status;
+  frame.depth_model = header_.depth_model;
+  return {};
 }
 
 /** \brief Sets what a frame has besides its voxels. */
 CompressionStatus
 Version1Decoder::prepareContent(VoxelFrame& frame)
 {
-  if (!header_.is_i_frame) {
-    const bool has_colours = header_.content.colour_bits > 0;
-    header_.content.colour_bits = content_.colour_bits;
-    header_.fields = fields_;
-    header_.viewpoint = viewpoint_;
-    header_.image = image_;
-    if (header_.ray_pose)
-      header_.image.rays.pose = *header_.ray_pose;
-    if (header_.content != content_ || has_colours != (content_.colour_bits > 0))
-      return corruptFrame("a P-frame of another content than its I-frame");
-    if (header_.ray_pose && !isConsistent(header_.image))
-      return corruptFrame("invalid rays of an image");
-  }
   frame.colour_bits = header_.content.colour_bits;
   frame.has_point_counts = header_.content.has_point_counts;
   if (!frame.hasIntensities())
@@ -383,15 +378,15 @@ Version1Decoder::prepareFields(VoxelFrame& frame)
   return {};
 }
 
+/** \brief Reads the depth model at the beginning of a payload. */
 CompressionStatus
-Version1Decoder::prepareDepthModel(const std::uint8_t*& payload,
-                                   VoxelFrame& frame) const
+Version1Decoder::readPayloadsDepthModel(const std::uint8_t*& payload)
 {
-  if (!header_.is_i_frame && !depth_model_)
+  if (!header_.is_i_frame && !state_.depth_model)
     return corruptFrame("a P-frame with a depth model, its I-frame without");
-  if (!frame.hasIntensities() || header_.content.hasVoxels())
+  if (header_.intensity_scale.bits == 0 || header_.content.hasVoxels())
     return corruptFrame("a depth model without intensities that it predicts");
-  if (!readDepthModel(payload, frame.depth_model.emplace()))
+  if (!readDepthModel(payload, header_.depth_model.emplace()))
     return corruptFrame("invalid depth model");
   payload += depth_model_size;
   return {};
@@ -408,65 +403,36 @@ Version1Decoder::prepareStamp()
   }
   if (!next_stamp_)
     next_stamp_.emplace();
-  next_stamp_->stamp = (header_.is_i_frame ? 0 : last_stamp_) +
-                       static_cast<std::uint64_t>(*header_.stamp);
+  next_stamp_->stamp = state_.stampOf(header_);
   next_stamp_->frame_id =
-      header_.has_frame_id || header_.is_i_frame ? header_.frame_id : frame_id_;
+      header_.has_frame_id || header_.is_i_frame ? header_.frame_id : state_.frame_id;
 }
 
+/** \brief Learns the frame that was decoded. */
 void
-Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
+Version1Decoder::learn(std::uint32_t checksum) noexcept
 {
-  effort_ = header_.effort;
-  bytes_since_i_frame_ =
-      header_.payload_size + (header_.is_i_frame ? 0 : bytes_since_i_frame_);
-  if (header_.is_of_changes)
-    changes_->learn();
-  else
-    learnWhole();
-  content_ = header_.content;
-  fields_.swap(header_.fields);
-  viewpoint_ = header_.viewpoint;
-  std::swap(image_, header_.image);
-  if (supplement_ && content_.hasSupplement() && !frame.keys.empty())
-    supplement_->learn();
-  else if (supplement_ && header_.is_i_frame)
-    supplement_->reset();
-  if (header_.has_frame_id || header_.is_i_frame)
-    frame_id_.swap(header_.frame_id);
-  if (header_.is_i_frame)
-    last_stamp_ = 0;
-  if (next_stamp_)
-    last_stamp_ = next_stamp_->stamp;
+  if (header_.is_of_changes) {
+    state_.changes->learn();
+  }
+  else {
+    state_.coders.of(header_.effort).learn();
+    state_.coders.keepOnly(header_.effort);
+  }
+  const bool is_empty = header_.voxel_count == 0;
+  if (header_.content.hasSupplement() && !is_empty)
+    state_.supplement->learn();
+  state_.learn(header_, checksum);
   stamp_.swap(next_stamp_);
   has_history_ = true;
   is_dropped_ = false;
-  frame_number_ = header_.frame_number;
-  checksum_ = checksum;
-  grid_ = frame.grid;
-  intensity_scale_ = frame.intensity_scale;
-  depth_model_ = frame.depth_model;
-  order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
-}
-
-/** \brief Learns a frame that is not one of changes. */
-void
-Version1Decoder::learnWhole() noexcept
-{
-  coders_.of(effort_).learn();
-  coders_.keepOnly(effort_);
-  if (keeps_frame_)
-    changes_->learnWhole(header_.is_i_frame);
-  else if (changes_)
-    changes_->dropLastFrame();
+  order_.decoded(state_.frame_number, checksum, !is_empty || stamp_);
 }
 
 void
 Version1Decoder::forget() noexcept
 {
-  coders_.clear();
-  changes_.reset();
-  supplement_.reset();
+  state_.forgetVoxels();
   has_history_ = false;
 }
 
@@ -484,15 +450,11 @@ Version1Decoder::releaseMemory()
 {
   checked_bytes_ = std::vector<std::uint8_t>();
   if (!has_history_) {
-    coders_.clear();
+    state_.coders.clear();
     return;
   }
-  coders_.keepOnly(effort_);
-  coders_.of(effort_).releaseMemory();
-  if (supplement_)
-    supplement_->releaseMemory();
-  if (changes_)
-    changes_->releaseMemory();
+  state_.coders.keepOnly(state_.effort);
+  state_.releaseMemory();
   coarse_voxels_ = VoxelFrame();
 }
 

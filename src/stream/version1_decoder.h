@@ -2,16 +2,14 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
-#include "codec/changes/change_coder.h"
 #include "codec/frame_order.h"
 #include "codec/payload_coder.h"
-#include "codec/supplement/supplement.h"
+#include "stream/stream_state.h"
 #include "stream/version1_header.h"
 
 #include <algorithm>
@@ -63,7 +61,7 @@ public:
   std::size_t
   trackedVoxels() const
   {
-    return has_history_ ? coders_.trackedVoxels(effort_) : 0;
+    return has_history_ ? state_.coders.trackedVoxels(state_.effort) : 0;
   }
 
   /** \brief Bytes of the history but for its voxels, an estimate that is rather too
@@ -71,7 +69,7 @@ public:
   std::size_t
   memoryBytes() const
   {
-    return coders_.memoryBytes();
+    return state_.coders.memoryBytes();
   }
 
   /** \brief Drops the history, as if no frame had been decoded. */
@@ -130,9 +128,6 @@ private:
                 VoxelFrame& frame,
                 PayloadSizes& sizes);
 
-  void
-  prepareChanges(const VoxelFrame& frame);
-
   bool
   hasOtherPoints(const VoxelFrame& frame) const;
 
@@ -155,40 +150,24 @@ private:
   prepareContent(VoxelFrame& frame);
 
   CompressionStatus
-  prepareDepthModel(const std::uint8_t*& payload, VoxelFrame& frame) const;
+  completeHeader();
+
+  CompressionStatus
+  readPayloadsDepthModel(const std::uint8_t*& payload);
 
   void
   prepareStamp();
 
   void
-  learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept;
-
-  void
-  learnWhole() noexcept;
+  learn(std::uint32_t checksum) noexcept;
 
   DecoderLimits limits_;
 
   FrameOrder order_{true};
-  // Of the decoded frames.
   bool has_history_ = false;
   bool is_dropped_ = false; // there was a history
-  std::uint32_t frame_number_ = 0;
-  std::uint32_t checksum_ = 0;
-  std::uint64_t bytes_since_i_frame_ = 0; // payloads, with that of the I-frame
-  VoxelGrid grid_;
-  IntensityScale intensity_scale_;
-  Effort effort_ = Effort::Balanced;
-  std::optional<DepthModel> depth_model_;
-  std::string frame_id_;
-  std::uint64_t last_stamp_ = 0;
+  StreamState state_;       // after the last decoded frame
   std::optional<FrameStamp> stamp_;
-  supplement::Content content_;
-  std::vector<FieldDescription> fields_;
-  std::array<std::int32_t, 3> viewpoint_{};
-  PointImage image_; // without points
-  PayloadCoders coders_;
-  std::unique_ptr<changes::ChangeCoder> changes_;           // made when it is needed
-  std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
 
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
@@ -198,7 +177,6 @@ private:
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
-  bool keeps_frame_ = false; // a frame of changes may follow
   VoxelFrame coarse_voxels_; // with a refinement
 };
 

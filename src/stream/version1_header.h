@@ -2,7 +2,6 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
@@ -43,6 +42,7 @@ struct Version1Header {
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
   PointImage image;                        // I only, without points
   std::optional<RayPose> ray_pose;         // P only; another one than before
+  std::optional<DepthModel> depth_model;   // of the payload, or that of before
   std::optional<std::int64_t> stamp;       // P: difference to the previous frame
   bool has_frame_id = false;               // P: only if it has changed
   std::string frame_id;                    // empty if absent

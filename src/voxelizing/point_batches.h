@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/status.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,12 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \brief Checks that a view of several points says where they are.
+ * \return Ok, or InvalidInput
+ */
+CompressionStatus
+checkView(const PointView& points);
 
 /** \brief A cloud that is in memory, as one batch. */
 class SingleBatch : public PointBatches {

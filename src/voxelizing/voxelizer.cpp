@@ -271,32 +271,6 @@ private:
   MemoryRule memory_rule_;
 };
 
-PointBatches::~PointBatches() = default;
-
-ImageSize
-PointBatches::imageSize() const
-{
-  return {};
-}
-
-std::vector<FieldDescription>
-PointBatches::fields() const
-{
-  return {};
-}
-
-std::size_t
-PointBatches::pointsBehindSensor() const
-{
-  return 0;
-}
-
-std::vector<PointBatches*>
-PointBatches::split(std::size_t /*parts*/)
-{
-  return {};
-}
-
 Voxelizer::Voxelizer(const EncoderSettings& settings, IntensityUnit unit)
 : implementation_(std::make_unique<Implementation>(settings, unit))
 {}

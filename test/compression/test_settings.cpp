@@ -5,11 +5,11 @@
  * invalid ones are reported by every call, and the usual_resolution may change while a
  * stream runs.
  */
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/point_intensity.h>
 
+#include "stream/frame_encoder.h"
 #include "support/cloud_streams.h"
 #include "voxelizing/voxelizer.h"
 

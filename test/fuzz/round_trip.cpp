@@ -8,12 +8,12 @@
  * what the temporal filter shows of them is a valid frame.
  */
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "fuzz_input.h"
+#include "stream/frame_encoder.h"
 #include "voxelizing/voxelizer.h"
 
 #include <algorithm>

@@ -7,10 +7,10 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 
 #include "frame_row.h"
 #include "fuzz_input.h"
+#include "stream/frame_encoder.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"

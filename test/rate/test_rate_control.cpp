@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/rate_control.h>
-
+#include "rate/rate_control.h"
 #include "support/rated_stream.h"
 
 #include <gtest/gtest.h>

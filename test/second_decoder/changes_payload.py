@@ -19,8 +19,8 @@ from supplement import Models, NumberReader, ResidualReader
 class Block:
     """What is known of a block besides its voxels."""
 
-    restless: int = 0
-    past: int = 0
+    recently_changed: int = 0
+    change_history: int = 0
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ class ChangesReader:
         """The changed cells of the blocks that have some."""
         octant_symbols = {}
         for block in sorted(self._memory.blocks):
-            past = self._memory.blocks[block].past
-            context = 4 * min((past >> 2).bit_count(), 3) + past % 4
+            change_history = self._memory.blocks[block].change_history
+            context = 4 * min((change_history >> 2).bit_count(), 3) + change_history % 4
             symbol = self._masks.nibble(self._reader.rans, "octant", context)
             require(symbol <= 9, "a symbol of a block is none")
             if symbol:
@@ -120,8 +120,8 @@ class ChangesReader:
 
     def _read_cells(self, block: int, symbol: int) -> int:
         occupied = self._occupied[block]
-        restless = self._memory.blocks[block].restless
-        likely = _octants(occupied | restless)
+        recently_changed = self._memory.blocks[block].recently_changed
+        likely = _octants(occupied | recently_changed)
         if symbol < 9:
             octants = [likely_first(likely, 255)[symbol - 1]]
         else:
@@ -129,7 +129,7 @@ class ChangesReader:
             require(len(octants) >= 2, "several octants are fewer than two")
         changed = 0
         for octant in octants:
-            near = restless >> 8 * octant & 255 or occupied >> 8 * octant & 255
+            near = recently_changed >> 8 * octant & 255 or occupied >> 8 * octant & 255
             rank = self._masks.nibble(self._reader.rans, "cell", near.bit_count())
             require(rank <= 8, "a symbol of an octant is none")
             if rank < 8:
@@ -173,8 +173,8 @@ class ChangesReader:
         """What a symbol changes to; -1 if the voxel vanishes."""
         if not self._bits:
             return -1
-        restless = self._memory.blocks[key >> BLOCK_BITS].restless
-        number = self._reader.number("change", restless >> (key & 63) & 1)
+        recently_changed = self._memory.blocks[key >> BLOCK_BITS].recently_changed
+        number = self._reader.number("change", recently_changed >> (key & 63) & 1)
         if number == 0:
             return -1
         change = (number + 1) // 2 if number % 2 else -(number // 2)
@@ -193,10 +193,11 @@ class ChangesReader:
         blocks: Dict[int, Block] = {}
         for block in sorted(set(self._memory.blocks) | set(changed)):
             old = self._memory.blocks.get(block, Block())
-            past = (2 * old.past + (block in changed)) % 256
+            change_history = (2 * old.change_history + (block in changed)) % 256
             other = self._occupied.get(block, 0) ^ occupied.get(block, 0)
-            if past or block in occupied:
-                blocks[block] = Block(old.restless | other if past else 0, past)
+            if change_history or block in occupied:
+                recently_changed = old.recently_changed | other if change_history else 0
+                blocks[block] = Block(recently_changed, change_history)
         return blocks
 
 

@@ -104,14 +104,12 @@ TEST(Allocations, EncodingCloudsAllocatesNothingAfterWarmUp)
     settings.i_frame_rate = usual_i_frame_rate;
     settings.bounding_box = BoundingBox{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
     CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
-    VoxelFrame frame;
     std::vector<std::uint8_t> bytes;
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < frame_count; ++i) {
       const PointView view = viewOf(clouds[i % clouds.size()]);
       const MemoryUse memory_use;
-      ASSERT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
-      const CompressionStatus status = encoder.encode(frame, std::nullopt, bytes);
+      const CompressionStatus status = encoder.encode(view, {}, bytes);
       allocations += i < warm_up ? 0 : memory_use.allocations();
       ASSERT_TRUE(status.ok());
       ASSERT_FALSE(status.hasWarning()) << status.message(); // which takes memory
@@ -157,7 +155,6 @@ TEST(Allocations, FramesThatGrowSlowlyRarelyAllocate)
     settings.bounding_box = BoundingBox{{-5, -5, -5}, {5, 5, 5}};
     CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
     FrameDecoder decoder;
-    VoxelFrame frame;
     VoxelFrame back;
     std::vector<std::uint8_t> bytes;
     std::size_t frames_with_allocations = 0;
@@ -167,8 +164,7 @@ TEST(Allocations, FramesThatGrowSlowlyRarelyAllocate)
       PointView view = viewOf(cloud);
       view.intensities = nullptr;
       const MemoryUse memory_use;
-      ASSERT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
-      ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+      ASSERT_TRUE(encoder.encode(view, {}, bytes).ok());
       ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
       frames_with_allocations += i >= warm_up && memory_use.allocations() > 0 ? 1 : 0;
     }

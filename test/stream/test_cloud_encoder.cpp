@@ -87,8 +87,7 @@ protected:
     if (!encoder_)
       encoder_.emplace(settings_, unit);
     std::vector<std::uint8_t> bytes;
-    EXPECT_TRUE(encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
-    return encoder_->encode(frame_, std::nullopt, bytes);
+    return encoder_->encode(view, {}, bytes);
   }
 
   const VoxelizationStatistics&
@@ -99,7 +98,6 @@ protected:
 
   IntensityCompressionSettings settings_;
   std::optional<CloudEncoder> encoder_;
-  VoxelFrame frame_;
 };
 
 TEST_F(WideClouds, AreCoarsenedAsFarAsNeededUntilTheyAreNarrow)
@@ -112,7 +110,7 @@ TEST_F(WideClouds, AreCoarsenedAsFarAsNeededUntilTheyAreNarrow)
   EXPECT_NE(status.message().find("voxels of 0.0008 m were used"), std::string::npos)
       << status;
   EXPECT_EQ(statistics().resolution, 8e-4);
-  EXPECT_EQ(frame_.grid.resolution, 8e-4);
+  EXPECT_EQ(encoder_->frame().grid.resolution, 8e-4);
   EXPECT_EQ(statistics().points_outside_grid, 0u);
   EXPECT_TRUE(encoder_->statistics().coding.is_i_frame);
   EXPECT_TRUE(encode(512.0f).hasWarning()); // a P-frame of the same grid
@@ -162,9 +160,10 @@ TEST_F(WideClouds, OnOneSideOfTheOriginTakeNoMoreThanTheirWidth)
   view.coordinate_stride = 3 * sizeof(float);
   view.count = points.size();
   CloudEncoder encoder(settings_, IntensityUnit::None);
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
-  EXPECT_EQ(frame_.size(), points.size());
-  EXPECT_EQ(frame_.grid.resolution, 2e-4);
+  VoxelFrame frame;
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+  EXPECT_EQ(frame.size(), points.size());
+  EXPECT_EQ(frame.grid.resolution, 2e-4);
 }
 
 TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
@@ -191,12 +190,10 @@ TEST(NativeIntensities, RecoverBehindAnOutlier)
   view.intensity_stride = 4 * sizeof(float);
   view.count = points.size();
   CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
-  VoxelFrame frame;
   std::vector<std::uint8_t> bytes;
   const auto encode = [&](float first) {
     points[0][3] = first;
-    EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
-    return encoder.encode(frame, std::nullopt, bytes).hasWarning();
+    return encoder.encode(view, {}, bytes).hasWarning();
   };
   const auto is_i_frame = [&] { return encoder.statistics().coding.is_i_frame; };
   EXPECT_FALSE(encode(40.0f));
@@ -205,7 +202,8 @@ TEST(NativeIntensities, RecoverBehindAnOutlier)
   EXPECT_FALSE(is_i_frame()); // as the cloud has that intensity itself
   EXPECT_FALSE(encode(40.0f));
   EXPECT_TRUE(is_i_frame());
-  EXPECT_EQ(frame.intensity_scale.value(frame.intensities[7]), 40.0f);
+  EXPECT_EQ(encoder.frame().intensity_scale.value(encoder.frame().intensities[7]),
+            40.0f);
   EXPECT_FALSE(encode(41.0f));
   EXPECT_FALSE(is_i_frame());
 }
@@ -245,9 +243,7 @@ public:
       view.coordinate_stride = 3 * sizeof(float);
       view.count = points.size();
       std::vector<std::uint8_t> encoded;
-      EXPECT_TRUE(
-          encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
-      EXPECT_TRUE(encoder_->encode(frame_, std::nullopt, encoded).ok());
+      EXPECT_TRUE(encoder_->encode(view, {}, encoded).ok());
       bytes += encoded.size();
       i_frames += encoder_->statistics().coding.is_i_frame ? 1 : 0;
     }
@@ -259,7 +255,6 @@ public:
 private:
   std::mt19937 random_{5};
   std::optional<CloudEncoder> encoder_;
-  VoxelFrame frame_;
 };
 
 TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
@@ -315,31 +310,53 @@ private:
   ExceptionT failure_;
 };
 
+/** \brief A source of one cloud in batches. */
+class BatchSource : public CloudSource {
+public:
+  explicit BatchSource(PointBatches& batches) : batches_(batches) {}
+
+  std::optional<DepthLaw>
+  takeStep(const EncoderSettings& /*settings*/,
+           const std::optional<float>& /*min_log_odds*/) override
+  {
+    return std::nullopt;
+  }
+
+  CompressionStatus
+  open(OpenedCloud& cloud) override
+  {
+    cloud.batches = &batches_;
+    return {};
+  }
+
+private:
+  PointBatches& batches_;
+};
+
 TEST(CloudEncoder, PassesOnWhatBatchesThrowButForMemory)
 {
   const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
   PointView view;
   view.coordinates = point.data();
   view.count = 1;
-  const auto pose = pcl_ext::WorldPose::Identity();
   CloudEncoder encoder(EncoderSettings(), IntensityUnit::None);
-  VoxelFrame frame;
   std::vector<std::uint8_t> bytes;
   const auto expectIFrame = [&](bool is_i_frame) {
-    ASSERT_TRUE(encoder.voxelize(view, pose, frame).ok());
-    ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    ASSERT_TRUE(encoder.encode(view, {}, bytes).ok());
     EXPECT_EQ(encoder.statistics().coding.is_i_frame, is_i_frame);
   };
   expectIFrame(true);
   expectIFrame(false);
   FailingBatches unreadable(std::runtime_error("the file is gone"));
-  EXPECT_THROW(encoder.voxelize(unreadable, pose, frame), std::runtime_error);
-  EXPECT_EQ(frame.size(), 0u);
+  BatchSource source(unreadable);
+  EXPECT_THROW(encoder.encode(source, {}, bytes), std::runtime_error);
+  EXPECT_TRUE(bytes.empty());
+  EXPECT_EQ(encoder.frame().size(), 0u);
   expectIFrame(true);
   expectIFrame(false);
   FailingBatches too_large{std::bad_alloc()};
-  EXPECT_EQ(encoder.voxelize(too_large, pose, frame).code(),
-            CompressionCode::OutOfMemory);
+  BatchSource other(too_large);
+  EXPECT_EQ(encoder.encode(other, {}, bytes).code(), CompressionCode::OutOfMemory);
   expectIFrame(true);
 }
 

@@ -51,18 +51,23 @@ protected:
     if (!encoder_)
       encoder_.emplace(settings_, IntensityUnit::None);
     std::vector<std::uint8_t> bytes;
-    EXPECT_TRUE(encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
-    const CompressionStatus status = encoder_->encode(frame_, std::nullopt, bytes);
+    const CompressionStatus status = encoder_->encode(view, {}, bytes);
     EXPECT_TRUE(status.ok() && !status.hasWarning()) << status;
     points_.pop_back();
   }
 
   /** \brief The centres of the voxels. */
+  const VoxelFrame&
+  frame() const
+  {
+    return encoder_->frame();
+  }
+
   std::vector<std::array<float, 3>>
   centres() const
   {
     std::vector<std::array<float, 3>> centres;
-    forEachVoxelCentre(frame_, [&](float x, float y, float z, float) {
+    forEachVoxelCentre(frame(), [&](float x, float y, float z, float) {
       centres.push_back({x, y, z});
     });
     std::sort(centres.begin(), centres.end());
@@ -72,7 +77,6 @@ protected:
   IntensityCompressionSettings settings_;
   std::optional<CloudEncoder> encoder_;
   std::vector<std::array<float, 3>> points_; // ascending
-  VoxelFrame frame_;
 };
 
 TEST_F(CoordinateSteps, AreTheVoxelsAndTheCoordinatesTheCentres)
@@ -80,7 +84,7 @@ TEST_F(CoordinateSteps, AreTheVoxelsAndTheCoordinatesTheCentres)
   for (const double step : {0.01, 0.002, 0.001, 0.0005}) {
     encoder_.reset();
     encode(step);
-    EXPECT_EQ(frame_.grid.resolution, step);
+    EXPECT_EQ(frame().grid.resolution, step);
     EXPECT_EQ(centres(), points_) << step;
   }
 }
@@ -92,26 +96,26 @@ TEST_F(CoordinateSteps, EndWithOtherCoordinatesAndAreFoundAgainWithAnIFrame)
   encode(0.001);
   EXPECT_FALSE(is_i_frame());
   encode(0.001, 0.00004); // not to a quarter of the resolution
-  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_EQ(frame().grid.resolution, 1e-4);
   EXPECT_TRUE(is_i_frame());
   encode(0.001);
-  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_EQ(frame().grid.resolution, 1e-4);
   EXPECT_FALSE(is_i_frame());
   for (int i = 0; i < 4; ++i)
     encode(0.001);
-  EXPECT_EQ(frame_.grid.resolution, 0.001);
+  EXPECT_EQ(frame().grid.resolution, 0.001);
 }
 
 TEST_F(CoordinateSteps, AreNotUsedUnlessToldNorForShares)
 {
   encoder_.emplace(settings_, IntensityUnit::Share);
   encode(0.001);
-  EXPECT_EQ(frame_.grid.resolution, 1e-4);
-  EXPECT_EQ(frame_.grid.origin, VoxelGrid().origin);
+  EXPECT_EQ(frame().grid.resolution, 1e-4);
+  EXPECT_EQ(frame().grid.origin, VoxelGrid().origin);
   settings_.use_coordinate_step = false;
   encoder_.reset();
   encode(0.001);
-  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_EQ(frame().grid.resolution, 1e-4);
 }
 
 TEST_F(CoordinateSteps, OfTheResolutionAreTheCentresWithoutBeingToldSo)
@@ -122,13 +126,13 @@ TEST_F(CoordinateSteps, OfTheResolutionAreTheCentresWithoutBeingToldSo)
     settings_.resolution = step;
     encoder_.reset();
     encode(step);
-    EXPECT_EQ(frame_.grid.resolution, step);
+    EXPECT_EQ(frame().grid.resolution, step);
     EXPECT_EQ(centres(), points_) << step;
     encode(step);
     EXPECT_EQ(centres(), points_) << step;
     EXPECT_FALSE(is_i_frame());
     encode(step, step / 10.0); // not to a sixteenth of the resolution
-    EXPECT_EQ(frame_.grid.origin, VoxelGrid().origin);
+    EXPECT_EQ(frame().grid.origin, VoxelGrid().origin);
     EXPECT_TRUE(is_i_frame());
   }
 }
@@ -138,7 +142,7 @@ TEST_F(CoordinateSteps, OfTheResolutionAreNotUsedWithAnOrigin)
   settings_.resolution = 0.001;
   settings_.origin = {0.0, 0.0, 1.0};
   encode(0.001);
-  EXPECT_EQ(frame_.grid.origin, *settings_.origin);
+  EXPECT_EQ(frame().grid.origin, *settings_.origin);
 }
 
 TEST_F(CoordinateSteps, OfDoublesAreFound)
@@ -149,9 +153,10 @@ TEST_F(CoordinateSteps, OfDoublesAreFound)
   view.coordinate_stride = 3 * sizeof(double);
   view.count = 2;
   CloudEncoder encoder(settings_, IntensityUnit::None);
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
-  EXPECT_EQ(frame_.grid.resolution, 0.001);
-  EXPECT_EQ(frame_.size(), 2u);
+  VoxelFrame voxels;
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), voxels).ok());
+  EXPECT_EQ(voxels.grid.resolution, 0.001);
+  EXPECT_EQ(voxels.size(), 2u);
 }
 
 } // namespace

@@ -148,11 +148,7 @@ protected:
   {
     if (!encoder_)
       encoder_.emplace(settings_, IntensityUnit::None);
-    VoxelFrame frame;
-    CompressionStatus status =
-        encoder_->voxelize(viewOf(points), pcl_ext::WorldPose::Identity(), frame);
-    if (status.ok())
-      status = encoder_->encode(frame, std::nullopt, bytes_);
+    const CompressionStatus status = encoder_->encode(viewOf(points), {}, bytes_);
     return status.ok() ? decoder_.decode(bytes_.data(), bytes_.size(), decoded_)
                        : status;
   }
@@ -493,12 +489,9 @@ TEST_P(Fields, BeyondTheLimitAreRefused)
   // The encoder of a stream of such decoders tells.
   settings_.decoder_limits = limits;
   encoder_.emplace(settings_, IntensityUnit::None);
-  VoxelFrame frame;
   const std::vector<LidarPoint> points = turnOf(0);
-  ASSERT_TRUE(
-      encoder_->voxelize(viewOf(points), pcl_ext::WorldPose::Identity(), frame).ok());
   EXPECT_EQ(
-      encoder_->encode(frame, std::nullopt, bytes_).message(),
+      encoder_->encode(viewOf(points), {}, bytes_).message(),
       "the frame needs a decoder with decoder_limits.max_field_values of at least " +
           std::to_string(values) + "; that of the settings is " +
           std::to_string(values - 1));

@@ -4,8 +4,8 @@
  * \brief Fields of frames: whatever the numbers are, they come back.
  */
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 
+#include "stream/frame_encoder.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/frame_encoder.h>
-
+#include "stream/frame_encoder.h"
 #include "support/bitwise_crc.h"
 #include "support/forged_frames.h"
 #include "support/voxel_frames.h"

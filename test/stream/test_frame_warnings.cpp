@@ -44,13 +44,9 @@ encode(const IntensityCompressionSettings& settings,
        std::size_t points_behind_sensor = 0)
 {
   CloudEncoder encoder(settings, unit);
-  VoxelFrame frame;
   std::vector<std::uint8_t> bytes;
-  EXPECT_TRUE(
-      encoder
-          .voxelize(view, pcl_ext::WorldPose::Identity(), frame, points_behind_sensor)
-          .ok());
-  const CompressionStatus status = encoder.encode(frame, std::nullopt, bytes);
+  const CompressionStatus status =
+      encoder.encode(view, {}, bytes, points_behind_sensor);
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_FALSE(bytes.empty());
   return status;

@@ -4,8 +4,8 @@
  * \brief Frames whose points have the order of a sensor.
  */
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 
+#include "stream/frame_encoder.h"
 #include "support/image_frames.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"

@@ -115,13 +115,11 @@ fineSettings(Effort effort)
 std::size_t
 expectCloud(CloudEncoder& encoder, FrameDecoder& decoder, const OrganisedCloud& cloud)
 {
-  VoxelFrame frame;
   Bytes bytes;
-  EXPECT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
-  EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  EXPECT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
   VoxelFrame back;
   EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-  expectSameFrame(back, frame);
+  expectSameFrame(back, encoder.frame());
   EXPECT_EQ(back.cloudWidth(), cloud.width);
   EXPECT_EQ(back.cloudHeight(), cloud.height);
   std::vector<bool> is_there(back.cloudSize());
@@ -148,10 +146,8 @@ bytesWithoutOrder(CloudEncoder& encoder, const OrganisedCloud& cloud)
 {
   PointView view = viewOf(cloud);
   view.image = {};
-  VoxelFrame frame;
   Bytes bytes;
-  EXPECT_TRUE(encoder.voxelize(view, cloud.pose, frame).ok());
-  EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  EXPECT_TRUE(encoder.encode(view, {cloud.pose}, bytes).ok());
   EXPECT_FALSE(encoder.statistics().coding.has_image);
   return bytes.size();
 }
@@ -241,10 +237,8 @@ TEST_P(OrganisedClouds, GoOnBehindCloudsWithoutPoints)
     coordinate = std::numeric_limits<float>::quiet_NaN();
   CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
   const auto encode = [&](const PointView& view) {
-    VoxelFrame frame;
     Bytes bytes;
-    EXPECT_TRUE(encoder.voxelize(view, pose, frame).ok());
-    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_TRUE(encoder.encode(view, {pose}, bytes).ok());
     return encoder.statistics().coding;
   };
   const std::vector<OrganisedCloud> clouds = {cameraCloud(pose, 1),
@@ -273,10 +267,8 @@ TEST_P(OrganisedClouds, OfPointsThatMoveAboutAreNotForced)
     cloud.coordinates.push_back(uniform(random, -1.0, 1.0));
   CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
   CloudEncoder other(fineSettings(GetParam()), IntensityUnit::None);
-  VoxelFrame frame;
   Bytes bytes;
-  ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
-  ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+  ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
   EXPECT_FALSE(encoder.statistics().coding.has_image);
   EXPECT_LE(bytes.size(), bytesWithoutOrder(other, cloud));
 }
@@ -318,13 +310,11 @@ TEST_P(OrganisedClouds, OfStillScenesAreVoxelsAgain)
   std::vector<bool> are_i_frames;
   std::size_t last_bytes = 0;
   for (int i = 0; i < 16; ++i) {
-    VoxelFrame frame;
     Bytes bytes;
-    ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
-    ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
     VoxelFrame back;
     ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-    EXPECT_EQ(back.keys, frame.keys);
+    EXPECT_EQ(back.keys, encoder.frame().keys);
     have_image.push_back(encoder.statistics().coding.has_image);
     are_i_frames.push_back(encoder.statistics().coding.is_i_frame);
     last_bytes = bytes.size();
@@ -410,11 +400,10 @@ TEST_P(OrganisedClouds, OfHostileCloudsKeepTheBound)
     CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
     FrameDecoder decoder;
     for (int i = 0; i < 2; ++i) {
-      VoxelFrame frame;
       Bytes bytes;
-      ASSERT_TRUE(encoder.voxelize(viewOf(cloud), cloud.pose, frame).ok());
+      ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
+      const VoxelFrame& frame = encoder.frame();
       ASSERT_TRUE(isConsistent(frame));
-      ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
       VoxelFrame back;
       ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
       EXPECT_EQ(back.keys, frame.keys);
@@ -444,10 +433,8 @@ TEST_P(OrganisedClouds, PixelsOfPointsMayBeGiven)
   view.pixels = pixels.data();
   const auto encode = [](const PointView& points) {
     CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
-    VoxelFrame frame;
     Bytes bytes;
-    EXPECT_TRUE(encoder.voxelize(points, WorldPose::Identity(), frame).ok());
-    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_TRUE(encoder.encode(points, {}, bytes).ok());
     EXPECT_TRUE(encoder.statistics().coding.has_image);
     VoxelFrame back;
     FrameDecoder decoder;

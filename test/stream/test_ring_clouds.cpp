@@ -106,10 +106,8 @@ protected:
          const PointView& view,
          VoxelFrame& back)
   {
-    VoxelFrame frame;
     Bytes bytes;
-    EXPECT_TRUE(encoder.voxelize(view, WorldPose::Identity(), frame).ok());
-    EXPECT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_TRUE(encoder.encode(view, {}, bytes).ok());
     EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
     return bytes.size();
   }

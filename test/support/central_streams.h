@@ -7,9 +7,9 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "stream/frame_encoder.h"
 #include "support/fake_clock.h"
 #include "support/status_codes.h"
 #include "support/voxel_streams.h"

@@ -153,17 +153,18 @@ inline SentStream
 sent(const GoldenStream& stream)
 {
   SentStream result;
-  FrameEncoder encoder(StreamFormat::Version1, stream.i_frame_rate, stream.effort);
+  std::optional<FrameEncoder> encoder;
+  encoder.emplace(StreamFormat::Version1, stream.i_frame_rate, stream.effort);
   std::vector<Bytes> frames;
   std::vector<Sending> sendings = stream.sendings;
   for (const GoldenFrame& frame : stream.frames) {
     if (frame.begins_sender)
-      encoder = FrameEncoder(
+      encoder.emplace(
           StreamFormat::Version1, stream.i_frame_rate, *frame.begins_sender);
     if (stream.sendings.empty())
       sendings.push_back({frames.size()});
-    frames.push_back(encoded(encoder, frame.frame, frame.stamp));
-    result.are_i_frames.push_back(encoder.statistics().is_i_frame);
+    frames.push_back(encoded(*encoder, frame.frame, frame.stamp));
+    result.are_i_frames.push_back(encoder->statistics().is_i_frame);
   }
   for (const Sending& sending : sendings) {
     append({sending.before.begin(), sending.before.end()}, result.bytes);

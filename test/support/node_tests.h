@@ -7,11 +7,11 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "stream/frame_encoder.h"
 #include "support/central_streams.h"
 #include "support/fake_clock.h"
 #include "support/sensor_clouds.h"

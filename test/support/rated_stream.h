@@ -5,8 +5,7 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/rate_control.h>
-
+#include "rate/rate_control.h"
 #include "support/checked_link.h"
 
 #include <gtest/gtest.h>

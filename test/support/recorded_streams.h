@@ -5,11 +5,11 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "recording/mcap_writer.h"
+#include "stream/frame_encoder.h"
 #include "support/test_folder.h"
 #include "support/text_parts.h"
 #include "support/voxel_streams.h"

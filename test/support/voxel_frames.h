@@ -6,8 +6,9 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
+
+#include "stream/frame_encoder.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 /** \file
  * \brief pcl_ext receive --replay of more than a connection may have waiting.
  */
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include "stream/frame_encoder.h"
 #include "tools/site_program.h"
 #include "view/live_source.h"
 

@@ -6,8 +6,8 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 
+#include "stream/frame_encoder.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <deque>
 #include <thread>
 
 namespace pcl_ext {
@@ -119,7 +120,7 @@ TEST(LiveView, FiftyViewersGetTheSameFrames)
   constexpr std::size_t frames = 60; // of each stream
   std::vector<std::size_t> right(viewers, 0);
   std::vector<std::vector<Bytes>> sent(2);
-  std::vector<LiveSource> sources;
+  std::deque<LiveSource> sources;
   for (std::size_t stream = 0; stream < 2; ++stream) {
     sources.emplace_back(7, 20, stream + 1);
     for (std::size_t i = 0; i < frames; ++i)

@@ -51,7 +51,7 @@ compile -O2 outliers src/outliers/*.cpp
 compile -Os others \
   src/stream/{field_table,foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
   src/stream/image_table.cpp \
-  src/stream/{version1_decoder,version1_header}.cpp \
+  src/stream/{stream_state,version1_decoder,version1_header}.cpp \
   $package/src/*.cpp
 wait $!
 

@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/rate_control_status.h>
 #include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
@@ -107,7 +108,66 @@ setIntensities(const IntensityModelT& model,
   return behind_sensor;
 }
 
-/** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
+/** \brief What belongs to a cloud besides its points. */
+struct CloudInfo {
+  /** \brief Sensor -> grid, metres; for a depth law, rays and the temporal_filter. */
+  WorldPose sensor_pose = WorldPose::Identity();
+
+  /** \brief When the points were measured, by any clock, for the temporal_filter; none:
+   * see TemporalVoxelFilter::filter(). */
+  std::optional<std::chrono::nanoseconds> time = std::nullopt;
+
+  /** \brief When the cloud came, by any clock, for max_rate. None: its time, or without
+   * one that of the call. */
+  std::optional<std::chrono::nanoseconds> arrival = std::nullopt;
+
+  /** \brief Stamp and frame_id to be coded; none: the frame has none. Version1 only. */
+  std::optional<FrameStamp> stamp = std::nullopt;
+};
+
+/** \brief The points of a cloud that a CloudSource has opened. */
+struct OpenedCloud {
+  PointView view;                       ///< all points, in the coordinates of the grid
+  std::size_t points_behind_sensor = 0; ///< of the view, see setIntensities()
+
+  /** \brief The points in batches, in place of the view; null: those of the view. */
+  PointBatches* batches = nullptr;
+
+  /** \brief Where the points are cropped to a box, all of them, for the temporal_filter,
+   * see TemporalVoxelFilter::seeBeyond(); null: they are not. */
+  PointBatches* uncropped = nullptr;
+  BoundingBox crop_box; ///< with uncropped
+};
+
+/** \brief The clouds of a stream, as CloudEncoder asks for them. */
+class PCL_EXT_CODEC_EXPORT CloudSource {
+public:
+  virtual ~CloudSource();
+
+  /** \brief Takes over another step of the rate control, before a cloud is opened.
+   * \param[in] settings of the step: resolution, origin, effort, temporal_filter and
+   * bits may be others than before
+   * \param[in] min_log_odds of an outlier removal; none: no removal
+   * \return the law of the intensities at the resolution, if they follow one
+   */
+  virtual std::optional<DepthLaw>
+  takeStep(const EncoderSettings& settings,
+           const std::optional<float>& min_log_odds) = 0;
+
+  /** \brief Opens the cloud: its points, moved, cropped and with their intensities. Not
+   * called for a cloud that is left out.
+   * \param[out] cloud must stay as it is until it is encoded
+   * \return Ok, or why the cloud cannot be encoded
+   */
+  virtual CompressionStatus
+  open(OpenedCloud& cloud) = 0;
+
+  /** \brief Removes noise from the voxels; none without an override. */
+  virtual void
+  removeNoise(VoxelFrame& frame);
+};
+
+/** \brief Encodes the clouds of one stream: points -> voxels -> bytes.
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed
  * in double precision from the coordinates. Points more than 2^20 voxels from the
@@ -124,108 +184,99 @@ setIntensities(const IntensityModelT& model,
  */
 class PCL_EXT_CODEC_EXPORT CloudEncoder {
 public:
+  /** \brief An outlier removal of the stream's CloudSource, which max_rate may make
+   * stronger. */
+  struct NoiseRemoval {
+    std::optional<float> min_log_odds; ///< at first; none: it is off
+  };
+
   /** \brief An encoder at the start of a stream.
    * \param[in] settings checked here; see settingsStatus()
    * \param[in] unit unit of the point intensities; those of Share are 0 to 1
    * \param[in] depth_law law of the point intensities, if they follow one, see
    * depthLawOf()
+   * \param[in] noise_removal if the source removes outliers as takeStep() says
    */
   CloudEncoder(const EncoderSettings& settings,
                IntensityUnit unit,
-               const std::optional<DepthLaw>& depth_law = std::nullopt);
+               const std::optional<DepthLaw>& depth_law = std::nullopt,
+               const std::optional<NoiseRemoval>& noise_removal = std::nullopt);
   ~CloudEncoder();
   CloudEncoder(CloudEncoder&&) noexcept;
   CloudEncoder&
   operator=(CloudEncoder&&) noexcept;
 
-  /** \brief Ok, or InvalidSettings with the field and its value; voxelize() and
-   * encode() then return the same. */
+  /** \brief Ok, or InvalidSettings with the field and its value; encode() and voxelize()
+   * then return the same. */
   const CompressionStatus&
   settingsStatus() const;
 
-  /** \brief The settings in force. */
+  /** \brief The settings in force: those of the rate control's step. */
   const EncoderSettings&
   settings() const;
 
-  /** \brief Changes what RateControl does: resolution, origin, use_coordinate_step,
-   * effort, temporal_filter, temporal_filter_holds, intensity_curve and intensity_bits.
-   * The next frame is an I-frame, unless only the temporal filter changes.
-   * \param[in] settings checked here; of others than these nothing is taken
-   * \param[in] depth_law the law at their resolution, if there is one
+  /** \brief Changes the resolution; the next frame is an I-frame, and the rate control
+   * begins again.
+   * \param[in] resolution voxel edge, metres; checked with the other settings
+   * \param[in] depth_law the law at this resolution, if there is one
    */
   void
-  setSettings(const EncoderSettings& settings,
-              const std::optional<DepthLaw>& depth_law);
-
-  /** \brief True if the next frame will be an I-frame for any cloud. */
-  bool
-  isIFrameDue() const;
-
-  /** \brief Takes the last frame out of the stream, see FrameEncoder. */
-  void
-  dropLastFrame();
+  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
 
   /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a
    * frame. */
   void
   requestIFrame();
 
-  /** \brief The first step of encoding: points -> voxels, from which some may be
-   * removed before the next one.
-   * \param[in] points the cloud, in the coordinates of the grid
-   * \param[in] sensor_pose sensor -> grid, metres; for a depth law and the
-   * temporal_filter
-   * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
-   * \param[in] points_behind_sensor for the statistics, see setIntensities()
-   * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a
-   * stride that is none; OutOfMemory, after which the next frame is an I-frame
-   */
-  CompressionStatus
-  voxelize(const PointView& points,
-           const WorldPose& sensor_pose,
-           VoxelFrame& frame,
-           std::size_t points_behind_sensor = 0);
-
-  /** \brief The same for a cloud in batches. What their functions throw is passed on,
-   * except std::bad_alloc, which is OutOfMemory; the next frame is then an I-frame. */
-  CompressionStatus
-  voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
-
-  /** \brief Shows the temporal_filter, if it is on, the points of the next cloud before
-   * it is cropped; see TemporalVoxelFilter::seeBeyond(). Before voxelize(), which does so
-   * itself for the bounding_box of the settings.
-   * \param[in] points all of the cloud, in the coordinates of the grid
-   * \param[in] box to which the cloud will be cropped
-   * \param[in] sensor_pose as for voxelize()
-   */
+  /** \brief Changes max_rate as the link does, bits a second above 0; only where there is
+   * one. */
   void
-  seeBeyond(PointBatches& points, const BoundingBox& box, const WorldPose& sensor_pose);
+  setMaxRate(double bits_per_second);
 
-  /** \brief The second step: applies the temporal_filter of the settings, if it is on.
-   * \param[in,out] frame of the last voxelized cloud, as isConsistent() demands; once
-   * for each cloud, as the filter learns from it
-   * \param[in] time of the cloud, by any clock; none: see TemporalVoxelFilter::filter()
-   * \return Ok; InvalidInput for a frame with numbers of points; OutOfMemory, after
-   * which the next frame is an I-frame
-   */
-  CompressionStatus
-  filterOverTime(VoxelFrame& frame,
-                 const std::optional<std::chrono::nanoseconds>& time = std::nullopt);
+  /** \brief What the rate control chose for the last cloud, and why. */
+  RateControlStatus
+  rateControlStatus() const;
 
-  /** \brief The last step: voxels -> bytes.
-   * \param[in] frame the voxels
-   * \param[in] stamp see FrameEncoder::encode
+  /** \brief Encodes the next cloud.
+   *
+   * What the functions of the source throw is passed on, except std::bad_alloc, which is
+   * OutOfMemory; the next frame is then an I-frame.
+   * \param[in] source of the cloud
+   * \param[in] info what belongs to it
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \return InvalidSettings, or what FrameEncoder::encode returns. Ok has a message
-   * with numbers (Status::hasWarning) if points were left out of the last voxelized
-   * cloud, lie behind the sensor, or have an intensity or colour that the scale or the
-   * format cannot hold, and if decoders with the decoder_limits of the settings refuse
-   * the frame
+   * \return Ok; InvalidSettings; InvalidInput for a view without coordinates, or with a
+   * stride that is none, for a cloud that the temporal_filter or the format refuses; what
+   * the source returns; LeftOut; OutOfMemory, after which the next frame is an I-frame.
+   * Ok has a message with numbers (Status::hasWarning) if points were left out, lie
+   * behind the sensor, or have an intensity or colour that the scale or the format cannot
+   * hold, and if decoders with the decoder_limits of the settings refuse the frame
    */
   CompressionStatus
-  encode(const VoxelFrame& frame,
-         const std::optional<FrameStamp>& stamp,
-         std::vector<std::uint8_t>& bytes);
+  encode(CloudSource& source, const CloudInfo& info, std::vector<std::uint8_t>& bytes);
+
+  /** \brief The same for a cloud in memory, whose depth law does not change with the
+   * resolution.
+   * \param[in] points in the coordinates of the grid
+   * \param[in] points_behind_sensor for the statistics, see setIntensities()
+   */
+  CompressionStatus
+  encode(const PointView& points,
+         const CloudInfo& info,
+         std::vector<std::uint8_t>& bytes,
+         std::size_t points_behind_sensor = 0);
+
+  /** \brief The voxels that encode() would code for a cloud, before any filter, without a
+   * frame in the stream.
+   * \param[in] points in the coordinates of the grid
+   * \param[in] sensor_pose see CloudInfo
+   * \param[out] frame the voxels; its memory is reused; empty unless the status is Ok
+   */
+  CompressionStatus
+  voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+  /** \brief The voxels of the last frame that was encoded. */
+  const VoxelFrame&
+  frame() const;
 
   /** \brief Figures of the last frame that was encoded. */
   const FrameStatistics&

@@ -62,6 +62,8 @@ struct FrameStatistics {
   /** \brief Encoding only: where it is Moving, the temporal filter leaves the frame as it
    * is. Unknown where the filter is off and max_rate may not turn it on. */
   SensorMotion sensor_motion = SensorMotion::Unknown;
+  bool is_step_new = false; ///< encoding only: the first frame on a step of the rate
+                            ///< control
 
   /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double

@@ -56,7 +56,6 @@ private:
   std::vector<double> coordinates_;
   std::vector<float> intensities_;
   std::vector<std::uint32_t> colours_;
-  io::VoxelFrame voxels_;
 };
 
 } // namespace nodes

@@ -3,7 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/rate_control.h>
+#include <pcl_ext/compression/rate_control_status.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>

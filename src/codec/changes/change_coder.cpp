@@ -25,10 +25,11 @@ constexpr unsigned int several_cells = 8;
 /** \brief Context of a block: which of the last two frames changed it, and how many of
  * the six before. */
 constexpr std::uint8_t
-pastContext(unsigned int past)
+changeHistoryContext(unsigned int change_history)
 {
-  const unsigned int before = child_masks.count[past >> 2];
-  return static_cast<std::uint8_t>(4 * (before < 3 ? before : 3) + (past & 3));
+  const unsigned int before = child_masks.count[change_history >> 2];
+  return static_cast<std::uint8_t>(4 * (before < 3 ? before : 3) +
+                                   (change_history & 3));
 }
 
 constexpr unsigned int
@@ -41,24 +42,27 @@ octantOf(std::uint64_t cells, unsigned int octant)
 constexpr unsigned int
 likelyOctants(const Block& block)
 {
-  return occupiedOctants(block.cells | block.restless);
+  return occupiedOctants(block.cells | block.recently_changed);
 }
 
 /** \brief The cells of an octant that are likely to change. */
 constexpr unsigned int
 likelyCells(const Block& block, unsigned int octant)
 {
-  const unsigned int restless = octantOf(block.restless, octant);
-  return restless != 0 ? restless : octantOf(block.cells, octant);
+  const unsigned int recently_changed = octantOf(block.recently_changed, octant);
+  return recently_changed != 0 ? recently_changed : octantOf(block.cells, octant);
 }
 
 /** \brief The block after a frame. */
 constexpr Block
 nextBlock(const Block& block, std::uint64_t cells, std::uint64_t changed)
 {
-  const auto past = static_cast<std::uint8_t>(block.past << 1 | isNotZero(changed));
-  return {
-      block.key, cells, past == 0 ? 0 : block.restless | (cells ^ block.cells), past};
+  const auto change_history =
+      static_cast<std::uint8_t>(block.change_history << 1 | isNotZero(changed));
+  return {block.key,
+          cells,
+          change_history == 0 ? 0 : block.recently_changed | (cells ^ block.cells),
+          change_history};
 }
 
 } // namespace
@@ -219,7 +223,7 @@ ChangeCoder::codeOctants(Coder& coder)
   octant_contexts_.resize(count);
   octant_symbols_.resize(count);
   for (std::size_t i = 0; i < count; ++i)
-    octant_contexts_[i] = pastContext(last_.blocks[i].past);
+    octant_contexts_[i] = changeHistoryContext(last_.blocks[i].change_history);
   for (std::size_t i = 0; !Coder::is_decoder && i < count; ++i) {
     const unsigned int octants = occupiedOctants(changed_[i]);
     const unsigned int rank =
@@ -306,28 +310,29 @@ ChangeCoder::codeSymbols(Coder& coder,
   bool is_valid = true;
   std::size_t before = 0; // voxels of the last frame
   Block* next = next_.blocks.data();
-  const auto code_block =
-      [&](const Block& block, std::uint64_t changed, std::uint64_t gone) {
-        std::uint64_t cells = block.cells ^ changed;
-        for (std::uint64_t left = changed; left != 0; left &= left - 1) {
-          const std::uint64_t cell = left & (~left + 1);
-          is_valid &= symbols.copyUntil(before + bitCount(block.cells & (cell - 1)));
-          if (!is_valid)
-            return;
-          if ((block.cells & cell) == 0)
-            is_valid = symbols.codeAppeared();
-          else {
-            bool is_gone = (gone & cell) != 0;
-            is_valid = symbols.codeChanged((block.restless & cell) != 0, is_gone);
-            cells |= is_gone ? 0 : cell;
-          }
-          if (!is_valid)
-            return;
-        }
-        before += bitCount(block.cells);
-        *next = nextBlock(block, cells, changed);
-        next += isNotZero(next->cells | next->past);
-      };
+  const auto code_block = [&](const Block& block,
+                              std::uint64_t changed,
+                              std::uint64_t gone) {
+    std::uint64_t cells = block.cells ^ changed;
+    for (std::uint64_t left = changed; left != 0; left &= left - 1) {
+      const std::uint64_t cell = left & (~left + 1);
+      is_valid &= symbols.copyUntil(before + bitCount(block.cells & (cell - 1)));
+      if (!is_valid)
+        return;
+      if ((block.cells & cell) == 0)
+        is_valid = symbols.codeAppeared();
+      else {
+        bool is_gone = (gone & cell) != 0;
+        is_valid = symbols.codeChanged((block.recently_changed & cell) != 0, is_gone);
+        cells |= is_gone ? 0 : cell;
+      }
+      if (!is_valid)
+        return;
+    }
+    before += bitCount(block.cells);
+    *next = nextBlock(block, cells, changed);
+    next += isNotZero(next->cells | next->change_history);
+  };
   const auto code_old = [&](std::size_t i) {
     if (is_valid)
       code_block(last_.blocks[i], changed_[i], Coder::is_decoder ? 0 : gone_[i]);

@@ -13,11 +13,11 @@ namespace changes {
 
 /** \brief A block of the last frame, or one whose voxels vanished lately. */
 struct Block {
-  std::uint64_t key;      ///< Morton key of the block
-  std::uint64_t cells;    ///< occupied in the last frame
-  std::uint64_t restless; ///< cells that appeared or vanished lately
-  std::uint8_t past;      ///< a bit for each of the last frames, the last one lowest: 1
-                          ///< where the block changed
+  std::uint64_t key;              ///< Morton key of the block
+  std::uint64_t cells;            ///< occupied in the last frame
+  std::uint64_t recently_changed; ///< cells that appeared or vanished lately
+  std::uint8_t change_history;    ///< a bit for each of the last frames, the last one
+                                  ///< lowest: 1 where the block changed
 };
 
 /** \brief What a frame of changes refers to (doc/bitstream_changes.md, "Last frame").

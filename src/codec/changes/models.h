@@ -14,11 +14,11 @@ namespace changes {
 
 /** \brief Models of frames of changes, at first as at an I-frame. */
 struct Models {
-  std::array<rans::NibbleModel, 16> octant; ///< by past
+  std::array<rans::NibbleModel, 16> octant; ///< by change history
   std::array<rans::NibbleModel, 9> cell;    ///< by the number of likely cells
   fast::MaskModels several;                 ///< masks of several octants or cells
   fast::NodeModels node;                    ///< of the octree of new blocks
-  std::array<rans::NibbleModel, 2> change;  ///< by whether the cell is restless
+  std::array<rans::NibbleModel, 2> change;  ///< by whether it has changed recently
   supplement::ResidualModels appeared;
   rans::NibbleModel lengths; ///< of large numbers
 };

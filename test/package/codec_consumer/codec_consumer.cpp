@@ -28,10 +28,9 @@ main()
   points.count = 1000;
 
   CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
-  VoxelFrame frame;
-  encoder.voxelize(points, pcl_ext::WorldPose::Identity(), frame);
   std::vector<std::uint8_t> bytes;
-  const CompressionStatus encoded = encoder.encode(frame, std::nullopt, bytes);
+  const CompressionStatus encoded = encoder.encode(points, {}, bytes);
+  const VoxelFrame& frame = encoder.frame();
   DecoderLimits limits;
   limits.budget = std::make_shared<MemoryBudget>();
   FrameDecoder decoder(limits);

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-// A project without PCL: frames -> a recording -> voxels.
-#include <pcl_ext/compression/frame_encoder.h>
+// A project without PCL: points -> a recording -> voxels.
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/recording/recording_writer.h>
 
@@ -14,13 +14,12 @@ int
 main()
 {
   using namespace pcl_ext;
-  io::VoxelFrame frame;
-  frame.grid.resolution = 0.1;
-  frame.grid.depth = 4;
-  frame.intensity_scale.bits = 8;
-  frame.keys = {1, 7, 100};
-  frame.intensities = {10, 20, 30};
-  io::FrameEncoder encoder(io::StreamFormat::Version1, 30);
+  const std::vector<float> points{0.01f, 0.2f, 0.3f, 1.0f, 1.1f, 1.2f};
+  io::PointView view;
+  view.coordinates = points.data();
+  view.coordinate_stride = 3 * sizeof(float);
+  view.count = 2;
+  io::CloudEncoder encoder(io::EncoderSettings(), IntensityUnit::Points);
   std::vector<std::uint8_t> bytes;
   recording::RecordingWriter writer;
   std::size_t stream = 0;
@@ -28,7 +27,7 @@ main()
   if (status.ok())
     status = writer.addStream({"/sensor", "world", {}}, stream);
   for (int second = 1; second <= 10 && status.ok(); ++second) {
-    encoder.encode(frame, std::nullopt, bytes);
+    encoder.encode(view, {}, bytes);
     status =
         writer.append(stream, std::chrono::seconds(second), bytes.data(), bytes.size());
   }
@@ -45,5 +44,5 @@ main()
   io::VoxelFrame decoded;
   const bool is_decoded = decoder.decode(9, decoded).ok();
   std::cout << decoded.size() << " voxels\n";
-  return is_decoded && decoded.keys == frame.keys ? 0 : 1;
+  return is_decoded && decoded.keys == encoder.frame().keys ? 0 : 1;
 }

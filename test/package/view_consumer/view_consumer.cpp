@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-// A project without PCL: frames -> a page in the browser.
-#include <pcl_ext/compression/frame_encoder.h>
+// A project without PCL: points -> a page in the browser.
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/view/view_server.h>
 
 #include <chrono>
@@ -21,15 +21,14 @@ main()
   view::ViewServerStatus status = server.start();
   if (status.ok())
     status = server.addStream("/sensor", {}, stream);
-  io::VoxelFrame frame;
-  frame.grid.resolution = 0.1;
-  frame.grid.depth = 4;
-  frame.intensity_scale.bits = 8;
-  frame.keys = {1, 7, 100};
-  frame.intensities = {10, 20, 30};
-  io::FrameEncoder encoder(io::StreamFormat::Version1, 30);
+  const std::vector<float> points{0.01f, 0.2f, 0.3f, 1.0f, 1.1f, 1.2f};
+  io::PointView points_view;
+  points_view.coordinates = points.data();
+  points_view.coordinate_stride = 3 * sizeof(float);
+  points_view.count = 2;
+  io::CloudEncoder encoder(io::EncoderSettings(), IntensityUnit::Points);
   std::vector<std::uint8_t> bytes;
-  encoder.encode(frame, std::nullopt, bytes);
+  encoder.encode(points_view, {}, bytes);
   if (status.ok())
     status = server.publish(stream, std::chrono::seconds(1), bytes);
   std::cout << server.url() << ' ' << status << '\n';

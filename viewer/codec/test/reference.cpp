@@ -178,10 +178,8 @@ encodePoints(bool has_counts)
   add("time", io::FieldType::Float64, 1, &points.front().time);
   add("normal", io::FieldType::Float32, 2, points.front().normal);
   io::CloudEncoder encoder(settings, IntensityUnit::None);
-  io::VoxelFrame frame;
-  exitUnlessOk(encoder.voxelize(view, WorldPose::Identity(), frame));
   Bytes encoded;
-  exitUnlessOk(encoder.encode(frame, std::nullopt, encoded));
+  exitUnlessOk(encoder.encode(view, {}, encoded));
   write(encoded.data(), encoded.size());
 }
 

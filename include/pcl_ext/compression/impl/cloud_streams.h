@@ -11,7 +11,6 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/point_view.h>
-#include <pcl_ext/compression/rate_control.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/rigid_pose.h>
@@ -19,10 +18,8 @@
 
 #include <pcl/PCLHeader.h>
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <set>
@@ -64,7 +61,7 @@ public:
   const VoxelFrame&
   frame() const
   {
-    return frame_;
+    return has_encoded_ ? encoder_.frame() : frame_;
   }
 
   void
@@ -84,15 +81,6 @@ public:
   static CompressionStatus
   checkOutput(const std::ostream& output);
 
-  /** \brief Begins to encode a cloud, for which the rate control may choose another
-   * resolution.
-   * \param[in] law_at depth law of the intensity model at a resolution
-   * \return LeftOut if there is no room for it
-   */
-  CompressionStatus
-  beginCloud(const pcl::PCLHeader& header,
-             const std::function<std::optional<DepthLaw>(double)>& law_at);
-
   /** \brief Voxel edge of the next frame, metres. */
   double
   resolution() const
@@ -100,31 +88,29 @@ public:
     return encoder_.settings().resolution;
   }
 
-  /** \brief See RateControl. */
+  /** \brief See CloudEncoder. */
   void
   setMaxRate(double bits_per_second)
   {
-    rate_control_.setMaxRate(bits_per_second);
+    encoder_.setMaxRate(bits_per_second);
   }
 
   RateControlStatus
   rateControlStatus() const
   {
-    return rate_control_.status();
+    return encoder_.rateControlStatus();
   }
 
-  /** \brief Encodes the next cloud, after beginCloud(). The first warning of each kind
-   * is printed on PCL's console.
-   * \param[in] points the cloud
-   * \param[in] points_behind_sensor for the statistics, see setIntensities()
+  /** \brief Encodes the next cloud. The first warning of each kind is printed on PCL's
+   * console.
+   * \param[in] source of the cloud
    * \param[in] sensor_pose sensor -> cloud, metres
    * \param[in] header of the cloud; coded if the settings say so
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \return LeftOut if the frame is larger than the room that the rate has
+   * \return as CloudEncoder::encode
    */
   CompressionStatus
-  encode(const PointView& points,
-         std::size_t points_behind_sensor,
+  encode(CloudSource& source,
          const SensorPose& sensor_pose,
          const pcl::PCLHeader& header,
          std::vector<std::uint8_t>& bytes);
@@ -173,15 +159,13 @@ private:
   IntensityCompressionSettings settings_;
   CompressionStatus limits_status_;
   CompressionStatus settings_status_;
-  IntensityUnit unit_;
   CloudEncoder encoder_;
-  RateControl rate_control_;
-  std::chrono::steady_clock::time_point begin_; // of encoding the current cloud
   FrameDecoder decoder_;
   FrameStatistics statistics_;
+  bool has_encoded_ = false; // and not decoded last
   // Members so that their memory is reused.
-  VoxelFrame frame_;
-  std::optional<FrameStamp> stamp_; // of the encoded cloud
+  VoxelFrame frame_; // that was decoded
+  CloudInfo info_;   // of the encoded cloud
   std::vector<std::uint8_t> bytes_;
   std::set<std::string> printed_warnings_; // without their numbers
 };

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/impl/octree_leaves.h>
+#include <pcl_ext/compression/impl/cloud_sources.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/impl/point_fields.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -16,43 +16,6 @@
 namespace pcl_ext {
 namespace io {
 namespace detail {
-
-/** \brief True if the intensity of every point is 1, which need not be computed. */
-template <typename IntensityModelT>
-constexpr bool counts_points = false;
-
-template <typename SensorT>
-constexpr bool counts_points<IntensityModel<SensorT, CountLaw>> = true;
-
-template <typename IntensityModelT>
-constexpr bool is_native = false;
-
-template <typename SensorT>
-constexpr bool is_native<IntensityModel<SensorT, NativeLaw>> = true;
-
-template <typename PointT, typename = void>
-constexpr bool has_float_intensity = false;
-
-template <typename PointT>
-constexpr bool has_float_intensity<
-    PointT,
-    std::enable_if_t<std::is_same<decltype(PointT::intensity), float>::value>> = true;
-
-/** \brief Takes the points' own intensities where the model keeps them as they are.
- * Returns false if they have to be computed. */
-template <typename IntensityModelT, typename PointT>
-bool
-useOwnIntensities([[maybe_unused]] const IntensityModelT& model,
-                  [[maybe_unused]] const pcl::PointCloud<PointT>& cloud,
-                  [[maybe_unused]] PointView& view)
-{
-  if constexpr (is_native<IntensityModelT> && has_float_intensity<PointT>)
-    if (model.law().scale == 1.0f) {
-      view = pointViewWithIntensities(cloud);
-      return true;
-    }
-  return false;
-}
 
 /** \brief A point at the centre of each voxel of a frame, in its order, or as many as
  * the voxel had, in the order of their sensor if the frame has it. */
@@ -334,37 +297,12 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     return {CompressionCode::InvalidInput,
             "sensor_origin_ or sensor_orientation_ of the cloud is not finite, and the "
             "intensity model uses the depth; set sensor_pose"};
-  const auto law_at = [this](double resolution) {
-    return depthLawOf(modelAtResolution(intensity_model_, resolution));
-  };
-  if (CompressionStatus status = streams_.beginCloud(cloud->header, law_at);
-      !status.ok())
-    return status;
-  const IntensityModelT model =
-      streams_.resolution() == settings().resolution
-          ? intensity_model_
-          : modelAtResolution(intensity_model_, streams_.resolution());
   this->setInputCloud(cloud); // as PCL's class does
-  PointView view = pointViewOf(*cloud);
-  if (cloud->isOrganized() &&
-      std::size_t{cloud->width} * cloud->height == cloud->size())
-    view.image = {cloud->width, cloud->height};
   const SensorPose pose =
       detail::sensorPose(settings(), cloud->sensor_origin_, cloud->sensor_orientation_);
-  std::size_t points_behind_sensor = 0;
-  if (IntensityModelT::unit != IntensityUnit::None &&
-      !detail::counts_points<IntensityModelT> && !cloud->empty() &&
-      !detail::useOwnIntensities(model, *cloud, view))
-    points_behind_sensor = setIntensities(
-        model,
-        pose.cast<double>(),
-        [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
-        intensities_,
-        view);
-  // With the points the field ring, too, whose order they may have.
-  if (!settings().fields.empty() || settings().keep_point_counts)
-    view.fields = detail::fieldViewsOf(*cloud);
-  return streams_.encode(view, points_behind_sensor, pose, cloud->header, bytes);
+  detail::PointSource<PointT, IntensityModelT> source(
+      intensity_model_, streams_, *cloud, pose, intensities_);
+  return streams_.encode(source, pose, cloud->header, bytes);
 }
 
 template <typename PointT,
@@ -382,18 +320,9 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (tree.getResolution() != settings().resolution)
     return {CompressionCode::InvalidInput,
             "the octree has another resolution than the settings"};
-  const pcl::PCLHeader no_header;
-  const auto law_at = [this](double resolution) {
-    return depthLawOf(modelAtResolution(intensity_model_, resolution));
-  };
-  if (CompressionStatus status = streams_.beginCloud(no_header, law_at); !status.ok())
-    return status;
-  const std::vector<detail::LeafPoint> points = detail::pointsOfLeaves(tree);
-  const PointView view = detail::viewOf(points,
-                                        detail::hasColours<TreeT>(),
-                                        IntensityModelT::unit != IntensityUnit::None);
+  detail::LeafSource<TreeT, IntensityModelT> source(intensity_model_, streams_, tree);
   const SensorPose pose = settings().sensor_pose.value_or(SensorPose::Identity());
-  return streams_.encode(view, 0, pose, no_header, bytes);
+  return streams_.encode(source, pose, pcl::PCLHeader(), bytes);
 }
 
 template <typename PointT,

@@ -4,11 +4,14 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
 
+#include "codec/published/frame.h"
+#include "stream/frame_kind.h"
+#include "stream/version1_encoder.h"
+#include "voxels/memory_rule.h"
+
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,7 +19,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Encodes the voxel frames of one stream. */
-class PCL_EXT_CODEC_EXPORT FrameEncoder {
+class FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] format bitstream to write
@@ -28,10 +31,6 @@ public:
                unsigned int i_frame_rate,
                Effort effort = Effort::Fast,
                std::uint32_t first_frame_number = 1);
-  ~FrameEncoder();
-  FrameEncoder(FrameEncoder&&) noexcept;
-  FrameEncoder&
-  operator=(FrameEncoder&&) noexcept;
 
   /** \brief True if the next frame will be an I-frame for any content. */
   bool
@@ -68,13 +67,57 @@ public:
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Bytes of the payloads since the last I-frame, with its own; see
+   * frameLimits(). */
+  std::uint64_t
+  bytesSinceIFrame() const
+  {
+    return bytes_since_i_frame_;
+  }
+
   /** \brief Figures of the last frame. */
   const CodedFrameStatistics&
-  statistics() const;
+  statistics() const
+  {
+    return statistics_;
+  }
 
 private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  CompressionStatus
+  check(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp) const;
+
+  void
+  encodeFrame(const VoxelFrame& frame,
+              const std::optional<FrameStamp>& stamp,
+              std::vector<std::uint8_t>& bytes);
+
+  void
+  encodePublished(const VoxelFrame& frame,
+                  std::vector<std::uint8_t>& bytes,
+                  CodedFrameStatistics& statistics);
+
+  void
+  encodeVersion1(const VoxelFrame& frame,
+                 const std::optional<FrameStamp>& stamp,
+                 std::vector<std::uint8_t>& bytes,
+                 CodedFrameStatistics& statistics);
+
+  IFrameReasons
+  reasonsOfStream() const;
+
+  FrameKind
+  kindOf(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp);
+
+  StreamFormat format_;
+  std::uint32_t i_frame_rate_;
+  std::uint32_t frames_since_i_frame_ = 0;
+  std::uint64_t bytes_since_i_frame_ = 0;
+  bool is_i_frame_requested_ = true;
+  bool is_last_empty_ = false;
+  CodedFrameStatistics statistics_;
+  published::History published_;
+  Version1Encoder version1_;
+  MemoryRule memory_rule_;
 };
 
 } // namespace io

@@ -3,64 +3,20 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/rate_control_status.h>
 #include <pcl_ext/compression/voxel_grid.h>
-#include <pcl_ext/export.h>
+
+#include "rate/cloud_clock.h"
+#include "rate/link_budget.h"
+#include "rate/step_choice.h"
 
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 
 namespace pcl_ext {
 namespace io {
-
-/** \brief A step of the ladder that RateControl chooses from. */
-struct RateStep {
-  Effort effort = Effort::Fast;
-  unsigned int temporal_filter = 0;
-  IntensityCurve intensity_curve = IntensityCurve::Linear;
-  unsigned int intensity_bits = 0;
-  /** \brief Of an outlier removal before the frame is encoded; none: no removal. */
-  std::optional<float> min_log_odds;
-  unsigned int doublings = 0; ///< of the voxel edge
-
-  friend bool
-  operator==(const RateStep& a, const RateStep& b)
-  {
-    return a.effort == b.effort && a.temporal_filter == b.temporal_filter &&
-           a.intensity_curve == b.intensity_curve &&
-           a.intensity_bits == b.intensity_bits && a.min_log_odds == b.min_log_odds &&
-           a.doublings == b.doublings;
-  }
-
-  friend bool
-  operator!=(const RateStep& a, const RateStep& b)
-  {
-    return !(a == b);
-  }
-};
-
-/** \brief What RateControl chose, and why. */
-struct RateControlStatus {
-  bool is_on = false;
-  double max_rate = 0.0;       ///< bits a second; 0: no limit
-  double used_rate = 0.0;      ///< likewise, of the frames of the last second
-  double encode_ms = 0.0;      ///< mean of the last frames; 0: none
-  RateStep step;               ///< in force
-  double resolution = 0.0;     ///< voxel edge on it, metres
-  std::size_t step_number = 0; ///< 0: the settings as they are
-  std::size_t last_step = 0;   ///< the number of the coarsest one
-  std::size_t changes = 0;     ///< of the step
-  std::size_t clouds_left_out = 0;
-  std::string choice; ///< the step in words
-  std::string reason; ///< why it was chosen
-  /** \brief What budget is not kept by the step alone: clouds are left out for
-   * max_rate, or max_encode_ms is exceeded on the coarsest step. Empty: both are kept.
-   */
-  std::string not_kept;
-};
 
 /** \brief Keeps a stream within a budget: at most so many bits a second, and about so
  * many milliseconds a frame, see RateSettings.
@@ -85,20 +41,14 @@ struct RateControlStatus {
  *
  * With max_encode_ms 0 all depends on times and sizes of the frames alone, and is the
  * same on all machines. The sizes are those of the frames; what a transport adds is not
- * counted. An instance serves one stream and one thread. A moved-from instance may only
- * be assigned to or destroyed.
+ * counted. An instance serves one stream and one thread.
  *
  * For each cloud call beginCloud(); unless it says that the cloud is left out, encode it
  * with settings() and minLogOdds(), and send the frame if endFrame() says so.
  */
-class PCL_EXT_CODEC_EXPORT RateControl {
+class RateControl {
 public:
   using Nanoseconds = std::chrono::nanoseconds;
-
-  /** \brief The time of a cloud's stamp, microseconds; any stamp is valid and clamped
-   * to the largest time. */
-  static Nanoseconds
-  timeOfStamp(std::uint64_t stamp);
 
   /** \brief A control at the start of a stream.
    * \param[in] settings of the best step, as accepted by checkSettings()
@@ -111,10 +61,6 @@ public:
                        bool has_intensities = true,
                        bool can_remove_outliers = false,
                        const std::optional<float>& min_log_odds = std::nullopt);
-  ~RateControl();
-  RateControl(RateControl&&) noexcept;
-  RateControl&
-  operator=(RateControl&&) noexcept;
 
   /** \brief Changes max_rate, as the link does.
    * \param[in] bits_per_second above 0; without a max_rate in the settings, and for
@@ -135,16 +81,25 @@ public:
   /** \brief Whether settings() or minLogOdds() are others than for the last frame that
    * endFrame() was called for. */
   bool
-  hasChanged() const;
+  hasChanged() const
+  {
+    return choice_.hasChanged();
+  }
 
   /** \brief The settings of the step; temporal_filter, intensity_curve, intensity_bits,
    * effort, resolution and origin may differ from those of the best one. */
   const EncoderSettings&
-  settings() const;
+  settings() const
+  {
+    return choice_.settings();
+  }
 
   /** \brief Threshold of the outlier removal; none: no removal. */
   const std::optional<float>&
-  minLogOdds() const;
+  minLogOdds() const
+  {
+    return choice_.step().min_log_odds;
+  }
 
   /** \brief Ends a frame that was encoded.
    * \param[in] bytes its size
@@ -170,8 +125,17 @@ public:
   status() const;
 
 private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  bool
+  isShort(bool is_i_frame) const;
+
+  StepChoice choice_;
+  LinkBudget budget_;
+  CloudClock clock_;
+  bool is_on_;
+  double max_rate_;         // bits a second; 0: no limit
+  Nanoseconds time_{0};     // never goes back
+  Nanoseconds next_try_{0}; // of frames that are larger than the buffer
+  std::size_t clouds_left_out_ = 0;
 };
 
 } // namespace io

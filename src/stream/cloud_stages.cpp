@@ -1,0 +1,342 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "stream/cloud_stages.h"
+
+#include "bytes/exceptions.h"
+#include "codec/frame_limits.h"
+#include "voxelizing/point_batches.h"
+#include "voxels/voxel_block.h"
+
+#include <array>
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::optional<TemporalVoxelFilter>
+temporalFilterOf(const EncoderSettings& settings)
+{
+  std::optional<TemporalVoxelFilter> filter;
+  if (settings.temporal_filter != 0)
+    filter.emplace(settings.temporal_filter, settings.temporal_filter_holds);
+  return filter;
+}
+
+/** \brief Whether RateControl may turn the temporal filter on. */
+bool
+mayFilterLater(const EncoderSettings& settings)
+{
+  return settings.max_rate > 0.0 && settings.rate_temporal_filter != 0 &&
+         !settings.keep_point_counts && settings.fields.empty();
+}
+
+/** \brief True if voxels of the one settings are those of the others. */
+bool
+haveSameVoxels(const EncoderSettings& a, const EncoderSettings& b)
+{
+  return a.resolution == b.resolution && a.origin == b.origin &&
+         a.use_coordinate_step == b.use_coordinate_step &&
+         a.intensity_curve == b.intensity_curve && a.intensity_bits == b.intensity_bits;
+}
+
+std::array<double, 3>
+elementsOf(const Eigen::Vector3d& vector)
+{
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+} // namespace
+
+/** \brief Calls a function that sets a frame, which is empty unless the status is Ok. If
+ * it throws, some stage may have learned from a cloud that is not in the stream. */
+template <typename FunctionT>
+CompressionStatus
+CloudStages::callSafely(FunctionT function, VoxelFrame& frame)
+{
+  if (!settings_status_.ok()) {
+    frame.clearVoxels();
+    return settings_status_;
+  }
+  const auto clean_up = [&] {
+    frame.clearVoxels();
+    encoder_.requestIFrame();
+  };
+  CompressionStatus status =
+      callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
+                     outOfMemoryStatus<CompressionStatus>);
+  if (!status.ok())
+    frame.clearVoxels(); // they may be those of the previous cloud
+  return status;
+}
+
+CloudStages::CloudStages(const EncoderSettings& settings,
+                         IntensityUnit unit,
+                         const std::optional<DepthLaw>& depth_law,
+                         const std::optional<NoiseRemoval>& noise_removal)
+: unit_(unit)
+, noise_removal_(noise_removal)
+, encoder_(settings.format,
+           settings.i_frame_rate,
+           settings.effort,
+           settings.first_frame_number)
+{
+  begin(settings, depth_law);
+}
+
+void
+CloudStages::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
+{
+  EncoderSettings settings = base_;
+  settings.resolution = resolution;
+  begin(settings, depth_law);
+  encoder_.requestIFrame();
+}
+
+CompressionStatus
+CloudStages::encode(CloudSource& source,
+                    const CloudInfo& info,
+                    std::vector<std::uint8_t>& bytes)
+{
+  CompressionStatus status = callSafely(
+      [&] {
+        bytes.clear();
+        return runStages(source, info, bytes);
+      },
+      frame_);
+  if (!status.ok())
+    bytes.clear();
+  return status;
+}
+
+CompressionStatus
+CloudStages::voxelize(const PointView& points,
+                      const WorldPose& sensor_pose,
+                      VoxelFrame& frame)
+{
+  return callSafely(
+      [&] {
+        if (CompressionStatus status = checkView(points); !status.ok())
+          return status;
+        SingleBatch batch(points);
+        return voxelizeBatches(batch, sensor_pose, frame);
+      },
+      frame);
+}
+
+/** \brief Begins the rate control with settings; the stream goes on. */
+void
+CloudStages::begin(const EncoderSettings& settings,
+                   const std::optional<DepthLaw>& depth_law)
+{
+  CompressionStatus status = checkSettings(settings, depth_law);
+  if (status.ok()) {
+    RateControl rate_control(settings,
+                             unit_ != IntensityUnit::None,
+                             noise_removal_.has_value(),
+                             noise_removal_ ? noise_removal_->min_log_odds
+                                            : std::nullopt);
+    if (rate_control_)
+      rate_control.setMaxRate(rate_control_->status().max_rate); // as it was changed
+    if (!contents_)
+      contents_.emplace(settings);
+    takeSettings(settings, depth_law);
+    rate_control_ = std::move(rate_control);
+  }
+  else
+    settings_ = settings;
+  base_ = settings;
+  settings_status_ = std::move(status);
+}
+
+/** \brief Takes over valid settings. The next frame is an I-frame, unless only the
+ * temporal filter changes. */
+void
+CloudStages::takeSettings(const EncoderSettings& settings,
+                          const std::optional<DepthLaw>& depth_law)
+{
+  EncoderSettings taken = settings;
+  const bool has_filter =
+      taken.temporal_filter == settings_.temporal_filter &&
+      taken.temporal_filter_holds == settings_.temporal_filter_holds;
+  // May throw, so it comes before the changes.
+  std::optional<CloudVoxelizer> voxelizer;
+  if (!voxelizer_ || !haveSameVoxels(taken, settings_))
+    voxelizer.emplace(taken, unit_);
+  if (!voxelizer_ || !has_filter)
+    temporal_filter_ = temporalFilterOf(taken);
+  settings_ = std::move(taken);
+  depth_law_ = depth_law;
+  encoder_.setEffort(settings_.effort);
+  if (!voxelizer)
+    return;
+  voxelizer_ = std::move(voxelizer);
+  encoder_.requestIFrame();
+}
+
+/** \brief The stages of a cloud, from its points to the bytes of its frame. */
+CompressionStatus
+CloudStages::runStages(CloudSource& source,
+                       const CloudInfo& info,
+                       std::vector<std::uint8_t>& bytes)
+{
+  const Clock::time_point begin = Clock::now();
+  const auto arrival =
+      info.arrival ? info.arrival : info.time.value_or(begin.time_since_epoch());
+  if (!rate_control_->beginCloud(*arrival, encoder_.isIFrameDue()))
+    return leftOut();
+  if (rate_control_->hasChanged()) {
+    const EncoderSettings& settings = rate_control_->settings();
+    takeSettings(settings, source.takeStep(settings, rate_control_->minLogOdds()));
+    is_step_new_ = true;
+  }
+
+  OpenedCloud cloud;
+  if (CompressionStatus status = source.open(cloud); !status.ok())
+    return status;
+  if (CompressionStatus status = checkView(cloud.view); !status.ok())
+    return status;
+  SingleBatch batch(cloud.view, cloud.points_behind_sensor);
+  PointBatches& points = cloud.batches != nullptr ? *cloud.batches : batch;
+  showBeyond(cloud, points, info.sensor_pose);
+  if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
+      !status.ok())
+    return status;
+  source.removeNoise(frame_);
+  if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
+      !status.ok())
+    return status;
+  CompressionStatus status = encodeFrame(info.stamp, bytes);
+  if (!status.ok())
+    return status;
+
+  if (rate_control_->endFrame(bytes.size(),
+                              statistics_.coding.is_i_frame,
+                              Clock::now() - begin,
+                              frame_.grid,
+                              statistics_.sensor_motion)) {
+    is_step_new_ = false;
+    return status;
+  }
+  encoder_.dropLastFrame();
+  return leftOut();
+}
+
+/** \brief The status of a cloud without room; without memory for it, without the message,
+ * as the cloud is counted already. */
+CompressionStatus
+CloudStages::leftOut() const
+{
+  return callOrElse(
+      [&] {
+        return CompressionStatus(CompressionCode::LeftOut,
+                                 rate_control_->leftOutMessage());
+      },
+      [] { return CompressionStatus(CompressionCode::LeftOut, ""); });
+}
+
+CompressionStatus
+CloudStages::voxelizeBatches(PointBatches& points,
+                             const WorldPose& sensor_pose,
+                             VoxelFrame& frame)
+{
+  if (CompressionStatus status = contents_->select(points); !status.ok())
+    return status;
+  // What the temporal filter holds stays in the grid and the scale, which then only
+  // grow.
+  voxelization_ =
+      voxelizer_->voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
+  if (voxelizer_->hasChanged())
+    encoder_.requestIFrame();
+  if (CompressionStatus status = contents_->collect(
+          points,
+          sensor_pose,
+          settings_,
+          {voxelization_.points_used, encoder_.isIFrameDue(), encoder_.takesImages()},
+          frame);
+      !status.ok())
+    return status;
+  frame.depth_model.reset();
+  if (depth_law_ && settings_.format == StreamFormat::Version1 &&
+      frame.hasIntensities())
+    frame.depth_model = depthModelOf(*depth_law_,
+                                     elementsOf(sensor_pose.translation()),
+                                     elementsOf(sensor_pose.linear().col(2)),
+                                     frame.grid,
+                                     frame.intensity_scale);
+  return {};
+}
+
+/** \brief Shows the temporal filter the points that are not in the frame as they are
+ * outside of a box. */
+void
+CloudStages::showBeyond(const OpenedCloud& cloud,
+                        PointBatches& points,
+                        const WorldPose& sensor_pose)
+{
+  if (!temporal_filter_ || !sensor_pose.translation().allFinite())
+    return;
+  const std::array<double, 3> position = elementsOf(sensor_pose.translation());
+  if (cloud.uncropped != nullptr)
+    temporal_filter_->seeBeyond(*cloud.uncropped, cloud.crop_box, position);
+  else if (settings_.bounding_box)
+    temporal_filter_->seeBeyond(points, *settings_.bounding_box, position);
+}
+
+CompressionStatus
+CloudStages::filterOverTime(const WorldPose& sensor_pose,
+                            const std::optional<std::chrono::nanoseconds>& time)
+{
+  const std::array<double, 3> position = elementsOf(sensor_pose.translation());
+  filtering_ = TemporalFilterStatus();
+  if (temporal_filter_)
+    filtering_ = temporal_filter_->filter(frame_, {position, time});
+  else if (mayFilterLater(settings_))
+    filtering_.sensor_motion = motion_.judge(frame_, position, time);
+  return filtering_.ok()
+             ? CompressionStatus()
+             : CompressionStatus(CompressionCode::InvalidInput, filtering_.message());
+}
+
+CompressionStatus
+CloudStages::encodeFrame(const std::optional<FrameStamp>& stamp,
+                         std::vector<std::uint8_t>& bytes)
+{
+  CompressionStatus status = encoder_.encode(frame_, stamp, bytes);
+  if (!status.ok())
+    return status;
+  statistics_ = {voxelization_,
+                 encoder_.statistics(),
+                 filtering_.hidden,
+                 filtering_.held,
+                 false,
+                 filtering_.sensor_motion,
+                 is_step_new_};
+  const LimitedCounts counts = limitedCounts();
+  statistics_.exceeds_limits = exceedsLimits(statistics_, settings_, counts);
+  // Without memory for it the frame goes out without the warning.
+  return callOrElse(
+      [&] {
+        return CompressionStatus(
+            CompressionCode::Ok,
+            frameWarning(
+                statistics_, settings_, unit_, voxelizer_->isCoarsened(), counts));
+      },
+      [] { return CompressionStatus(); });
+}
+
+/** \brief What of the frame that was encoded last decoders limit. */
+LimitedCounts
+CloudStages::limitedCounts() const
+{
+  const std::uint64_t bytes = encoder_.bytesSinceIFrame();
+  // Counted only where they may exceed the limit. Those of a refinement are fewer.
+  const bool may_exceed = statistics_.coding.voxels >
+                          frameLimits(settings_.decoder_limits, bytes).max_blocks;
+  return {may_exceed ? countBlocks(frame_.keys) : 0, frame_.fieldValueCount(), bytes};
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,152 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/filters/temporal_voxel_filter.h>
+
+#include "outliers/frame_motion.h"
+#include "rate/rate_control.h"
+#include "stream/cloud_voxelizer.h"
+#include "stream/frame_encoder.h"
+#include "stream/frame_warnings.h"
+#include "stream/point_contents.h"
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The stages of CloudEncoder, whose members these are. */
+class CloudStages {
+public:
+  using NoiseRemoval = CloudEncoder::NoiseRemoval;
+
+  CloudStages(const EncoderSettings& settings,
+              IntensityUnit unit,
+              const std::optional<DepthLaw>& depth_law,
+              const std::optional<NoiseRemoval>& noise_removal);
+
+  const CompressionStatus&
+  settingsStatus() const
+  {
+    return settings_status_;
+  }
+
+  const EncoderSettings&
+  settings() const
+  {
+    return settings_;
+  }
+
+  const std::optional<DepthLaw>&
+  depthLaw() const
+  {
+    return depth_law_;
+  }
+
+  const VoxelFrame&
+  frame() const
+  {
+    return frame_;
+  }
+
+  const FrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+  RateControlStatus
+  rateControlStatus() const
+  {
+    return rate_control_ ? rate_control_->status() : RateControlStatus();
+  }
+
+  void
+  setMaxRate(double bits_per_second)
+  {
+    if (rate_control_)
+      rate_control_->setMaxRate(bits_per_second);
+  }
+
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  void
+  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
+
+  CompressionStatus
+  encode(CloudSource& source, const CloudInfo& info, std::vector<std::uint8_t>& bytes);
+
+  CompressionStatus
+  voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+private:
+  void
+  begin(const EncoderSettings& settings, const std::optional<DepthLaw>& depth_law);
+
+  void
+  takeSettings(const EncoderSettings& settings,
+               const std::optional<DepthLaw>& depth_law);
+
+  template <typename FunctionT>
+  CompressionStatus
+  callSafely(FunctionT function, VoxelFrame& frame);
+
+  CompressionStatus
+  runStages(CloudSource& source,
+            const CloudInfo& info,
+            std::vector<std::uint8_t>& bytes);
+
+  CompressionStatus
+  leftOut() const;
+
+  CompressionStatus
+  voxelizeBatches(PointBatches& points,
+                  const WorldPose& sensor_pose,
+                  VoxelFrame& frame);
+
+  void
+  showBeyond(const OpenedCloud& cloud,
+             PointBatches& points,
+             const WorldPose& sensor_pose);
+
+  CompressionStatus
+  filterOverTime(const WorldPose& sensor_pose,
+                 const std::optional<std::chrono::nanoseconds>& time);
+
+  CompressionStatus
+  encodeFrame(const std::optional<FrameStamp>& stamp, std::vector<std::uint8_t>& bytes);
+
+  LimitedCounts
+  limitedCounts() const;
+
+  IntensityUnit unit_;
+  std::optional<NoiseRemoval> noise_removal_;
+  EncoderSettings base_;     // of the first step of the rate control
+  EncoderSettings settings_; // of the step in force
+  std::optional<DepthLaw> depth_law_;
+  CompressionStatus settings_status_;
+  // These exist only if the settings are valid.
+  std::optional<RateControl> rate_control_;
+  std::optional<CloudVoxelizer> voxelizer_;
+  std::optional<PointContents> contents_;
+  std::optional<TemporalVoxelFilter> temporal_filter_; // if it is on
+  FrameMotion motion_;                                 // without a temporal filter
+  FrameEncoder encoder_;
+  // Of the last cloud:
+  VoxelFrame frame_;
+  VoxelizationStatistics voxelization_;
+  TemporalFilterStatus filtering_;
+  FrameStatistics statistics_;
+  bool is_step_new_ = false; // no frame of it is in the stream
+};
+
+} // namespace io
+} // namespace pcl_ext
