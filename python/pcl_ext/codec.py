@@ -131,7 +131,7 @@ class Encoder:
         linear one (1): exponent, cut-off depth in metres, intensity of a full voxel face. A
         hint that saves bytes.
     colour_bits : int
-        Bits of a colour channel, 1 to 8; 0: no colours. Without effect on clouds without.
+        Bits of a colour channel, 1 to 8; 0: none. Without effect on clouds without colours.
     keep_point_counts : bool
         Also code the number of points of each voxel: as many are decoded, at its centre,
         and with their rows and columns where that takes fewer bytes. A field ring of
@@ -148,6 +148,11 @@ class Encoder:
         with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
+    use_coordinate_step : bool
+        For clouds whose coordinates are all multiples of a larger step, as whole
+        millimetres, take voxels of that edge, centred on the multiples: fewer bytes, and
+        coordinates as they were. Not with the laws "quadratic" and "linear", `origin` or
+        `bounding_box`, and "version1" only.
     threads : int
         Most threads that turn a cloud into voxels, 1 to 256; of clouds from 65,536 points on.
     temporal_filter : int
@@ -166,8 +171,8 @@ class Encoder:
         Milliseconds that encoding may take on average, 0.1 to 1e4; 0: no limit. Effort and
         then voxels follow, and `max_rate` may raise the effort.
     rate_temporal_filter : int
-        Strongest `temporal_filter` that `max_rate` may choose, where the sensor rests; 0:
-        none.
+        Strongest `temporal_filter` that `max_rate` may choose, 2 to 64, where the sensor
+        rests; 0: none.
     rate_doublings : int
         How often the voxel edge may be doubled, 0 to 8.
     rate_sent_share : float
@@ -215,6 +220,7 @@ class Encoder:
         keep_point_counts: bool = False,
         fields: Fields = (),
         coarsen_wide_clouds: bool = False,
+        use_coordinate_step: bool = False,
         threads: int = 1,
         temporal_filter: int = 0,
         max_rate: float = 0.0,

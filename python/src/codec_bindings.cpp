@@ -315,6 +315,7 @@ addCodec(py::module_& module)
   addTemporalFilter(module);
   module.def("frame_size", &frameSize, "data"_a, "limits"_a);
   module.def("default_settings", &defaultSettings);
+  module.def("encoder_settings", &encoderSettings);
   module.def("sensors", &sensors);
   module.def("laws", &laws);
 }

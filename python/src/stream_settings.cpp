@@ -2,13 +2,18 @@
 #include "stream_settings.h"
 
 #include "keywords.h"
+#include "stream/encoder_setting.h"
 
 #include <pybind11/numpy.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace pcl_ext {
@@ -38,16 +43,21 @@ pointOf(const std::vector<double>& numbers)
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-io::BoundingBox
-readBox(const Keywords& values)
+/** \brief The six numbers of two corners. */
+std::vector<double>
+readCorners(const Keywords& values, const char* name)
 {
-  const py::object box = values.at("bounding_box");
-  if (!py::isinstance<py::sequence>(box) && !py::hasattr(box, "shape"))
-    values.refuse("bounding_box", "two corners, (min, max)");
-  if (py::len(box) != 2)
-    values.refuse("bounding_box", "two corners, (min, max)");
-  return {pointOf(numbersOf("the lower corner of bounding_box", box[py::int_(0)], 3)),
-          pointOf(numbersOf("the upper corner of bounding_box", box[py::int_(1)], 3))};
+  const py::object box = values.at(name);
+  if ((!py::isinstance<py::sequence>(box) && !py::hasattr(box, "shape")) ||
+      py::len(box) != 2)
+    values.refuse(name, "two corners, (min, max)");
+  std::vector<double> corners;
+  for (const auto& [which, index] : {std::pair("lower", 0), std::pair("upper", 1)}) {
+    const std::string corner = std::string("the ") + which + " corner of " + name;
+    const auto numbers = numbersOf(corner.c_str(), box[py::int_(index)], 3);
+    corners.insert(corners.end(), numbers.begin(), numbers.end());
+  }
+  return corners;
 }
 
 RuntimeSensor
@@ -73,15 +83,6 @@ readSensor(const Keywords& values)
   catch (const std::invalid_argument& error) {
     throw py::value_error(std::string("sensor: ") + error.what());
   }
-}
-
-void
-readIntensityCoding(const Keywords& values, io::IntensitySettings& settings)
-{
-  settings.aggregation = values.choice("aggregation", io::aggregations);
-  settings.intensity_range = static_cast<float>(values.number("intensity_range"));
-  settings.intensity_bits = values.smallCount("intensity_bits");
-  settings.intensity_curve = values.choice("intensity_curve", io::intensity_curves);
 }
 
 std::optional<io::DepthLaw>
@@ -128,32 +129,46 @@ readFields(const Keywords& values)
   return settings;
 }
 
+/** \brief The value of a keyword, of the type that its setting has. */
+io::SettingValue
+readValue(const Keywords& values, const io::EncoderSetting& setting)
+{
+  const char* const name = setting.id.c_str();
+  const io::SettingValue usual = valueOf(setting, io::EncoderSettings());
+  if (std::holds_alternative<bool>(usual))
+    return values.flag(name);
+  if (std::holds_alternative<std::int64_t>(usual))
+    return std::int64_t{values.smallCount(name)};
+  if (std::holds_alternative<double>(usual))
+    return values.number(name);
+  if (std::holds_alternative<std::string>(usual))
+    return values.text(name);
+  if (!values.isSet(name))
+    return std::vector<double>();
+  const std::size_t size = listSizeOf(setting);
+  return size == 6 ? readCorners(values, name) : values.numbers(name, size);
+}
+
 io::EncoderSettings
 readCodecSettings(const Keywords& values)
 {
   io::EncoderSettings settings;
-  settings.resolution = values.number("resolution");
-  settings.i_frame_rate = values.smallCount("i_frame_rate");
-  settings.effort = values.choice("effort", io::efforts);
-  settings.format = values.choice("format", io::stream_formats);
-  readIntensityCoding(values, settings);
-  settings.colour_bits = values.smallCount("colour_bits");
-  settings.keep_point_counts = values.flag("keep_point_counts");
-  settings.fields = readFields(values);
-  settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
-  settings.threads = values.smallCount("threads");
-  settings.temporal_filter = values.smallCount("temporal_filter");
-  settings.max_rate = values.number("max_rate");
-  settings.rate_buffer = values.number("rate_buffer");
-  settings.max_encode_ms = values.number("max_encode_ms");
-  settings.rate_temporal_filter = values.smallCount("rate_temporal_filter");
-  settings.rate_doublings = values.smallCount("rate_doublings");
-  settings.rate_sent_share = values.number("rate_sent_share");
-  if (values.isSet("origin"))
-    settings.origin = pointOf(values.numbers("origin", 3));
-  if (values.isSet("bounding_box"))
-    settings.bounding_box = readBox(values);
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    if (setting.id == "fields")
+      settings.fields = readFields(values);
+    else if (setting.not_offered.keyword.empty() &&
+             !setValue(setting, readValue(values, setting), settings).ok())
+      values.refuse(setting.id.c_str(), demandOf(setting));
   return settings;
+}
+
+/** \brief A value as the default of a keyword. */
+py::object
+toPython(const io::SettingValue& value)
+{
+  if (std::holds_alternative<std::vector<double>>(value))
+    return py::none();
+  return std::visit([](const auto& content) { return py::cast(content); }, value);
 }
 
 } // namespace
@@ -258,29 +273,32 @@ readTemporalFilterSettings(const py::dict& values)
   return settings;
 }
 
+py::list
+encoderSettings()
+{
+  using namespace py::literals;
+  py::list rows;
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    rows.append(
+        py::dict("name"_a = setting.id,
+                 "default"_a = setting.id == "fields"
+                                   ? py::tuple()
+                                   : toPython(valueOf(setting, io::EncoderSettings())),
+                 "lowest"_a = setting.range.lowest,
+                 "highest"_a = setting.range.highest,
+                 "zero"_a = setting.range.zero,
+                 "words"_a = wordsOf(setting),
+                 "not_offered"_a = setting.not_offered.keyword));
+  return rows;
+}
+
 py::dict
 defaultSettings()
 {
   using namespace py::literals;
-  const io::EncoderSettings codec;
   const io::DecoderLimits limits;
   const VoxelOutlierRemovalSettings removal;
-  return py::dict("i_frame_rate"_a = codec.i_frame_rate,
-                  "intensity_range"_a = codec.intensity_range,
-                  "intensity_bits"_a = codec.intensity_bits,
-                  "colour_bits"_a = codec.colour_bits,
-                  "keep_point_counts"_a = codec.keep_point_counts,
-                  "fields"_a = py::tuple(),
-                  "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
-                  "threads"_a = codec.threads,
-                  "temporal_filter"_a = codec.temporal_filter,
-                  "max_rate"_a = codec.max_rate,
-                  "rate_buffer"_a = codec.rate_buffer,
-                  "max_encode_ms"_a = codec.max_encode_ms,
-                  "rate_temporal_filter"_a = codec.rate_temporal_filter,
-                  "rate_doublings"_a = codec.rate_doublings,
-                  "rate_sent_share"_a = codec.rate_sent_share,
-                  "frames"_a = TemporalFilterSettings().frames,
+  return py::dict("frames"_a = TemporalFilterSettings().frames,
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,
                   "max_points"_a = limits.max_points,

@@ -57,7 +57,12 @@ readTemporalFilterSettings(const py::dict& values);
 WorldPose
 readPose(const py::object& matrix);
 
-/** \brief The defaults of the library, by the names of the settings. */
+/** \brief The settings of an encoder, for tests: a dict for each, with its default and its
+ * range, and why it is no keyword. */
+py::list
+encoderSettings();
+
+/** \brief The defaults of what else is set, by the names of the settings. */
 py::dict
 defaultSettings();
 

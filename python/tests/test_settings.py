@@ -2,12 +2,14 @@
 """Settings: those of the library, by their names; wrong ones are refused."""
 
 import inspect
+import re
+import typing
 
 import numpy as np
 import pytest
 
 import pcl_ext
-from pcl_ext import _native
+from pcl_ext import _native, codec
 
 BAD_SETTINGS = [
     ({"resolution": 0}, ValueError, r"resolution is 0; it must be 1e-06 to 1e\+06 m"),
@@ -182,15 +184,36 @@ def test_defaults_are_those_of_the_library():
             defaults[name] = parameter.default
     for name, default in _native.default_settings().items():
         assert defaults[name] == default, name
-    # Where the words are those of the library: the same frame as with none of them named.
-    cloud = np.random.default_rng(1).random((1000, 3))
-    named = pcl_ext.Encoder(
-        effort="fast",
-        format="version1",
-        intensity_curve="linear",
-        aggregation="sum",
-    )
-    assert named.encode(cloud) == pcl_ext.Encoder().encode(cloud)
+
+
+def test_keywords_are_the_settings_of_the_library():
+    """Each has its default and its words, and is documented with its range."""
+    keywords = dict(inspect.signature(pcl_ext.Encoder).parameters)
+    parameters = inspect.getdoc(pcl_ext.Encoder).split("Parameters\n---")[1].split("\nRaises\n")[0]
+    documents = {
+        entry[1]: " ".join(entry[2].split())
+        for entry in re.finditer(r"^(\w+) : .*\n((?:    .*\n)+)", parameters, re.MULTILINE)
+    }
+    assert list(documents) == list(keywords)
+    for setting in _native.encoder_settings():
+        name = setting["name"]
+        if setting["not_offered"]:
+            assert name not in keywords
+            continue
+        keyword = keywords.pop(name)
+        document = documents[name]
+        assert keyword.default == setting["default"], name
+        if setting["words"]:
+            annotation = eval(keyword.annotation, vars(codec))
+            assert list(typing.get_args(annotation)) == setting["words"]
+            assert all(f'"{word}"' in document for word in setting["words"]), name
+        if setting["zero"]:
+            assert f"0: {setting['zero']}" in document, name
+        ends = (setting["lowest"], setting["highest"])
+        if ends[0] > 0 or 0 < ends[1] < 1e6:
+            ranges = re.findall(r"([\d.e-]*\d) to ([\d.e]*\d)", document)
+            assert ends in [(float(low), float(high)) for low, high in ranges], name
+    assert set(keywords) == {"law", "sensor", "sensor_pose", "depth_law", "frame_id"}
 
 
 def test_settings_reach_the_library(room):

@@ -63,7 +63,8 @@ LinkStatus
 invalid(const std::string& setting, const std::string& value, const std::string& rule)
 {
   return {LinkCode::InvalidSettings,
-          setting + " is '" + value + "'; it must be " + rule};
+          SettingText{'{' + setting + "} is '" + SettingText::of(value).marked +
+                      "'; it must be " + rule}};
 }
 
 } // namespace
@@ -90,7 +91,8 @@ checkSettings(const LinkSettings& settings)
     return invalid("site", site, "up to 64 letters, digits, - and _");
   if (settings.certificate_file.empty() != settings.key_file.empty())
     return {LinkCode::InvalidSettings,
-            "certificate_file and key_file go together, and only one is set"};
+            SettingText{
+                "{certificate_file} and {key_file} go together, and only one is set"}};
   if (settings.connect_timeout < std::chrono::milliseconds(1) ||
       settings.connect_timeout > std::chrono::hours(1))
     return invalid("connect_timeout",
@@ -232,9 +234,11 @@ Connection::connectionFailure(natsStatus failure) const
   case NATS_SSL_ERROR: {
     const char* const details = nats_GetLastError(nullptr);
     return {LinkCode::CannotConnect,
-            at + " takes encrypted connections, and TLS fails: " +
-                (details != nullptr ? details : "") +
-                "; ca_file has the certificates to trust"};
+            SettingText{
+                SettingText::of(at + " takes encrypted connections, and TLS fails: " +
+                                (details != nullptr ? details : ""))
+                    .marked +
+                "; {ca_file} has the certificates to trust"}};
   }
   case NATS_NO_SERVER:
   case NATS_TIMEOUT:

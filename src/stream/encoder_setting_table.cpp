@@ -151,8 +151,7 @@ addGrid(EncoderSettingTable& table)
                    "version1 only.",
                    {"--use-coordinate-step",
                     "",
-                    "larger voxels for coordinates of a step, as whole mm",
-                    OptionGroup::Cloud},
+                    "larger voxels for coordinates of a step, as whole mm"},
                    {}});
 }
 
@@ -255,13 +254,12 @@ addPoints(EncoderSettingTable& table)
         "further fields, or all; of voxels without {keep_point_counts}",
         OptionGroup::Cloud},
        {}});
-  table.push_back(
-      {"threads",
-       &S::threads,
-       {1.0, 256.0, "", ""},
-       "Most threads that voxelize a cloud; the bytes do not depend on it.",
-       {"--threads", "N", "that turn a large cloud into voxels", OptionGroup::Cloud},
-       {}});
+  table.push_back({"threads",
+                   &S::threads,
+                   {1.0, 256.0, "", ""},
+                   "Most threads that voxelize a cloud; the bytes do not depend on it.",
+                   {"--threads", "N", "that turn a large cloud into voxels"},
+                   {}});
 }
 
 void
@@ -321,7 +319,7 @@ addBudget(EncoderSettingTable& table)
                    "follow, and {max_rate} may raise the effort.",
                    {"--max-encode-ms",
                     "MS",
-                    "of encoding on average; {effort} follows it, too",
+                    "of encoding on average; {effort} follows it",
                     OptionGroup::Budget},
                    {}});
   table.push_back({"rate_temporal_filter",

@@ -1,5 +1,18 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
+find_package(CLI11 2.1 REQUIRED)
+
+# Its options of an encoder, without the program.
+pcl_ext_add_test(
+  test_options
+  SOURCES
+    tools/test_setting_options.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/options/help_format.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/options/setting_options.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/options/text_values.cpp
+  LIBRARIES pcl_ext_measuring CLI11::CLI11)
+target_include_directories(test_options PRIVATE ${PROJECT_SOURCE_DIR}/tools/pcl_ext)
+
 # The program pcl_ext, run as a user runs it.
 find_package(nlohmann_json 3 REQUIRED)
 pcl_ext_add_test(

@@ -49,7 +49,7 @@ TEST_F(ProgramBenchmark, EncodesAsTheCommandEncodeAndTellsRates)
   const auto json = nlohmann::json::parse(std::ifstream(folder / "x.json"));
   EXPECT_EQ(
       json["options"],
-      " --rate 20 --frames 4 --json x.json --resolution 0.05 --law count --effort "
+      " --rate 20 --frames 4 --json x.json --law count --resolution 0.05 --effort "
       "fast --quiet");
   ASSERT_EQ(json["results"].size(), 1u);
   const nlohmann::json& fast = json["results"][0];

@@ -10,6 +10,7 @@
 #include "inputs/tried_input.h"
 #include "measuring/markdown_table.h"
 #include "options/options.h"
+#include "options/setting_options.h"
 #include "options/text_values.h"
 
 #include <algorithm>
@@ -154,12 +155,7 @@ parameterOf(const GivenOption& option)
     rate << std::fixed << std::setprecision(1) << parseRate(option.value);
     return "'max_rate': " + rate.str();
   }
-  std::string name = option.name.substr(2);
-  std::replace(name.begin(), name.end(), '-', '_');
-  if (name == "crop")
-    name = "crop_box";
-  else if (name == "coarsen")
-    name = "coarsen_wide_clouds";
+  const std::string name = parameterNameOf(option.name);
   const auto& known = nodes::encodingParameters();
   const auto found =
       std::find_if(known.begin(), known.end(), [&name](const auto& parameter) {

@@ -5,7 +5,6 @@
 #include "console/terminal.h"
 #include "inputs/standard_input.h"
 #include "measuring/markdown_table.h"
-#include "options/option_names.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,8 +53,7 @@ bar(std::size_t done, std::size_t total)
 void
 printError(const std::string& command, const std::string& message)
 {
-  std::cerr << command << ": " << printable(withOptionNames(shown(message)))
-            << std::endl;
+  std::cerr << command << ": " << printable(shown(message)) << std::endl;
 }
 
 Console::Console(const std::string& command)

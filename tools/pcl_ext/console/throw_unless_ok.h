@@ -3,6 +3,8 @@
 
 #include <pcl_ext/status.h>
 
+#include "options/setting_options.h"
+
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -14,7 +16,7 @@ void
 throwUnlessOk(const Status<CodeT>& status)
 {
   if (!status.ok())
-    throw std::runtime_error(status.message());
+    throw std::runtime_error(messageOf(status));
 }
 
 } // namespace tools

@@ -2,13 +2,11 @@
 #include "options/encoding_options.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
-#include <pcl_ext/filters/temporal_voxel_filter.h>
-#include <pcl_ext/nodes/node_parameters.h>
 
 #include "console/exit_status.h"
+#include "options/setting_options.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <initializer_list>
 #include <limits>
 #include <sstream>
@@ -18,30 +16,6 @@ namespace pcl_ext {
 namespace tools {
 
 namespace {
-
-/** \brief Adds an option for a number that is a parameter of the nodes, too, with its
- * range.
- * \param[in] parameter its name there
- */
-template <typename NumberT>
-void
-addParameter(CLI::App& app,
-             const std::string& name,
-             NumberT& value,
-             const std::string& parameter,
-             const std::string& type,
-             const std::string& description)
-{
-  const nodes::ParameterDescription& known =
-      nodes::descriptionOf(nodes::encodingParameters(), parameter);
-  addNumber(app,
-            name,
-            value,
-            static_cast<NumberT>(known.lowest),
-            static_cast<NumberT>(known.highest),
-            type,
-            description);
-}
 
 /** \brief The name of a stream before a pose, and the pose. */
 std::pair<std::string, WorldPose>
@@ -103,12 +77,6 @@ EncodingOptions::addCodecOptions(CLI::App& app)
 {
   app_ = &app;
   codec_.decoder_limits.max_voxels = io::DecoderLimits::most_voxels; // of readers
-  addParameter(app,
-               "-r,--resolution",
-               codec_.resolution,
-               "resolution",
-               "M",
-               "edge of a voxel, metres, such as 0.05");
   addChoice(app,
             "-l,--law",
             lawChoices(),
@@ -119,60 +87,7 @@ EncodingOptions::addCodecOptions(CLI::App& app)
             "SENSOR",
             namesOf(named_sensors) + " or deg,deg,columns,rows",
             [this](const std::string& text) { sensor_ = parseSensor(text); });
-  addChoice(app, "-e,--effort", io::efforts, codec_.effort, "time against size");
-  addParameter(app,
-               "--i-frame-rate",
-               codec_.i_frame_rate,
-               "i_frame_rate",
-               "N",
-               "frames from one I-frame to the next");
-  addParameter(app,
-               "--colour-bits",
-               codec_.colour_bits,
-               "colour_bits",
-               "N",
-               "of a channel, where clouds have colours; 0: none");
-  addOptionalNumber(app,
-                    "--temporal-filter",
-                    codec_.temporal_filter,
-                    TemporalVoxelFilter::usual_frames,
-                    TemporalVoxelFilter::least_frames,
-                    TemporalVoxelFilter::most_frames,
-                    "FRAMES",
-                    "surfaces are told from noise over so many; lossy");
-  addScaleOptions(app);
-}
-
-void
-EncodingOptions::addScaleOptions(CLI::App& app)
-{
-  addParameter(app,
-               "--intensity-bits",
-               codec_.intensity_bits,
-               "intensity_bits",
-               "N",
-               "1 to 16; 0: automatic");
-  addParameter(app,
-               "--intensity-range",
-               codec_.intensity_range,
-               "intensity_range",
-               "I",
-               "top of the scale; 0: automatic");
-  addChoice(app,
-            "--intensity-curve",
-            io::intensity_curves,
-            codec_.intensity_curve,
-            "companded: small ones are exact, large ones rounded");
-  addChoice(app,
-            "--aggregation",
-            io::aggregations,
-            codec_.aggregation,
-            "of the intensities in a voxel");
-  addChoice(app,
-            "--format",
-            io::stream_formats,
-            codec_.format,
-            "published: that of the paper's authors");
+  addSettingOptions(app, io::encoderSettingTable(), io::OptionGroup::Codec, codec_);
   app.add_flag_callback(
       "--no-header",
       [this] { carries_header_ = false; },
@@ -180,37 +95,10 @@ EncodingOptions::addScaleOptions(CLI::App& app)
 }
 
 void
-EncodingOptions::addGridOptions(CLI::App& app)
+EncodingOptions::addBudget(CLI::App& app)
 {
-  addParsed(app,
-            "--origin",
-            "X,Y,Z",
-            "where voxels are counted from (automatic)",
-            [this](const std::string& text) {
-              codec_.origin = parsePosition("origin", text);
-            });
-  addParsed(app,
-            "--bounding-box",
-            "BOX",
-            "fixed grid (the crop box, or it follows the points)",
-            [this](const std::string& text) {
-              codec_.bounding_box = parseBox("bounding-box", text);
-            });
-  app.add_flag("--keep-point-counts",
-               codec_.keep_point_counts,
-               "keep all points, and rows and columns where that is smaller");
-  addParsed(app,
-            "--fields",
-            "NAME[:STEP],...",
-            "further fields, or all; of voxels without --keep-point-counts",
-            [this](const std::string& text) {
-              const auto status = io::parseFields(text, codec_.fields);
-              if (!status.ok())
-                throw UsageError(status.message());
-            });
-  app.add_flag("--coarsen",
-               codec_.coarsen_wide_clouds,
-               "larger voxels for clouds wider than 2^21 of them");
+  addSettingOptions(app, io::encoderSettingTable(), io::OptionGroup::Budget, codec_);
+  has_budget_ = true;
 }
 
 void
@@ -256,7 +144,7 @@ EncodingOptions::addCloudOptions(CLI::App& app)
       ->type_name("NAME");
   app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
       ->type_name("NAME");
-  addGridOptions(app);
+  addSettingOptions(app, io::encoderSettingTable(), io::OptionGroup::Cloud, codec_);
 }
 
 void
@@ -268,7 +156,7 @@ EncodingOptions::checkEffects() const
                   "has no effect on this law: add --law quadratic or --law linear");
   if (law_ && needsSensor(*law_))
     refuseOptions(*app_,
-                  {"--coarsen"},
+                  {"--coarsen", "--use-coordinate-step"},
                   "has no effect with this law, which is made for voxels of one size: "
                   "leave it out");
   if (law_ && *law_ != IntensityLaw::Native)
@@ -279,9 +167,15 @@ EncodingOptions::checkEffects() const
   if (law_ == IntensityLaw::None)
     refuseOptions(
         *app_, scaleOptions(), "has no effect with --law none: leave one of them out");
+  if (codec_.origin || codec_.bounding_box || crop_box_)
+    refuseOptions(
+        *app_,
+        {"--use-coordinate-step"},
+        "has no effect with --origin, --bounding-box or --crop, which fix the "
+        "grid: leave one of them out");
   if (codec_.format == io::StreamFormat::Published) {
     refuseOptions(*app_,
-                  {"--effort", "--coarsen"},
+                  {"--effort", "--coarsen", "--use-coordinate-step"},
                   "has no effect with --format published: leave one of them out");
     if (codec_.colour_bits > 0)
       refuseOptions(
@@ -305,15 +199,28 @@ EncodingOptions::checkFrameId(bool has_messages) const
 }
 
 void
+EncodingOptions::checkBudget() const
+{
+  if (codec_.max_rate == 0.0)
+    refuseOptions(*app_,
+                  {"--rate-buffer", "--rate-temporal-filter", "--rate-sent-share"},
+                  "has no effect without a limit: add --max-rate");
+  if (codec_.max_rate == 0.0 && codec_.max_encode_ms == 0.0)
+    refuseOptions(*app_,
+                  {"--rate-doublings"},
+                  "has no effect without a limit: add --max-rate or --max-encode-ms");
+}
+
+void
 EncodingOptions::check() const
 {
   checkEffects();
   if (has_budget_)
-    checkBudgetOptions(*app_, codec_);
+    checkBudget();
   // The law of a stream follows from its clouds; these checks hold for any.
   const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
   if (!node.settingsStatus().ok())
-    throw UsageError(node.settingsStatus().message());
+    throw UsageError(messageOf(node.settingsStatus()));
 }
 
 IntensityLaw

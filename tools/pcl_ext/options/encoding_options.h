@@ -4,7 +4,6 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "inputs/stream_metadata.h"
-#include "options/budget_options.h"
 #include "options/options.h"
 #include "options/text_values.h"
 
@@ -105,11 +104,7 @@ public:
 
   /** \brief Adds --max-rate and what belongs to it. */
   void
-  addBudget(CLI::App& app)
-  {
-    addBudgetOptions(app, codec_);
-    has_budget_ = true;
-  }
+  addBudget(CLI::App& app);
 
   /** \brief Adds --crop, which addCloudOptions() has, too. */
   void
@@ -218,12 +213,6 @@ public:
   }
 
 private:
-  void
-  addScaleOptions(CLI::App& app);
-
-  void
-  addGridOptions(CLI::App& app);
-
   /** \brief Whether a cloud's intensity is a further field, whose values decoding gives
    * in place of those of voxels, and no option asks for these. */
   bool
@@ -231,6 +220,10 @@ private:
 
   void
   checkEffects() const;
+
+  /** \brief Refuses options that have no effect without a limit. */
+  void
+  checkBudget() const;
 
   const CLI::App* app_ = nullptr; // to which the options were added
   io::EncoderSettings codec_;

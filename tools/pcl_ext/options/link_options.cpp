@@ -2,6 +2,7 @@
 #include "options/link_options.h"
 
 #include "console/exit_status.h"
+#include "options/setting_options.h"
 
 #include <cstdlib>
 #include <string>
@@ -69,7 +70,7 @@ completeLinkSettings(link::LinkSettings& settings)
   settings.password = environment("PCL_EXT_PASSWORD");
   settings.token = environment("PCL_EXT_TOKEN");
   if (const auto status = link::checkSettings(settings); !status.ok())
-    throw UsageError(status.message());
+    throw UsageError(messageOf(status));
 }
 
 } // namespace tools

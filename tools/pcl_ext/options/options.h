@@ -47,6 +47,29 @@ refuseOptions(const CLI::App& app,
       throw UsageError(name + " " + why);
 }
 
+/** \brief Adds an option that is one of a few words.
+ * \param[in] name as CLI11 takes it
+ * \param[in] take is called with the word that is given
+ */
+template <typename TakeT>
+CLI::Option*
+addWords(CLI::App& app,
+         const std::string& name,
+         const std::vector<std::string>& words,
+         const std::string& default_word,
+         const std::string& description,
+         TakeT take)
+{
+  std::string joined;
+  for (const std::string& word : words)
+    joined += (joined.empty() ? "" : "|") + word;
+  return app
+      .add_option_function<std::string>(
+          name, take, description + " (" + default_word + ")")
+      ->check(CLI::IsMember(words).description(""))
+      ->type_name(joined);
+}
+
 /** \brief Adds an option with a few named values.
  * \param[in] name as CLI11 takes it
  * \param[in] choices all values, a table of NamedValue
@@ -60,21 +83,17 @@ addChoice(CLI::App& app,
           ValueT& value,
           const std::string& description)
 {
-  std::vector<std::string> names;
-  std::string joined;
-  for (const auto& choice : choices) {
-    names.emplace_back(choice.name);
-    joined += (joined.empty() ? "" : "|") + names.back();
-  }
-  return app
-      .add_option_function<std::string>(
-          name,
-          [choices, &value](const std::string& given) {
-            value = valueNamed(choices, given).value_or(value);
-          },
-          description + " (" + nameOf(choices, value) + ")")
-      ->check(CLI::IsMember(names).description(""))
-      ->type_name(joined);
+  std::vector<std::string> words;
+  for (const auto& choice : choices)
+    words.emplace_back(choice.name);
+  return addWords(app,
+                  name,
+                  words,
+                  nameOf(choices, value),
+                  description,
+                  [choices, &value](const std::string& given) {
+                    value = valueNamed(choices, given).value_or(value);
+                  });
 }
 
 /** \brief Refuses what is no number, such as 5cm, and nan, which CLI11 finds in any

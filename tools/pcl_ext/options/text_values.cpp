@@ -24,11 +24,12 @@ void
 expectCount(const std::string& option,
             const std::vector<double>& numbers,
             std::size_t count,
-            const std::string& names)
+            const std::string& names = {})
 {
   if (numbers.size() != count)
     throw UsageError("--" + option + " needs " + std::to_string(count) + " numbers, " +
-                     names + ", not " + std::to_string(numbers.size()));
+                     names + (names.empty() ? "" : ", ") + "not " +
+                     std::to_string(numbers.size()));
 }
 
 Eigen::Isometry3d
@@ -144,6 +145,14 @@ parseNumbers(const std::string& option, const std::string& text)
     if (!std::isfinite(numbers.back()))
       throw UsageError("--" + option + ": '" + word + "' is not a finite number");
   }
+  return numbers;
+}
+
+std::vector<double>
+parseNumbers(const std::string& option, const std::string& text, std::size_t count)
+{
+  std::vector<double> numbers = parseNumbers(option, text);
+  expectCount(option, numbers, count);
   return numbers;
 }
 

@@ -25,6 +25,12 @@ namespace tools {
 std::vector<double>
 parseNumbers(const std::string& option, const std::string& text);
 
+/** \brief The same with the number of numbers.
+ * \throws UsageError also if there are fewer or more
+ */
+std::vector<double>
+parseNumbers(const std::string& option, const std::string& text, std::size_t count);
+
 /** \brief Reads a box: x0,y0,z0,x1,y1,z1.
  * \throws UsageError
  */

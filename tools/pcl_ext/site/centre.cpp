@@ -7,6 +7,7 @@
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/stream_metadata.h"
+#include "options/setting_options.h"
 #include "streams/stream_decoder.h"
 
 #include <algorithm>
@@ -39,7 +40,7 @@ Centre::Grid::Grid(Centre& centre_of_site, double resolution)
          })
 {
   if (!centre.settingsStatus().ok())
-    throw UsageError(centre.settingsStatus().message());
+    throw UsageError(messageOf(centre.settingsStatus()));
   centre.setMerging(true);
 }
 

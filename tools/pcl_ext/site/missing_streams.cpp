@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "site/missing_streams.h"
 
+#include "options/setting_options.h"
+
 #include <algorithm>
 #include <set>
 
@@ -71,7 +73,7 @@ MissingStreams::reason(const link::SubscriberStatistics& statistics) const
                           ? link::keptStreams(settings_.link, found)
                           : link::liveStreams(settings_.link, duration, found);
   if (!status.ok())
-    return status.message();
+    return messageOf(status);
   std::set<std::string> own;
   bool is_divided = false;
   for (const SiteStream& stream : found) {

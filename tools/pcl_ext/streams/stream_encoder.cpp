@@ -6,6 +6,7 @@
 
 #include "clouds/point_fields.h"
 #include "console/exit_status.h"
+#include "options/setting_options.h"
 #include "options/text_values.h"
 
 #include <algorithm>
@@ -91,7 +92,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
   node_.emplace(settings);
   settings_ = settings;
   if (!node_->settingsStatus().ok())
-    throw UsageError(node_->settingsStatus().message());
+    throw UsageError(messageOf(node_->settingsStatus()));
 }
 
 bool
@@ -115,9 +116,9 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     return false;
   }
   if (!status.hasFrame())
-    throw std::runtime_error(status.message());
+    throw std::runtime_error(messageOf(status));
   const nodes::SensorNodeStatistics statistics = node_->statistics();
-  refuseWhatReadersRefuse(statistics, status.message());
+  refuseWhatReadersRefuse(statistics, messageOf(status));
   if (left_out_.empty())
     left_out_ = nodes::describeLeftOut(cloud, *settings_);
   // Empty names tell nothing.
@@ -134,7 +135,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   // What the rate control changes is told at the end.
   if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {
     sums.warnings = 1;
-    sums.first_warning = source + ": " + status.message();
+    sums.first_warning = source + ": " + messageOf(status);
   }
   last_cloud_ = sums;
   sums_ += last_cloud_;
