@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { ControlPanel } from "./controls/control_panel";
 import { createHelp } from "./controls/help_overlay";
-import { listenToKeys } from "./controls/keyboard";
+import { listenToKeys } from "./keyboard";
 import { LiveBanner } from "./controls/live_banner";
 import { Notices } from "./controls/notices";
 import { followTheme, isDark, sceneColours } from "./controls/theme";

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { speeds } from "../timeline/timeline_view";
-import type { ColourBy, ViewerStore } from "../state/viewer_state";
+import { speeds } from "./timeline/timeline_view";
+import type { ColourBy, ViewerStore } from "./state/viewer_state";
 
 export interface KeyActions {
   togglePlay(): void;
