@@ -57,8 +57,6 @@ set(PCL_EXT_HEADERS_WITH_PCL
     point_fields.h
     point_intensity.h
     point_types.h
-    preprocessed_batches.h
-    sensor_order.h
     sensor_preprocessor.h)
 set(left_out_headers)
 if(NOT PCL_EXT_WITH_PCL)

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulator/cell_parameters.h"
 
-#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
 
 #include "simulator/robot_cell.h"
 

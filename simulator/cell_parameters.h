@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include <cstdint>
 #include <string>

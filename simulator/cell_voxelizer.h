@@ -7,7 +7,7 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
 
 #include "simulator/crop_box.h"
 

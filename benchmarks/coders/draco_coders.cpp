@@ -6,7 +6,7 @@
  * over all points as whole numbers.
  */
 #include <pcl_ext/compression/cloud_encoder.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
 
 #include "coders/stream_coder.h"
 #include "coders/whole_number_coder.h"

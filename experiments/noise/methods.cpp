@@ -3,7 +3,7 @@
 
 #include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
 
 #include "measuring/markdown_table.h"
 

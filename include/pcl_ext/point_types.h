@@ -10,6 +10,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup common
+ * @{ */
+
 /** \brief A point with a colour and an intensity, which PCL has no type for. */
 struct EIGEN_ALIGN16 PointXYZRGBI {
   PCL_ADD_POINT4D; // metres
@@ -20,6 +23,8 @@ struct EIGEN_ALIGN16 PointXYZRGBI {
   /** \brief A black point at the origin. */
   PointXYZRGBI() : data{0.0f, 0.0f, 0.0f, 1.0f}, rgba(0xff000000u) {}
 };
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

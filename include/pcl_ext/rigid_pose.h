@@ -9,6 +9,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup common
+ * @{ */
+
 /** \brief Pose of a sensor in the world: sensor -> global coordinate frame, metres.
  * Accepts an Eigen::Isometry3d. Not aligned, so that its layout does not depend on the
  * vector instructions that a program is built with. */
@@ -25,6 +28,8 @@ using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>
 /** \brief True if a pose is a rotation and a translation, all finite. */
 PCL_EXT_CODEC_EXPORT bool
 isRigid(const io::SensorPose& pose);
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -12,6 +12,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup common
+ * @{ */
+
 /** \brief A message that names settings: each is its id in braces, as in "{resolution} is
  * 0", so that a program can show its own names. Other opening braces are doubled. */
 struct SettingText {
@@ -192,5 +195,8 @@ enum class CompressionCode {
 using CompressionStatus = Status<CompressionCode>;
 
 } // namespace io
+
+/** @} */
+
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

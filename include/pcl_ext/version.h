@@ -34,6 +34,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup common
+ * @{ */
+
 // `namespace pcl_ext { namespace io {` continues these, also in a program: include it
 // first.
 namespace detail {}
@@ -46,6 +49,8 @@ namespace view {}
 /** \brief PCL_EXT_VERSION_TEXT of the library that is loaded. */
 PCL_EXT_CODEC_EXPORT const char*
 version() noexcept;
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/named_value.h>
+#include <pcl_ext/impl/named_value.h>
 
 #include <pybind11/pybind11.h>
 

@@ -3,8 +3,8 @@
 /** \file
  * \brief The node of a sensor: clouds in, compressed frames out.
  */
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "message_conversions.h"
 #include "node_main.h"

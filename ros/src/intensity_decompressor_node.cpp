@@ -4,8 +4,8 @@
  * \brief The central node: compressed frames of many streams in, denoised voxels of each
  * stream out.
  */
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/merging_centre.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
 
 #include "message_conversions.h"
 #include "node_main.h"

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/nodes/transform_search.h>
+#include <pcl_ext/nodes/impl/transform_search.h>
 
 #include <std_msgs/Header.h>
 #include <tf2_ros/buffer.h>

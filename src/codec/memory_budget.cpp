@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/memory_budget.h>
-
 #include "bytes/machine_memory.h"
+#include "codec/memory_share.h"
 
 #include <algorithm>
 #include <cstdint>

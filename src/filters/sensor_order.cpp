@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/filters/sensor_order.h>
+#include <pcl_ext/filters/lidar_clouds.h>
 
 #include <algorithm>
 #include <cmath>

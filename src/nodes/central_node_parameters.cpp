@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/voxel_grid.h>
-#include <pcl_ext/nodes/merging_centre.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "nodes/parameter_access.h"
 

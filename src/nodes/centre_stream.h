@@ -2,9 +2,9 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/merged_source.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/health_report.h>
+#include <pcl_ext/nodes/impl/merged_source.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include <cstddef>
 #include <deque>

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/cloud_receiver.h>
+#include <pcl_ext/nodes/impl/cloud_receiver.h>
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"

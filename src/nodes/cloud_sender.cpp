@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/i_frame_requests.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "bytes/exceptions.h"
 #include "nodes/stamp_gaps.h"

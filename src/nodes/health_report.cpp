@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/impl/health_report.h>
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/merged_frame_encoder.h>
+#include "nodes/merged_frame_encoder.h"
 
 #include <algorithm>
 #include <chrono>

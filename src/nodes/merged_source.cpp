@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/merged_source.h>
+#include <pcl_ext/nodes/impl/merged_source.h>
 
 #include "nodes/latency.h"
 

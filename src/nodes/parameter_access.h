@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/named_value.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/impl/named_value.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include <cstdint>
 #include <limits>

@@ -7,6 +7,7 @@
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
+#include "codec/memory_share.h"
 #include "nodes/rate_window.h"
 #include "voxels/memory_rule.h"
 

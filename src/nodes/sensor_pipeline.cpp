@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/sensor_pipeline.h"
 
-#include <pcl_ext/filters/preprocessed_batches.h>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_law.h>
-#include <pcl_ext/point_intensity.h>
 
+#include "filters/preprocessed_batches.h"
 #include "nodes/left_out.h"
 #include "nodes/sensor_node_settings.h"
 

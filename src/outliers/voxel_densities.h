@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/impl/depth_model.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 

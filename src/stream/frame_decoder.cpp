@@ -6,6 +6,7 @@
 #include "bytes/reread_allowance.h"
 #include "codec/frame_failures.h"
 #include "codec/frame_order.h"
+#include "codec/memory_share.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "stream/frame_search.h"

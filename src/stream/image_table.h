@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/bounding_box.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/status.h>
 
 #include <cmath>

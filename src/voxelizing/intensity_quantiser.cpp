@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/intensity_quantiser.h"
 
-#include <pcl_ext/compression/saturated_float.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 
 #include "voxelizing/held_range.h"
 

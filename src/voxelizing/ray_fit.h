@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/impl/point_image.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/rigid_pose.h>
 

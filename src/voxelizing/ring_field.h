@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/point_view.h>
 
 #include <cmath>

@@ -7,7 +7,7 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/compression/point_view.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
 
 #include "stream/frame_encoder.h"
 #include "support/cloud_streams.h"

@@ -3,8 +3,9 @@
 /** \file
  * \brief The points of batches are those that SensorPreprocessor writes.
  */
-#include <pcl_ext/filters/preprocessed_batches.h>
 #include <pcl_ext/point_types.h>
+
+#include "filters/preprocessed_batches.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>

@@ -4,7 +4,7 @@
  * \brief The order of a lidar's points, restored by ring and time.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/filters/sensor_order.h>
+#include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
 #include <pcl/conversions.h>

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
 
 #include "support/image_frames.h"
 #include "support/voxel_frames.h"

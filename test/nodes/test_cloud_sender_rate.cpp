@@ -4,7 +4,7 @@
  * \brief A CloudSender whose max_rate changes.
  */
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "support/node_tests.h"
 

@@ -5,8 +5,8 @@
  * new and lost receivers, and lost frames.
  */
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/nodes/cloud_receiver.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_receiver.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "support/voxel_frames.h"

@@ -3,7 +3,7 @@
 /** \file
  * \brief Which frames are merged with each other, against a search in all of them.
  */
-#include <pcl_ext/nodes/merge_schedule.h>
+#include <pcl_ext/nodes/impl/merge_schedule.h>
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,7 @@
 /** \file
  * \brief A centre of centres has what one centre with all streams has.
  */
-#include <pcl_ext/nodes/merged_frame_encoder.h>
-
+#include "nodes/merged_frame_encoder.h"
 #include "support/node_tests.h"
 
 #include <memory>

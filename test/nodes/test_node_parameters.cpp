@@ -4,8 +4,8 @@
  * \brief The parameters that the nodes of all ROS versions share: what they allow, what
  * they say where a value is not allowed, and the settings that they give.
  */
-#include <pcl_ext/nodes/merging_centre.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "nodes/codec_parameters.h"
 #include "simulator/cell_parameters.h"

@@ -3,7 +3,7 @@
 /** \file
  * \brief Clouds that are lost before they arrive, by the stamps of the others.
  */
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "nodes/stamp_gaps.h"
 

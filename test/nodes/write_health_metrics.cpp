@@ -4,8 +4,9 @@
  * Writes the metrics of streams that have the names given as arguments, decoded, encoded
  * and received, for test_metrics.py.
  */
-#include <pcl_ext/link/link_metrics.h>
-#include <pcl_ext/nodes/health_metrics.h>
+#include <pcl_ext/nodes/impl/health_metrics.h>
+
+#include "link/link_metrics.h"
 
 #include <iostream>
 

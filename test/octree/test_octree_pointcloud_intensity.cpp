@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/octree/intensity_leaf.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
-#include <pcl_ext/point_intensity.h>
 
 #include "support/cloud_streams.h"
 

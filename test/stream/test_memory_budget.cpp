@@ -3,10 +3,11 @@
 /** \file
  * \brief Memory of many streams, and of frames of few bytes and many voxels or blocks.
  */
+#include <pcl_ext/compression/decoder_limits.h>
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/memory_budget.h>
 
 #include "codec/frame_limits.h"
+#include "codec/memory_share.h"
 #include "support/forged_frames.h"
 #include "support/payload_frames.h"
 #include "support/test_memory.h"

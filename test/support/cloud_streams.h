@@ -7,7 +7,7 @@
 #pragma once
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
 
 #include "support/status_codes.h"
 

@@ -5,9 +5,9 @@
  */
 #pragma once
 
-#include <pcl_ext/nodes/merged_frame_encoder.h>
-#include <pcl_ext/nodes/merging_centre.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
 
+#include "nodes/merged_frame_encoder.h"
 #include "support/central_streams.h"
 #include "support/world_voxels.h"
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/impl/depth_model.h>
 
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"

@@ -3,7 +3,7 @@
 /** \file
  * \brief Rays of images against their formulas in floating point.
  */
-#include <pcl_ext/compression/point_image.h>
+#include <pcl_ext/compression/impl/point_image.h>
 
 #include "support/image_frames.h"
 #include "voxels/rays.h"

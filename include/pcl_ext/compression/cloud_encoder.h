@@ -2,11 +2,10 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/rate_control_status.h>
-#include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -23,6 +22,9 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief The depth law of an intensity model, for the encoder; none if its
  * intensities are not a power of the depth. Decoded shares are 255 for a full voxel
@@ -286,6 +288,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

@@ -1,27 +1,27 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/bounding_box.h>
-#include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/decoder_limits.h>
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/compression/memory_budget.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
-#include <pcl_ext/named_value.h>
+#include <pcl_ext/impl/named_value.h>
+#include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
-#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief Trade-off of time against size, for encoder and decoder alike. For figures
  * see doc/benchmarks.md. For single or unrelated frames the order of the sizes may
@@ -64,59 +64,6 @@ enum class IntensityCurve {
 
 inline constexpr std::array<NamedValue<IntensityCurve>, 2> intensity_curves = {
     {{IntensityCurve::Linear, "linear"}, {IntensityCurve::Companded, "companded"}}};
-
-/** \brief Limits of time and memory of decoding, for untrusted bytes. */
-struct DecoderLimits {
-  /** \brief The most voxels that a frame may have, whatever max_voxels is; as an encoder
-   * writes them, in at most 2^26 blocks of 4 x 4 x 4. */
-  static constexpr std::size_t most_voxels = std::size_t{1} << 28;
-
-  /** \brief Bytes of one frame, and bytes skipped while looking for one. */
-  std::size_t max_frame_bytes = std::size_t{1} << 28;
-
-  /** \brief Voxels of one frame, up to most_voxels. A frame takes up to 120 bytes of
-   * memory for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the
-   * memory is released a few frames later. retain_octree, which builds PCL's octree of
-   * pointers, at least doubles this. */
-  std::size_t max_voxels = std::size_t{1} << 26;
-
-  /** \brief Points of one frame, where the stream has the number of points of each
-   * voxel; a decoded cloud has as many. Values above 16 max_voxels count as that. */
-  std::size_t max_points = std::size_t{1} << 30;
-
-  /** \brief Values of the fields of one frame, of eight bytes each. */
-  std::size_t max_field_values = std::size_t{1} << 30;
-
-  /** \brief Voxels that a frame may have however few bytes it has: with more, it has a
-   * byte for 64 of them. With more than 2^24 points, 2^26 values of fields, or blocks
-   * than the lesser of this and 2^20, it has a byte for 256, 512 or 8 of these. The bytes
-   * of a P-frame are all since the last I-frame. 2^26 and above: no such limits. The
-   * published layout has only that of voxels, without regard to its bytes. */
-  std::size_t free_voxels = std::size_t{1} << 23;
-
-  /** \brief Memory that the decoder shares with others; none: it keeps what it needs. A
-   * frame that takes more than the whole of it is refused. */
-  std::shared_ptr<MemoryBudget> budget;
-
-  /** \brief Those where a budget bounds the memory of all frames: the default ones, but
-   * as many voxels as a frame may have. */
-  static DecoderLimits
-  ofBudget(std::shared_ptr<MemoryBudget> shared_budget)
-  {
-    DecoderLimits limits;
-    limits.max_voxels = most_voxels;
-    limits.budget = std::move(shared_budget);
-    return limits;
-  }
-
-  /** \brief Those of frames that are looked at, but not decoded. */
-  static DecoderLimits
-  none()
-  {
-    constexpr std::size_t any = std::numeric_limits<std::uint32_t>::max();
-    return {any, any, any, any, any, nullptr};
-  }
-};
 
 /** \brief What a decoder does with a frame of which only the beginning has arrived. */
 enum class IncompleteFrame {
@@ -357,12 +304,6 @@ parseFields(const std::string& text, std::vector<FieldSetting>& fields);
 PCL_EXT_CODEC_EXPORT bool
 isOneOfAllFields(const FieldDescription& field, bool codes_colours);
 
-/** \brief Checks limits, which are above 0.
- * \return Ok, or InvalidSettings with the field
- */
-PCL_EXT_CODEC_EXPORT CompressionStatus
-checkLimits(const DecoderLimits& limits);
-
 /** \brief Checks the settings of an encoder against their ranges and each other.
  * \param[in] depth_law see IntensityCompressionSettings
  * \return Ok, or InvalidSettings with the field and its value
@@ -374,6 +315,8 @@ checkSettings(const EncoderSettings& settings,
 /** \brief Checks all settings. */
 PCL_EXT_CODEC_EXPORT CompressionStatus
 checkSettings(const IntensityCompressionSettings& settings);
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

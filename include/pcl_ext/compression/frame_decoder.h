@@ -16,6 +16,9 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 class CodingWorkspace;
 
 /** \brief Scratch memory for decoding a frame; used during a call only.
@@ -146,6 +149,8 @@ PCL_EXT_CODEC_EXPORT FrameSize
 frameSize(const std::uint8_t* bytes,
           std::size_t count,
           const DecoderLimits& limits = DecoderLimits());
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
@@ -14,6 +15,9 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief What the header of a frame tells without the frames before it. */
 struct FrameDescription {
@@ -60,6 +64,8 @@ PCL_EXT_CODEC_EXPORT FrameDescription
 describeFrame(const std::uint8_t* bytes,
               std::size_t count,
               const DecoderLimits& limits = DecoderLimits());
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

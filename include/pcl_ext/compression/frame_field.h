@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/named_value.h>
+#include <pcl_ext/impl/named_value.h>
 #include <pcl_ext/version.h>
 
 #include <array>
@@ -13,6 +13,9 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief Datatype of a field, numbered as in pcl::PCLPointField and
  * sensor_msgs/PointField. */
@@ -140,6 +143,8 @@ storeFieldValue(FieldType type, double number, void* value);
 /** \brief The value of a number as a double, for pictures and statistics. */
 PCL_EXT_CODEC_EXPORT double
 fieldValue(const FieldDescription& field, std::uint64_t number);
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

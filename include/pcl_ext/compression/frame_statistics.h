@@ -9,6 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 /** \brief Counts of a voxelized cloud. Each point is exactly one of: used, not finite,
  * outside the box, outside the grid. */
 struct VoxelizationStatistics {
@@ -84,6 +87,8 @@ struct FrameStatistics {
                                    static_cast<double>(coding.bytes);
   }
 };
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

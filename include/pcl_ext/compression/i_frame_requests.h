@@ -9,6 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 /** \brief Decides when requests for I-frames are passed on to an encoder. A request
  * that arrives right after an I-frame on request may be older than that frame: it waits
  * until one more frame is sent, so that requests never cause two I-frames in a row,
@@ -56,6 +59,8 @@ private:
   std::atomic<bool> is_due_{false};
   std::size_t frames_since_ = frames_to_wait; // since a request was passed on
 };
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

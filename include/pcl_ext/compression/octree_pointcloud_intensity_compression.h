@@ -6,9 +6,9 @@
 #include <pcl_ext/compression/impl/cloud_streams.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
-#include <pcl_ext/point_intensity.h>
 #include <pcl_ext/status.h>
 
 #include <pcl/compression/compression_profiles.h>
@@ -22,6 +22,9 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief The default intensity model of a point type: native if the type has an
  * intensity, else none. */
@@ -388,6 +391,8 @@ private:
   PointCloudPtr output_;
   std::vector<float> intensities_; // a member so that its memory is reused
 };
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

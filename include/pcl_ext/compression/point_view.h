@@ -2,7 +2,6 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/compression/point_image.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
@@ -13,11 +12,20 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 /** \brief A view of a field of points. */
 struct FieldView {
   FieldDescription description; ///< name, type and count; its step is not used
   const void* first = nullptr;  ///< value of the first point; need not be aligned
   std::size_t stride = 0;       ///< bytes from one point to the next
+};
+
+/** \brief Columns and rows of an image; without columns there is none. */
+struct ImageSize {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
 };
 
 /** \brief A view of points: x, y, z as consecutive floats or doubles, metres, an
@@ -116,6 +124,8 @@ atOffset(const NumberT* first, std::size_t bytes)
 }
 
 } // namespace detail
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

@@ -10,6 +10,9 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 /** \brief A step of the ladder that the rate control chooses from, see doc/rate_control.md. */
 struct RateStep {
   Effort effort = Effort::Fast;
@@ -55,6 +58,8 @@ struct RateControlStatus {
    */
   std::string not_kept;
 };
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/compression/point_image.h>
-#include <pcl_ext/compression/saturated_float.h>
+#include <pcl_ext/compression/impl/depth_model.h>
+#include <pcl_ext/compression/impl/point_image.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
@@ -19,6 +19,9 @@
 
 namespace pcl_ext {
 namespace io {
+
+/** \addtogroup io
+ * @{ */
 
 /** \brief Lowest number of a level of a companded scale.
  *
@@ -301,6 +304,8 @@ forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit);
 template <typename VisitT>
 void
 forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit);
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

@@ -10,6 +10,9 @@
 namespace pcl_ext {
 namespace io {
 
+/** \addtogroup io
+ * @{ */
+
 /** \brief Bits of a Morton key for each axis, which is the depth of the deepest
  * grid. */
 constexpr unsigned int max_grid_depth = 21;
@@ -17,6 +20,13 @@ constexpr unsigned int max_grid_depth = 21;
 /** \brief Range of the voxel edge, metres. */
 constexpr double smallest_resolution = 1e-6;
 constexpr double largest_resolution = 1e6;
+
+/** \brief An axis-aligned box, metres; both ends are included. In world coordinates
+ * unless something else is said. */
+struct BoundingBox {
+  std::array<double, 3> min{};
+  std::array<double, 3> max{};
+};
 
 /** \brief Position of a voxel within its grid: x, y, z count voxels from the grid's
  * lower corner, each below 2^depth of the grid. */
@@ -172,6 +182,8 @@ faceMargin(double resolution)
 {
   return static_cast<float>(resolution / 1024.0);
 }
+
+/** @} */
 
 } // namespace io
 } // namespace pcl_ext

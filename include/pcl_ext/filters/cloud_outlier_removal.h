@@ -11,6 +11,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup filters
+ * @{ */
+
 /** \brief Removes noise in the air from a lidar's cloud: PointOutlierRemoval for users
  * of PCL. Call it once for each cloud of a sensor, in order, before they are moved into
  * another coordinate frame:
@@ -51,6 +54,8 @@ removeOutliers(pcl::PointCloud<PointT>& cloud, PointOutlierRemoval& removal)
   }
   return status;
 }
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

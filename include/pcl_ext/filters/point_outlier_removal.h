@@ -12,6 +12,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup filters
+ * @{ */
+
 /** \brief All settings of a PointOutlierRemoval, with their units, defaults and
  * ranges. */
 struct PointOutlierRemovalSettings {
@@ -87,6 +90,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

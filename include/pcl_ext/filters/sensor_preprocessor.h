@@ -4,8 +4,8 @@
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/impl/moved_points.hpp>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/point_intensity.h>
 #include <pcl_ext/point_types.h>
 #include <pcl_ext/status.h>
 
@@ -24,6 +24,9 @@
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+/** \addtogroup filters
+ * @{ */
 
 /** \brief Outcome codes of preprocessing. */
 enum class PreprocessingCode {
@@ -282,6 +285,8 @@ private:
   std::size_t kept_ = 0; // points of the output that are valid
   Output input_;         // the points of a cloud that is its own output
 };
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

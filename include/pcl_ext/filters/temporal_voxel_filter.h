@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/bounding_box.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
 
@@ -16,6 +16,9 @@
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+/** \addtogroup filters
+ * @{ */
 
 /** \brief Outcomes of a TemporalVoxelFilter. Except for Ok the frame is unchanged, and
  * not part of the history. */
@@ -137,6 +140,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -3,8 +3,8 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/impl/named_value.h>
 #include <pcl_ext/intensity/intensity_law.h>
-#include <pcl_ext/named_value.h>
 #include <pcl_ext/status.h>
 
 #include <array>
@@ -17,6 +17,9 @@
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+/** \addtogroup filters
+ * @{ */
 
 /** \brief Removes voxels of low intensity as noise (section 2.7 of the paper), as a
  * PassThrough on `intensity` does with decoded clouds.
@@ -327,6 +330,8 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
   cloud.height = 1;
   return status;
 }
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

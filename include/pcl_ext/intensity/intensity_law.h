@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/impl/named_value.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/named_value.h>
 
 #include <array>
 #include <optional>
@@ -11,6 +11,9 @@
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+/** \addtogroup intensity
+ * @{ */
 
 /** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw,
  * LinearLaw, NativeLaw and NoIntensity. */
@@ -104,6 +107,8 @@ visitIntensityModel(IntensityLaw law,
   }
   detail::throwInvalidArgument("unknown intensity law");
 }
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -15,6 +15,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
+/** \addtogroup intensity
+ * @{ */
+
 namespace detail {
 
 /** \brief Throws std::invalid_argument; in a build without exceptions aborts the
@@ -421,6 +424,28 @@ using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;
 
 /** \brief Keeps the sensor's own intensity, for any sensor. */
 using NativeIntensity = IntensityModel<UnspecifiedSensor, NativeLaw>;
+
+namespace io {
+
+/** \brief A law by which the intensity of a point depends on its depth in the sensor's
+ * frame: full_intensity * (z / cut_off_depth)^exponent, full_intensity at most
+ * (sections 2.5.2 and 2.5.3 of the paper). */
+struct DepthLaw {
+  /** \brief 1: linear; 2: quadratic. */
+  unsigned int exponent = 2;
+
+  /** \brief z_c, metres: the depth at which one point fills a voxel face; above 0. See
+   * IntensityModel::cutOffDepth(). */
+  double cut_off_depth = 0.0;
+
+  /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities;
+   * above 0. */
+  double full_intensity = 255.0;
+};
+
+} // namespace io
+
+/** @} */
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -15,6 +15,9 @@
 namespace pcl_ext {
 namespace link {
 
+/** \addtogroup link
+ * @{ */
+
 /** \brief Figures of a FramePublisher, since it was made. */
 struct PublisherStatistics {
   std::uint64_t frames = 0; ///< that the server has, as it has answered after them
@@ -117,6 +120,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace link
 } // namespace pcl_ext

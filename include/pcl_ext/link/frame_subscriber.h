@@ -15,6 +15,9 @@
 namespace pcl_ext {
 namespace link {
 
+/** \addtogroup link
+ * @{ */
+
 /** \brief What a FrameSubscriber receives. */
 struct SubscriberSettings {
   LinkSettings link;
@@ -199,6 +202,8 @@ liveStreams(const LinkSettings& link,
  */
 PCL_EXT_LINK_EXPORT LinkStatus
 keptStreams(const LinkSettings& link, std::vector<SiteStream>& streams) noexcept;
+
+/** @} */
 
 } // namespace link
 } // namespace pcl_ext

@@ -10,6 +10,9 @@
 #include <string>
 
 namespace pcl_ext {
+
+/** \addtogroup link
+ * @{ */
 /** \brief Carries frames between machines, by a NATS server (https://nats.io). */
 namespace link {
 
@@ -74,4 +77,6 @@ PCL_EXT_LINK_EXPORT LinkStatus
 checkSettings(const LinkSettings& settings);
 
 } // namespace link
+/** @} */
+
 } // namespace pcl_ext

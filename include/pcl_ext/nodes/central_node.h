@@ -22,6 +22,9 @@
 namespace pcl_ext {
 namespace nodes {
 
+/** \addtogroup nodes
+ * @{ */
+
 /** \brief All settings of a CentralNode, with their units, defaults and ranges. */
 struct CentralNodeSettings {
   /** \brief Voxel edge of the common grid that streams are merged on, metres. 1e-6 to
@@ -276,6 +279,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -12,6 +12,9 @@
 namespace pcl_ext {
 namespace nodes {
 
+/** \addtogroup nodes
+ * @{ */
+
 /** \brief Inserts a frame's voxels into an OctoMap, weighted by their intensity.
  *
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, a
@@ -78,6 +81,8 @@ insertVoxels(const io::VoxelFrame& frame,
   if (!lazy_eval)
     map.updateInnerOccupancy();
 }
+
+/** @} */
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -9,7 +9,6 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/nodes/duration_histogram.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
@@ -25,6 +24,9 @@
 
 namespace pcl_ext {
 namespace nodes {
+
+/** \addtogroup nodes
+ * @{ */
 
 /** \brief All settings of a SensorNode, with their units, defaults and ranges. */
 struct SensorNodeSettings {
@@ -198,6 +200,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace nodes
 } // namespace pcl_ext

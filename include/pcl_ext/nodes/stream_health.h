@@ -3,17 +3,22 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
-#include <pcl_ext/nodes/duration_histogram.h>
 #include <pcl_ext/status.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <string>
 
 namespace pcl_ext {
 namespace nodes {
+
+/** \addtogroup nodes
+ * @{ */
 
 /** \brief A time, since the epoch of the clock that stamps the clouds. */
 using Time = std::chrono::nanoseconds;
@@ -28,6 +33,46 @@ systemTime();
 /** \brief Time of a clock that is never set, from any beginning. */
 PCL_EXT_EXPORT Time
 steadyTime();
+
+/** \brief How often something took how long, from the beginning on. */
+struct DurationHistogram {
+  /** \brief The longest duration of each bucket but the last, seconds; ascending. */
+  static constexpr std::array<double, 13> upper_bounds{0.0001,
+                                                       0.00025,
+                                                       0.0005,
+                                                       0.001,
+                                                       0.0025,
+                                                       0.005,
+                                                       0.01,
+                                                       0.025,
+                                                       0.05,
+                                                       0.1,
+                                                       0.25,
+                                                       0.5,
+                                                       1.0};
+
+  /** \brief Durations above the bound before and up to that of the bucket; the last one
+   * has those above all bounds. */
+  std::array<std::uint64_t, upper_bounds.size() + 1> counts{};
+  double sum_seconds = 0.0; ///< of all durations
+
+  /** \param[in] seconds finite */
+  void
+  add(double seconds)
+  {
+    const auto bound =
+        std::lower_bound(upper_bounds.begin(), upper_bounds.end(), seconds);
+    ++counts[static_cast<std::size_t>(bound - upper_bounds.begin())];
+    sum_seconds += seconds;
+  }
+
+  /** \brief Number of durations. */
+  std::uint64_t
+  count() const
+  {
+    return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  }
+};
 
 /** \brief Rates of one stream over the last seconds. */
 struct StreamRates {
@@ -81,6 +126,8 @@ struct StreamHealth {
   StreamRates rates;                  ///< of the frames that were decoded
   DurationHistogram decode_times;     ///< computing times of these
 };
+
+/** @} */
 
 } // namespace nodes
 } // namespace pcl_ext

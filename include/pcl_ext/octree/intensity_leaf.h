@@ -13,6 +13,9 @@
 namespace pcl_ext {
 namespace octree {
 
+/** \addtogroup octree
+ * @{ */
+
 /** \brief Octree leaf that accumulates the points in its voxel: their number, the sum
  * of their intensities and the mean of their colours.
  *
@@ -125,6 +128,8 @@ private:
   double sum_ = 0.0;
   io::detail::ColourMean colour_;
 };
+
+/** @} */
 
 } // namespace octree
 } // namespace pcl_ext

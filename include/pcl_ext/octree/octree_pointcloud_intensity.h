@@ -2,8 +2,8 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/octree/intensity_leaf.h>
-#include <pcl_ext/point_intensity.h>
 
 #include <pcl/octree/octree2buf_base.h>
 #include <pcl/octree/octree_base.h>
@@ -21,6 +21,9 @@
 
 namespace pcl_ext {
 namespace octree {
+
+/** \addtogroup octree
+ * @{ */
 
 namespace detail {
 
@@ -266,6 +269,8 @@ private:
 
   bool resets_leaves_ = false;
 };
+
+/** @} */
 
 } // namespace octree
 } // namespace pcl_ext

@@ -19,6 +19,9 @@
 namespace pcl_ext {
 namespace recording {
 
+/** \addtogroup recording
+ * @{ */
+
 /** \brief A stream of a recording. */
 struct RecordedStream {
   std::string name;       ///< topic of the channel; .pcxi: name of the file
@@ -173,6 +176,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace recording
 } // namespace pcl_ext

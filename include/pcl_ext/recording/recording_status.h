@@ -10,6 +10,9 @@
 namespace pcl_ext {
 namespace recording {
 
+/** \addtogroup recording
+ * @{ */
+
 /** \brief A time, since the epoch of the clock that stamps the clouds. */
 using Time = std::chrono::nanoseconds;
 
@@ -41,6 +44,8 @@ struct RecordingDamage {
   std::string message;      ///< what is wrong there and what is lost
   std::string file;         ///< path of the file
 };
+
+/** @} */
 
 } // namespace recording
 } // namespace pcl_ext

@@ -13,6 +13,9 @@
 namespace pcl_ext {
 namespace recording {
 
+/** \addtogroup recording
+ * @{ */
+
 /** \brief A stream that is recorded. */
 struct StreamToRecord {
   std::string name; ///< topic of the channel, not empty, unlike those of other streams
@@ -92,6 +95,8 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** @} */
 
 } // namespace recording
 } // namespace pcl_ext

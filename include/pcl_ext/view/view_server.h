@@ -14,6 +14,9 @@
 #include <vector>
 
 namespace pcl_ext {
+
+/** \addtogroup view
+ * @{ */
 /** \brief Shows recordings and live streams in browsers. */
 namespace view {
 
@@ -204,4 +207,6 @@ private:
 };
 
 } // namespace view
+/** @} */
+
 } // namespace pcl_ext

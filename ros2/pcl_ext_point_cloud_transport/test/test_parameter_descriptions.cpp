@@ -4,7 +4,7 @@
  * \brief How parameters are declared: their names, their descriptions, and values at
  * the start.
  */
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "parameter_test.h"
 

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "central_map.h"
 
-#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
 
 #include "weak_callback.h"
 

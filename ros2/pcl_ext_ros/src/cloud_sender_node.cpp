@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pcl_ext_ros/cloud_sender_node.hpp"
 
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "transform_lookup.h"
 #include "weak_callback.h"

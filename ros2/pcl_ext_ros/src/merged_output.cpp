@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "merged_output.h"
 
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/merged_source.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/merged_source.h>
 
 #include <pcl_ext_ros_common/health_publisher.hpp>
 #include <pcl_ext_ros_common/transport_topic.hpp>

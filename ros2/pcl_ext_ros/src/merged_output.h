@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/nodes/merging_centre.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <point_cloud_transport/point_cloud_transport.hpp>

@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pcl_ext_ros/merging_centre_node.hpp"
 
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/health_metrics.h>
-#include <pcl_ext/nodes/merging_centre.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/health_metrics.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
 
 #include "central_map.h"
 #include "merged_output.h"

@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/nodes/merging_centre.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <pcl_ext_ros_common/node_parameters.hpp>

@@ -7,8 +7,8 @@
 
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/cloud_messages.h>
-#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include <gtest/gtest.h>
 

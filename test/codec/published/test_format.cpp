@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/point_intensity.h>
 
 #include "support/published_streams.h"
 #include "voxelizing/voxelizer.h"

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "advice/stream_trials.h"
 #include "commands/commands.h"

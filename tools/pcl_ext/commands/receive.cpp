@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/link/frame_subscriber.h>
-#include <pcl_ext/link/link_metrics.h>
-#include <pcl_ext/nodes/health_metrics.h>
+#include <pcl_ext/nodes/impl/health_metrics.h>
 
 #include "commands/commands.h"
 #include "console/console.h"
@@ -9,6 +8,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
+#include "link/link_metrics.h"
 #include "live/link_output.h"
 #include "live/status_line.h"
 #include "options/decoding_options.h"

@@ -1,5 +1,4 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/link/link_metrics.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "commands/commands.h"
@@ -10,6 +9,7 @@
 #include "inputs/cloud_input.h"
 #include "inputs/standard_input.h"
 #include "inputs/tried_input.h"
+#include "link/link_metrics.h"
 #include "live/link_output.h"
 #include "live/live_cell.h"
 #include "live/piped_frames.h"

@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include <pcl_ext/named_value.h>
+#include <pcl_ext/impl/named_value.h>
 
 #include "console/exit_status.h"
 #include "outputs/output_path.h"

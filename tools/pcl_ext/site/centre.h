@@ -3,10 +3,10 @@
 
 #include <pcl_ext/compression/i_frame_requests.h>
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/merged_frame_encoder.h>
-#include <pcl_ext/nodes/merging_centre.h>
+#include <pcl_ext/nodes/impl/merging_centre.h>
 
 #include "live/live_output.h"
+#include "nodes/merged_frame_encoder.h"
 #include "options/decoding_options.h"
 #include "site/centre_map.h"
 #include "site/frame_taker.h"

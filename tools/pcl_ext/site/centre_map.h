@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/health_metrics.h>
+#include <pcl_ext/nodes/impl/health_metrics.h>
 
 #include "console/console.h"
 #include "inputs/stream_metadata.h"

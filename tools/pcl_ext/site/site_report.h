@@ -3,8 +3,8 @@
 
 #include <pcl_ext/link/frame_publisher.h>
 #include <pcl_ext/link/frame_subscriber.h>
-#include <pcl_ext/nodes/health_metrics.h>
-#include <pcl_ext/nodes/merge_schedule.h>
+#include <pcl_ext/nodes/impl/health_metrics.h>
+#include <pcl_ext/nodes/impl/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "console/console.h"

@@ -1,10 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/memory_budget.h>
+#include <pcl_ext/compression/decoder_limits.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "codec/memory_share.h"
 #include "console/console.h"
 #include "inputs/stream_metadata.h"
 #include "options/decoding_options.h"

@@ -10,8 +10,8 @@
 #include <pcl_ext/compression/impl/octree_leaves.h>
 #include <pcl_ext/compression/impl/point_fields.h>
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/point_intensity.h>
 
 #include <pcl/point_cloud.h>
 

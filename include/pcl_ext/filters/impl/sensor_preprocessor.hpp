@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/saturated_float.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/rigid_pose.h>
 

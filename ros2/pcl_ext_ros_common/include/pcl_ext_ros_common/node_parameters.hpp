@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "pcl_ext_ros_common/node_interfaces.hpp"
 

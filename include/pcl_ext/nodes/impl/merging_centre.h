@@ -3,10 +3,10 @@
 
 #include <pcl_ext/export.h>
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/merge_schedule.h>
-#include <pcl_ext/nodes/merged_source.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/health_report.h>
+#include <pcl_ext/nodes/impl/merge_schedule.h>
+#include <pcl_ext/nodes/impl/merged_source.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include <cstddef>
 #include <cstdint>

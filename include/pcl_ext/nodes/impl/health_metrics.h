@@ -2,8 +2,8 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/merge_schedule.h>
+#include <pcl_ext/nodes/impl/health_report.h>
+#include <pcl_ext/nodes/impl/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <cstddef>

@@ -136,4 +136,4 @@ private:
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext
 
-#include <pcl_ext/filters/impl/preprocessed_batches.hpp>
+#include "filters/preprocessed_batches.hpp"

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/health_report.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include <pcl/PCLPointCloud2.h>

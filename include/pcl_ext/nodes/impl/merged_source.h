@@ -2,7 +2,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/impl/health_report.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <cstddef>

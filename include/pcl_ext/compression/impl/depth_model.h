@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/intensity/intensity_model.h>
 
 #include <algorithm>
 #include <array>
@@ -11,22 +12,6 @@
 
 namespace pcl_ext {
 namespace io {
-
-/** \brief A law by which the intensity of a point depends on its depth in the sensor's
- * frame: full_intensity * (z / cut_off_depth)^exponent, full_intensity at most
- * (sections 2.5.2 and 2.5.3 of the paper). */
-struct DepthLaw {
-  /** \brief 1: linear; 2: quadratic. */
-  unsigned int exponent = 2;
-
-  /** \brief z_c, metres: the depth at which one point fills a voxel face; above 0. See
-   * IntensityModel::cutOffDepth(). */
-  double cut_off_depth = 0.0;
-
-  /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities;
-   * above 0. */
-  double full_intensity = 255.0;
-};
 
 /** \brief The symbol that one point adds to a voxel, for intensities that depend on the
  * depth in a sensor's frame. From it the coder computes a voxel's number of points and

@@ -4,8 +4,8 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
-#include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/node_parameters.h>
+#include <pcl_ext/nodes/impl/health_report.h>
+#include <pcl_ext/nodes/impl/node_parameters.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/status.h>
 

@@ -1,8 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/filters/preprocessed_batches.h>
-#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/impl/point_intensity.h>
+
+#include "filters/preprocessed_batches.h"
 
 #include <algorithm>
 

@@ -12,12 +12,6 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Columns and rows of an image; without columns there is none. */
-struct ImageSize {
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
-};
-
 /** \brief Rays of a row of a spinning sensor: the point at depth n is at
  * `along + n * run` in the direction of its column, turned by (cosine, sine), at
  * `across` to the left of that, and at `up + n * rise`. */

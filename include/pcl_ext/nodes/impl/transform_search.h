@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
 
