@@ -151,7 +151,8 @@ addGrid(EncoderSettingTable& table)
                    "version1 only.",
                    {"--use-coordinate-step",
                     "",
-                    "larger voxels for coordinates of a step, as whole mm"},
+                    "larger voxels for coordinates of a step, as whole mm",
+                    OptionGroup::Cloud},
                    {}});
 }
 
