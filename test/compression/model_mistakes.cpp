@@ -24,6 +24,10 @@ struct DoublePoint {
   double x, y, z;
 };
 
+struct OwnPoint {
+  float x, y, z;
+};
+
 } // namespace
 
 void
@@ -40,5 +44,6 @@ makeMistakes()
             pcl_ext::IntensityModel<pcl_ext::QuadraticLaw, pcl_ext::KinectV2>>();
   construct<pcl::PointXYZI,
             pcl_ext::IntensityModel<pcl_ext::UnspecifiedSensor, pcl_ext::LinearLaw>>();
+  pcl_ext::octree::OctreePointCloudIntensity<OwnPoint> octree(0.1);
   pcl_ext::pointViewOf(pcl::PointCloud<DoublePoint>());
 }

@@ -10,6 +10,8 @@
 #include <pcl/octree/octree_pointcloud.h>
 #include <pcl/point_types.h>
 
+#include <boost/preprocessor/seq/for_each.hpp>
+
 #include <cassert>
 #include <cmath>
 #include <cstdint>
@@ -20,6 +22,12 @@
 #include <vector>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+struct PointXYZRGBI;
+
+} // namespace PCL_EXT_ABI
+
 namespace octree {
 
 /** \addtogroup octree
@@ -37,6 +45,31 @@ struct TakesColours<
     std::void_t<decltype(std::declval<LeafT&>().addPointColour(io::VoxelColour()))>>
 : std::true_type {};
 
+/** \brief Point types for which the library has the functions of PCL's octrees. */
+template <typename PointT>
+constexpr bool is_point_of_library = false;
+
+template <>
+constexpr bool is_point_of_library<PointXYZRGBI> = true;
+
+#define PCL_EXT_POINT_OF_LIBRARY(r, data, PointT)                                      \
+  template <>                                                                          \
+  constexpr bool is_point_of_library<PointT> = true;
+BOOST_PP_SEQ_FOR_EACH(PCL_EXT_POINT_OF_LIBRARY, _, PCL_XYZ_POINT_TYPES)
+#undef PCL_EXT_POINT_OF_LIBRARY
+
+/** \brief Defined where a program includes the functions of PCL's octrees. */
+template <typename PointT>
+struct OctreeFunctions;
+
+template <typename PointT, typename = void>
+constexpr bool has_octree_functions = false;
+
+template <typename PointT>
+constexpr bool
+    has_octree_functions<PointT,
+                         std::void_t<decltype(sizeof(OctreeFunctions<PointT>))>> = true;
+
 } // namespace detail
 
 /** \brief Octree whose leaves hold the summed intensity, the mean colour and the number
@@ -51,7 +84,7 @@ struct TakesColours<
  * The library has the functions of PCL's base classes for PCL_XYZ_POINT_TYPES with
  * IntensityLeaf. A program with a point type, leaf or branch of its own includes
  * pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, or defines PCL_NO_PRECOMPILE
- * before it includes PCL, as for PCL's octrees; without that it does not link.
+ * before it includes PCL, as for PCL's octrees.
  * \tparam PointT point type
  * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`;
  * for colours also `addPointColour(io::VoxelColour)` and `getColour()`, see
@@ -246,6 +279,17 @@ protected:
   }
 
 private:
+  static_assert(
+      (detail::is_point_of_library<PointT> &&
+       std::is_same<LeafT, IntensityLeaf>::value &&
+       std::is_same<BranchT, pcl::octree::OctreeContainerEmpty>::value) ||
+          detail::has_octree_functions<PointT>,
+      "the library has octrees of PCL's point types with IntensityLeaf: for a point "
+      "type, leaf or branch of your own include "
+      "pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, or define "
+      "PCL_NO_PRECOMPILE "
+      "before PCL's headers");
+
   /** \brief The leaf of the voxel of a point, for which the octree grows if it has to. */
   LeafT&
   leafAt(const PointT& point)

@@ -10,3 +10,14 @@
 #include <pcl/octree/impl/octree2buf_base.hpp>
 #include <pcl/octree/impl/octree_base.hpp>
 #include <pcl/octree/impl/octree_pointcloud.hpp>
+
+namespace pcl_ext {
+namespace octree {
+namespace detail {
+
+template <typename PointT>
+struct OctreeFunctions {};
+
+} // namespace detail
+} // namespace octree
+} // namespace pcl_ext
