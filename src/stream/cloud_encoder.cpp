@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/cloud_encoder.h>
 
+#include "bytes/exceptions.h"
 #include "stream/cloud_stages.h"
 
 namespace pcl_ext {
@@ -49,6 +50,22 @@ CloudSource::removeNoise(VoxelFrame& /*frame*/)
 class CloudEncoder::Implementation : public CloudStages {
 public:
   using CloudStages::CloudStages;
+
+  /** \brief Calls a function of the stages. If it throws the next frame is an I-frame, as
+   * a stage may have learned from a cloud that is not in the stream. */
+  template <typename FunctionT>
+  CompressionStatus
+  call(FunctionT function)
+  {
+    if (!settingsStatus().ok())
+      return settingsStatus();
+    const auto clean_up = [this] {
+      clearFrame();
+      requestIFrame();
+    };
+    return callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
+                          outOfMemoryStatus<CompressionStatus>);
+  }
 };
 
 CloudEncoder::CloudEncoder(const EncoderSettings& settings,
@@ -105,7 +122,14 @@ CloudEncoder::encode(CloudSource& source,
                      const CloudInfo& info,
                      std::vector<std::uint8_t>& bytes)
 {
-  return implementation_->encode(source, info, bytes);
+  bytes.clear();
+  CompressionStatus status =
+      implementation_->call([&] { return implementation_->run(source, info, bytes); });
+  if (!status.ok()) {
+    bytes.clear();
+    implementation_->clearFrame(); // it may be that of the previous cloud
+  }
+  return status;
 }
 
 CompressionStatus
@@ -115,7 +139,7 @@ CloudEncoder::encode(const PointView& points,
                      std::size_t points_behind_sensor)
 {
   ViewSource source(points, points_behind_sensor, implementation_->depthLaw());
-  return implementation_->encode(source, info, bytes);
+  return encode(source, info, bytes);
 }
 
 CompressionStatus
@@ -123,7 +147,11 @@ CloudEncoder::voxelize(const PointView& points,
                        const WorldPose& sensor_pose,
                        VoxelFrame& frame)
 {
-  return implementation_->voxelize(points, sensor_pose, frame);
+  CompressionStatus status = implementation_->call(
+      [&] { return implementation_->voxelize(points, sensor_pose, frame); });
+  if (!status.ok())
+    frame.clearVoxels();
+  return status;
 }
 
 const VoxelFrame&

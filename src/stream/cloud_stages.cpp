@@ -50,28 +50,6 @@ elementsOf(const Eigen::Vector3d& vector)
 
 } // namespace
 
-/** \brief Calls a function that sets a frame, which is empty unless the status is Ok. If
- * it throws, some stage may have learned from a cloud that is not in the stream. */
-template <typename FunctionT>
-CompressionStatus
-CloudStages::callSafely(FunctionT function, VoxelFrame& frame)
-{
-  if (!settings_status_.ok()) {
-    frame.clearVoxels();
-    return settings_status_;
-  }
-  const auto clean_up = [&] {
-    frame.clearVoxels();
-    encoder_.requestIFrame();
-  };
-  CompressionStatus status =
-      callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
-                     outOfMemoryStatus<CompressionStatus>);
-  if (!status.ok())
-    frame.clearVoxels(); // they may be those of the previous cloud
-  return status;
-}
-
 CloudStages::CloudStages(const EncoderSettings& settings,
                          IntensityUnit unit,
                          const std::optional<DepthLaw>& depth_law,
@@ -96,34 +74,14 @@ CloudStages::setResolution(double resolution, const std::optional<DepthLaw>& dep
 }
 
 CompressionStatus
-CloudStages::encode(CloudSource& source,
-                    const CloudInfo& info,
-                    std::vector<std::uint8_t>& bytes)
-{
-  CompressionStatus status = callSafely(
-      [&] {
-        bytes.clear();
-        return runStages(source, info, bytes);
-      },
-      frame_);
-  if (!status.ok())
-    bytes.clear();
-  return status;
-}
-
-CompressionStatus
 CloudStages::voxelize(const PointView& points,
                       const WorldPose& sensor_pose,
                       VoxelFrame& frame)
 {
-  return callSafely(
-      [&] {
-        if (CompressionStatus status = checkView(points); !status.ok())
-          return status;
-        SingleBatch batch(points);
-        return voxelizeBatches(batch, sensor_pose, frame);
-      },
-      frame);
+  if (CompressionStatus status = checkView(points); !status.ok())
+    return status;
+  SingleBatch batch(points);
+  return voxelizeBatches(batch, sensor_pose, frame);
 }
 
 /** \brief Begins the rate control with settings; the stream goes on. */
@@ -176,11 +134,10 @@ CloudStages::takeSettings(const EncoderSettings& settings,
   encoder_.requestIFrame();
 }
 
-/** \brief The stages of a cloud, from its points to the bytes of its frame. */
 CompressionStatus
-CloudStages::runStages(CloudSource& source,
-                       const CloudInfo& info,
-                       std::vector<std::uint8_t>& bytes)
+CloudStages::run(CloudSource& source,
+                 const CloudInfo& info,
+                 std::vector<std::uint8_t>& bytes)
 {
   const Clock::time_point begin = Clock::now();
   const auto arrival =
@@ -208,9 +165,10 @@ CloudStages::runStages(CloudSource& source,
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())
     return status;
-  CompressionStatus status = encodeFrame(info.stamp, bytes);
+  CompressionStatus status = encoder_.encode(frame_, info.stamp, bytes);
   if (!status.ok())
     return status;
+  status = describeFrame();
 
   if (rate_control_->endFrame(bytes.size(),
                               statistics_.coding.is_i_frame,
@@ -300,13 +258,12 @@ CloudStages::filterOverTime(const WorldPose& sensor_pose,
              : CompressionStatus(CompressionCode::InvalidInput, filtering_.message());
 }
 
+/** \brief Sets the figures of the frame that was encoded.
+ * \return Ok, with what is not in the frame
+ */
 CompressionStatus
-CloudStages::encodeFrame(const std::optional<FrameStamp>& stamp,
-                         std::vector<std::uint8_t>& bytes)
+CloudStages::describeFrame()
 {
-  CompressionStatus status = encoder_.encode(frame_, stamp, bytes);
-  if (!status.ok())
-    return status;
   statistics_ = {voxelization_,
                  encoder_.statistics(),
                  filtering_.hidden,

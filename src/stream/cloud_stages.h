@@ -81,11 +81,19 @@ public:
   void
   setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
 
+  /** \brief The stages of a cloud, from its points to the bytes of its frame; see
+   * CloudEncoder::encode(). */
   CompressionStatus
-  encode(CloudSource& source, const CloudInfo& info, std::vector<std::uint8_t>& bytes);
+  run(CloudSource& source, const CloudInfo& info, std::vector<std::uint8_t>& bytes);
 
   CompressionStatus
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+  void
+  clearFrame()
+  {
+    frame_.clearVoxels();
+  }
 
 private:
   void
@@ -94,15 +102,6 @@ private:
   void
   takeSettings(const EncoderSettings& settings,
                const std::optional<DepthLaw>& depth_law);
-
-  template <typename FunctionT>
-  CompressionStatus
-  callSafely(FunctionT function, VoxelFrame& frame);
-
-  CompressionStatus
-  runStages(CloudSource& source,
-            const CloudInfo& info,
-            std::vector<std::uint8_t>& bytes);
 
   CompressionStatus
   leftOut() const;
@@ -122,7 +121,7 @@ private:
                  const std::optional<std::chrono::nanoseconds>& time);
 
   CompressionStatus
-  encodeFrame(const std::optional<FrameStamp>& stamp, std::vector<std::uint8_t>& bytes);
+  describeFrame();
 
   LimitedCounts
   limitedCounts() const;

@@ -148,7 +148,12 @@ FrameEncoder::encodeFrame(const VoxelFrame& frame,
   if (format_ == StreamFormat::Published)
     encodePublished(frame, bytes, statistics);
   else
-    encodeVersion1(frame, stamp, bytes, statistics);
+    version1_.encode(kindOf(frame, stamp), frame, stamp, bytes, statistics);
+  if (version1_.needsReplacement()) {
+    bytes.clear();
+    version1_.takeBack();
+    version1_.encode(FrameKind::Intra, frame, stamp, bytes, statistics);
+  }
   is_last_empty_ = frame.keys.empty();
   is_i_frame_requested_ = false;
   if (statistics.is_i_frame) {
@@ -170,20 +175,6 @@ FrameEncoder::encodePublished(const VoxelFrame& frame,
   statistics.is_i_frame = isIFrameDue() || frame.grid != published_.grid ||
                           frame.keys.empty() || is_last_empty_;
   published::encodeFrame(frame, statistics.is_i_frame, published_, bytes, statistics);
-}
-
-void
-FrameEncoder::encodeVersion1(const VoxelFrame& frame,
-                             const std::optional<FrameStamp>& stamp,
-                             std::vector<std::uint8_t>& bytes,
-                             CodedFrameStatistics& statistics)
-{
-  version1_.encode(kindOf(frame, stamp), frame, stamp, bytes, statistics);
-  if (!version1_.needsReplacement())
-    return;
-  bytes.clear();
-  version1_.takeBack();
-  version1_.encode(FrameKind::Intra, frame, stamp, bytes, statistics);
 }
 
 FrameKind

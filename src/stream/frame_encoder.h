@@ -96,12 +96,6 @@ private:
                   std::vector<std::uint8_t>& bytes,
                   CodedFrameStatistics& statistics);
 
-  void
-  encodeVersion1(const VoxelFrame& frame,
-                 const std::optional<FrameStamp>& stamp,
-                 std::vector<std::uint8_t>& bytes,
-                 CodedFrameStatistics& statistics);
-
   IFrameReasons
   reasonsOfStream() const;
 

@@ -242,7 +242,10 @@ PayloadSizes
 Version1Encoder::encodeContent(const VoxelFrame& frame, const VoxelFrame& coded)
 {
   header_.coarse_voxel_count = coded.size();
-  PayloadSizes sizes = encodePayload(coded);
+  PayloadSizes sizes =
+      header_.is_i_frame
+          ? encodeIPayload(coded)
+          : encodePayload(state_.depth_model ? coded : withoutModel(coded));
   const std::size_t supplement_begin = payload_.size();
   encodeSupplement(frame, coded, sizes);
   header_.supplement_size = payload_.size() - supplement_begin;
@@ -274,34 +277,39 @@ Version1Encoder::encodeSupplement(const VoxelFrame& frame,
   sizes.attributes += added.attributes;
 }
 
-/** \brief Encodes the payload. An I-frame with a depth model is encoded with and
+/** \brief Encodes the payload of an I-frame. With a depth model it is encoded with and
  * without it, as the model does not help if most symbols are saturated. The smaller
  * variant is used until the next I-frame. */
 PayloadSizes
-Version1Encoder::encodePayload(const VoxelFrame& frame)
+Version1Encoder::encodeIPayload(const VoxelFrame& frame)
 {
   if (!frame.depth_model)
-    return encodePayloadAs(frame);
-  if (header_.is_i_frame || !state_.depth_model) {
-    frame_without_model_.grid = frame.grid;
-    frame_without_model_.intensity_scale = frame.intensity_scale;
-    frame_without_model_.keys = frame.keys;
-    frame_without_model_.intensities = frame.intensities;
-    frame_without_model_.has_point_counts = frame.has_point_counts;
-    frame_without_model_.point_counts = frame.point_counts;
-  }
-  if (!header_.is_i_frame)
-    return encodePayloadAs(state_.depth_model ? frame : frame_without_model_);
-  encodePayloadAs(frame_without_model_);
+    return encodePayload(frame);
+  encodePayload(withoutModel(frame));
   const std::size_t size_without = payload_.size();
-  const PayloadSizes sizes = encodePayloadAs(frame);
+  const PayloadSizes sizes = encodePayload(frame);
   return frame.keys.empty() || payload_.size() <= size_without
              ? sizes
-             : encodePayloadAs(frame_without_model_);
+             : encodePayload(frame_without_model_);
+}
+
+/** \brief A frame without its depth model. */
+const VoxelFrame&
+Version1Encoder::withoutModel(const VoxelFrame& frame)
+{
+  if (!frame.depth_model)
+    return frame;
+  frame_without_model_.grid = frame.grid;
+  frame_without_model_.intensity_scale = frame.intensity_scale;
+  frame_without_model_.keys = frame.keys;
+  frame_without_model_.intensities = frame.intensities;
+  frame_without_model_.has_point_counts = frame.has_point_counts;
+  frame_without_model_.point_counts = frame.point_counts;
+  return frame_without_model_;
 }
 
 PayloadSizes
-Version1Encoder::encodePayloadAs(const VoxelFrame& frame)
+Version1Encoder::encodePayload(const VoxelFrame& frame)
 {
   payload_.clear();
   const bool is_known = !header_.is_i_frame && frame.depth_model == state_.depth_model;

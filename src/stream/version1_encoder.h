@@ -158,10 +158,13 @@ private:
                    PayloadSizes& sizes);
 
   PayloadSizes
-  encodePayload(const VoxelFrame& frame);
+  encodeIPayload(const VoxelFrame& frame);
+
+  const VoxelFrame&
+  withoutModel(const VoxelFrame& frame);
 
   PayloadSizes
-  encodePayloadAs(const VoxelFrame& frame);
+  encodePayload(const VoxelFrame& frame);
 
   bool
   pad(const VoxelFrame& frame);

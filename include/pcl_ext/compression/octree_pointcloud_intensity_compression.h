@@ -351,15 +351,7 @@ private:
 
   template <typename EncodeT>
   CompressionStatus
-  encodeSafely(EncodeT encode);
-
-  template <typename EncodeT>
-  CompressionStatus
-  encodeTo(std::ostream& output, EncodeT encode);
-
-  template <typename EncodeT>
-  CompressionStatus
-  encodeTo(std::vector<std::uint8_t>& bytes, EncodeT encode);
+  encodeTo(std::ostream* output, std::vector<std::uint8_t>& bytes, EncodeT encode);
 
   CompressionStatus
   encodeFrame(const PointCloudConstPtr& cloud, std::vector<std::uint8_t>& bytes);

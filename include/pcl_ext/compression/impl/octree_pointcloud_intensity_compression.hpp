@@ -160,8 +160,8 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
 {
-  return encodeTo(compressed_cloud,
-                  [&](auto& bytes) { return encodeFrame(cloud, bytes); });
+  std::vector<std::uint8_t>& bytes = streams_.bytes();
+  return encodeTo(&compressed_cloud, bytes, [&] { return encodeFrame(cloud, bytes); });
 }
 
 template <typename PointT,
@@ -174,8 +174,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     encodePointCloud(const PointCloudConstPtr& cloud,
                      std::vector<std::uint8_t>& compressed_cloud)
 {
-  return encodeTo(compressed_cloud,
-                  [&](auto& bytes) { return encodeFrame(cloud, bytes); });
+  std::vector<std::uint8_t>& bytes = compressed_cloud;
+  return encodeTo(nullptr, bytes, [&] { return encodeFrame(cloud, bytes); });
 }
 
 template <typename PointT,
@@ -188,8 +188,8 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodeOctree(TreeT& tree, std::ostream& compressed_cloud)
 {
-  return encodeTo(compressed_cloud,
-                  [&](auto& bytes) { return encodeLeaves(tree, bytes); });
+  std::vector<std::uint8_t>& bytes = streams_.bytes();
+  return encodeTo(&compressed_cloud, bytes, [&] { return encodeLeaves(tree, bytes); });
 }
 
 template <typename PointT,
@@ -202,8 +202,8 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodeOctree(TreeT& tree, std::vector<std::uint8_t>& compressed_cloud)
 {
-  return encodeTo(compressed_cloud,
-                  [&](auto& bytes) { return encodeLeaves(tree, bytes); });
+  std::vector<std::uint8_t>& bytes = compressed_cloud;
+  return encodeTo(nullptr, bytes, [&] { return encodeLeaves(tree, bytes); });
 }
 
 template <typename PointT,
@@ -214,56 +214,19 @@ template <typename PointT,
 template <typename EncodeT>
 CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
-    encodeTo(std::ostream& output, EncodeT encode)
-{
-  return encodeSafely([&] {
-    if (CompressionStatus status = streams_.checkOutput(output); !status.ok())
-      return status;
-    CompressionStatus status = encode(streams_.bytes());
-    if (!status.ok())
-      return status;
-    CompressionStatus written = streams_.write(streams_.bytes(), output);
-    if (!written.ok())
-      return written;
-    finishFrame("ENCODING");
-    return status;
-  });
-}
-
-template <typename PointT,
-          typename IntensityModelT,
-          typename LeafT,
-          typename BranchT,
-          typename OctreeT>
-template <typename EncodeT>
-CompressionStatus
-OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
-    encodeTo(std::vector<std::uint8_t>& bytes, EncodeT encode)
-{
-  CompressionStatus status = encodeSafely([&] {
-    CompressionStatus encoded = encode(bytes);
-    if (encoded.ok())
-      finishFrame("ENCODING");
-    return encoded;
-  });
-  if (!status.ok())
-    bytes.clear();
-  return status;
-}
-
-template <typename PointT,
-          typename IntensityModelT,
-          typename LeafT,
-          typename BranchT,
-          typename OctreeT>
-template <typename EncodeT>
-CompressionStatus
-OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
-    encodeSafely(EncodeT encode)
+    encodeTo(std::ostream* output, std::vector<std::uint8_t>& bytes, EncodeT encode)
 {
   CompressionStatus status;
   try {
-    status = encode();
+    if (output != nullptr)
+      status = streams_.checkOutput(*output);
+    if (status.ok())
+      status = encode();
+    if (status.ok() && output != nullptr)
+      if (CompressionStatus written = streams_.write(bytes, *output); !written.ok())
+        status = std::move(written);
+    if (status.ok())
+      finishFrame("ENCODING");
   }
   catch (const std::bad_alloc&) {
     status = outOfMemoryStatus<CompressionStatus>();
@@ -277,6 +240,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     requestIFrame();
   if (status.code() == CompressionCode::OutOfMemory)
     this->deleteTree();
+  if (!status.ok())
+    bytes.clear();
   return status;
 }
 
