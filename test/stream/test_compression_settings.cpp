@@ -10,16 +10,17 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cctype>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <fstream>
 #include <limits>
 #include <map>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -154,22 +155,35 @@ expectRefusedByRow(const EncoderSetting& setting,
             setting.id + " is " + value + "; it must be " + demandOf(setting));
 }
 
+/** \brief Name and default of a field of a struct, by its line in a header; without a
+ * name if the line has none. */
+std::pair<std::string, std::string>
+fieldOf(const std::string& line)
+{
+  if (line.size() < 4 || line.compare(0, 2, "  ") != 0 ||
+      std::isalpha(static_cast<unsigned char>(line[2])) == 0 || line.back() != ';')
+    return {};
+  const std::string declaration = line.substr(2, line.size() - 3);
+  const std::size_t equals = declaration.find(" = ");
+  const std::string type_and_name = declaration.substr(0, equals);
+  return {type_and_name.substr(type_and_name.rfind(' ') + 1),
+          equals == std::string::npos ? "" : declaration.substr(equals + 3)};
+}
+
 TEST(EncoderSettingTable, EachFieldOfTheHeaderHasARowWithItsDefault)
 {
   std::ifstream header(PCL_EXT_TEST_DATA
                        "/../../include/pcl_ext/compression/compression_settings.h");
-  const std::regex structure("^struct (\\w+).*");
-  const std::regex field("^  [\\w:<>, ]+ (\\w+)(?: = (.*))?;$");
   std::map<std::string, std::string> defaults;
   std::string of;
   for (std::string line; std::getline(header, line);) {
-    if (std::smatch found; std::regex_match(line, found, structure))
-      of = found[1];
-    else if (std::regex_match(line, found, field) &&
-             (of == "GridSettings" || of == "IntensitySettings" ||
-              of == "StreamSettings" || of == "RateSettings" ||
-              of == "EncoderSettings"))
-      defaults[found[1]] = found[2];
+    if (line.compare(0, 7, "struct ") == 0)
+      of = line.substr(7, line.find(' ', 7) - 7);
+    else if (const auto [name, value] = fieldOf(line);
+             !name.empty() && (of == "GridSettings" || of == "IntensitySettings" ||
+                               of == "StreamSettings" || of == "RateSettings" ||
+                               of == "EncoderSettings"))
+      defaults[name] = value;
   }
   EXPECT_EQ(defaults.erase("decoder_limits"), 1u); // see encoderSettingTable()
   EXPECT_EQ(defaults.size(), encoderSettingTable().size());
