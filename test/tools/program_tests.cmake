@@ -75,6 +75,7 @@ endif()
 # What Prometheus is told, and the documents about it.
 if(TARGET pcl_ext_view AND TARGET pcl_ext_link)
   add_executable(write_health_metrics nodes/write_health_metrics.cpp)
+  target_include_directories(write_health_metrics PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_link_libraries(write_health_metrics PRIVATE pcl_ext pcl_ext_link pcl_ext_warnings)
   add_test(NAME metrics
            COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/tools/test_metrics.py
