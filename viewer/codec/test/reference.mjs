@@ -8,7 +8,7 @@ import path from "node:path";
 
 const root = fileURLToPath(new URL("../../../", import.meta.url));
 
-const folders = ["bytes", "voxels", "voxelizing", "codec", "stream", "outliers"];
+const folders = ["bytes", "voxels", "voxelizing", "codec", "rate", "stream", "outliers"];
 
 /** The library's files of a kind, relative to the root. */
 const filesOf = (folder, extension) =>
