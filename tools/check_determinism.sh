@@ -53,7 +53,7 @@ avx2="src/voxelizing/locate_points_avx2.cpp test/simd/lanes_computation_avx2.cpp
 {
   echo '#define PCL_EXT_TEST_DATA "test/data"'
   # shellcheck disable=SC2086
-  printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,stream,outliers} \
+  printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,rate,stream,outliers} \
     -name '*.cpp' ! -name '*_avx2.cpp' | sort) $tests
   echo 'static_assert(std::is_same_v<pcl_ext::NativeLanes, pcl_ext::LANES>);'
 } > "$out/codec.cpp"
