@@ -3,6 +3,7 @@
 
 #include <pcl_ext/version.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace pcl_ext {
@@ -17,6 +18,17 @@ reserveAhead(Vector& vector, std::size_t size)
 {
   if (vector.capacity() < size)
     vector.reserve(size + size / 4 + 4);
+}
+
+/** \brief Resizes a vector that is shorter than this, to a quarter more, 2^16 elements
+ * more at most. For vectors that are used up to a count, as resizing them down would
+ * initialise their elements again. */
+template <class Vector>
+void
+ensureSize(Vector& vector, std::size_t size)
+{
+  if (vector.size() < size)
+    vector.resize(size + std::min(size / 4, std::size_t{1} << 16));
 }
 
 } // namespace io

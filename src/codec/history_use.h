@@ -37,6 +37,64 @@ codeHistoryPart(const CodeBitT& code_bit, HistoryPart part)
  * have the same bytes on every machine. */
 class HistoryUse {
 public:
+  /** \brief A frame was an I-frame. */
+  void
+  addIFrame()
+  {
+    if (state_ != State::Paused || --pause_left_ == 0)
+      beginLearning();
+  }
+
+  /** \brief Notes what an I-frame takes. */
+  void
+  measureIFrame(std::size_t voxels, std::size_t bytes)
+  {
+    // Models that start anew cost some bytes, which frames without the history do not.
+    measure(voxels, bytes - bytes / 32);
+  }
+
+  /** \brief Encodes a P-frame with or without the history, whichever is smaller.
+   * \param[in] voxels of the frame, above 0
+   * \param[in] encode encodes the frame and returns its bytes; called with
+   * HistoryPart::Used, with another part, or first with the one and then with the other
+   * \return the part that the frame should have
+   */
+  template <typename EncodeT>
+  HistoryPart
+  choose(std::size_t voxels, const EncodeT& encode)
+  {
+    const bool is_tried = isTried();
+    std::size_t bytes = 0;
+    if (is_tried) {
+      bytes = encode(HistoryPart::Used);
+      if (!isDoubtful(voxels, bytes)) {
+        addWith();
+        return HistoryPart::Used;
+      }
+    }
+    const HistoryPart part = partWithout();
+    const std::size_t bytes_without = encode(part);
+    measure(voxels, bytes_without);
+    if (is_tried && isWorth(bytes, bytes_without)) {
+      addWith();
+      return HistoryPart::Used;
+    }
+    addWithout();
+    return part;
+  }
+
+private:
+  enum class State {
+    Learning, ///< from frames that do without it
+    Used,
+    Paused ///< replaced by each frame, as learning takes time
+  };
+
+  struct Size {
+    std::size_t voxels = 0;
+    std::size_t bytes = 0;
+  };
+
   /** \brief True if the next P-frame should be encoded with the history: at once, as a
    * calm scene's pays at once, and while it learns after some frames, as a trial takes
    * the time of a frame. */
@@ -104,14 +162,6 @@ public:
     return false;
   }
 
-  /** \brief A frame was an I-frame. */
-  void
-  addIFrame()
-  {
-    if (state_ != State::Paused || --pause_left_ == 0)
-      beginLearning();
-  }
-
   /** \brief A P-frame used the history. */
   void
   addWith()
@@ -144,18 +194,6 @@ public:
     else
       ++learned_;
   }
-
-private:
-  enum class State {
-    Learning, ///< from frames that do without it
-    Used,
-    Paused ///< replaced by each frame, as learning takes time
-  };
-
-  struct Size {
-    std::size_t voxels = 0;
-    std::size_t bytes = 0;
-  };
 
   void
   beginLearning()

@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxels/voxel_block.h"
 
+#include "bytes/reserve_ahead.h"
+#include "voxels/octant_list.h"
+
 namespace pcl_ext {
 namespace io {
 
@@ -11,6 +14,29 @@ countBlocks(const std::vector<std::uint64_t>& voxel_keys)
   for (std::size_t i = 1; i < voxel_keys.size(); ++i)
     blocks += (voxel_keys[i] ^ voxel_keys[i - 1]) >> block_key_bits != 0 ? 1 : 0;
   return blocks;
+}
+
+std::size_t
+collectBlocks(const std::vector<std::uint64_t>& voxel_keys,
+              std::uint64_t* keys,
+              std::uint64_t* masks)
+{
+  if (voxel_keys.empty())
+    return 0;
+  std::uint64_t last = voxel_keys.front() >> block_key_bits;
+  std::uint64_t mask = 0;
+  std::size_t block = 0;
+  for (const std::uint64_t voxel : voxel_keys) {
+    // Without a branch: a block is written again for each of its voxels.
+    const std::uint64_t key = voxel >> block_key_bits;
+    const std::uint64_t is_other = key != last ? 1 : 0;
+    block += is_other;
+    mask = (mask & (is_other - 1)) | std::uint64_t{1} << (voxel % block_cells);
+    keys[block] = key;
+    masks[block] = mask;
+    last = key;
+  }
+  return block + 1;
 }
 
 void
@@ -32,25 +58,30 @@ BlockList::append(std::uint64_t key, std::uint64_t mask, std::uint32_t first_vox
 void
 BlockList::assign(const std::vector<std::uint64_t>& voxel_keys)
 {
-  clear();
-  for (std::size_t i = 0; i < voxel_keys.size();) {
-    const std::uint64_t key = voxel_keys[i] >> block_key_bits;
-    const auto first = static_cast<std::uint32_t>(i);
-    std::uint64_t mask = 0;
-    for (; i < voxel_keys.size() && voxel_keys[i] >> block_key_bits == key; ++i)
-      mask |= std::uint64_t{1} << (voxel_keys[i] & (block_cells - 1));
-    append(key, mask, first);
+  const std::size_t count = countBlocks(voxel_keys);
+  reserveAhead(keys, count);
+  reserveAhead(masks, count);
+  reserveAhead(first_voxels, count);
+  keys.resize(count);
+  masks.resize(count);
+  first_voxels.resize(count);
+  collectBlocks(voxel_keys, keys.data(), masks.data());
+  std::uint32_t voxel = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    first_voxels[i] = voxel;
+    voxel += bitCount(masks[i]);
   }
 }
 
 void
-BlockList::voxelKeys(std::vector<std::uint64_t>& voxel_keys) const
+BlockList::voxelKeys(OctantList& octants, std::vector<std::uint64_t>& voxel_keys) const
 {
-  voxel_keys.resize(voxelCount());
-  std::uint64_t* voxel_key = voxel_keys.data();
-  for (std::size_t block = 0; block < size(); ++block)
-    for (std::uint64_t mask = masks[block]; mask != 0; mask &= mask - 1)
-      *voxel_key++ = keys[block] << block_key_bits | lowestBit(mask);
+  const auto cells_of = [all_masks = masks.data()](std::size_t i) {
+    return all_masks[i];
+  };
+  const auto key_of = [all_keys = keys.data()](std::size_t i) { return all_keys[i]; };
+  octants.assign(size(), voxelCount(), cells_of);
+  octants.listKeys(voxelCount(), cells_of, key_of, voxel_keys);
 }
 
 NeighbourCounts

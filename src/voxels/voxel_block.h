@@ -14,6 +14,8 @@
 namespace pcl_ext {
 namespace io {
 
+class OctantList;
+
 /** \brief A block is 4 x 4 x 4 voxels, the two lowest levels of the octree. The low six
  * bits of a voxel's Morton key are its cell in the block, and cell c is bit c of a
  * mask. */
@@ -56,6 +58,15 @@ occupiedOctants(std::uint64_t cells)
 std::size_t
 countBlocks(const std::vector<std::uint64_t>& voxel_keys);
 
+/** \brief Groups ascending voxels into blocks.
+ * \param[out] keys,masks of the blocks, ascending; memory for countBlocks() of them
+ * \return number of blocks
+ */
+std::size_t
+collectBlocks(const std::vector<std::uint64_t>& voxel_keys,
+              std::uint64_t* keys,
+              std::uint64_t* masks);
+
 /** \brief The blocks of one frame, ascending; their voxels are in Morton order. */
 struct BlockList {
   std::vector<std::uint64_t> keys;         ///< Morton keys of the blocks
@@ -90,9 +101,11 @@ struct BlockList {
   void
   assign(const std::vector<std::uint64_t>& voxel_keys);
 
-  /** \brief Lists the voxel keys of the blocks, ascending. */
+  /** \brief Lists the voxel keys of the blocks, ascending.
+   * \param[out] octants scratch memory
+   */
   void
-  voxelKeys(std::vector<std::uint64_t>& voxel_keys) const;
+  voxelKeys(OctantList& octants, std::vector<std::uint64_t>& voxel_keys) const;
 };
 
 /** \brief Face neighbours in the order -x, -y, -z, +x, +y, +z. */

@@ -16,31 +16,33 @@ using namespace pcl_ext::io::test;
 
 constexpr std::size_t voxels = 1000;
 
-/** \brief What P-frames do after an I-frame of 1000 bytes: U, K or R for the parts of the
- * history, in lower case where a frame was encoded with and without it.
- * \param[in] bytes_with of each frame with the history; without, it has 1000
+/** \brief What a P-frame does: U, K or R for the parts of the history, in lower case
+ * where it was encoded with and without it. */
+char
+partOf(HistoryUse& use,
+       std::size_t voxel_count,
+       std::size_t bytes_with,
+       std::size_t bytes_without)
+{
+  int encoded = 0;
+  const auto encode = [&](HistoryPart part) {
+    ++encoded;
+    return part == HistoryPart::Used ? bytes_with : bytes_without;
+  };
+  const HistoryPart part = use.choose(voxel_count, encode);
+  const std::string letters = encoded > 1 ? "ukr" : "UKR";
+  return letters[static_cast<std::size_t>(part)];
+}
+
+/** \brief The same of frames that take 1000 bytes without the history.
+ * \param[in] bytes_with of each frame with the history
  */
 std::string
 partsOf(HistoryUse& use, const std::vector<std::size_t>& bytes_with)
 {
   std::string parts;
-  for (const std::size_t bytes : bytes_with) {
-    const char without = use.partWithout() == HistoryPart::Kept ? 'K' : 'R';
-    if (!use.isTried()) {
-      use.addWithout();
-      parts += without;
-      continue;
-    }
-    const bool is_compared = use.isDoubtful(voxels, bytes);
-    if (!is_compared || use.isWorth(bytes, 1000)) {
-      use.addWith();
-      parts += is_compared ? 'u' : 'U';
-    }
-    else {
-      use.addWithout();
-      parts += without == 'K' ? 'k' : 'r';
-    }
-  }
+  for (const std::size_t bytes : bytes_with)
+    parts += partOf(use, voxels, bytes, 1000);
   return parts;
 }
 
@@ -49,7 +51,7 @@ partsOf(const std::vector<std::size_t>& bytes_with)
 {
   HistoryUse use;
   use.addIFrame();
-  use.measure(voxels, 1000);
+  use.measureIFrame(voxels, 1000);
   return partsOf(use, bytes_with);
 }
 
@@ -99,7 +101,7 @@ TEST(HistoryUse, PausesAreShortAgainOnceItPays)
 {
   HistoryUse use;
   use.addIFrame();
-  use.measure(voxels, 1000);
+  use.measureIFrame(voxels, 1000);
   EXPECT_EQ(partsOf(use, repeated(1100, 18 + 34)),
             "kKk" + times('R', 15) + "kKk" + times('R', 31));
   EXPECT_EQ(partsOf(use, repeated(700, 8)), "UUuUUUUU");
@@ -115,7 +117,7 @@ TEST(HistoryUse, IFramesCountAsFramesOfAPause)
 {
   HistoryUse use;
   use.addIFrame();
-  use.measure(voxels, 1000);
+  use.measureIFrame(voxels, 1000);
   EXPECT_EQ(partsOf(use, repeated(1100, 5)), "kKkRR");
   for (int i = 0; i < 12; ++i)
     use.addIFrame();
@@ -125,14 +127,12 @@ TEST(HistoryUse, IFramesCountAsFramesOfAPause)
 TEST(HistoryUse, ComparesBytesOfAVoxel)
 {
   HistoryUse use;
-  use.measure(1000, 700);
-  EXPECT_TRUE(use.isWorth(500, 700)); // no other comparison for 32 frames
-  EXPECT_FALSE(use.isDoubtful(2000, 1400));
-  EXPECT_TRUE(use.isDoubtful(2000, 1401));
-  EXPECT_FALSE(use.isDoubtful(255, 2000)); // of so few voxels it is mostly the header
-  EXPECT_TRUE(use.isDoubtful(256, 2000));
-  EXPECT_TRUE(use.isWorth(700, 700));
-  EXPECT_FALSE(use.isWorth(701, 700));
+  EXPECT_EQ(partOf(use, 1000, 500, 700), 'u'); // no other comparison for 32 frames
+  EXPECT_EQ(partOf(use, 2000, 1400, 0), 'U');
+  EXPECT_EQ(partOf(use, 2000, 1401, 1401), 'u');
+  EXPECT_EQ(partOf(use, 255, 2000, 0), 'U'); // of so few it is mostly the header
+  EXPECT_EQ(partOf(use, 256, 2000, 2000), 'u');
+  EXPECT_EQ(partOf(use, 256, 2001, 2000), 'k');
 }
 
 /** \brief Sheets of voxels, a different one in each frame. */

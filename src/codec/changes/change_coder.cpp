@@ -4,11 +4,11 @@
 #include "bytes/reserve_ahead.h"
 #include "codec/changes/changed_symbols.h"
 #include "codec/fast/child_rank.h"
-#include "codec/fast/octant_list.h"
 #include "codec/fast/payload.h"
 #include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
+#include "voxels/block_division.h"
 
 #include <algorithm>
 
@@ -106,8 +106,6 @@ std::size_t
 ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
 {
   fast::FrameBlocks& blocks = memory.fast().frame;
-  blocks.new_keys.clear();
-  blocks.new_masks.clear();
   collectBlocks();
   now_.assign(frame.keys);
   const std::size_t count = last_.blocks.size();
@@ -122,7 +120,8 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
     changed_[i] = was ^ cells;
     gone_[i] = was & ~cells;
     const std::uint16_t* old_symbol = last_.symbols.data() + before;
-    const std::uint16_t* symbol = frame.intensities.data() + now;
+    const std::uint16_t* symbol =
+        frame.intensities.data() + (cells != 0 ? now_.first_voxels[now] : 0);
     const std::size_t voxels = bitCount(was);
     before += voxels;
     const bool has_symbols = frame.hasIntensities() && (was & cells) != 0;
@@ -137,20 +136,15 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
       }
     changes += bitCount(changed_[i]);
   };
-  walkSideBySide(
-      last_.blocks,
-      now_.keys,
-      [&](std::size_t i) { compare(i, 0, 0); },
-      [&](std::size_t j, std::size_t i) {
-        if (i != not_in_list)
-          compare(i, now_.masks[j], now_.first_voxels[j]);
-        else {
-          blocks.new_keys.push_back(now_.keys[j]);
-          blocks.new_masks.push_back(now_.masks[j]);
-          changes += bitCount(now_.masks[j]);
-        }
-        return true;
-      });
+  divideBlocks(last_.blocks,
+               now_.keys.data(),
+               now_.masks.data(),
+               now_.size(),
+               compare,
+               blocks.new_keys,
+               blocks.new_masks);
+  for (const std::uint64_t cells : blocks.new_masks)
+    changes += bitCount(cells);
   return changes;
 }
 
@@ -356,22 +350,15 @@ ChangeCoder::codeSymbols(Coder& coder,
 void
 ChangeCoder::expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) const
 {
-  const Block* const blocks = next_.blocks.data();
-  fast::ensureSize(work.frame.octants, next_.voxel_count + fast::list_excess);
-  std::uint32_t* const octants = work.frame.octants.data();
-  std::uint32_t* end = octants;
-  for (std::size_t i = 0; i < next_.blocks.size(); ++i)
-    end = fast::appendOctants(static_cast<std::uint32_t>(i), blocks[i].cells, end);
-  reserveAhead(keys, next_.voxel_count + fast::list_excess);
-  keys.resize(next_.voxel_count + fast::list_excess);
-  std::uint64_t* key = keys.data();
-  for (const std::uint32_t* octant = octants; octant != end; ++octant) {
-    const Block& block = blocks[*octant / 8];
-    const unsigned int cells = octantOf(block.cells, *octant % 8);
-    fast::addCells(cells, (block.key << block_key_bits) + 8 * (*octant % 8), key);
-    key += child_masks.count[cells];
-  }
-  keys.resize(next_.voxel_count);
+  const auto cells_of = [blocks = next_.blocks.data()](std::size_t i) {
+    return blocks[i].cells;
+  };
+  const auto key_of = [blocks = next_.blocks.data()](std::size_t i) {
+    return blocks[i].key;
+  };
+  OctantList& octants = work.frame.octants;
+  octants.assign(next_.blocks.size(), next_.voxel_count, cells_of);
+  octants.listKeys(next_.voxel_count, cells_of, key_of, keys);
 }
 
 void

@@ -3,6 +3,7 @@
 
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
+#include "voxels/block_division.h"
 
 namespace pcl_ext {
 namespace io {
@@ -27,19 +28,18 @@ FrameBlocks::match(const History& history, const BlockList& coded)
 {
   begin(history);
   const std::vector<HistoryBlock>& tracked = history.blocks();
-  AscendingLookup<HistoryBlock> lookup(tracked);
   std::size_t tracked_voxels = 0;
-  for (std::size_t i = 0; i < coded.size(); ++i) {
-    const std::size_t old = lookup.find(coded.keys[i]);
-    if (old != not_in_list) {
-      target_cells[old] = coded.masks[i];
-      tracked_voxels += bitCount(coded.masks[i] & tracked[old].tracked);
-    }
-    else {
-      target_keys.push_back(coded.keys[i]);
-      target_masks.push_back(coded.masks[i]);
-    }
-  }
+  const auto set_cells = [&](std::size_t i, std::uint64_t cells, std::size_t) {
+    target_cells[i] = cells;
+    tracked_voxels += bitCount(cells & tracked[i].tracked);
+  };
+  divideBlocks(tracked,
+               coded.keys.data(),
+               coded.masks.data(),
+               coded.size(),
+               set_cells,
+               target_keys,
+               target_masks);
   return tracked_voxels;
 }
 

@@ -8,6 +8,7 @@
 #include "codec/context/node_blocks.h"
 #include "codec/depth_split.h"
 #include "voxels/block_directory.h"
+#include "voxels/octant_list.h"
 #include "voxels/voxel_block.h"
 
 #include <cstddef>
@@ -50,6 +51,7 @@ struct FrameBlocks {
    * element after them, which is not used. */
   std::vector<std::array<std::uint32_t, face_count>> neighbours;
   FrameDirectory directory; ///< scratch memory of the intensities
+  OctantList octants;       ///< scratch memory, decoder only
 
   // Encoder only: the frame's voxels in each block of the history, and the new blocks,
   // ascending. In a decoder target_cells is 0 and the others are empty.

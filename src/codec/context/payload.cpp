@@ -115,9 +115,7 @@ Payload::encode(CodingWorkspace& /*memory*/,
   };
   HistoryPart part = HistoryPart::Replaced;
   if (is_i_frame) {
-    const std::size_t bytes = encode_as(part);
-    // Models that start anew cost some bytes, which frames without the history do not.
-    history_use_.measure(voxels, bytes - bytes / 32);
+    history_use_.measureIFrame(voxels, encode_as(part));
     history_use_.addIFrame();
   }
   else
@@ -134,28 +132,24 @@ template <typename EncodeT>
 HistoryPart
 Payload::encodePFrame(std::size_t voxels, const EncodeT& encode_as)
 {
-  const bool tries_history = voxels == 0 || history_use_.isTried();
-  std::size_t bytes = 0;
-  if (tries_history) {
-    trial_models_ = models_;
-    bytes = encode_as(HistoryPart::Used);
-    if (!history_use_.isDoubtful(voxels, bytes)) {
-      if (voxels > 0)
-        history_use_.addWith();
-      return HistoryPart::Used;
-    }
-    models_ = trial_models_;
-  }
-  const HistoryPart part = history_use_.partWithout();
-  const std::size_t bytes_without = encode_as(part);
-  history_use_.measure(voxels, bytes_without);
-  if (tries_history && history_use_.isWorth(bytes, bytes_without)) {
-    models_ = trial_models_;
+  if (voxels == 0) {
     encode_as(HistoryPart::Used);
-    history_use_.addWith();
     return HistoryPart::Used;
   }
-  history_use_.addWithout();
+  HistoryPart encoded = HistoryPart::Replaced;
+  const auto encode = [&](HistoryPart part) {
+    if (part == HistoryPart::Used)
+      trial_models_ = models_;
+    else if (encoded == HistoryPart::Used)
+      models_ = trial_models_;
+    encoded = part;
+    return encode_as(part);
+  };
+  const HistoryPart part = history_use_.choose(voxels, encode);
+  if (part != encoded) {
+    models_ = trial_models_;
+    encode_as(part);
+  }
   return part;
 }
 
@@ -241,7 +235,7 @@ Payload::decode(CodingWorkspace& /*memory*/,
   else if (!(is_small_ ? decodeWith<true>(payload, frame, sizes)
                        : decodeWith<false>(payload, frame, sizes)))
     return false;
-  blocks_.voxelKeys(frame.keys);
+  blocks_.voxelKeys(frame_.octants, frame.keys);
   if (frame.hasIntensities())
     copySymbols(intensities_.symbols, frame.intensities);
   prepareLearning(frame, history_part_);

@@ -3,7 +3,9 @@
 
 #include <pcl_ext/version.h>
 
+#include "bytes/reserve_ahead.h"
 #include "codec/fast/history.h"
+#include "voxels/octant_list.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -43,7 +45,7 @@ struct FrameBlocks {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
   std::vector<std::uint32_t> numbers;  ///< block numbers in the history
-  std::vector<std::uint32_t> octants;  ///< of the blocks, see octant_list.h
+  OctantList octants;                  ///< of the blocks
   std::vector<CellIndex> cell_indices; ///< of the voxels, in Morton order
 
   /** \brief Makes room for blocks. */

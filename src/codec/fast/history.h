@@ -3,7 +3,6 @@
 
 #include <pcl_ext/version.h>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -102,16 +101,6 @@ struct CacheLineAllocator {
 /** \brief Intensity statistics of voxels by their index, 64 a block; see
  * symbol_statistics. */
 using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
-
-/** \brief Resizes a vector that is shorter than this, to a quarter more, 2^16 elements
- * more at most. */
-template <class Vector>
-void
-ensureSize(Vector& vector, std::size_t size)
-{
-  if (vector.size() < size)
-    vector.resize(size + std::min(size / 4, std::size_t{1} << 16));
-}
 
 /** \brief Statistics of the frames since the last I-frame, the same in encoder and
  * decoder (doc/bitstream_fast.md, "History").

@@ -5,7 +5,6 @@
 #include "bytes/byte_writer.h"
 #include "bytes/reserve_ahead.h"
 #include "codec/fast/excess.h"
-#include "codec/fast/octant_list.h"
 #include "codec/point_symbols.h"
 #include "codec/rans/entropy_coder.h"
 
@@ -24,35 +23,29 @@ const History no_history;
  * their keys. */
 template <bool with_keys>
 void
-expandBlocks(FrameBlocks& frame, std::vector<std::uint64_t>* keys)
+listVoxels(FrameBlocks& frame, std::vector<std::uint64_t>* keys)
 {
-  const std::size_t count = frame.block_count;
-  const std::uint64_t* const masks = frame.masks.data();
-  ensureSize(frame.octants, frame.voxel_count + list_excess);
-  std::uint32_t* const octants = frame.octants.data();
-  std::uint32_t* end = octants;
-  for (std::size_t i = 0; i < count; ++i)
-    end = appendOctants(static_cast<std::uint32_t>(i), masks[i], end);
-  ensureSize(frame.cell_indices, frame.voxel_count + list_excess);
+  const auto cells_of = [masks = frame.masks.data()](std::size_t i) {
+    return masks[i];
+  };
+  frame.octants.assign(frame.block_count, frame.voxel_count, cells_of);
+  ensureSize(frame.cell_indices, frame.voxel_count + OctantList::excess);
   CellIndex* index = frame.cell_indices.data();
   std::uint64_t* key = nullptr;
   if constexpr (with_keys) {
-    keys->resize(frame.voxel_count + list_excess);
+    keys->resize(frame.voxel_count + OctantList::excess);
     key = keys->data();
   }
-  const std::uint64_t* const block_keys = frame.keys.data();
-  const std::uint32_t* const numbers = frame.numbers.data();
-  for (const std::uint32_t* octant = octants; octant != end; ++octant) {
-    const std::size_t block = *octant / 8;
-    const std::uint32_t first_cell = 8 * (*octant % 8);
-    const unsigned int cells = cellsOfOctant(*octant, masks);
-    addCells(cells, numbers[block] * block_cells + first_cell, index);
-    index += child_masks.count[cells];
-    if constexpr (with_keys) {
-      addCells(cells, (block_keys[block] << block_key_bits) + first_cell, key);
-      key += child_masks.count[cells];
-    }
-  }
+  const auto append =
+      [=, block_keys = frame.keys.data(), numbers = frame.numbers.data()](
+          std::size_t block, std::uint32_t first_cell, unsigned int cells) mutable {
+        index = OctantList::appendCells(
+            cells, numbers[block] * block_cells + first_cell, index);
+        if constexpr (with_keys)
+          key = OctantList::appendCells(
+              cells, (block_keys[block] << block_key_bits) + first_cell, key);
+      };
+  frame.octants.visit(cells_of, append);
   if constexpr (with_keys)
     keys->resize(frame.voxel_count);
 }
@@ -121,44 +114,36 @@ Payload::encodeVoxels(const VoxelFrame& frame,
   const std::size_t begin = payload.size();
   if (is_i_frame) {
     *models_ = firstModels(has_points_);
-    const std::size_t bytes =
-        appendVoxels(*models_, HistoryPart::Replaced, frame, symbols, payload);
+    history_use_.measureIFrame(
+        frame.size(),
+        appendVoxels(*models_, HistoryPart::Replaced, frame, symbols, payload));
     learnHistory(HistoryPart::Replaced);
-    // Models that start anew cost some bytes, which frames without the history do not.
-    history_use_.measure(frame.size(), bytes - bytes / 32);
     return;
   }
-  const bool tries_history = history_use_.isTried();
-  const HistoryPart part = history_use_.partWithout();
-  std::size_t bytes = 0;
-  if (tries_history) {
-    *work_->models = *models_;
-    bytes = appendVoxels(*work_->models, HistoryPart::Used, frame, symbols, payload);
-    learnHistory(HistoryPart::Used);
-    if (!history_use_.isDoubtful(frame.size(), bytes)) {
-      models_.swap(work_->models);
-      history_use_.addWith();
-      return;
+  std::size_t bytes = 0; // with the history
+  const auto encode = [&](HistoryPart part) {
+    if (part == HistoryPart::Used) {
+      *work_->models = *models_;
+      bytes = appendVoxels(*work_->models, part, frame, symbols, payload);
+      learnHistory(part);
+      return bytes;
     }
-    if (part == HistoryPart::Kept)
+    if (part == HistoryPart::Kept && bytes > 0)
       models_->tracked_probability = work_->models->tracked_probability;
-  }
-  else if (part == HistoryPart::Kept) {
-    followVoxels(frame, *models_, symbols);
-    learnHistory(part);
-  }
-  const std::size_t bytes_without =
-      appendVoxels(*models_, part, frame, symbols, payload);
-  history_use_.measure(frame.size(), bytes_without);
-  if (tries_history && history_use_.isWorth(bytes, bytes_without)) {
+    else if (part == HistoryPart::Kept) {
+      followVoxels(frame, *models_, symbols);
+      learnHistory(part);
+    }
+    return appendVoxels(*models_, part, frame, symbols, payload);
+  };
+  const HistoryPart part = history_use_.choose(frame.size(), encode);
+  if (part == HistoryPart::Used) {
     models_.swap(work_->models);
-    history_use_.addWith();
     payload.resize(begin + bytes);
     return;
   }
   if (part == HistoryPart::Replaced)
     learnHistory(part);
-  history_use_.addWithout();
   const auto at = payload.begin() + static_cast<std::ptrdiff_t>(begin);
   payload.erase(at, at + static_cast<std::ptrdiff_t>(bytes));
 }
@@ -183,7 +168,7 @@ Payload::appendVoxels(Models& models,
   if (!is_i_frame_)
     codePart(coder, part);
   codeOccupancy(coder, models);
-  expandBlocks<false>(work.frame, nullptr);
+  listVoxels<false>(work.frame, nullptr);
   codeSymbols(coder, models, frame, symbols.data());
   coder.finish(rans::interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
@@ -209,7 +194,7 @@ Payload::followVoxels(const VoxelFrame& frame,
   work.tracked_voxels.code(sink, models, history_, after, work.frame);
   NewVoxels::findRenewedBlocks(history_, work.frame);
   work.history_update.run(history_, after, history_.statistics, work.frame);
-  expandBlocks<false>(work.frame, nullptr);
+  listVoxels<false>(work.frame, nullptr);
   if (const unsigned int bits = firstSymbolBits(frame); bits > 0) {
     ++changed_rows_;
     work.intensities.code(
@@ -289,7 +274,7 @@ Payload::decodeVoxels(const std::uint8_t* begin,
   work.frame.is_apart = part_ != HistoryPart::Used;
   if (!codeOccupancy(coder, *work.models))
     return false;
-  expandBlocks<true>(work.frame, &frame.keys);
+  listVoxels<true>(work.frame, &frame.keys);
   if (frame.hasIntensities())
     frame.intensities.resize(work.frame.voxel_count);
   if (frame.has_point_counts)

@@ -4,47 +4,18 @@
 #include "bytes/reserve_ahead.h"
 #include "codec/rans/entropy_coder.h"
 #include "simd/bit_operations.h"
+#include "voxels/block_division.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <limits>
 
 namespace pcl_ext {
 namespace io {
 namespace fast {
 
 namespace {
-
-constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
-
-/** \brief Groups voxels into blocks, followed by a key above all others as a sentinel.
- * \return number of blocks */
-std::size_t
-collectBlocks(const std::vector<std::uint64_t>& voxel_keys, FrameBlocks& frame)
-{
-  frame.ensureBlocks(voxel_keys.size() + 1);
-  std::uint64_t* const keys = frame.keys.data();
-  std::uint64_t* const masks = frame.masks.data();
-  std::uint64_t last = voxel_keys.front() >> block_key_bits;
-  std::uint64_t mask = 0;
-  std::size_t count = 0;
-  for (const std::uint64_t voxel : voxel_keys) {
-    // Without a branch: key and mask of a block are written again for each of its
-    // voxels.
-    const std::uint64_t key = voxel >> block_key_bits;
-    const std::uint64_t is_other = key != last ? 1 : 0;
-    count += is_other;
-    mask = (mask & (is_other - 1)) | std::uint64_t{1} << (voxel % block_cells);
-    keys[count] = key;
-    masks[count] = mask;
-    last = key;
-  }
-  ++count;
-  keys[count] = no_key;
-  return count;
-}
 
 /** \brief Distance of prefetching, voxels. */
 constexpr std::ptrdiff_t prefetched_voxels = 512;
@@ -143,34 +114,21 @@ matchHistory(const History& history,
              const std::vector<std::uint64_t>& keys,
              FrameBlocks& frame)
 {
-  const std::size_t count = collectBlocks(keys, frame);
-  const std::uint64_t* const frame_keys = frame.keys.data();
-  const std::uint64_t* const frame_masks = frame.masks.data();
+  frame.ensureBlocks(keys.size());
+  const std::size_t count = collectBlocks(keys, frame.keys.data(), frame.masks.data());
   frame.occupied.resize(history.tracked.size());
-  for (auto* vector : {&frame.new_keys, &frame.new_masks}) {
-    reserveAhead(*vector, count);
-    vector->resize(count);
-  }
-  std::uint64_t* const occupied = frame.occupied.data();
-  std::size_t now = 0;
-  std::size_t new_count = 0;
-  const auto appendNew = [&] {
-    frame.new_keys[new_count] = frame_keys[now];
-    frame.new_masks[new_count++] = frame_masks[now++];
+  const auto set_cells = [occupied = frame.occupied.data(),
+                          numbers = history.numbers.data()](
+                             std::size_t i, std::uint64_t cells, std::size_t) {
+    occupied[numbers[i]] = cells;
   };
-  // Not by walkSideBySide(), which branches on whether a tracked block is in the frame.
-  for (std::size_t i = 0; i < history.keys.size(); ++i) {
-    const std::uint64_t key = history.keys[i];
-    while (frame_keys[now] < key)
-      appendNew();
-    const std::uint64_t is_same = frame_keys[now] == key ? 1 : 0;
-    occupied[history.numbers[i]] = frame_masks[now] & (0 - is_same);
-    now += is_same;
-  }
-  while (now < count)
-    appendNew();
-  frame.new_keys.resize(new_count);
-  frame.new_masks.resize(new_count);
+  divideBlocks(history.keys,
+               frame.keys.data(),
+               frame.masks.data(),
+               count,
+               set_cells,
+               frame.new_keys,
+               frame.new_masks);
 }
 
 std::size_t
