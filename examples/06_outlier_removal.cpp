@@ -48,7 +48,7 @@ main()
   VoxelOutlierRemovalSettings removal_settings;
   removal_settings.min_log_odds = 0.0f;
   // What the intensities are, which a frame says only where it has a depth model.
-  removal_settings.unit = densityUnitOf(settings.law);
+  removal_settings.unit = densityUnitSettings(densityUnitOf(settings.law));
   // One filter for one stream, as it remembers the last frames.
   io::OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder;
   VoxelOutlierRemoval removal(removal_settings);

@@ -61,8 +61,7 @@ VoxelOutlierRemovalSettings
 settingsOf(DensityUnit unit, bool use_history = true)
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = unit;
-  settings.use_history = use_history;
+  settings.unit = densityUnitSettings(unit, {{use_history}});
   return settings;
 }
 
@@ -70,10 +69,12 @@ VoxelOutlierRemovalSettings
 settingsOfRays()
 {
   constexpr double degree = 0.017453292519943295;
-  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Rays);
-  settings.azimuth_step = degree * azimuth_step;
-  settings.elevation_step = degree * ring_step;
-  settings.intensities_are_counts = true;
+  RaysUnit unit;
+  unit.azimuth_step = degree * azimuth_step;
+  unit.elevation_step = degree * ring_step;
+  unit.intensities_are_counts = true;
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = unit;
   return settings;
 }
 

@@ -41,27 +41,26 @@ class OutlierRemoval:
         Voxels of lower log-odds of surface against noise are removed; natural logarithm.
         0 removes 79 to 90 % of a depth camera's noise at 4 cm; higher values remove more,
         also of surfaces.
-    full_intensity : float
-        Intensity of a voxel face that is completely covered, for "faces".
-    sensor_position : (float, float, float), optional
-        Where the lidar is, metres, in the coordinates of the cloud; None: the origin. For
-        "rays", as the next three; frames with rows and columns of a lidar have it
-        themselves, and the angles.
-    azimuth_step, elevation_step : float
-        Angles between rays of a row and between rows, radians, 0.0001 to 1. By default 0.2
-        and 0.4 degrees; need be right to 30 %.
-    intensities_are_counts : bool
-        Intensities are numbers of points (law "count"); used where the frame has none
-        itself. Else each voxel counts as one point.
-    use_history : bool
-        Also use the voxels of previous frames.
     max_blocks : int
         Most blocks of 4 x 4 x 4 voxels to remember, about 270 bytes each.
+    use_history : bool, optional
+        Also use the voxels of previous frames: True. All units but "rays" have it.
+    full_intensity : float, optional
+        Of "faces": intensity of a voxel face that is completely covered, 255.
+    sensor_position : (float, float, float), optional
+        Of "rays": where the lidar is, metres, in the coordinates of the cloud; the origin.
+        Frames with rows and columns of a lidar have it themselves, and the angles.
+    azimuth_step, elevation_step : float, optional
+        Of "rays": angles between rays of a row and between rows, radians, 0.0001 to 1;
+        0.0035 and 0.007, which are 0.2 and 0.4 degrees. Need be right to 30 %.
+    intensities_are_counts : bool, optional
+        Of "rays" and "automatic": intensities are numbers of points (law "count"); used
+        where the frame has none itself. False: each voxel counts as one point.
 
     Raises
     ------
     ValueError, TypeError
-        If a setting is outside its range.
+        If a setting is outside its range, or is none of the unit's.
 
     Examples
     --------
@@ -78,26 +77,25 @@ class OutlierRemoval:
         unit: Unit = "automatic",
         *,
         min_log_odds: float = 0.0,
-        full_intensity: float = 255.0,
-        sensor_position: Optional[Sequence[float]] = None,
-        azimuth_step: float = 0.0035,
-        elevation_step: float = 0.007,
-        intensities_are_counts: bool = False,
-        use_history: bool = True,
         max_blocks: int = 1 << 17,
+        use_history: Optional[bool] = None,
+        full_intensity: Optional[float] = None,
+        sensor_position: Optional[Sequence[float]] = None,
+        azimuth_step: Optional[float] = None,
+        elevation_step: Optional[float] = None,
+        intensities_are_counts: Optional[bool] = None,
     ):
+        of_unit = {
+            "use_history": use_history,
+            "full_intensity": full_intensity,
+            "sensor_position": sensor_position,
+            "azimuth_step": azimuth_step,
+            "elevation_step": elevation_step,
+            "intensities_are_counts": intensities_are_counts,
+        }
+        named = {name: value for name, value in of_unit.items() if value is not None}
         self._native = _native.OutlierRemoval(
-            {
-                "unit": unit,
-                "min_log_odds": min_log_odds,
-                "full_intensity": full_intensity,
-                "sensor_position": sensor_position,
-                "azimuth_step": azimuth_step,
-                "elevation_step": elevation_step,
-                "intensities_are_counts": intensities_are_counts,
-                "use_history": use_history,
-                "max_blocks": max_blocks,
-            }
+            {"unit": unit, "min_log_odds": min_log_odds, "max_blocks": max_blocks, **named}
         )
 
     @property

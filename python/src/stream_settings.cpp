@@ -2,6 +2,7 @@
 #include "stream_settings.h"
 
 #include "keywords.h"
+#include "outliers/outlier_setting_table.h"
 #include "stream/encoder_setting.h"
 
 #include <pybind11/numpy.h>
@@ -11,7 +12,9 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -171,6 +174,41 @@ toPython(const io::SettingValue& value)
   return std::visit([](const auto& content) { return py::cast(content); }, value);
 }
 
+/** \brief Reads a setting, by the type of its field. */
+template <typename ValueT>
+void
+readValue(const Keywords& keywords, const char* name, ValueT& value)
+{
+  if constexpr (std::is_same_v<ValueT, bool>)
+    value = keywords.flag(name);
+  else if constexpr (std::is_integral_v<ValueT>)
+    value = keywords.count(name, any_size);
+  else if constexpr (std::is_floating_point_v<ValueT>)
+    value = static_cast<ValueT>(keywords.number(name));
+  else
+    value = pointOf(keywords.numbers(name, 3));
+}
+
+/** \brief Reads the settings of an outlier removal, whose unit is set. */
+template <typename SettingsT>
+void
+readEach(const py::dict& values, SettingsT& settings)
+{
+  const Keywords keywords(values);
+  std::set<std::string> names = {"unit"};
+  visitSettings(settings, [&](const OutlierSetting& setting, auto& value) {
+    names.insert(setting.name);
+    if (values.contains(setting.name))
+      readValue(keywords, setting.name, value);
+  });
+  for (const auto& [key, value] : values)
+    if (const std::string name = py::str(key); names.count(name) == 0)
+      keywords.refuse(name.c_str(),
+                      "left out, as the unit " + keywords.text("unit") +
+                          " does not have it");
+  throwUnlessOk(checkSettings(settings));
+}
+
 } // namespace
 
 WorldPose
@@ -232,30 +270,17 @@ readLimits(const py::dict& values, const std::optional<io::DecoderLimits>& defau
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values)
 {
-  const Keywords keywords(values);
   VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
-  settings.unit = keywords.choice("unit", density_units);
-  settings.full_intensity = static_cast<float>(keywords.number("full_intensity"));
-  if (keywords.isSet("sensor_position"))
-    settings.sensor_position = pointOf(keywords.numbers("sensor_position", 3));
-  settings.azimuth_step = keywords.number("azimuth_step");
-  settings.elevation_step = keywords.number("elevation_step");
-  settings.intensities_are_counts = keywords.flag("intensities_are_counts");
-  settings.use_history = keywords.flag("use_history");
-  settings.max_blocks = keywords.count("max_blocks", any_size);
-  throwUnlessOk(checkSettings(settings));
+  settings.unit = densityUnitSettings(Keywords(values).choice("unit", density_units));
+  readEach(values, settings);
   return settings;
 }
 
 PointOutlierRemovalSettings
 readPointRemovalSettings(const py::dict& values)
 {
-  const Keywords keywords(values);
   PointOutlierRemovalSettings settings;
-  settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
-  settings.use_history = keywords.flag("use_history");
-  throwUnlessOk(checkSettings(settings));
+  readEach(values, settings);
   return settings;
 }
 
@@ -304,11 +329,6 @@ defaultSettings()
                   "max_points"_a = limits.max_points,
                   "max_field_values"_a = limits.max_field_values,
                   "min_log_odds"_a = removal.min_log_odds,
-                  "full_intensity"_a = removal.full_intensity,
-                  "azimuth_step"_a = removal.azimuth_step,
-                  "elevation_step"_a = removal.elevation_step,
-                  "intensities_are_counts"_a = removal.intensities_are_counts,
-                  "use_history"_a = removal.use_history,
                   "max_blocks"_a = removal.max_blocks);
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pcl_ext
-from pcl_ext import _native, codec
+from pcl_ext import _native, codec, outliers
 
 BAD_SETTINGS = [
     ({"resolution": 0}, ValueError, r"resolution is 0; it must be 1e-06 to 1e\+06 m"),
@@ -159,17 +159,41 @@ def test_bad_limits(limits, error, message):
         ),
         ({"min_log_odds": float("nan")}, ValueError, "min_log_odds is nan"),
         ({"min_log_odds": "low"}, TypeError, "min_log_odds is 'low'"),
-        ({"full_intensity": 0}, ValueError, "full_intensity is 0"),
+        ({"min_log_odds": None}, TypeError, "min_log_odds is None"),
+        ({"unit": "faces", "full_intensity": 0}, ValueError, "full_intensity is 0.0"),
         ({"use_history": 0}, TypeError, "use_history is 0"),
-        ({"azimuth_step": 0}, ValueError, "azimuth_step is 0"),
-        ({"elevation_step": 2}, ValueError, "elevation_step is 2"),
-        ({"sensor_position": (1, 2)}, ValueError, r"sensor_position is \(1, 2\)"),
+        ({"unit": "rays", "azimuth_step": 0}, ValueError, "azimuth_step is 0.0"),
+        ({"unit": "rays", "elevation_step": 2}, ValueError, "elevation_step is 2.0"),
+        ({"unit": "rays", "sensor_position": (1, 2)}, ValueError, r"position is \(1, 2\)"),
         ({"max_blocks": -1}, ValueError, "max_blocks is -1"),
+        (
+            {"unit": "points", "full_intensity": 255.0},
+            ValueError,
+            "full_intensity is 255.0; it must be left out, as the unit points does not have it",
+        ),
     ],
 )
 def test_bad_outlier_removals(settings, error, message):
     with pytest.raises(error, match=message):
         pcl_ext.OutlierRemoval(**settings)
+
+
+def test_a_unit_has_its_settings_alone():
+    settings = {
+        "use_history": (False, ["automatic", "faces", "points", "voxels"]),
+        "full_intensity": (16.0, ["faces"]),
+        "sensor_position": ((1, 2, 3), ["rays"]),
+        "azimuth_step": (0.01, ["rays"]),
+        "elevation_step": (0.01, ["rays"]),
+        "intensities_are_counts": (True, ["automatic", "rays"]),
+    }
+    for unit in typing.get_args(outliers.Unit):
+        for name, (value, units) in settings.items():
+            if unit in units:
+                pcl_ext.OutlierRemoval(unit, **{name: value})
+                continue
+            with pytest.raises(ValueError, match=f"{name} is .*as the unit {unit} does not"):
+                pcl_ext.OutlierRemoval(unit, **{name: value})
 
 
 def test_defaults_are_those_of_the_library():

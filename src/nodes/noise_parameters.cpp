@@ -34,7 +34,7 @@ describeNoiseParameters()
                       "Log-odds of surface against noise, natural logarithm; voxels of "
                       "lower ones are outliers."),
       wordParameter("density_unit",
-                    nameOf(density_units, removal.unit),
+                    nameOf(density_units, densityUnitOf(removal.unit)),
                     density_units,
                     "What outliers are judged by: faces for the quadratic law, points "
                     "for counts of depth cameras, rays for snow in clouds of lidars "
@@ -59,7 +59,7 @@ readNoiseParameters(const ParameterValues& values)
   settings.min_intensity = access.number("min_intensity");
   VoxelOutlierRemovalSettings removal;
   removal.min_log_odds = access.number("min_log_odds");
-  removal.unit = access.named("density_unit", density_units);
+  removal.unit = densityUnitSettings(access.named("density_unit", density_units));
   if (access.get<bool>("remove_outliers"))
     settings.outlier_removal = removal;
   return settings;

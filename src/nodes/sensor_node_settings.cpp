@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
 namespace pcl_ext {
 namespace nodes {
@@ -43,7 +44,8 @@ std::optional<SettingText>
 outlierRemovalFault(const SensorNodeSettings& settings)
 {
   const VoxelOutlierRemovalSettings& removal = *settings.outlier_removal;
-  if (removal.unit == DensityUnit::Faces || removal.unit == DensityUnit::Points) {
+  if (std::holds_alternative<FacesUnit>(removal.unit) ||
+      std::holds_alternative<PointsUnit>(removal.unit)) {
     const std::string unit = "{outlier_removal.unit} is faces or points and {law} is ";
     const std::string choice = "; choose automatic, voxels or rays";
     if (settings.law == IntensityLaw::Native)
@@ -86,9 +88,10 @@ removalSettings(const SensorNodeSettings& settings)
 {
   VoxelOutlierRemovalSettings removal = *settings.outlier_removal;
   // A frame alone may not say what its intensities are.
-  if (removal.unit == DensityUnit::Automatic)
-    removal.unit = densityUnitOf(settings.law);
-  removal.intensities_are_counts |= settings.law == IntensityLaw::Count;
+  if (const auto* const automatic = std::get_if<AutomaticUnit>(&removal.unit))
+    removal.unit = densityUnitSettings(densityUnitOf(settings.law), *automatic);
+  if (auto* const rays = std::get_if<RaysUnit>(&removal.unit))
+    rays->intensities_are_counts |= settings.law == IntensityLaw::Count;
   return removal;
 }
 

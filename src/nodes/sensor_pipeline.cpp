@@ -10,6 +10,7 @@
 
 #include <type_traits>
 #include <utility>
+#include <variant>
 
 namespace pcl_ext {
 namespace nodes {
@@ -109,9 +110,10 @@ SensorFilters::SensorFilters(const SensorNodeSettings& settings)
   if (!settings.outlier_removal)
     return;
   outlier_removal.emplace(removalSettings(settings));
-  if (settings.outlier_removal->unit == DensityUnit::Automatic)
+  if (const auto* const unit =
+          std::get_if<AutomaticUnit>(&settings.outlier_removal->unit))
     point_outlier_removal.emplace(PointOutlierRemovalSettings{
-        settings.outlier_removal->min_log_odds, settings.outlier_removal->use_history});
+        settings.outlier_removal->min_log_odds, unit->use_history});
 }
 
 SensorSource::SensorSource(const SensorNodeSettings& settings)
@@ -193,7 +195,8 @@ SensorSource::removeNoise(io::VoxelFrame& frame)
     return;
   VoxelOutlierRemoval& removal = *filters_->outlier_removal;
   const Eigen::Vector3d sensor(sensor_to_world_->translation());
-  if (!settings_.outlier_removal->sensor_position)
+  const auto* const rays = std::get_if<RaysUnit>(&settings_.outlier_removal->unit);
+  if (rays != nullptr && !rays->sensor_position)
     removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
   // checkSettings() has refused what the filter would.
   voxels_removed_ = removal.filter(frame).removed;

@@ -1,13 +1,40 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include "outliers/outlier_setting_table.h"
 
-#include <algorithm>
-#include <cmath>
+#include <array>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
+
+namespace {
+
+/** \brief Checks each setting for itself. */
+template <typename SettingsT>
+OutlierRemovalStatus
+checkEach(const SettingsT& settings)
+{
+  OutlierRemovalStatus status;
+  const auto check = [&](const OutlierSetting& setting, double value, const char* is) {
+    const bool is_allowed = value >= setting.lowest && value <= setting.highest;
+    if (status.ok() && !is_allowed)
+      status = {OutlierRemovalCode::InvalidSettings,
+                std::string(setting.name) + is + std::to_string(value) +
+                    "; it must be " + setting.demand};
+  };
+  visitSettings(settings, [&](const OutlierSetting& setting, const auto& value) {
+    using ValueT = std::decay_t<decltype(value)>;
+    if constexpr (std::is_floating_point_v<ValueT>)
+      check(setting, value, " is ");
+    else if constexpr (!std::is_integral_v<ValueT>)
+      for (const double number : value.value_or(std::array<double, 3>()))
+        check(setting, number, " has ");
+  });
+  return status;
+}
+
+} // namespace
 
 DensityUnit
 densityUnitOf(IntensityLaw law)
@@ -25,36 +52,36 @@ densityUnitOf(IntensityLaw law)
   }
 }
 
+DensityUnitSettings
+densityUnitSettings(DensityUnit unit, const AutomaticUnit& automatic)
+{
+  switch (unit) {
+  case DensityUnit::Faces:
+    return FacesUnit{{automatic}};
+  case DensityUnit::Points:
+    return PointsUnit{{automatic}};
+  case DensityUnit::Voxels:
+    return VoxelsUnit{{automatic}};
+  case DensityUnit::Rays: {
+    RaysUnit rays;
+    rays.intensities_are_counts = automatic.intensities_are_counts;
+    return rays;
+  }
+  default:
+    return automatic;
+  }
+}
+
 OutlierRemovalStatus
 checkSettings(const VoxelOutlierRemovalSettings& settings)
 {
-  const auto invalid = [](const std::string& message) {
-    return OutlierRemovalStatus(OutlierRemovalCode::InvalidSettings, message);
-  };
-  if (!std::isfinite(settings.min_log_odds))
-    return invalid("min_log_odds is " + std::to_string(settings.min_log_odds) +
-                   "; it must be a finite number");
-  if (std::none_of(density_units.begin(), density_units.end(), [&](const auto& known) {
-        return known.value == settings.unit;
-      }))
-    return invalid("unit is " + std::to_string(static_cast<int>(settings.unit)) +
-                   "; it must be Automatic, Faces, Points, Voxels or Rays");
-  if (!std::isfinite(settings.full_intensity) || !(settings.full_intensity > 0.0f))
-    return invalid("full_intensity is " + std::to_string(settings.full_intensity) +
-                   "; it must be a finite number above 0");
-  if (settings.sensor_position)
-    for (const double coordinate : *settings.sensor_position)
-      if (!std::isfinite(coordinate))
-        return invalid("sensor_position has " + std::to_string(coordinate) +
-                       "; it must be finite numbers");
-  for (const auto& [name, step] :
-       {std::pair("azimuth_step", settings.azimuth_step),
-        std::pair("elevation_step", settings.elevation_step)})
-    if (!(step >= VoxelOutlierRemovalSettings::min_ray_step &&
-          step <= VoxelOutlierRemovalSettings::max_ray_step))
-      return invalid(std::string(name) + " is " + std::to_string(step) +
-                     "; it must be 0.0001 to 1 radians");
-  return {};
+  return checkEach(settings);
+}
+
+OutlierRemovalStatus
+checkSettings(const PointOutlierRemovalSettings& settings)
+{
+  return checkEach(settings);
 }
 
 } // namespace PCL_EXT_ABI

@@ -5,22 +5,10 @@
 #include "outliers/lidar_image.h"
 #include "outliers/range_continuity.h"
 
-#include <cmath>
 #include <limits>
-#include <string>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
-
-OutlierRemovalStatus
-checkSettings(const PointOutlierRemovalSettings& settings)
-{
-  if (std::isfinite(settings.min_log_odds))
-    return {};
-  return {OutlierRemovalCode::InvalidSettings,
-          "min_log_odds is " + std::to_string(settings.min_log_odds) +
-              "; it must be a finite number"};
-}
 
 class PointOutlierRemoval::Implementation {
 public:

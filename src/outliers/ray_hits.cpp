@@ -51,20 +51,18 @@ lengthOf(const std::array<double, 3>& vector)
 } // namespace
 
 LidarRays
-raysOf(const VoxelOutlierRemovalSettings& settings,
-       const io::VoxelGrid& grid,
-       const io::VoxelPosition& first)
+raysOf(const RaysUnit& unit, const io::VoxelGrid& grid, const io::VoxelPosition& first)
 {
   LidarRays rays;
   const std::array<double, 3> at = {static_cast<double>(first.x),
                                     static_cast<double>(first.y),
                                     static_cast<double>(first.z)};
-  const std::array<double, 3> sensor = settings.sensor_position.value_or(rays.origin);
+  const std::array<double, 3> sensor = unit.sensor_position.value_or(rays.origin);
   for (std::size_t axis = 0; axis < 3; ++axis)
     rays.origin[axis] =
         (sensor[axis] - grid.lowerCorner(axis)) / grid.resolution + at[axis];
-  rays.azimuth_step = settings.azimuth_step;
-  rays.elevation_step = settings.elevation_step;
+  rays.azimuth_step = unit.azimuth_step;
+  rays.elevation_step = unit.elevation_step;
   return rays;
 }
 

@@ -21,14 +21,12 @@ struct LidarRays {
 };
 
 /** \brief Rays as settings have them, of a lidar that stands upright.
- * \param[in] settings that checkSettings() accepts
+ * \param[in] unit of settings that checkSettings() accepts
  * \param[in] grid of the frame
  * \param[in] first position of the grid's first voxel
  */
 LidarRays
-raysOf(const VoxelOutlierRemovalSettings& settings,
-       const io::VoxelGrid& grid,
-       const io::VoxelPosition& first);
+raysOf(const RaysUnit& unit, const io::VoxelGrid& grid, const io::VoxelPosition& first);
 
 /** \brief Rays of the image of a frame.
  * \param[in] image as isConsistent() demands, or without pixels

@@ -17,6 +17,17 @@ constexpr double most_points = DensityBlocks::most_points;
 
 } // namespace
 
+VoxelDensities::VoxelDensities(const DensityUnitSettings& unit)
+: set_unit_(densityUnitOf(unit)), unit_(set_unit_)
+{
+  if (const auto* const faces = std::get_if<FacesUnit>(&unit))
+    full_intensity_ = faces->full_intensity;
+  if (const auto* const rays = std::get_if<RaysUnit>(&unit))
+    intensities_are_counts_ = rays->intensities_are_counts;
+  if (const auto* const automatic = std::get_if<AutomaticUnit>(&unit))
+    intensities_are_counts_ = automatic->intensities_are_counts;
+}
+
 bool
 VoxelDensities::canJudge(const io::VoxelFrame& frame) const
 {

@@ -24,12 +24,7 @@ inline namespace PCL_EXT_ABI {
  * points. */
 class VoxelDensities {
 public:
-  explicit VoxelDensities(const VoxelOutlierRemovalSettings& settings)
-  : set_unit_(settings.unit)
-  , unit_(settings.unit)
-  , full_intensity_(settings.full_intensity)
-  , intensities_are_counts_(settings.intensities_are_counts)
-  {}
+  explicit VoxelDensities(const DensityUnitSettings& unit);
 
   /** \brief Whether the frame has what the unit needs. */
   bool
@@ -119,9 +114,9 @@ private:
   unitOf(const io::VoxelFrame& frame) const;
 
   DensityUnit set_unit_;
-  DensityUnit unit_; // of the last frame
-  float full_intensity_;
-  bool intensities_are_counts_;
+  DensityUnit unit_;                          // of the last frame
+  float full_intensity_ = 0.0f;               // with Faces
+  bool intensities_are_counts_ = false;       // with Automatic and Rays
   std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
   std::optional<LidarRays> image_rays_;       // likewise
   double model_face_ = 0.0; // intensity of a covered face in that model

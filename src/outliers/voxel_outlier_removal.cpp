@@ -18,6 +18,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <variant>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -44,7 +45,9 @@ levelsOf(double resolution)
 class VoxelOutlierRemoval::Implementation {
 public:
   explicit Implementation(const VoxelOutlierRemovalSettings& settings)
-  : settings_(settings), settings_status_(checkSettings(settings)), densities_(settings)
+  : settings_(settings)
+  , settings_status_(checkSettings(settings))
+  , densities_(settings.unit)
   {}
 
   OutlierRemovalStatus
@@ -58,7 +61,7 @@ public:
     const float least =
         std::exp((settings_.min_log_odds - score_.offset) / score_.weight);
     const std::size_t voxels = frame.size();
-    status = judgement(frame, settings_.unit, densities_.unit());
+    status = judgement(frame, densityUnitOf(settings_.unit), densities_.unit());
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
       return !(evidence_[indexOf(coarse_voxels_[i])] < least);
     });
@@ -80,7 +83,7 @@ public:
     for (std::size_t i = 0; i < frame.size(); ++i)
       log_odds[i] = score_.weight * std::log(evidence_[indexOf(coarse_voxels_[i])]) +
                     score_.offset;
-    status = judgement(frame, settings_.unit, densities_.unit());
+    status = judgement(frame, densityUnitOf(settings_.unit), densities_.unit());
     endFrame(frame.size());
     return status;
   }
@@ -88,7 +91,8 @@ public:
   void
   setSensorPosition(const std::array<double, 3>& position)
   {
-    settings_.sensor_position = position;
+    if (auto* const rays = std::get_if<RaysUnit>(&settings_.unit))
+      rays->sensor_position = position;
   }
 
   void
@@ -126,7 +130,7 @@ private:
     if (!isMadeFor(frame.grid.resolution))
       return unsupportedResolution(frame.grid.resolution);
     if (!densities_.canJudge(frame))
-      return noDensities(settings_.unit);
+      return noDensities(densityUnitOf(settings_.unit));
     return {};
   }
 
@@ -197,7 +201,9 @@ private:
   bool
   keepsHistory() const
   {
-    return settings_.use_history && densities_.unit() != DensityUnit::Rays;
+    return densities_.unit() != DensityUnit::Rays &&
+           std::visit([](const auto& unit) { return unit.use_history; },
+                      settings_.unit);
   }
 
   void
@@ -206,7 +212,9 @@ private:
     const unsigned int levels = positions_.levels();
     const LidarRays rays = densities_.imageRays()
                                ? *densities_.imageRays()
-                               : raysOf(settings_, frame.grid, positions_.first());
+                               : raysOf(std::get<RaysUnit>(settings_.unit),
+                                        frame.grid,
+                                        positions_.first());
     ray_hits_ = RayHits(rays,
                         frame.grid.resolution,
                         levels,

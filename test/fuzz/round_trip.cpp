@@ -84,9 +84,8 @@ removalSettingsOf(std::uint8_t choice)
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = static_cast<float>(choice % 16) - 8.0f;
-  settings.unit = static_cast<DensityUnit>(choice / 4 % 5);
-  settings.intensities_are_counts = choice % 3 == 0;
-  settings.use_history = choice % 8 != 7;
+  settings.unit = densityUnitSettings(static_cast<DensityUnit>(choice / 4 % 5),
+                                      {{choice % 8 != 7}, choice % 3 == 0});
   settings.max_blocks = choice % 32 < 16 ? 4 : 1000;
   return settings;
 }

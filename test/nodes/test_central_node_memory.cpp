@@ -22,7 +22,7 @@ removalSettings()
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = 1.0f;
-  settings.unit = pcl_ext::DensityUnit::Points;
+  settings.unit = pcl_ext::PointsUnit();
   return settings;
 }
 

@@ -17,7 +17,7 @@ atLogOdds(float min_log_odds)
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = min_log_odds;
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit();
   return settings;
 }
 
@@ -56,14 +56,13 @@ filteredStreams(std::size_t frames)
   add("threshold alone", false, none);
   add("counts", false, std::optional(atLogOdds(0.0f)));
   VoxelOutlierRemovalSettings settings = atLogOdds(1.0f);
-  settings.unit = DensityUnit::Automatic;
+  settings.unit = AutomaticUnit();
   add("shares", true, std::optional(settings));
   settings.min_log_odds = -1.0f;
-  settings.use_history = false;
+  settings.unit = AutomaticUnit{{false}};
   add("without history", true, std::optional(settings));
   settings = atLogOdds(0.0f);
-  settings.unit = DensityUnit::Faces;
-  settings.full_intensity = 16.0f;
+  settings.unit = FacesUnit{{}, 16.0f};
   settings.max_blocks = 20;
   add("faces", false, std::optional(settings));
   add("both", false, std::optional(atLogOdds(0.0f)));
@@ -225,10 +224,9 @@ TEST_F(CentralNodeOutliersOfOneStream, InvalidCallsAreReportedAndChangeNothing)
   node.setOutlierRemoval("a", atLogOdds(0.5f));
   VoxelOutlierRemoval removal(atLogOdds(0.5f));
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  std::vector<VoxelOutlierRemovalSettings> wrong(3, atLogOdds(0.0f));
+  std::vector<VoxelOutlierRemovalSettings> wrong(2, atLogOdds(0.0f));
   wrong[0].min_log_odds = infinity;
-  wrong[1].full_intensity = 0.0f;
-  wrong[2].unit = static_cast<DensityUnit>(17);
+  wrong[1].unit = FacesUnit{{}, 0.0f};
   for (std::size_t i = 0; i < stream.frames.size(); ++i) {
     sendAndWait(node, "a", stream.frames[i]);
     expectSameFrame(recorder.frames("a").back().voxels,
@@ -264,7 +262,7 @@ TEST_F(CentralNodeOutliersOfOneStream, HealthSaysWhatWasNotJudged)
   EXPECT_EQ(health.outlier_removal.removed, health.outliers_removed);
   // They are counts, which the frame does not say.
   EXPECT_NE(health.outlier_removal.message().find("Points"), std::string::npos);
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit();
   node.setOutlierRemoval("a", settings);
   sendAndWait(node, "a", stream.frames[1]);
   EXPECT_EQ(onlyHealth(node).outlier_removal.message(), "");

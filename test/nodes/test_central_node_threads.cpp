@@ -98,8 +98,7 @@ VoxelOutlierRemovalSettings
 removalWithoutHistory()
 {
   VoxelOutlierRemovalSettings settings;
-  settings.use_history = false;
-  settings.unit = pcl_ext::DensityUnit::Points;
+  settings.unit = pcl_ext::PointsUnit{{false}};
   return settings;
 }
 

@@ -441,7 +441,7 @@ TEST(EncodingParameters, OthersChangeTheSettingThatTheyName)
            {{{"remove_outliers", true}, {"min_log_odds", -2.5}},
             [](const Settings& s) {
               return s.outlier_removal->min_log_odds == -2.5f &&
-                     s.outlier_removal->unit == DensityUnit::Automatic;
+                     densityUnitOf(s.outlier_removal->unit) == DensityUnit::Automatic;
             }},
            {{{"min_log_odds", 2.0}},
             [](const Settings& s) { return !s.outlier_removal.has_value(); }},
@@ -597,7 +597,7 @@ TEST(NoiseParameters, EachChangesTheSettingThatItNames)
   const auto removal = readNoiseParameters({{"remove_outliers", true}}).outlier_removal;
   ASSERT_TRUE(removal);
   EXPECT_EQ(removal->min_log_odds, 0.0f);
-  EXPECT_EQ(removal->unit, DensityUnit::Automatic);
+  EXPECT_EQ(densityUnitOf(removal->unit), DensityUnit::Automatic);
   for (const auto& [word, unit] : std::vector<std::pair<std::string, DensityUnit>>{
            {"automatic", DensityUnit::Automatic},
            {"faces", DensityUnit::Faces},
@@ -608,7 +608,7 @@ TEST(NoiseParameters, EachChangesTheSettingThatItNames)
         {{"remove_outliers", true}, {"min_log_odds", 2.5}, {"density_unit", word}});
     ASSERT_TRUE(settings.outlier_removal) << word;
     EXPECT_EQ(settings.outlier_removal->min_log_odds, 2.5f);
-    EXPECT_EQ(settings.outlier_removal->unit, unit) << word;
+    EXPECT_EQ(densityUnitOf(settings.outlier_removal->unit), unit) << word;
   }
 }
 

@@ -100,7 +100,8 @@ TEST(SensorNodeLidarOutliers, SettingsAreThoseOfTheNode)
   nodes::SensorNodeSettings settings = removingSettings();
   PointOutlierRemovalSettings expected;
   expected.min_log_odds = settings.outlier_removal->min_log_odds = 3.0f;
-  expected.use_history = settings.outlier_removal->use_history = false;
+  settings.outlier_removal->unit = AutomaticUnit{{false}};
+  expected.use_history = false;
   nodes::SensorNode node(settings);
   PointOutlierRemoval removal(expected);
   for (unsigned int seed = 1; seed < 3; ++seed) {
@@ -113,7 +114,7 @@ TEST(SensorNodeLidarOutliers, SettingsAreThoseOfTheNode)
 TEST(SensorNodeLidarOutliers, ANamedUnitJudgesVoxels)
 {
   nodes::SensorNodeSettings settings = removingSettings();
-  settings.outlier_removal->unit = DensityUnit::Voxels;
+  settings.outlier_removal->unit = VoxelsUnit();
   settings.outlier_removal->min_log_odds = 1000.0f; // all of them
   nodes::SensorNode node(settings);
   nodes::SensorNode plain(settingsOf(IntensityLaw::Count));

@@ -52,7 +52,7 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
     settings.outlier_removal.emplace();
     nodes::SensorNode filtering(settings);
     VoxelOutlierRemovalSettings removal_settings;
-    removal_settings.unit = densityUnitOf(law);
+    removal_settings.unit = densityUnitSettings(densityUnitOf(law));
     VoxelOutlierRemoval removal(removal_settings);
     io::FrameDecoder plain_decoder;
     io::FrameDecoder filtered_decoder;
@@ -80,7 +80,7 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
   nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Quadratic);
   settings.compression.format = io::StreamFormat::Published;
   const auto removedBy = [&](DensityUnit unit) {
-    settings.outlier_removal.emplace().unit = unit;
+    settings.outlier_removal.emplace().unit = densityUnitSettings(unit);
     nodes::SensorNode node(settings);
     CellCamera camera;
     encoded(node, messageOf(camera.capture(0)), camera.pose());
@@ -117,13 +117,12 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
 {
   nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
   nodes::SensorNode plain(settings);
-  settings.outlier_removal.emplace().unit = DensityUnit::Rays;
+  settings.outlier_removal.emplace().unit = RaysUnit();
   nodes::SensorNode filtering(settings);
-  settings.outlier_removal->sensor_position = {0.0, 0.0, 50.0};
+  settings.outlier_removal->unit = RaysUnit{{{0.0, 0.0, 50.0}}};
   nodes::SensorNode elsewhere(settings);
-  VoxelOutlierRemovalSettings removal_settings;
-  removal_settings.unit = DensityUnit::Rays;
-  removal_settings.intensities_are_counts = true;
+  RaysUnit rays;
+  rays.intensities_are_counts = true;
   CellCamera camera;
   io::FrameDecoder decoder;
   for (std::uint32_t i = 0; i < 2; ++i) {
@@ -134,7 +133,9 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
     encoded(filtering, cloud, pose);
     encoded(elsewhere, cloud, pose);
     const auto removedFrom = [&](const std::array<double, 3>& position) {
-      removal_settings.sensor_position = position;
+      rays.sensor_position = position;
+      VoxelOutlierRemovalSettings removal_settings;
+      removal_settings.unit = rays;
       io::VoxelFrame voxels = frame;
       return VoxelOutlierRemoval(removal_settings).filter(voxels).removed;
     };
@@ -161,11 +162,11 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
     settings.outlier_removal.emplace();
     for (const DensityUnit unit :
          {DensityUnit::Automatic, DensityUnit::Voxels, DensityUnit::Rays}) {
-      settings.outlier_removal->unit = unit;
+      settings.outlier_removal->unit = densityUnitSettings(unit);
       EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
     }
     for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
-      settings.outlier_removal->unit = unit;
+      settings.outlier_removal->unit = densityUnitSettings(unit);
       expectInvalidSettings(settings, message);
     }
   }
@@ -179,7 +180,7 @@ TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
     settings.law = law;
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
-    settings.outlier_removal->full_intensity = -1.0f;
+    settings.outlier_removal->unit = FacesUnit{{}, -1.0f};
     expectInvalidSettings(
         settings,
         "outlier_removal: full_intensity is -1.000000; it must be a finite number "

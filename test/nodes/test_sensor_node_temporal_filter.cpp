@@ -131,7 +131,7 @@ TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
   nodes::SensorNode both(both_settings);
   io::FrameDecoder decoder;
   VoxelOutlierRemovalSettings removal_settings;
-  removal_settings.unit = DensityUnit::Points;
+  removal_settings.unit = PointsUnit();
   VoxelOutlierRemoval removal(removal_settings);
   TemporalVoxelFilter filter(frames);
   const std::array<double, 3> position = {

@@ -132,19 +132,18 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
 TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit();
   expectSameAsFrames<pcl::PointXYZ, CountIntensity>(
       settingsAt(decoded_resolution), settings, false);
   expectSameAsFrames<pcl::PointXYZI, CountIntensity>(settingsAt(0.05), settings, false);
-  settings.unit = DensityUnit::Automatic;
+  settings.unit = AutomaticUnit();
   settings.min_log_odds = 1.0f;
   using Quadratic = IntensityModel<KinectV2, QuadraticLaw>;
   expectSameAsFrames<pcl::PointXYZI, Quadratic>(
       settingsAt(decoded_resolution), settings, true);
   expectSameAsFrames<pcl::PointXYZ, Quadratic>(
       settingsAt(decoded_resolution), settings, true);
-  settings.use_history = false;
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit{{false}};
   expectSameAsFrames<pcl::PointXYZI, NativeIntensity>(
       settingsAt(decoded_resolution), settings, false);
 }
@@ -153,7 +152,7 @@ VoxelOutlierRemovalSettings
 countSettings()
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit();
   return settings;
 }
 

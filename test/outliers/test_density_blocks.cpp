@@ -38,15 +38,6 @@ TEST(DensityBlocks, FullSurroundingsDoNotOverflow)
   }
 }
 
-VoxelOutlierRemovalSettings
-settingsOf(DensityUnit unit, float full_intensity)
-{
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = unit;
-  settings.full_intensity = full_intensity;
-  return settings;
-}
-
 /** \brief Density of a cell of one voxel. */
 int
 densityOf(const VoxelDensities& densities,
@@ -70,7 +61,7 @@ TEST(VoxelDensities, APointAtTheSensorOrBehindItCoversAFace)
                                        frame.grid,
                                        frame.intensity_scale);
   ASSERT_TRUE(frame.depth_model);
-  VoxelDensities densities{VoxelOutlierRemovalSettings()};
+  VoxelDensities densities{AutomaticUnit()};
   densities.follow(frame, {0, 0, 0}, 0);
   for (std::uint32_t x = 0; x < 14; ++x)
     EXPECT_EQ(densityOf(densities, 1, {x, 3, 4}), 255) << x;
@@ -80,21 +71,21 @@ TEST(VoxelDensities, AreAtLeastOneAndAtMostAFace)
 {
   io::VoxelFrame frame;
   frame.intensity_scale = {0.0f, 1.0f, 16};
-  VoxelDensities points(settingsOf(DensityUnit::Points, 255.0f));
+  VoxelDensities points{PointsUnit()};
   EXPECT_TRUE(points.follow(frame, {0, 0, 0}, 0));
   EXPECT_EQ(densityOf(points, 0, {0, 0, 0}), 1);
   EXPECT_EQ(densityOf(points, 7, {0, 0, 0}), 7);
   EXPECT_EQ(densityOf(points, 65535, {0, 0, 0}), 255);
   // Another scale, of shares up to 2.
   frame.intensity_scale = {-1.0f, 2.0f, 8};
-  VoxelDensities faces(settingsOf(DensityUnit::Faces, 100.0f));
+  VoxelDensities faces(FacesUnit{{}, 100.0f});
   EXPECT_TRUE(faces.follow(frame, {0, 0, 0}, 0));
   EXPECT_EQ(densityOf(faces, 0, {0, 0, 0}), 1);
   EXPECT_EQ(densityOf(faces, 20, {0, 0, 0}), 99); // 39 of 100
   EXPECT_EQ(densityOf(faces, 200, {0, 0, 0}), 255);
   // Nonsense for a face does no harm.
   for (const float nonsense : {0.0f, -1.0f, std::nanf("")}) {
-    VoxelDensities none(settingsOf(DensityUnit::Faces, nonsense));
+    VoxelDensities none(FacesUnit{{}, nonsense});
     none.follow(frame, {0, 0, 0}, 0);
     for (std::uint16_t symbol = 0; symbol < 256; ++symbol) {
       EXPECT_GE(densityOf(none, symbol, {0, 0, 0}), 1);

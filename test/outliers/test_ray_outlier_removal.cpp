@@ -153,11 +153,11 @@ randomFrame(std::mt19937_64& random, double edge, Counts counts)
 VoxelOutlierRemovalSettings
 settingsOf(const Lidar& lidar, Counts counts)
 {
-  VoxelOutlierRemovalSettings settings = pcl_ext::settingsOf(DensityUnit::Rays);
-  settings.sensor_position = lidar.position;
-  settings.azimuth_step = lidar.azimuth_step;
-  settings.elevation_step = lidar.elevation_step;
-  settings.intensities_are_counts = counts == Counts::Intensities;
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = RaysUnit{lidar.position,
+                           lidar.azimuth_step,
+                           lidar.elevation_step,
+                           counts == Counts::Intensities};
   return settings;
 }
 

@@ -353,8 +353,7 @@ TEST(VoxelOutlierRemoval, FramesBeforeFillInWhatIsMissing)
 {
   // A fringe of which half the voxels are seen in a frame, in turn.
   VoxelOutlierRemoval remembering(settingsOf(DensityUnit::Faces));
-  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
-  settings.use_history = false;
+  const VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces, false);
   VoxelOutlierRemoval alone(settings);
   for (int frame = 0; frame < 6; ++frame) {
     Voxels voxels;

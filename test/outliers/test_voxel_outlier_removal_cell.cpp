@@ -22,7 +22,7 @@ keptOf(noise::Law law, double resolution, float min_log_odds)
   noise::LabelledStream stream(1, 1, resolution);
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = min_log_odds;
-  settings.unit = densityUnitOf(law);
+  settings.unit = densityUnitSettings(densityUnitOf(law));
   VoxelOutlierRemoval removal(settings);
   std::array<double, 4> all{};
   std::array<double, 4> kept{};

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <random>
 #include <string>
@@ -36,7 +37,7 @@ refusedSettings()
                                      std::pair(infinity, "inf"),
                                      std::pair(not_a_number, "nan")}) {
     VoxelOutlierRemovalSettings settings;
-    settings.full_intensity = number;
+    settings.unit = FacesUnit{{}, number};
     refused.emplace_back(settings,
                          std::string("full_intensity is ") + text +
                              "; it must be a finite number above 0");
@@ -47,12 +48,12 @@ refusedSettings()
                                      std::pair(-0.0035, "-0.003500"),
                                      std::pair(double{not_a_number}, "nan")}) {
     VoxelOutlierRemovalSettings columns;
-    columns.azimuth_step = number;
+    columns.unit = RaysUnit{{}, number};
     refused.emplace_back(columns,
                          std::string("azimuth_step is ") + text +
                              "; it must be 0.0001 to 1 radians");
     VoxelOutlierRemovalSettings rows;
-    rows.elevation_step = number;
+    rows.unit = RaysUnit{{}, 0.0035, number};
     refused.emplace_back(rows,
                          std::string("elevation_step is ") + text +
                              "; it must be 0.0001 to 1 radians");
@@ -60,15 +61,11 @@ refusedSettings()
   for (const auto& [number, text] :
        {std::pair(infinity, "inf"), std::pair(not_a_number, "nan")}) {
     VoxelOutlierRemovalSettings settings;
-    settings.sensor_position = {0.0, 0.0, double{number}};
+    settings.unit = RaysUnit{{{0.0, 0.0, double{number}}}};
     refused.emplace_back(settings,
                          std::string("sensor_position has ") + text +
                              "; it must be finite numbers");
   }
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = static_cast<DensityUnit>(7);
-  refused.emplace_back(
-      settings, "unit is 7; it must be Automatic, Faces, Points, Voxels or Rays");
   return refused;
 }
 
@@ -85,22 +82,20 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
 {
   VoxelOutlierRemovalSettings settings;
   EXPECT_TRUE(checkSettings(settings).ok());
-  settings.use_history = false;
   settings.max_blocks = 0;
-  settings.azimuth_step = 0.0001;
-  settings.elevation_step = 1.0;
-  settings.sensor_position = {0.0, std::numeric_limits<double>::lowest(), 1e-300};
+  const std::array<double, 3> far = {
+      0.0, std::numeric_limits<double>::lowest(), 1e-300};
   for (const float number :
        {std::numeric_limits<float>::lowest(), -1.0f, std::numeric_limits<float>::max()})
     for (const float full :
          {std::numeric_limits<float>::denorm_min(), std::numeric_limits<float>::max()})
-      for (const DensityUnit unit : {DensityUnit::Automatic,
-                                     DensityUnit::Faces,
-                                     DensityUnit::Points,
-                                     DensityUnit::Voxels,
-                                     DensityUnit::Rays}) {
+      for (const DensityUnitSettings& unit :
+           {DensityUnitSettings(AutomaticUnit{{false}}),
+            DensityUnitSettings(FacesUnit{{false}, full}),
+            DensityUnitSettings(PointsUnit{{false}}),
+            DensityUnitSettings(VoxelsUnit{{false}}),
+            DensityUnitSettings(RaysUnit{far, 0.0001, 1.0})}) {
         settings.min_log_odds = number;
-        settings.full_intensity = full;
         settings.unit = unit;
         EXPECT_TRUE(checkSettings(settings).ok());
         EXPECT_EQ(checkSettings(settings).message(), "");
@@ -114,6 +109,18 @@ TEST(VoxelOutlierRemovalSettings, EachLawHasAUnit)
   EXPECT_EQ(densityUnitOf(IntensityLaw::Linear), DensityUnit::Automatic);
   EXPECT_EQ(densityUnitOf(IntensityLaw::Native), DensityUnit::Voxels);
   EXPECT_EQ(densityUnitOf(IntensityLaw::None), DensityUnit::Voxels);
+}
+
+TEST(VoxelOutlierRemovalSettings, UnitsHaveTheirNamesAndWhatTheyShareWithAutomatic)
+{
+  for (const auto& [unit, name] : density_units)
+    for (const bool is_changed : {false, true}) {
+      SCOPED_TRACE(name);
+      const DensityUnitSettings settings =
+          densityUnitSettings(unit, {{!is_changed}, is_changed});
+      EXPECT_EQ(densityUnitOf(settings), unit);
+      EXPECT_EQ(settings == densityUnitSettings(unit), !is_changed);
+    }
 }
 
 TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesAreRefused)

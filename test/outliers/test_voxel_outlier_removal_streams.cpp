@@ -222,8 +222,7 @@ TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
   reset_model.reset();
   expectSame(scoresOf(reset_model, second), scoresOf(fresh_model, second), 0.0f);
 
-  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
-  settings.use_history = false;
+  const VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces, false);
   VoxelOutlierRemoval alone(settings);
   scoresOf(alone, first);
   EXPECT_EQ(alone.rememberedBlocks(), 0u);

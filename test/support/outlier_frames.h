@@ -74,10 +74,10 @@ scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
 }
 
 inline VoxelOutlierRemovalSettings
-settingsOf(DensityUnit unit)
+settingsOf(DensityUnit unit, bool use_history = true)
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = unit;
+  settings.unit = densityUnitSettings(unit, {{use_history}});
   return settings;
 }
 

@@ -87,7 +87,7 @@ TEST_F(ProgramDecode, VoxelsAreFiltered)
   expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
   expectRun("decode x.pcxi -o clean --remove-outliers --unit points");
   VoxelOutlierRemovalSettings settings;
-  settings.unit = DensityUnit::Points;
+  settings.unit = PointsUnit();
   VoxelOutlierRemoval removal(settings);
   for (std::size_t i = 0; i < 3; ++i) {
     io::VoxelFrame voxels = streams[0].frames[i].voxels;

@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace pcl_ext {
@@ -43,36 +44,9 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept);
 
-/** \brief What a VoxelOutlierRemoval derives the densities of a stream's voxels
- * from. */
-enum class DensityUnit {
-  /** \brief Faces from the first frame with a depth model on; else Rays from the first
-   * frame on that has the image of a spinning sensor (VoxelFrame::image); else Voxels,
-   * as other frames do not say whether their intensities are counts, nor whether their
-   * sensor is a lidar: name Points for counts of depth cameras, Rays for lidars. Frames
-   * of the published layout have no depth model: name Faces for their quadratic law. */
-  Automatic,
-
-  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams
-   * with depth models. The most selective. */
-  Faces,
-
-  /** \brief Numbers of points, those of the frame or else its intensities, compared
-   * with those of the voxels around, as the number that a surface has at that depth is
-   * unknown. For counts of depth cameras, and for the linear law without a depth
-   * model. */
-  Points,
-
-  /** \brief Every voxel counts the same, and voxels that were seldom occupied are
-   * suspect. For native intensities, which do not depend on the density, for frames
-   * without intensities, and for mixed echoes of a lidar that stands still. */
-  Voxels,
-
-  /** \brief Numbers of points, compared with those that a surface would have at that
-   * distance from a lidar, whose position and steps between rays are known. For snow
-   * and what else floats alone, of moving lidars, too; without history. */
-  Rays
-};
+/** \brief The names of what a VoxelOutlierRemoval derives the densities of a stream's
+ * voxels from: AutomaticUnit, FacesUnit, PointsUnit, VoxelsUnit and RaysUnit. */
+enum class DensityUnit { Automatic, Faces, Points, Voxels, Rays };
 
 inline constexpr std::array<NamedValue<DensityUnit>, 5> density_units = {
     {{DensityUnit::Automatic, "automatic"},
@@ -88,9 +62,121 @@ inline constexpr std::array<NamedValue<DensityUnit>, 5> density_units = {
 PCL_EXT_CODEC_EXPORT DensityUnit
 densityUnitOf(IntensityLaw law);
 
+/** \brief What all units but Rays have. */
+struct UnitWithHistory {
+  /** \brief Also use the voxels of previous frames. Off: each frame is filtered
+   * independently; the last depth model or image is remembered in any case. */
+  bool use_history = true;
+
+  friend bool
+  operator==(const UnitWithHistory& a, const UnitWithHistory& b)
+  {
+    return a.use_history == b.use_history;
+  }
+};
+
+/** \brief Faces from the first frame with a depth model on; else Rays from the first
+ * frame on that has the image of a spinning sensor (VoxelFrame::image); else Voxels,
+ * as other frames do not say whether their intensities are counts, nor whether their
+ * sensor is a lidar: name Points for counts of depth cameras, Rays for lidars. Frames
+ * of the published layout have no depth model: name Faces for their quadratic law. */
+struct AutomaticUnit : UnitWithHistory {
+  /** \brief As that of RaysUnit, where it chooses Rays. */
+  bool intensities_are_counts = false;
+
+  friend bool
+  operator==(const AutomaticUnit& a, const AutomaticUnit& b)
+  {
+    return a.use_history == b.use_history &&
+           a.intensities_are_counts == b.intensities_are_counts;
+  }
+};
+
+/** \brief Shares of a voxel face: the quadratic law, or the linear one in streams
+ * with depth models. The most selective. */
+struct FacesUnit : UnitWithHistory {
+  /** \brief Intensity of a completely covered voxel face, above 0 and finite: 255 in
+   * decoded frames of the quadratic and linear laws. Used until a frame has a depth
+   * model. */
+  float full_intensity = 255.0f;
+
+  friend bool
+  operator==(const FacesUnit& a, const FacesUnit& b)
+  {
+    return a.use_history == b.use_history && a.full_intensity == b.full_intensity;
+  }
+};
+
+/** \brief Numbers of points, those of the frame or else its intensities, compared
+ * with those of the voxels around, as the number that a surface has at that depth is
+ * unknown. For counts of depth cameras, and for the linear law without a depth
+ * model. */
+struct PointsUnit : UnitWithHistory {};
+
+/** \brief Every voxel counts the same, and voxels that were seldom occupied are
+ * suspect. For native intensities, which do not depend on the density, for frames
+ * without intensities, and for mixed echoes of a lidar that stands still. */
+struct VoxelsUnit : UnitWithHistory {};
+
+/** \brief Numbers of points, compared with those that a surface would have at that
+ * distance from a lidar, whose position and steps between rays are known. For snow
+ * and what else floats alone, of moving lidars, too; without history. */
+struct RaysUnit {
+  /** \brief Range of the steps between rays, radians. */
+  static constexpr double min_step = 0.0001;
+  static constexpr double max_step = 1.0;
+
+  static constexpr bool use_history = false; ///< so that a lidar may move
+
+  /** \brief Position of the lidar in world coordinates, metres, finite; none: the
+   * origin. Used, as the steps are, until a frame has the image of a spinning sensor
+   * with several columns and rows: then its pose and steps are used, and those of the
+   * last such frame. */
+  std::optional<std::array<double, 3>> sensor_position;
+
+  /** \brief Angles from a ray of the lidar to the next one, along a turn and from row to
+   * row, radians, min_step to max_step: 0.2 and 0.4 degrees. Need be right to 30 % only;
+   * where rows are not equally far apart, the median. */
+  double azimuth_step = 0.0035;
+  double elevation_step = 0.007;
+
+  /** \brief Whether intensities are numbers of points, as those of the law count. Used
+   * in frames without point_counts; else every voxel is one point, which tells less of
+   * voxels of 20 cm. */
+  bool intensities_are_counts = false;
+
+  friend bool
+  operator==(const RaysUnit& a, const RaysUnit& b)
+  {
+    return a.sensor_position == b.sensor_position && a.azimuth_step == b.azimuth_step &&
+           a.elevation_step == b.elevation_step &&
+           a.intensities_are_counts == b.intensities_are_counts;
+  }
+};
+
+/** \brief A unit with its settings; in the order of DensityUnit. */
+using DensityUnitSettings =
+    std::variant<AutomaticUnit, FacesUnit, PointsUnit, VoxelsUnit, RaysUnit>;
+
+/** \brief The name of a unit. */
+inline DensityUnit
+densityUnitOf(const DensityUnitSettings& settings)
+{
+  return static_cast<DensityUnit>(settings.index());
+}
+
+/** \brief The default settings of a unit, but for what it has in common with those of
+ * Automatic. */
+PCL_EXT_CODEC_EXPORT DensityUnitSettings
+densityUnitSettings(DensityUnit unit, const AutomaticUnit& automatic = AutomaticUnit());
+
 /** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and
  * ranges. */
 struct VoxelOutlierRemovalSettings {
+  /** \brief What voxels are judged by, with the settings of that: `settings.unit =
+   * PointsUnit()`. */
+  DensityUnitSettings unit;
+
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
    * about -12 to 12 at 4 cm.
    *
@@ -100,40 +186,6 @@ struct VoxelOutlierRemovalSettings {
    * shares of noise, surfaces and people that it removes see doc/outlier_removal.md.
    */
   float min_log_odds = 0.0f;
-
-  /** \brief Unit of the intensities. */
-  DensityUnit unit = DensityUnit::Automatic;
-
-  /** \brief Intensity of a completely covered voxel face, above 0 and finite: 255 in
-   * decoded frames of the quadratic and linear laws. Used with Faces only, until a
-   * frame has a depth model. */
-  float full_intensity = 255.0f;
-
-  /** \brief Range of the steps between rays, radians. */
-  static constexpr double min_ray_step = 0.0001;
-  static constexpr double max_ray_step = 1.0;
-
-  /** \brief Position of the lidar in world coordinates, metres, finite; none: the
-   * origin. Used with Rays only, and so are the steps, until a frame has the image of a
-   * spinning sensor with several columns and rows: then its pose and steps are used, and
-   * those of the last such frame. */
-  std::optional<std::array<double, 3>> sensor_position;
-
-  /** \brief Angles from a ray of the lidar to the next one, along a turn and from row to
-   * row, radians, min_ray_step to max_ray_step: 0.2 and 0.4 degrees. Need be right to
-   * 30 % only; where rows are not equally far apart, the median. */
-  double azimuth_step = 0.0035;
-  double elevation_step = 0.007;
-
-  /** \brief Whether intensities are numbers of points, as those of the law count. Used
-   * with Rays only, in frames without point_counts; else every voxel is one point, which
-   * tells less of voxels of 20 cm. */
-  bool intensities_are_counts = false;
-
-  /** \brief Also use the voxels of previous frames. Off: each frame is filtered
-   * independently; the last depth model or image is remembered in any case. Not used
-   * with Rays. */
-  bool use_history = true;
 
   /** \brief Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes
    * each; any number. If there are more, only those of the last frame are kept; if that
@@ -145,12 +197,8 @@ struct VoxelOutlierRemovalSettings {
   friend bool
   operator==(const VoxelOutlierRemovalSettings& a, const VoxelOutlierRemovalSettings& b)
   {
-    return a.min_log_odds == b.min_log_odds && a.unit == b.unit &&
-           a.full_intensity == b.full_intensity &&
-           a.sensor_position == b.sensor_position && a.azimuth_step == b.azimuth_step &&
-           a.elevation_step == b.elevation_step &&
-           a.intensities_are_counts == b.intensities_are_counts &&
-           a.use_history == b.use_history && a.max_blocks == b.max_blocks;
+    return a.unit == b.unit && a.min_log_odds == b.min_log_odds &&
+           a.max_blocks == b.max_blocks;
   }
 };
 
@@ -247,7 +295,8 @@ public:
   OutlierRemovalStatus
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds);
 
-  /** \brief Moves the lidar: sets sensor_position for the next frames.
+  /** \brief Moves the lidar: sets the sensor_position of RaysUnit for the next frames;
+   * without effect on other units.
    * \param[in] position in world coordinates, metres, finite
    */
   void

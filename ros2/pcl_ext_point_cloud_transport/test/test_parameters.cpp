@@ -99,7 +99,7 @@ TEST_F(ChangedParameters, ThoseOfTheReceiverHoldFromTheNextCloudOn)
   set("min_log_odds", 2); // a whole number
   set("remove_outliers", true);
   pcl_ext::VoxelOutlierRemovalSettings removal;
-  removal.unit = pcl_ext::DensityUnit::Points;
+  removal.unit = pcl_ext::PointsUnit();
   removal.min_log_odds = 2.0f;
   pcl_ext::VoxelOutlierRemoval filter(removal);
   std::size_t removed = 0;

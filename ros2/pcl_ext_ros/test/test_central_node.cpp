@@ -287,7 +287,7 @@ TEST_F(MergingCentreNodeTest, StreamsHaveTheirOwnParametersAtTheStart)
   pcl_ext::nodes::CentralNode library((pcl_ext::nodes::CentralNodeSettings()));
   ASSERT_TRUE(library.addStream("stream").ok());
   pcl_ext::VoxelOutlierRemovalSettings removal;
-  removal.unit = pcl_ext::DensityUnit::Points;
+  removal.unit = pcl_ext::PointsUnit();
   ASSERT_TRUE(library.setOutlierRemoval("stream", removal).ok());
   ASSERT_TRUE(library.receive("stream", frame.compressed_data).ok());
   library.waitUntilDecoded();

@@ -120,9 +120,6 @@ private:
     if (!removal_) {
       VoxelOutlierRemovalSettings settings;
       settings.unit = automaticUnitOf(voxels_, encoder_.law(), encoder_.isOfLidar());
-      settings.intensities_are_counts = encoder_.law() == IntensityLaw::Count;
-      const Eigen::Vector3d position = options_.poseOf(clouds_.name).translation();
-      settings.sensor_position = {position.x(), position.y(), position.z()};
       removal_.emplace(settings);
     }
     OutlierRemovalStatus status;

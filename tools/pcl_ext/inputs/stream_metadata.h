@@ -52,13 +52,14 @@ isOfLidar(const StreamMetadata& metadata)
 
 /** \brief What outliers of a stream are judged by, unless a unit is named and unless its
  * frames tell more. Few points in a voxel of a lidar are no sign of noise. */
-inline DensityUnit
+inline DensityUnitSettings
 automaticUnitOf(const std::optional<IntensityLaw>& law, bool is_of_lidar)
 {
   if (!law)
-    return DensityUnit::Automatic;
-  return is_of_lidar && law == IntensityLaw::Count ? DensityUnit::Voxels
-                                                   : densityUnitOf(*law);
+    return AutomaticUnit();
+  return densityUnitSettings(is_of_lidar && law == IntensityLaw::Count
+                                 ? DensityUnit::Voxels
+                                 : densityUnitOf(*law));
 }
 
 /** \brief Adds what a channel tells in both of its forms, compressed or not, such as

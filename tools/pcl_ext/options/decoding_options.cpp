@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "options/decoding_options.h"
 
+#include "console/exit_status.h"
 #include "options/encoding_options.h"
 #include "options/options.h"
 #include "options/text_values.h"
@@ -43,21 +44,23 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options)
   app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
       ->check(refuseNan)
       ->type_name("I");
-  CLI::Option* const removal =
-      addOutlierRemoval(app,
-                        "leave out noise, as VoxelOutlierRemoval finds it",
-                        options.removes_outliers,
-                        "for --remove-outliers; name rays for a lidar",
-                        options.unit);
+  addOutlierRemoval(app,
+                    "leave out noise, as VoxelOutlierRemoval finds it",
+                    options.removes_outliers,
+                    "for --remove-outliers; name rays for a lidar",
+                    options.unit);
   addParsed(
       app,
       "--sensor-position",
       "X,Y,Z",
       "of a lidar, metres, for --unit rays (that of the recorded pose, else 0,0,0)",
       [&options](const std::string& text) {
+        // CLI11 reads options in the order in which they are added: the unit is known.
+        if (options.unit != DensityUnit::Rays)
+          throw UsageError("--sensor-position has no effect without --unit rays: add "
+                           "it, or leave this one out");
         options.sensor_position = parsePosition("sensor-position", text);
-      })
-      ->needs(removal);
+      });
   addLimits(app, options.limits);
 }
 

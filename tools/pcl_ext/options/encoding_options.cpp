@@ -59,7 +59,7 @@ textOf(std::initializer_list<double> numbers)
 
 } // namespace
 
-CLI::Option*
+void
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,
@@ -69,7 +69,6 @@ addOutlierRemoval(CLI::App& app,
   CLI::Option* const removal =
       app.add_flag("--remove-outliers", removes_outliers, description);
   addChoice(app, "--unit", density_units, unit, unit_description)->needs(removal);
-  return removal;
 }
 
 void
@@ -300,7 +299,7 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
                                              : frame_id;
   if (removes_outliers_) {
     settings.outlier_removal.emplace();
-    settings.outlier_removal->unit = unit_;
+    settings.outlier_removal->unit = densityUnitSettings(unit_);
   }
   return settings;
 }

@@ -17,10 +17,8 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Adds --remove-outliers, and --unit, which needs it.
- * \return --remove-outliers
- */
-CLI::Option*
+/** \brief Adds --remove-outliers, and --unit, which needs it. */
+void
 addOutlierRemoval(CLI::App& app,
                   const std::string& description,
                   bool& removes_outliers,

@@ -123,7 +123,7 @@ Centre::addStream(const link::LinkFrame& frame)
   if (options_.decoding.removes_outliers) {
     VoxelOutlierRemovalSettings removal =
         outlierRemovalOf(options_.decoding, frame.metadata);
-    if (removal.unit == DensityUnit::Automatic)
+    if (options_.decoding.unit == DensityUnit::Automatic)
       removal.unit = automaticUnitOf(lawOf(frame.metadata), isOfLidar(frame.metadata));
     if (const auto set = node.setOutlierRemoval(frame.stream, removal); !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());

@@ -21,7 +21,7 @@ VoxelOutlierRemovalSettings
 removalSettings(IntensityLaw law)
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitOf(law);
+  settings.unit = densityUnitSettings(densityUnitOf(law));
   return settings;
 }
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace pcl_ext {
@@ -57,23 +58,25 @@ isOfLidar(const io::VoxelFrame& frame)
 
 } // namespace
 
-DensityUnit
+DensityUnitSettings
 automaticUnitOf(const io::VoxelFrame& first,
                 const std::optional<IntensityLaw>& law,
                 bool is_of_lidar)
 {
   // The image of a lidar tells more than its law.
-  return isOfLidar(first) ? DensityUnit::Automatic : automaticUnitOf(law, is_of_lidar);
+  return isOfLidar(first) ? AutomaticUnit{{}, law == IntensityLaw::Count}
+                          : automaticUnitOf(law, is_of_lidar);
 }
 
 VoxelOutlierRemovalSettings
 outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata)
 {
   VoxelOutlierRemovalSettings settings;
-  settings.unit = options.unit;
-  settings.intensities_are_counts = lawOf(metadata) == IntensityLaw::Count;
-  settings.sensor_position =
-      options.sensor_position ? options.sensor_position : positionOf(metadata);
+  settings.unit =
+      densityUnitSettings(options.unit, {{}, lawOf(metadata) == IntensityLaw::Count});
+  if (auto* const rays = std::get_if<RaysUnit>(&settings.unit))
+    rays->sensor_position =
+        options.sensor_position ? options.sensor_position : positionOf(metadata);
   return settings;
 }
 
@@ -175,10 +178,11 @@ StreamDecoder::remark() const
            "with larger ones, or with --remove-outliers, which judges points";
   constexpr std::size_t very_many = 4;
   if (unit && very_many * removed_ > judged_)
-    return counts + "more than noise usually is; " +
-           (unit == DensityUnit::Rays
-                ? "--sensor-position tells where the lidar is"
-                : "of a lidar, --unit rays judges by what its rays would hit");
+    return counts + "more than noise usually is" +
+           (unit != DensityUnit::Rays
+                ? "; of a lidar, --unit rays judges by what its rays would hit"
+            : is_automatic_ ? ""
+                            : "; --sensor-position tells where the lidar is");
   const bool may_be_lidar =
       unit == DensityUnit::Voxels || (unit == DensityUnit::Points && is_automatic_);
   if (!may_be_lidar)

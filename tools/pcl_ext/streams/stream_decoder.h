@@ -29,7 +29,7 @@ reasonOf(const io::CompressionStatus& status);
  * \param[in] law of its intensities; none: it is unknown
  * \param[in] is_of_lidar whether it is known to be a lidar's
  */
-DensityUnit
+DensityUnitSettings
 automaticUnitOf(const io::VoxelFrame& first,
                 const std::optional<IntensityLaw>& law,
                 bool is_of_lidar);

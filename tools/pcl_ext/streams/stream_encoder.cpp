@@ -246,7 +246,7 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
 DensityUnit
 StreamEncoder::removalUnit() const
 {
-  const DensityUnit unit = settings_->outlier_removal->unit;
+  const DensityUnit unit = densityUnitOf(settings_->outlier_removal->unit);
   return unit == DensityUnit::Automatic ? densityUnitOf(law_) : unit;
 }
 
@@ -269,7 +269,8 @@ StreamEncoder::outlierRemark() const
   if (removalUnit() != DensityUnit::Voxels ||
       hardly_any * sums_.outliers >= sums_.voxels)
     return {};
-  const bool is_named = settings_->outlier_removal->unit != DensityUnit::Automatic;
+  const bool is_named =
+      !std::holds_alternative<AutomaticUnit>(settings_->outlier_removal->unit);
   return removed +
          "judged by nothing but whether voxels are occupied: a depth camera's "
          "noise is found with --law count or quadratic" +

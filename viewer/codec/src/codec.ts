@@ -117,7 +117,7 @@ export class Codec {
   createOutlierFilter(settings: OutlierFilterSettings = {}): OutlierFilter {
     const values = filterValues(settings);
     const checked = this.call((instance) =>
-      instance.result(instance.exports.check_outlier_filter(...values)).filterStatus(0),
+      instance.result(instance.exports.set_up_outlier_filter(...values)).filterStatus(0),
     );
     const status = checked.failure ?? checked.value;
     if (!status.ok) throw new CodecError(status.code, status.message);

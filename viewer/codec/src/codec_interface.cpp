@@ -45,6 +45,7 @@ struct Results {
   DescribedFrame described;
   MeasuredFrame measured;
   Judgement judgement;
+  VoxelOutlierRemovalSettings filter_settings;
   Outcome outcome;
 };
 
@@ -329,39 +330,10 @@ frameSize(const std::uint8_t* bytes,
   return &results().measured;
 }
 
-namespace {
-
-VoxelOutlierRemovalSettings
-filterSettings(std::uint32_t unit,
-               float min_log_odds,
-               float full_intensity,
-               std::uint32_t use_history,
-               std::uint32_t max_blocks,
-               double x,
-               double y,
-               double z,
-               double azimuth_step,
-               double elevation_step,
-               std::uint32_t intensities_are_counts)
-{
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = static_cast<DensityUnit>(unit);
-  settings.min_log_odds = min_log_odds;
-  settings.full_intensity = full_intensity;
-  settings.use_history = use_history != 0;
-  settings.max_blocks = max_blocks;
-  settings.sensor_position = {x, y, z};
-  settings.azimuth_step = azimuth_step;
-  settings.elevation_step = elevation_step;
-  settings.intensities_are_counts = intensities_are_counts != 0;
-  return settings;
-}
-
-} // namespace
-
-EXPORTED(check_outlier_filter)
+/** \brief Sets the settings of the next filter, of which it takes those of the unit. */
+EXPORTED(set_up_outlier_filter)
 const Outcome*
-checkOutlierFilter(std::uint32_t unit,
+setUpOutlierFilter(std::uint32_t unit,
                    float min_log_odds,
                    float full_intensity,
                    std::uint32_t use_history,
@@ -373,45 +345,25 @@ checkOutlierFilter(std::uint32_t unit,
                    double elevation_step,
                    std::uint32_t intensities_are_counts)
 {
-  results().outcome = outcomeOf(checkSettings(filterSettings(unit,
-                                                             min_log_odds,
-                                                             full_intensity,
-                                                             use_history,
-                                                             max_blocks,
-                                                             x,
-                                                             y,
-                                                             z,
-                                                             azimuth_step,
-                                                             elevation_step,
-                                                             intensities_are_counts)));
+  VoxelOutlierRemovalSettings& settings = results().filter_settings;
+  settings.unit =
+      densityUnitSettings(static_cast<DensityUnit>(unit),
+                          {{use_history != 0}, intensities_are_counts != 0});
+  if (auto* const faces = std::get_if<FacesUnit>(&settings.unit))
+    faces->full_intensity = full_intensity;
+  if (auto* const rays = std::get_if<RaysUnit>(&settings.unit))
+    *rays = {{{x, y, z}}, azimuth_step, elevation_step, rays->intensities_are_counts};
+  settings.min_log_odds = min_log_odds;
+  settings.max_blocks = max_blocks;
+  results().outcome = outcomeOf(checkSettings(settings));
   return &results().outcome;
 }
 
 EXPORTED(create_outlier_filter)
 VoxelOutlierRemoval*
-createOutlierFilter(std::uint32_t unit,
-                    float min_log_odds,
-                    float full_intensity,
-                    std::uint32_t use_history,
-                    std::uint32_t max_blocks,
-                    double x,
-                    double y,
-                    double z,
-                    double azimuth_step,
-                    double elevation_step,
-                    std::uint32_t intensities_are_counts)
+createOutlierFilter()
 {
-  return new VoxelOutlierRemoval(filterSettings(unit,
-                                                min_log_odds,
-                                                full_intensity,
-                                                use_history,
-                                                max_blocks,
-                                                x,
-                                                y,
-                                                z,
-                                                azimuth_step,
-                                                elevation_step,
-                                                intensities_are_counts));
+  return new VoxelOutlierRemoval(results().filter_settings);
 }
 
 EXPORTED(destroy_outlier_filter)

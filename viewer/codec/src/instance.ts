@@ -50,8 +50,8 @@ interface Exports {
   field_values(decoder: Address, field: number, value: number): Address;
   describe_frame(bytes: Address, size: number, ...limits: LimitValues): Address;
   frame_size(bytes: Address, size: number, ...limits: LimitValues): Address;
-  check_outlier_filter(...settings: FilterValues): Address;
-  create_outlier_filter(...settings: FilterValues): Address;
+  set_up_outlier_filter(...settings: FilterValues): Address;
+  create_outlier_filter(): Address;
   destroy_outlier_filter(filter: Address): void;
   reset_outlier_filter(filter: Address): void;
   judge(filter: Address, decoder: Address): Address;

@@ -1,21 +1,27 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Decoder } from "./decoder.js";
 import type { Address, FilterValues, Instance, RunningModule } from "./instance.js";
-import { CodecError, densityUnits, noDecodedFrame, type OutlierFilterSettings, type Status } from "./types.js";
+import {
+  CodecError,
+  densityUnits,
+  noDecodedFrame,
+  settingsOfUnits,
+  type OutlierFilterSettings,
+  type Status,
+  type UnitSettings,
+} from "./types.js";
 
 /** The settings, with defaults; the module checks their ranges. */
 export function filterValues(settings: OutlierFilterSettings): FilterValues {
+  const { unit = "automatic", minLogOdds = 0, maxBlocks = 2 ** 17, ...ofUnit } = settings;
   const {
-    unit = "automatic",
-    minLogOdds = 0,
     fullIntensity = 255,
     sensorPosition = [0, 0, 0],
     azimuthStep = 0.0035,
     elevationStep = 0.007,
     intensitiesAreCounts = false,
     useHistory = true,
-    maxBlocks = 2 ** 17,
-  } = settings;
+  }: UnitSettings = ofUnit;
   if (!Number.isInteger(maxBlocks) || maxBlocks < 0 || maxBlocks >= 2 ** 32)
     throw new CodecError(
       "InvalidSettings",
@@ -23,6 +29,10 @@ export function filterValues(settings: OutlierFilterSettings): FilterValues {
     );
   const unitNumber = densityUnits.indexOf(unit);
   if (unitNumber < 0) throw new CodecError("InvalidSettings", `unknown unit ${String(unit)}`);
+  const names: readonly string[] = settingsOfUnits[unit];
+  for (const name of Object.keys(ofUnit))
+    if (!names.includes(name))
+      throw new CodecError("InvalidSettings", `${name} is set; the unit ${unit} does not have it`);
   const [x, y, z] = sensorPosition;
   return [
     unitNumber,
@@ -98,7 +108,8 @@ export class OutlierFilter {
 
   private addressIn(instance: Instance): Address {
     if (!this.isInInstance()) {
-      this.address = instance.exports.create_outlier_filter(...this.settings);
+      instance.exports.set_up_outlier_filter(...this.settings);
+      this.address = instance.exports.create_outlier_filter();
       this.generation = this.codec.generation;
     }
     return this.address;

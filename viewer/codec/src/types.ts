@@ -226,18 +226,13 @@ export type DensityUnit = (typeof densityUnits)[number];
 /** Names of DensityUnit, in its order. */
 export const densityUnits = ["automatic", "faces", "points", "voxels", "rays"] as const;
 
-/** See `VoxelOutlierRemovalSettings` of the library. */
-export interface OutlierFilterSettings {
-  /** Default: "automatic". */
-  readonly unit?: DensityUnit;
-  /** Voxels of lower log-odds (natural logarithm) are noise. Finite; default: 0. */
-  readonly minLogOdds?: number;
-  /** Intensity of a completely covered voxel face, for "faces", until a frame has a depth
-   * model. Finite, above 0; default: 255. */
+/** Settings that some units have. */
+export interface UnitSettings {
+  /** Intensity of a completely covered voxel face, until a frame has a depth model. Finite,
+   * above 0; default: 255. */
   readonly fullIntensity?: number;
-  /** Position of the lidar in the coordinates of the voxels, metres, finite, for "rays", as
-   * the next three; frames with rows and columns of a lidar have it themselves, and the
-   * angles. Default: [0, 0, 0]. */
+  /** Position of the lidar in the coordinates of the voxels, metres, finite; frames with
+   * rows and columns of a lidar have it themselves, and the angles. Default: [0, 0, 0]. */
   readonly sensorPosition?: readonly [number, number, number];
   /** Angles between rays of a row, and between rows, radians, 0.0001 to 1. Default: 0.0035
    * and 0.007, which are 0.2 and 0.4 degrees. */
@@ -248,7 +243,31 @@ export interface OutlierFilterSettings {
   readonly intensitiesAreCounts?: boolean;
   /** Also use the voxels of previous frames. Default: true. */
   readonly useHistory?: boolean;
+}
+
+/** The settings of each unit. */
+export const settingsOfUnits = {
+  automatic: ["useHistory", "intensitiesAreCounts"],
+  faces: ["useHistory", "fullIntensity"],
+  points: ["useHistory"],
+  voxels: ["useHistory"],
+  rays: ["sensorPosition", "azimuthStep", "elevationStep", "intensitiesAreCounts"],
+} as const satisfies Record<DensityUnit, readonly (keyof UnitSettings)[]>;
+
+type SettingsOf<Unit extends DensityUnit> = Pick<
+  UnitSettings,
+  (typeof settingsOfUnits)[Unit][number]
+>;
+
+/** See `VoxelOutlierRemovalSettings` of the library: those of a unit, by default
+ * "automatic", and those of all units. */
+export type OutlierFilterSettings = (
+  | ({ readonly unit?: "automatic" } & SettingsOf<"automatic">)
+  | { [Unit in DensityUnit]: { readonly unit: Unit } & SettingsOf<Unit> }[DensityUnit]
+) & {
+  /** Voxels of lower log-odds (natural logarithm) are noise. Finite; default: 0. */
+  readonly minLogOdds?: number;
   /** Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes each.
    * Default: 2^17. */
   readonly maxBlocks?: number;
-}
+};

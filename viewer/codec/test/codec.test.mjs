@@ -133,10 +133,16 @@ test("limits and settings outside their ranges are refused by name", async () =>
       refuses(() => codec.createDecoder({ [name]: value }), name);
   refuses(() => codec.createOutlierFilter({ unit: "feet" }), "unit");
   refuses(() => codec.createOutlierFilter({ minLogOdds: NaN }), "min_log_odds");
-  refuses(() => codec.createOutlierFilter({ fullIntensity: 0 }), "full_intensity");
-  refuses(() => codec.createOutlierFilter({ sensorPosition: [0, 0, NaN] }), "sensor_position");
-  refuses(() => codec.createOutlierFilter({ azimuthStep: 0 }), "azimuth_step");
-  refuses(() => codec.createOutlierFilter({ elevationStep: 2 }), "elevation_step");
+  for (const [unit, setting, value, name] of [
+    ["faces", "fullIntensity", 0, "full_intensity"],
+    ["rays", "sensorPosition", [0, 0, NaN], "sensor_position"],
+    ["rays", "azimuthStep", 0, "azimuth_step"],
+    ["rays", "elevationStep", 2, "elevation_step"],
+  ]) {
+    refuses(() => codec.createOutlierFilter({ unit, [setting]: value }), name);
+    refuses(() => codec.createOutlierFilter({ [setting]: value }), "unit automatic does not");
+  }
+  refuses(() => codec.createOutlierFilter({ unit: "rays", useHistory: true }), "unit rays does");
   refuses(() => codec.createOutlierFilter({ maxBlocks: -1 }), "maxBlocks");
   for (const maximumMemory of [0, 1e6, NaN, 2 ** 33])
     await assert.rejects(loadCodec({ maximumMemory }), { code: "InvalidSettings" });

@@ -201,7 +201,8 @@ main(int argc, char** argv)
     return 0;
   }
   VoxelOutlierRemovalSettings settings;
-  settings.unit = static_cast<DensityUnit>(argc > 3 ? std::atoi(argv[3]) : 0);
+  settings.unit =
+      densityUnitSettings(static_cast<DensityUnit>(argc > 3 ? std::atoi(argv[3]) : 0));
   VoxelOutlierRemoval filter(settings);
   decodeAll(bytes, [&](const io::VoxelFrame& frame) { writeFrame(frame, filter); });
   return 0;
