@@ -158,6 +158,13 @@ scorePoints(PointFilter& outliers, const py::object& xyz)
 }
 
 template <typename FilterT>
+void
+resetFilter(FilterT& filter)
+{
+  withoutGil([&] { filter.reset(); });
+}
+
+template <typename FilterT>
 py::tuple
 statusOf(const FilterT& outliers)
 {
@@ -267,8 +274,7 @@ addOutlierRemoval(py::module_& module)
            }),
            "settings"_a)
       .def("score", &score, "decoder"_a)
-      .def("reset",
-           [](OutlierFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
+      .def("reset", &resetFilter<OutlierFilter>)
       .def("unit",
            [](const OutlierFilter& outliers) {
              return nameOf(density_units, withoutGil([&] { return outliers.unit(); }));
@@ -280,8 +286,7 @@ addOutlierRemoval(py::module_& module)
            }),
            "settings"_a)
       .def("score", &scorePoints, "xyz"_a)
-      .def("reset",
-           [](PointFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
+      .def("reset", &resetFilter<PointFilter>)
       .def("status", &statusOf<PointFilter>);
 }
 
@@ -294,7 +299,7 @@ addTemporalFilter(py::module_& module)
                  readTemporalFilterSettings(settings));
            }),
            "settings"_a)
-      .def("reset", [](TemporalFilter& filter) { withoutGil([&] { filter.reset(); }); })
+      .def("reset", &resetFilter<TemporalFilter>)
       .def("status", [](const TemporalFilter& filter) {
         const TemporalFilterStatus status = withoutGil([&] { return filter.status(); });
         return py::make_tuple(codeName(status.code()),

@@ -8,7 +8,7 @@ void
 OutlierFilter::filter(io::VoxelFrame& frame)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  status_ = removal_.filter(frame);
+  status_ = filter_.filter(frame);
 }
 
 std::vector<float>
@@ -16,29 +16,15 @@ OutlierFilter::score(const io::VoxelFrame& frame)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<float> log_odds;
-  status_ = removal_.score(frame, log_odds);
+  status_ = filter_.score(frame, log_odds);
   return log_odds;
-}
-
-void
-OutlierFilter::reset()
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  removal_.reset();
 }
 
 DensityUnit
 OutlierFilter::unit() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return removal_.unit();
-}
-
-OutlierRemovalStatus
-OutlierFilter::status() const
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return status_;
+  return filter_.unit();
 }
 
 std::vector<float>
@@ -53,22 +39,8 @@ PointFilter::score(const CloudColumns& cloud)
   points.packed_colour.reset();
   points.channels.reset();
   std::vector<float> log_odds;
-  status_ = removal_.score(viewOf(points, false, settings, memory_), log_odds);
+  status_ = filter_.score(viewOf(points, false, settings, memory_), log_odds);
   return log_odds;
-}
-
-void
-PointFilter::reset()
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  removal_.reset();
-}
-
-OutlierRemovalStatus
-PointFilter::status() const
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return status_;
 }
 
 void

@@ -6,22 +6,18 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "cloud_columns.h"
+#include "shared_filter.h"
 #include "temporal_filter.h"
 
-#include <mutex>
 #include <optional>
 #include <vector>
 
 namespace pcl_ext {
 namespace python {
 
-/** \brief A VoxelOutlierRemoval that any thread may use. Not to be called with the GIL
- * held, as a call may wait for another thread. */
-class OutlierFilter {
+class OutlierFilter : public SharedFilter<VoxelOutlierRemoval, OutlierRemovalStatus> {
 public:
-  explicit OutlierFilter(const VoxelOutlierRemovalSettings& settings)
-  : removal_(settings)
-  {}
+  using SharedFilter::SharedFilter;
 
   /** \brief Filters the stream's next frame. */
   void
@@ -31,45 +27,21 @@ public:
   std::vector<float>
   score(const io::VoxelFrame& frame);
 
-  void
-  reset();
-
   /** \brief What the last frame was judged by. */
   DensityUnit
   unit() const;
-
-  /** \brief Outcome of the last call. */
-  OutlierRemovalStatus
-  status() const;
-
-private:
-  mutable std::mutex mutex_;
-  VoxelOutlierRemoval removal_;
-  OutlierRemovalStatus status_;
 };
 
-/** \brief A PointOutlierRemoval that any thread may use; likewise. */
-class PointFilter {
+class PointFilter : public SharedFilter<PointOutlierRemoval, OutlierRemovalStatus> {
 public:
-  explicit PointFilter(const PointOutlierRemovalSettings& settings) : removal_(settings)
-  {}
+  using SharedFilter::SharedFilter;
 
   /** \brief Log-odds of the points of the sensor's next cloud. */
   std::vector<float>
   score(const CloudColumns& cloud);
 
-  void
-  reset();
-
-  /** \brief Outcome of the last call. */
-  OutlierRemovalStatus
-  status() const;
-
 private:
-  mutable std::mutex mutex_;
-  PointOutlierRemoval removal_;
   CloudMemory memory_;
-  OutlierRemovalStatus status_;
 };
 
 /** \brief What to do with a decoded frame, in the order in which an encoder does it. */

@@ -4,8 +4,9 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
+#include "shared_filter.h"
+
 #include <array>
-#include <mutex>
 #include <optional>
 
 namespace pcl_ext {
@@ -17,12 +18,10 @@ struct TemporalFilterSettings {
   std::optional<std::array<double, 3>> sensor_position; ///< metres; none: unknown
 };
 
-/** \brief A TemporalVoxelFilter that any thread may use. Not to be called with the GIL
- * held, as a call may wait for another thread. */
-class TemporalFilter {
+class TemporalFilter : public SharedFilter<TemporalVoxelFilter, TemporalFilterStatus> {
 public:
   explicit TemporalFilter(const TemporalFilterSettings& settings)
-  : filter_(settings.frames), sensor_position_(settings.sensor_position)
+  : SharedFilter(settings.frames), sensor_position_(settings.sensor_position)
   {}
 
   /** \brief Filters the stream's next frame. */
@@ -33,26 +32,8 @@ public:
     status_ = filter_.filter(frame, {sensor_position_, std::nullopt});
   }
 
-  void
-  reset()
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    filter_.reset();
-  }
-
-  /** \brief Outcome of the last frame. */
-  TemporalFilterStatus
-  status() const
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return status_;
-  }
-
 private:
-  mutable std::mutex mutex_;
-  TemporalVoxelFilter filter_;
   std::optional<std::array<double, 3>> sensor_position_;
-  TemporalFilterStatus status_;
 };
 
 } // namespace python

@@ -37,8 +37,7 @@ visitUnit(UnitT& unit, const VisitT& visit)
           unit.full_intensity);
   if constexpr (is_rays) {
     const auto step = [](const char* name) {
-      return OutlierSetting{
-          name, "0.0001 to 1 radians", RaysUnit::min_step, RaysUnit::max_step};
+      return OutlierSetting{name, "0.0001 to 1 radians", 0.0001, 1.0};
     };
     visit(OutlierSetting{"sensor_position"}, unit.sensor_position);
     visit(step("azimuth_step"), unit.azimuth_step);

@@ -122,10 +122,6 @@ struct VoxelsUnit : UnitWithHistory {};
  * distance from a lidar, whose position and steps between rays are known. For snow
  * and what else floats alone, of moving lidars, too; without history. */
 struct RaysUnit {
-  /** \brief Range of the steps between rays, radians. */
-  static constexpr double min_step = 0.0001;
-  static constexpr double max_step = 1.0;
-
   static constexpr bool use_history = false; ///< so that a lidar may move
 
   /** \brief Position of the lidar in world coordinates, metres, finite; none: the
@@ -135,7 +131,7 @@ struct RaysUnit {
   std::optional<std::array<double, 3>> sensor_position;
 
   /** \brief Angles from a ray of the lidar to the next one, along a turn and from row to
-   * row, radians, min_step to max_step: 0.2 and 0.4 degrees. Need be right to 30 % only;
+   * row, radians, 0.0001 to 1: 0.2 and 0.4 degrees. Need be right to 30 % only;
    * where rows are not equally far apart, the median. */
   double azimuth_step = 0.0035;
   double elevation_step = 0.007;

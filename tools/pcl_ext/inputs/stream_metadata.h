@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
 
 #include <map>
@@ -48,18 +47,6 @@ isOfLidar(const StreamMetadata& metadata)
 {
   const auto found = metadata.find(sensor_metadata);
   return found != metadata.end() && found->second == lidar_sensor;
-}
-
-/** \brief What outliers of a stream are judged by, unless a unit is named and unless its
- * frames tell more. Few points in a voxel of a lidar are no sign of noise. */
-inline DensityUnitSettings
-automaticUnitOf(const std::optional<IntensityLaw>& law, bool is_of_lidar)
-{
-  if (!law)
-    return AutomaticUnit();
-  return densityUnitSettings(is_of_lidar && law == IntensityLaw::Count
-                                 ? DensityUnit::Voxels
-                                 : densityUnitOf(*law));
 }
 
 /** \brief Adds what a channel tells in both of its forms, compressed or not, such as

@@ -121,10 +121,9 @@ Centre::addStream(const link::LinkFrame& frame)
   nodes::CentralNode& node = grid_->centre.node();
   node.setMinIntensity(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
   if (options_.decoding.removes_outliers) {
-    VoxelOutlierRemovalSettings removal =
-        outlierRemovalOf(options_.decoding, frame.metadata);
-    if (options_.decoding.unit == DensityUnit::Automatic)
-      removal.unit = automaticUnitOf(lawOf(frame.metadata), isOfLidar(frame.metadata));
+    // None of its frames is decoded yet.
+    const VoxelOutlierRemovalSettings removal =
+        outlierRemovalOf(options_.decoding, frame.metadata, io::VoxelFrame());
     if (const auto set = node.setOutlierRemoval(frame.stream, removal); !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }

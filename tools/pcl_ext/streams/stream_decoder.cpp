@@ -64,16 +64,25 @@ automaticUnitOf(const io::VoxelFrame& first,
                 bool is_of_lidar)
 {
   // The image of a lidar tells more than its law.
-  return isOfLidar(first) ? AutomaticUnit{{}, law == IntensityLaw::Count}
-                          : automaticUnitOf(law, is_of_lidar);
+  if (!law || isOfLidar(first))
+    return AutomaticUnit{{}, law == IntensityLaw::Count};
+  // Few points in a voxel of a lidar are no sign of noise.
+  return densityUnitSettings(is_of_lidar && law == IntensityLaw::Count
+                                 ? DensityUnit::Voxels
+                                 : densityUnitOf(*law));
 }
 
 VoxelOutlierRemovalSettings
-outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata)
+outlierRemovalOf(const DecodingOptions& options,
+                 const StreamMetadata& metadata,
+                 const io::VoxelFrame& first)
 {
+  const std::optional<IntensityLaw> law = lawOf(metadata);
   VoxelOutlierRemovalSettings settings;
   settings.unit =
-      densityUnitSettings(options.unit, {{}, lawOf(metadata) == IntensityLaw::Count});
+      options.unit == DensityUnit::Automatic
+          ? automaticUnitOf(first, law, isOfLidar(metadata))
+          : densityUnitSettings(options.unit, {{}, law == IntensityLaw::Count});
   if (auto* const rays = std::get_if<RaysUnit>(&settings.unit))
     rays->sensor_position =
         options.sensor_position ? options.sensor_position : positionOf(metadata);
@@ -98,28 +107,21 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              io::VoxelFrame& voxels)
 : decoder_(reader, stream, options.limits)
 , name_(name)
-, min_intensity_(options.min_intensity)
-, law_(lawOf(reader.streams()[stream].metadata))
-, is_of_lidar_(isOfLidar(reader.streams()[stream].metadata))
-, budget_(options.limits.budget)
+, options_(options)
+, metadata_(reader.streams()[stream].metadata)
 , voxels_(voxels)
 , is_automatic_(options.unit == DensityUnit::Automatic)
-{
-  if (options.removes_outliers)
-    removal_settings_ = outlierRemovalOf(options, reader.streams()[stream].metadata);
-}
+{}
 
 void
 StreamDecoder::makeRemoval()
 {
-  VoxelOutlierRemovalSettings settings = *removal_settings_;
-  if (is_automatic_)
-    settings.unit = automaticUnitOf(voxels_, law_, is_of_lidar_);
-  if (is_automatic_ && !law_ && !isOfLidar(voxels_))
+  if (is_automatic_ && !lawOf(metadata_) && !isOfLidar(voxels_))
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "
                       "of a lidar --unit rays";
-  removal_ = std::make_unique<Removal>(settings, budget_);
+  removal_ = std::make_unique<Removal>(outlierRemovalOf(options_, metadata_, voxels_),
+                                       options_.limits.budget);
 }
 
 void
@@ -148,10 +150,10 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   if (!status.ok())
     return status;
   decoded_voxels_ = voxels_.size();
-  if (removal_settings_)
+  if (options_.removes_outliers)
     removeOutliers(frame.number);
-  if (min_intensity_)
-    removeVoxelsBelow(voxels_, *min_intensity_);
+  if (options_.min_intensity)
+    removeVoxelsBelow(voxels_, *options_.min_intensity);
   return status;
 }
 
@@ -194,7 +196,8 @@ StreamDecoder::remark() const
   if (!removes_hardly_any || (knows_densities && !is_automatic_))
     return {};
   const std::string line = counts + "of a lidar, --unit rays finds snow";
-  return knows_densities || voxels_.has_point_counts || law_ == IntensityLaw::Count
+  return knows_densities || voxels_.has_point_counts ||
+                 lawOf(metadata_) == IntensityLaw::Count
              ? line
              : line + "; the recording does not tell how many points a voxel had, so "
                       "that only voxels that are seldom occupied are noise; it does "

@@ -39,9 +39,12 @@ std::optional<std::array<double, 3>>
 positionOf(const StreamMetadata& metadata);
 
 /** \brief How outliers of a stream are removed, by the options and what is known of it.
+ * \param[in] first frame of the stream
  */
 VoxelOutlierRemovalSettings
-outlierRemovalOf(const DecodingOptions& options, const StreamMetadata& metadata);
+outlierRemovalOf(const DecodingOptions& options,
+                 const StreamMetadata& metadata,
+                 const io::VoxelFrame& first);
 
 /** \brief Remarks that frames were decoded again to keep --memory-limit, if any were. */
 void
@@ -112,17 +115,14 @@ private:
 
   recording::RecordedStreamDecoder decoder_;
   std::string name_;
-  std::optional<float> min_intensity_;
-  std::optional<VoxelOutlierRemovalSettings> removal_settings_; // none: outliers stay
-  std::optional<IntensityLaw> law_; // that the recording tells
-  bool is_of_lidar_;                // likewise
-  std::shared_ptr<io::MemoryBudget> budget_;
+  DecodingOptions options_;
+  StreamMetadata metadata_;
   std::unique_ptr<Removal> removal_;
   std::optional<DensityUnit> unit_; // by which outliers were judged last
   io::VoxelFrame& voxels_;
   std::size_t decoded_voxels_ = 0;
   bool outliers_stay_ = false; // of some frame
-  bool is_automatic_ = false;  // the unit was not named
+  bool is_automatic_;          // the unit was not named
   bool has_intensities_ = true;
   std::size_t judged_ = 0;  // voxels
   std::size_t removed_ = 0; // of these

@@ -20,9 +20,7 @@ export type Address = number;
  * of fields. */
 export type LimitValues = readonly [number, number, number, number];
 
-/** Settings of a filter as the module takes them: unit, least log-odds, full intensity,
- * whether history is used, most blocks; x, y, z of a lidar, steps of azimuth and elevation,
- * whether intensities are counts. */
+/** Settings of a filter as the module takes them; flags are 0 or 1. */
 export type FilterValues = readonly [
   unit: number,
   minLogOdds: number,
