@@ -55,7 +55,7 @@ check_headers() {
       "#include \"${header#include/}\"" >> "$source"
     # shellcheck disable=SC2086
     $compiler $flags -isystem "$prefix/include/eigen3" "$source"
-  done < <(grep -rLE 'pcl/|point_intensity\.h|nodes/' include --include='*.h' | grep -v /nodes/)
+  done < <(grep -rLE 'pcl/|(point|octree_pointcloud)_intensity\.h|nodes/' include --include='*.h' | grep -v /nodes/)
   echo "public headers compile after windows.h"
 }
 

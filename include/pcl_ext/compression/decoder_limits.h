@@ -110,7 +110,7 @@ struct DecoderLimits {
   static DecoderLimits
   none()
   {
-    constexpr std::size_t any = std::numeric_limits<std::uint32_t>::max();
+    constexpr std::size_t any = (std::numeric_limits<std::uint32_t>::max)();
     return {any, any, any, any, any, nullptr};
   }
 };

@@ -272,9 +272,9 @@ inline std::chrono::nanoseconds
 timeOfStamp(std::uint64_t microseconds)
 {
   constexpr auto latest = std::chrono::duration_cast<std::chrono::microseconds>(
-      std::chrono::nanoseconds::max());
+      (std::chrono::nanoseconds::max)());
   return std::chrono::microseconds(
-      std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
+      (std::min)(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
 /** \brief Calls a function for each voxel of a frame, in the order of the keys.

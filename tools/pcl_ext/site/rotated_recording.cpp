@@ -88,7 +88,7 @@ RotatedRecording::rotate()
   before_ = std::move(current_);
   current_.reset();
   const std::string path = nextPath();
-  current_.emplace();
+  current_ = File();
   current_->path = path;
   current_->opened = Clock::now();
   throwUnlessOk(current_->writer.open(path));
