@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { Decoder, limitValues } from "./decoder.js";
 import { Instance, pageSize, type Called, type Result } from "./instance.js";
-import { OutlierFilter, filterValues } from "./outlier_filter.js";
+import { OutlierFilter, filterSettings } from "./outlier_filter.js";
 import {
   CodecError,
   type DecoderLimits,
@@ -115,10 +115,8 @@ export class Codec {
    * @throws CodecError "InvalidSettings" if a setting is outside its range
    */
   createOutlierFilter(settings: OutlierFilterSettings = {}): OutlierFilter {
-    const values = filterValues(settings);
-    const checked = this.call((instance) =>
-      instance.result(instance.exports.set_up_outlier_filter(...values)).filterStatus(0),
-    );
+    const values = filterSettings(settings);
+    const checked = this.call((instance) => instance.setFilterSettings(values));
     const status = checked.failure ?? checked.value;
     if (!status.ok) throw new CodecError(status.code, status.message);
     return new OutlierFilter(this, values);

@@ -12,6 +12,7 @@
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "outliers/outlier_setting_table.h"
 #include "viewer/codec/src/decoded_fields.h"
 #include "viewer/codec/src/result_layouts.h"
 #include "viewer/codec/src/seekable_bytes.h"
@@ -22,6 +23,8 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #define EXPORTED(name) extern "C" __attribute__((export_name(#name)))
@@ -330,32 +333,41 @@ frameSize(const std::uint8_t* bytes,
   return &results().measured;
 }
 
-/** \brief Sets the settings of the next filter, of which it takes those of the unit. */
-EXPORTED(set_up_outlier_filter)
+/** \brief Sets the unit of the next filter, with default settings. */
+EXPORTED(set_filter_unit)
+void
+setFilterUnit(std::uint32_t unit)
+{
+  results().filter_settings = VoxelOutlierRemovalSettings();
+  results().filter_settings.unit = densityUnitSettings(static_cast<DensityUnit>(unit));
+}
+
+/** \brief Sets one of its settings, a number or three of them.
+ * \param[in] name that of the field
+ */
+EXPORTED(set_filter_setting)
 const Outcome*
-setUpOutlierFilter(std::uint32_t unit,
-                   float min_log_odds,
-                   float full_intensity,
-                   std::uint32_t use_history,
-                   std::uint32_t max_blocks,
-                   double x,
-                   double y,
-                   double z,
-                   double azimuth_step,
-                   double elevation_step,
-                   std::uint32_t intensities_are_counts)
+setFilterSetting(const char* name, std::uint32_t size, double x, double y, double z)
 {
   VoxelOutlierRemovalSettings& settings = results().filter_settings;
-  settings.unit =
-      densityUnitSettings(static_cast<DensityUnit>(unit),
-                          {{use_history != 0}, intensities_are_counts != 0});
-  if (auto* const faces = std::get_if<FacesUnit>(&settings.unit))
-    faces->full_intensity = full_intensity;
-  if (auto* const rays = std::get_if<RaysUnit>(&settings.unit))
-    *rays = {{{x, y, z}}, azimuth_step, elevation_step, rays->intensities_are_counts};
-  settings.min_log_odds = min_log_odds;
-  settings.max_blocks = max_blocks;
-  results().outcome = outcomeOf(checkSettings(settings));
+  bool is_found = false;
+  visitSettings(settings, [&](const OutlierSetting& setting, auto& value) {
+    using ValueT = std::decay_t<decltype(value)>;
+    if (std::string_view(name, size) != setting.name)
+      return;
+    is_found = true;
+    if constexpr (std::is_arithmetic_v<ValueT>)
+      value = static_cast<ValueT>(x);
+    else
+      value = {x, y, z};
+  });
+  results().outcome =
+      outcomeOf(is_found ? checkSettings(settings)
+                         : OutlierRemovalStatus(
+                               OutlierRemovalCode::InvalidSettings,
+                               std::string(name, size) + " is set; the unit " +
+                                   nameOf(density_units, densityUnitOf(settings.unit)) +
+                                   " does not have it"));
   return &results().outcome;
 }
 

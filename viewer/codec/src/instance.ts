@@ -20,20 +20,12 @@ export type Address = number;
  * of fields. */
 export type LimitValues = readonly [number, number, number, number];
 
-/** Settings of a filter as the module takes them; flags are 0 or 1. */
-export type FilterValues = readonly [
-  unit: number,
-  minLogOdds: number,
-  fullIntensity: number,
-  useHistory: number,
-  maxBlocks: number,
-  x: number,
-  y: number,
-  z: number,
-  azimuthStep: number,
-  elevationStep: number,
-  intensitiesAreCounts: number,
-];
+/** Settings of a filter as the module takes them: the number of the unit, and of each
+ * setting its name in the library and one number or three. */
+export interface FilterSettings {
+  readonly unit: number;
+  readonly values: readonly (readonly [name: Uint8Array, x: number, y: number, z: number])[];
+}
 
 /** What the module exports. */
 interface Exports {
@@ -48,7 +40,8 @@ interface Exports {
   field_values(decoder: Address, field: number, value: number): Address;
   describe_frame(bytes: Address, size: number, ...limits: LimitValues): Address;
   frame_size(bytes: Address, size: number, ...limits: LimitValues): Address;
-  set_up_outlier_filter(...settings: FilterValues): Address;
+  set_filter_unit(unit: number): void;
+  set_filter_setting(name: Address, size: number, x: number, y: number, z: number): Address;
   create_outlier_filter(): Address;
   destroy_outlier_filter(filter: Address): void;
   reset_outlier_filter(filter: Address): void;
@@ -215,6 +208,18 @@ export class Instance {
     const result = call(address, bytes.length);
     this.exports.release(address);
     return this.result(result);
+  }
+
+  /** Sets the settings of the filter that is created next. */
+  setFilterSettings(settings: FilterSettings): Status {
+    this.exports.set_filter_unit(settings.unit);
+    let status = ok;
+    for (const [name, x, y, z] of settings.values)
+      if (status.ok)
+        status = this.withBytes(name, (address, size) =>
+          this.exports.set_filter_setting(address, size, x, y, z),
+        ).filterStatus(0);
+    return status;
   }
 
   /** To be read before the next call, which may move the memory. */

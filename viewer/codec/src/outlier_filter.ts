@@ -1,52 +1,28 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { Decoder } from "./decoder.js";
-import type { Address, FilterValues, Instance, RunningModule } from "./instance.js";
-import {
-  CodecError,
-  densityUnits,
-  noDecodedFrame,
-  settingsOfUnits,
-  type OutlierFilterSettings,
-  type Status,
-  type UnitSettings,
-} from "./types.js";
+import type { Address, FilterSettings, Instance, RunningModule } from "./instance.js";
+import { CodecError, densityUnits, noDecodedFrame, type OutlierFilterSettings, type Status } from "./types.js";
 
-/** The settings, with defaults; the module checks their ranges. */
-export function filterValues(settings: OutlierFilterSettings): FilterValues {
-  const { unit = "automatic", minLogOdds = 0, maxBlocks = 2 ** 17, ...ofUnit } = settings;
-  const {
-    fullIntensity = 255,
-    sensorPosition = [0, 0, 0],
-    azimuthStep = 0.0035,
-    elevationStep = 0.007,
-    intensitiesAreCounts = false,
-    useHistory = true,
-  }: UnitSettings = ofUnit;
+/** The settings as the module takes them; it has their defaults and checks their ranges. */
+export function filterSettings(settings: OutlierFilterSettings): FilterSettings {
+  const { unit: unitName = "automatic", ...given } = settings;
+  const { maxBlocks = 0 } = given;
   if (!Number.isInteger(maxBlocks) || maxBlocks < 0 || maxBlocks >= 2 ** 32)
     throw new CodecError(
       "InvalidSettings",
       `maxBlocks is ${maxBlocks}; it must be a whole number below 2^32`,
     );
-  const unitNumber = densityUnits.indexOf(unit);
-  if (unitNumber < 0) throw new CodecError("InvalidSettings", `unknown unit ${String(unit)}`);
-  const names: readonly string[] = settingsOfUnits[unit];
-  for (const name of Object.keys(ofUnit))
-    if (!names.includes(name))
-      throw new CodecError("InvalidSettings", `${name} is set; the unit ${unit} does not have it`);
-  const [x, y, z] = sensorPosition;
-  return [
-    unitNumber,
-    minLogOdds,
-    fullIntensity,
-    useHistory ? 1 : 0,
-    maxBlocks,
-    x,
-    y,
-    z,
-    azimuthStep,
-    elevationStep,
-    intensitiesAreCounts ? 1 : 0,
-  ];
+  const unit = densityUnits.indexOf(unitName);
+  if (unit < 0) throw new CodecError("InvalidSettings", `unknown unit ${String(unitName)}`);
+  const values = Object.entries(given).filter(([, value]) => value !== undefined);
+  return {
+    unit,
+    values: values.map(([key, value]) => {
+      const name = key.replace(/[A-Z]/g, (letter) => `_${letter.toLowerCase()}`);
+      const [x = NaN, y = NaN, z = NaN] = [value].flat().map(Number);
+      return [new TextEncoder().encode(name), x, y, z];
+    }),
+  };
 }
 
 /** Tells noise from surfaces in the voxels of one stream, by their neighbourhood in this and
@@ -61,7 +37,7 @@ export class OutlierFilter {
   /** @internal */
   constructor(
     private readonly codec: RunningModule,
-    private readonly settings: FilterValues,
+    private readonly settings: FilterSettings,
   ) {}
 
   /** Judges the frame that a decoder of the same codec decoded last. To be called once for
@@ -108,7 +84,7 @@ export class OutlierFilter {
 
   private addressIn(instance: Instance): Address {
     if (!this.isInInstance()) {
-      instance.exports.set_up_outlier_filter(...this.settings);
+      instance.setFilterSettings(this.settings);
       this.address = instance.exports.create_outlier_filter();
       this.generation = this.codec.generation;
     }

@@ -227,7 +227,7 @@ export type DensityUnit = (typeof densityUnits)[number];
 export const densityUnits = ["automatic", "faces", "points", "voxels", "rays"] as const;
 
 /** Settings that some units have. */
-export interface UnitSettings {
+interface UnitSettings {
   /** Intensity of a completely covered voxel face, until a frame has a depth model. Finite,
    * above 0; default: 255. */
   readonly fullIntensity?: number;
@@ -245,19 +245,16 @@ export interface UnitSettings {
   readonly useHistory?: boolean;
 }
 
-/** The settings of each unit. */
-export const settingsOfUnits = {
-  automatic: ["useHistory", "intensitiesAreCounts"],
-  faces: ["useHistory", "fullIntensity"],
-  points: ["useHistory"],
-  voxels: ["useHistory"],
-  rays: ["sensorPosition", "azimuthStep", "elevationStep", "intensitiesAreCounts"],
-} as const satisfies Record<DensityUnit, readonly (keyof UnitSettings)[]>;
+/** What each unit has of them. */
+interface NamesOfUnits {
+  automatic: "useHistory" | "intensitiesAreCounts";
+  faces: "useHistory" | "fullIntensity";
+  points: "useHistory";
+  voxels: "useHistory";
+  rays: "sensorPosition" | "azimuthStep" | "elevationStep" | "intensitiesAreCounts";
+}
 
-type SettingsOf<Unit extends DensityUnit> = Pick<
-  UnitSettings,
-  (typeof settingsOfUnits)[Unit][number]
->;
+type SettingsOf<Unit extends DensityUnit> = Pick<UnitSettings, NamesOfUnits[Unit]>;
 
 /** See `VoxelOutlierRemovalSettings` of the library: those of a unit, by default
  * "automatic", and those of all units. */

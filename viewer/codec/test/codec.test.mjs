@@ -143,6 +143,13 @@ test("limits and settings outside their ranges are refused by name", async () =>
     refuses(() => codec.createOutlierFilter({ [setting]: value }), "unit automatic does not");
   }
   refuses(() => codec.createOutlierFilter({ unit: "rays", useHistory: true }), "unit rays does");
+  const rays = { sensorPosition: [1, 2, 3], azimuthStep: 0.01, elevationStep: 0.01 };
+  for (const settings of [
+    { useHistory: false, intensitiesAreCounts: true },
+    { unit: "faces", useHistory: false, fullIntensity: 100 },
+    { unit: "rays", intensitiesAreCounts: true, ...rays },
+  ])
+    codec.createOutlierFilter({ ...settings, minLogOdds: 1, maxBlocks: 7 }).free();
   refuses(() => codec.createOutlierFilter({ maxBlocks: -1 }), "maxBlocks");
   for (const maximumMemory of [0, 1e6, NaN, 2 ** 33])
     await assert.rejects(loadCodec({ maximumMemory }), { code: "InvalidSettings" });
