@@ -60,22 +60,14 @@ filterMethod(const std::string& name,
 VoxelOutlierRemovalSettings
 settingsOf(DensityUnit unit, bool use_history = true)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitSettings(unit, {{use_history}});
-  return settings;
+  return {densityUnitSettings(unit, {{use_history}})};
 }
 
 VoxelOutlierRemovalSettings
 settingsOfRays()
 {
   constexpr double degree = 0.017453292519943295;
-  RaysUnit unit;
-  unit.azimuth_step = degree * azimuth_step;
-  unit.elevation_step = degree * ring_step;
-  unit.intensities_are_counts = true;
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = unit;
-  return settings;
+  return {RaysUnit{{}, degree * azimuth_step, degree * ring_step, true}};
 }
 
 /** \brief One of PCL's filters on the centres of voxels. */

@@ -270,8 +270,8 @@ readLimits(const py::dict& values, const std::optional<io::DecoderLimits>& defau
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitSettings(Keywords(values).choice("unit", density_units));
+  VoxelOutlierRemovalSettings settings{
+      densityUnitSettings(Keywords(values).choice("unit", density_units))};
   readEach(values, settings);
   return settings;
 }

@@ -57,11 +57,10 @@ readNoiseParameters(const ParameterValues& values)
   const ParameterAccess access(noiseParameters(), values);
   NoiseSettings settings;
   settings.min_intensity = access.number("min_intensity");
-  VoxelOutlierRemovalSettings removal;
-  removal.min_log_odds = access.number("min_log_odds");
-  removal.unit = densityUnitSettings(access.named("density_unit", density_units));
   if (access.get<bool>("remove_outliers"))
-    settings.outlier_removal = removal;
+    settings.outlier_removal = VoxelOutlierRemovalSettings{
+        densityUnitSettings(access.named("density_unit", density_units)),
+        access.number("min_log_odds")};
   return settings;
 }
 

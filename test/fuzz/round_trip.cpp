@@ -82,12 +82,10 @@ depthModel(const VoxelFrame& frame, std::uint8_t choice, std::size_t cloud)
 VoxelOutlierRemovalSettings
 removalSettingsOf(std::uint8_t choice)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = static_cast<float>(choice % 16) - 8.0f;
-  settings.unit = densityUnitSettings(static_cast<DensityUnit>(choice / 4 % 5),
-                                      {{choice % 8 != 7}, choice % 3 == 0});
-  settings.max_blocks = choice % 32 < 16 ? 4 : 1000;
-  return settings;
+  return {densityUnitSettings(static_cast<DensityUnit>(choice / 4 % 5),
+                              {{choice % 8 != 7}, choice % 3 == 0}),
+          static_cast<float>(choice % 16) - 8.0f,
+          choice % 32 < 16 ? 4u : 1000u};
 }
 
 /** \brief Two filters of one stream of frames: one that removes and one that judges. */

@@ -20,10 +20,7 @@ constexpr unsigned int i_frame_rate = 6;
 VoxelOutlierRemovalSettings
 removalSettings()
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = 1.0f;
-  settings.unit = pcl_ext::PointsUnit();
-  return settings;
+  return {pcl_ext::PointsUnit(), 1.0f};
 }
 
 /** \brief A node of one thread that is blocked until goOn(). Its stream "a" is

@@ -15,10 +15,7 @@ using namespace pcl_ext::nodes::test;
 VoxelOutlierRemovalSettings
 atLogOdds(float min_log_odds)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = min_log_odds;
-  settings.unit = PointsUnit();
-  return settings;
+  return {PointsUnit(), min_log_odds};
 }
 
 /** \brief A frame without its outliers, of which there must be some. */

@@ -97,9 +97,7 @@ constexpr float threshold = 3.0f;
 VoxelOutlierRemovalSettings
 removalWithoutHistory()
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = pcl_ext::PointsUnit{{false}};
-  return settings;
+  return {pcl_ext::PointsUnit{{false}}};
 }
 
 /** \brief The same where each frame may have been denoised.

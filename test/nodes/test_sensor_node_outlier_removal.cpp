@@ -51,9 +51,7 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
     nodes::SensorNode plain(settings);
     settings.outlier_removal.emplace();
     nodes::SensorNode filtering(settings);
-    VoxelOutlierRemovalSettings removal_settings;
-    removal_settings.unit = densityUnitSettings(densityUnitOf(law));
-    VoxelOutlierRemoval removal(removal_settings);
+    VoxelOutlierRemoval removal({densityUnitSettings(densityUnitOf(law))});
     io::FrameDecoder plain_decoder;
     io::FrameDecoder filtered_decoder;
     CellCamera camera;
@@ -134,10 +132,8 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
     encoded(elsewhere, cloud, pose);
     const auto removedFrom = [&](const std::array<double, 3>& position) {
       rays.sensor_position = position;
-      VoxelOutlierRemovalSettings removal_settings;
-      removal_settings.unit = rays;
       io::VoxelFrame voxels = frame;
-      return VoxelOutlierRemoval(removal_settings).filter(voxels).removed;
+      return VoxelOutlierRemoval({rays}).filter(voxels).removed;
     };
     const auto& at = pose.translation();
     const std::size_t removed = removedFrom({at.x(), at.y(), at.z()});

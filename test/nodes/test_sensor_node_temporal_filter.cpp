@@ -130,9 +130,7 @@ TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
   both_settings.outlier_removal.emplace();
   nodes::SensorNode both(both_settings);
   io::FrameDecoder decoder;
-  VoxelOutlierRemovalSettings removal_settings;
-  removal_settings.unit = PointsUnit();
-  VoxelOutlierRemoval removal(removal_settings);
+  VoxelOutlierRemoval removal({PointsUnit()});
   TemporalVoxelFilter filter(frames);
   const std::array<double, 3> position = {
       pose_.translation().x(), pose_.translation().y(), pose_.translation().z()};

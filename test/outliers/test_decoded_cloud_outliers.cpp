@@ -131,8 +131,7 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
 
 TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = PointsUnit();
+  VoxelOutlierRemovalSettings settings{PointsUnit()};
   expectSameAsFrames<pcl::PointXYZ, CountIntensity>(
       settingsAt(decoded_resolution), settings, false);
   expectSameAsFrames<pcl::PointXYZI, CountIntensity>(settingsAt(0.05), settings, false);
@@ -151,9 +150,7 @@ TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
 VoxelOutlierRemovalSettings
 countSettings()
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = PointsUnit();
-  return settings;
+  return {PointsUnit()};
 }
 
 /** \brief A cloud that was decoded, and the decoder with its frame. */

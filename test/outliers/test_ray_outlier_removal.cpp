@@ -153,12 +153,10 @@ randomFrame(std::mt19937_64& random, double edge, Counts counts)
 VoxelOutlierRemovalSettings
 settingsOf(const Lidar& lidar, Counts counts)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = RaysUnit{lidar.position,
-                           lidar.azimuth_step,
-                           lidar.elevation_step,
-                           counts == Counts::Intensities};
-  return settings;
+  return {RaysUnit{lidar.position,
+                   lidar.azimuth_step,
+                   lidar.elevation_step,
+                   counts == Counts::Intensities}};
 }
 
 void

@@ -20,10 +20,7 @@ keptOf(noise::Law law, double resolution, float min_log_odds)
 {
   constexpr std::uint32_t frames = 12;
   noise::LabelledStream stream(1, 1, resolution);
-  VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = min_log_odds;
-  settings.unit = densityUnitSettings(densityUnitOf(law));
-  VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval removal({densityUnitSettings(densityUnitOf(law)), min_log_odds});
   std::array<double, 4> all{};
   std::array<double, 4> kept{};
   noise::LabelledFrame frame;

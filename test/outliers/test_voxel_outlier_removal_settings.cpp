@@ -26,9 +26,7 @@ refusedSettings()
   for (const auto& [number, text] : {std::pair(infinity, "inf"),
                                      std::pair(-infinity, "-inf"),
                                      std::pair(not_a_number, "nan")}) {
-    VoxelOutlierRemovalSettings settings;
-    settings.min_log_odds = number;
-    refused.emplace_back(settings,
+    refused.emplace_back(VoxelOutlierRemovalSettings{AutomaticUnit(), number},
                          std::string("min_log_odds is ") + text +
                              "; it must be a finite number");
   }
@@ -36,9 +34,7 @@ refusedSettings()
                                      std::pair(-1.0f, "-1.000000"),
                                      std::pair(infinity, "inf"),
                                      std::pair(not_a_number, "nan")}) {
-    VoxelOutlierRemovalSettings settings;
-    settings.unit = FacesUnit{{}, number};
-    refused.emplace_back(settings,
+    refused.emplace_back(VoxelOutlierRemovalSettings{FacesUnit{{}, number}},
                          std::string("full_intensity is ") + text +
                              "; it must be a finite number above 0");
   }
@@ -47,22 +43,17 @@ refusedSettings()
                                      std::pair(1.000001, "1.000001"),
                                      std::pair(-0.0035, "-0.003500"),
                                      std::pair(double{not_a_number}, "nan")}) {
-    VoxelOutlierRemovalSettings columns;
-    columns.unit = RaysUnit{{}, number};
-    refused.emplace_back(columns,
+    refused.emplace_back(VoxelOutlierRemovalSettings{RaysUnit{{}, number}},
                          std::string("azimuth_step is ") + text +
                              "; it must be 0.0001 to 1 radians");
-    VoxelOutlierRemovalSettings rows;
-    rows.unit = RaysUnit{{}, 0.0035, number};
-    refused.emplace_back(rows,
+    refused.emplace_back(VoxelOutlierRemovalSettings{RaysUnit{{}, 0.0035, number}},
                          std::string("elevation_step is ") + text +
                              "; it must be 0.0001 to 1 radians");
   }
   for (const auto& [number, text] :
        {std::pair(infinity, "inf"), std::pair(not_a_number, "nan")}) {
-    VoxelOutlierRemovalSettings settings;
-    settings.unit = RaysUnit{{{0.0, 0.0, double{number}}}};
-    refused.emplace_back(settings,
+    const RaysUnit far{{{0.0, 0.0, double{number}}}};
+    refused.emplace_back(VoxelOutlierRemovalSettings{far},
                          std::string("sensor_position has ") + text +
                              "; it must be finite numbers");
   }

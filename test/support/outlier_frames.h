@@ -76,9 +76,7 @@ scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
 inline VoxelOutlierRemovalSettings
 settingsOf(DensityUnit unit, bool use_history = true)
 {
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitSettings(unit, {{use_history}});
-  return settings;
+  return {densityUnitSettings(unit, {{use_history}})};
 }
 
 /** \brief A wall at x with some holes, and noise before it. */

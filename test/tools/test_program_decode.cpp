@@ -86,9 +86,7 @@ TEST_F(ProgramDecode, VoxelsAreFiltered)
   ASSERT_GT(removeVoxelsBelow(kept, 5.0f), 0u);
   expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
   expectRun("decode x.pcxi -o clean --remove-outliers --unit points");
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = PointsUnit();
-  VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval removal({PointsUnit()});
   for (std::size_t i = 0; i < 3; ++i) {
     io::VoxelFrame voxels = streams[0].frames[i].voxels;
     ASSERT_TRUE(removal.filter(voxels).ok());

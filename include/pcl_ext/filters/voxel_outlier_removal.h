@@ -169,8 +169,8 @@ densityUnitSettings(DensityUnit unit, const AutomaticUnit& automatic = Automatic
 /** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and
  * ranges. */
 struct VoxelOutlierRemovalSettings {
-  /** \brief What voxels are judged by, with the settings of that: `settings.unit =
-   * PointsUnit()`. */
+  /** \brief What voxels are judged by, with the settings of that:
+   * `VoxelOutlierRemoval removal({PointsUnit()})`. */
   DensityUnitSettings unit;
 
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have

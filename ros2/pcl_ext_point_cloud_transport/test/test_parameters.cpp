@@ -98,10 +98,7 @@ TEST_F(ChangedParameters, ThoseOfTheReceiverHoldFromTheNextCloudOn)
   set("density_unit", "points");
   set("min_log_odds", 2); // a whole number
   set("remove_outliers", true);
-  pcl_ext::VoxelOutlierRemovalSettings removal;
-  removal.unit = pcl_ext::PointsUnit();
-  removal.min_log_odds = 2.0f;
-  pcl_ext::VoxelOutlierRemoval filter(removal);
+  pcl_ext::VoxelOutlierRemoval filter({pcl_ext::PointsUnit(), 2.0f});
   std::size_t removed = 0;
   for (int i = 0; i < 5; ++i) {
     const Cloud cloud = makeCloud(number++);

@@ -286,8 +286,7 @@ TEST_F(MergingCentreNodeTest, StreamsHaveTheirOwnParametersAtTheStart)
   EXPECT_EQ(voxels->width, countFrom(frame, 3));
   pcl_ext::nodes::CentralNode library((pcl_ext::nodes::CentralNodeSettings()));
   ASSERT_TRUE(library.addStream("stream").ok());
-  pcl_ext::VoxelOutlierRemovalSettings removal;
-  removal.unit = pcl_ext::PointsUnit();
+  const pcl_ext::VoxelOutlierRemovalSettings removal{pcl_ext::PointsUnit()};
   ASSERT_TRUE(library.setOutlierRemoval("stream", removal).ok());
   ASSERT_TRUE(library.receive("stream", frame.compressed_data).ok());
   library.waitUntilDecoded();

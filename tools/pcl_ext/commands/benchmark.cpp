@@ -117,11 +117,9 @@ private:
   {
     if (!row_.filter_failure.empty())
       return;
-    if (!removal_) {
-      VoxelOutlierRemovalSettings settings;
-      settings.unit = automaticUnitOf(voxels_, encoder_.law(), encoder_.isOfLidar());
-      removal_.emplace(settings);
-    }
+    if (!removal_)
+      removal_.emplace(VoxelOutlierRemovalSettings{
+          automaticUnitOf(voxels_, encoder_.law(), encoder_.isOfLidar())});
     OutlierRemovalStatus status;
     measure(2, [&] { status = removal_->filter(voxels_); });
     row_.removed += status.removed;

@@ -17,14 +17,6 @@ defaultThreshold(IntensityLaw law, double resolution)
   return needsSensor(law) ? 64.0f : 2.0f;
 }
 
-VoxelOutlierRemovalSettings
-removalSettings(IntensityLaw law)
-{
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = densityUnitSettings(densityUnitOf(law));
-  return settings;
-}
-
 } // namespace
 
 CellTruth::CellTruth(std::uint32_t seed, unsigned int sensor, double resolution)
@@ -42,9 +34,9 @@ CellTruth::of(std::size_t number, const io::VoxelFrame& frame)
 Denoising::Denoising(IntensityLaw law,
                      double resolution,
                      const std::optional<float>& threshold)
-: removal_(removalSettings(law))
+: removal_({densityUnitSettings(densityUnitOf(law))})
 , uses_filter_(!threshold && VoxelOutlierRemoval::isMadeFor(resolution))
-, least_(uses_filter_ ? removalSettings(law).min_log_odds
+, least_(uses_filter_ ? VoxelOutlierRemovalSettings().min_log_odds
                       : threshold.value_or(defaultThreshold(law, resolution)))
 {}
 

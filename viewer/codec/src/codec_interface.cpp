@@ -338,8 +338,7 @@ EXPORTED(set_filter_unit)
 void
 setFilterUnit(std::uint32_t unit)
 {
-  results().filter_settings = VoxelOutlierRemovalSettings();
-  results().filter_settings.unit = densityUnitSettings(static_cast<DensityUnit>(unit));
+  results().filter_settings = {densityUnitSettings(static_cast<DensityUnit>(unit))};
 }
 
 /** \brief Sets one of its settings, a number or three of them.

@@ -200,10 +200,8 @@ main(int argc, char** argv)
     printTime(bytes);
     return 0;
   }
-  VoxelOutlierRemovalSettings settings;
-  settings.unit =
-      densityUnitSettings(static_cast<DensityUnit>(argc > 3 ? std::atoi(argv[3]) : 0));
-  VoxelOutlierRemoval filter(settings);
+  const auto unit = static_cast<DensityUnit>(argc > 3 ? std::atoi(argv[3]) : 0);
+  VoxelOutlierRemoval filter({densityUnitSettings(unit)});
   decodeAll(bytes, [&](const io::VoxelFrame& frame) { writeFrame(frame, filter); });
   return 0;
 }
