@@ -84,11 +84,15 @@ public:
     return bit;
   }
 
+  /** \brief Codes a symbol whose probabilities are fixed.
+   * \param[in] table a ByteTable, or one like it
+   */
+  template <class TableT>
   unsigned int
-  code(const ByteTable& table, unsigned int byte)
+  code(const TableT& table, unsigned int symbol)
   {
-    push(table.range(byte));
-    return byte;
+    push(table.range(symbol));
+    return symbol;
   }
 
   /** \brief Codes a number below 2^count that bypasses the models; count 1..12. */
@@ -293,12 +297,13 @@ public:
     return bit;
   }
 
+  template <class TableT>
   PCL_EXT_ALWAYS_INLINE unsigned int
-  code(const ByteTable& table, unsigned int)
+  code(const TableT& table, unsigned int)
   {
-    const unsigned int byte = table.find(slot());
-    advance(table.range(byte));
-    return byte;
+    const unsigned int symbol = table.find(slot());
+    advance(table.range(symbol));
+    return symbol;
   }
 
   unsigned int

@@ -1,0 +1,76 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include "simd/bit_operations.h"
+
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+/** \brief Numbers below this are symbols of their own; above them there are two symbols an
+ * octave, and the bits below these two are sent as they are. */
+constexpr std::uint32_t exact_numbers = 16;
+constexpr unsigned int exact_bits = 4;
+
+/** \brief Number of symbols of numbers below 2^32. */
+constexpr unsigned int number_symbol_count = exact_numbers + 2 * (32 - exact_bits);
+
+/** \brief A number in parts. */
+struct NumberParts {
+  unsigned int symbol;
+  unsigned int bit_count; ///< of low
+  std::uint32_t low;
+};
+
+/** \brief Splits a number. */
+inline NumberParts
+partsOf(std::uint32_t number)
+{
+  if (number < exact_numbers)
+    return {number, 0, 0};
+  const unsigned int octave = highestBit(number);
+  const unsigned int bits = octave - 1;
+  return {exact_numbers + 2 * (octave - exact_bits) + (number >> bits & 1),
+          bits,
+          number & ((std::uint32_t{1} << bits) - 1)};
+}
+
+/** \brief Number of low bits of a symbol's numbers. */
+constexpr unsigned int
+lowBitsOf(unsigned int symbol)
+{
+  return symbol < exact_numbers ? 0 : (symbol - exact_numbers) / 2 + exact_bits - 1;
+}
+
+/** \brief Puts the parts together.
+ * \param[in] symbol at least exact_numbers
+ * \param[in] low below 2^lowBitsOf(symbol)
+ */
+constexpr std::uint32_t
+numberOf(unsigned int symbol, std::uint32_t low)
+{
+  return (2 + (symbol & 1)) << lowBitsOf(symbol) | low;
+}
+
+/** \brief 0, -1, 1, -2, ... as 0, 1, 2, 3, ... */
+constexpr std::uint32_t
+zigzag(std::int32_t number)
+{
+  const auto bits = static_cast<std::uint32_t>(number);
+  return number < 0 ? ~(bits << 1) : bits << 1;
+}
+
+/** \brief Inverse of zigzag(). */
+constexpr std::int32_t
+unzigzag(std::uint32_t number)
+{
+  return static_cast<std::int32_t>((number & 1) != 0 ? ~(number >> 1) : number >> 1);
+}
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

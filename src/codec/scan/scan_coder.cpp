@@ -1,0 +1,328 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "codec/scan/scan_coder.h"
+
+#include "bytes/byte_source.h"
+#include "bytes/byte_writer.h"
+#include "codec/scan/plane.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <type_traits>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+namespace {
+
+/** \brief Numbers of a difference of 0 between colour channels, between the angles of
+ * columns, and of points on their rays. */
+constexpr std::uint32_t zero_difference = std::uint32_t{1} << 8;
+constexpr std::uint32_t zero_off = std::uint32_t{1} << 30;
+
+/** \brief Appends planes: of each the size in bytes, and its stream of symbols. */
+class PlaneWriter {
+public:
+  static constexpr bool is_decoder = false;
+
+  PlaneWriter(SymbolWorkspace& work,
+              std::vector<std::uint8_t>& plane,
+              std::vector<std::uint8_t>& bytes)
+  : work_(work), plane_(plane), bytes_(bytes)
+  {}
+
+  /** \brief Codes a byte of 0 or 1. */
+  bool
+  codeFlag(bool& flag)
+  {
+    bytes_.push_back(flag ? 1 : 0);
+    return true;
+  }
+
+  /** \brief Codes a plane.
+   * \param[in] code called as code(coding)
+   */
+  template <class CodeT>
+  bool
+  codePlane(const CodeT& code)
+  {
+    SymbolEncoding coding(work_);
+    code(coding);
+    plane_.clear();
+    coding.finish(plane_contexts, plane_);
+    ByteWriter(bytes_).varint(plane_.size());
+    bytes_.insert(bytes_.end(), plane_.begin(), plane_.end());
+    return true;
+  }
+
+private:
+  SymbolWorkspace& work_;
+  std::vector<std::uint8_t>& plane_;
+  std::vector<std::uint8_t>& bytes_;
+};
+
+/** \brief Reads what PlaneWriter wrote. */
+class PlaneReader {
+public:
+  static constexpr bool is_decoder = true;
+
+  PlaneReader(SymbolWorkspace& work, const std::uint8_t* begin, const std::uint8_t* end)
+  : work_(work), next_(begin), end_(end)
+  {}
+
+  bool
+  codeFlag(bool& flag)
+  {
+    if (isAtEnd() || *next_ > 1)
+      return false;
+    flag = *next_++ != 0;
+    return true;
+  }
+
+  template <class CodeT>
+  bool
+  codePlane(const CodeT& code)
+  {
+    const auto left = static_cast<std::size_t>(end_ - next_);
+    MemoryBuffer buffer(next_, left);
+    ByteSource source(buffer, left);
+    const std::uint64_t size = source.varint();
+    if (source.failure() != ByteSource::Failure::None ||
+        size > left - source.consumed())
+      return false;
+    next_ += source.consumed();
+    SymbolDecoding coding(next_, next_ + size, plane_contexts, work_);
+    next_ += size;
+    return coding.hasTables() && code(coding) && coding.isAtEnd();
+  }
+
+  bool
+  isAtEnd() const
+  {
+    return next_ == end_;
+  }
+
+private:
+  SymbolWorkspace& work_;
+  const std::uint8_t* next_;
+  const std::uint8_t* end_;
+};
+
+/** \brief Codes the values of a plane that are there. */
+template <class PlanesT>
+bool
+codePlane(PlanesT& planes, const Plane& plane, std::uint32_t first)
+{
+  return planes.codePlane([&](auto& coding) {
+    return PlanePass<std::decay_t<decltype(coding)>>(plane, first, nullptr)
+        .codeValues(coding);
+  });
+}
+
+} // namespace
+
+void
+ScanCoder::encode(bool is_i_frame,
+                  const ScanFrame& frame,
+                  std::vector<std::uint8_t>& bytes)
+{
+  depths_.assign(frame.pixelCount(), no_number);
+  for (std::size_t point = 0; point < frame.pixels.size(); ++point)
+    depths_[frame.pixels[point]] = frame.depths[point];
+  PlaneWriter planes(work_, plane_bytes_, bytes);
+  code(planes, is_i_frame, frame);
+  learn();
+}
+
+bool
+ScanCoder::decode(bool is_i_frame,
+                  const std::uint8_t* begin,
+                  const std::uint8_t* end,
+                  std::uint64_t point_count,
+                  ScanFrame& frame)
+{
+  if (!is_i_frame && past_.size() != frame.pixelCount())
+    return false;
+  depths_.clear();
+  PlaneReader planes(work_, begin, end);
+  frame.pixels.clear();
+  frame.depths.clear();
+  frame.beside.clear();
+  return code(planes, is_i_frame, frame) && frame.pixels.size() == point_count &&
+         planes.isAtEnd();
+}
+
+/** \brief Codes all of a frame. The encoder has set depths_, the decoder does. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::code(PlanesT& planes, bool is_i_frame, FrameT& frame)
+{
+  const std::uint32_t* const past = is_i_frame ? nullptr : past_.data();
+  if (!planes.codePlane([&](auto& coding) {
+        return PlanePass<std::decay_t<decltype(coding)>>(
+                   {frame.width, frame.height, depths_}, 0, past)
+            .codeDepths(coding, frame.beside);
+      }))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    if (!takePoints(frame))
+      return false;
+  if (frame.rays.shape == RayShape::Spinning &&
+      !(codeColumns(planes, frame) && codeOffRays(planes, frame)))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    frame.intensities.resize(frame.intensity_scale.bits > 0 ? frame.pixels.size() : 0);
+  const std::uint32_t highest = frame.intensity_scale.maxSymbol();
+  return (frame.intensity_scale.bits == 0 ||
+          codeValues(planes,
+                     frame,
+                     0,
+                     [&](std::size_t point, auto& number) {
+                       auto& intensity = frame.intensities[point];
+                       if constexpr (PlanesT::is_decoder)
+                         intensity = static_cast<std::uint16_t>(number);
+                       else
+                         number = intensity;
+                       return number <= highest;
+                     })) &&
+         (frame.colour_bits == 0 || codeColours(planes, frame));
+}
+
+/** \brief Takes the points of a frame from its decoded depths.
+ * \return false if some are too far away
+ */
+bool
+ScanCoder::takePoints(ScanFrame& frame) const
+{
+  for (std::size_t pixel = 0; pixel < depths_.size(); ++pixel) {
+    const std::uint32_t depth = depths_[pixel];
+    if (depth == no_number)
+      continue;
+    if (depth >= depth_end && depth != at_sensor)
+      return false;
+    frame.pixels.push_back(static_cast<std::uint32_t>(pixel));
+    frame.depths.push_back(depth);
+  }
+  return std::all_of(
+      frame.beside.begin(), frame.beside.end(), [](const PointBesideRay& point) {
+        return std::all_of(
+            point.steps.begin(), point.steps.end(), [](std::int32_t step) {
+              return std::abs(step) < most_steps;
+            });
+      });
+}
+
+/** \brief Codes the angles of the columns, each by its difference from the one before. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeColumns(PlanesT& planes, FrameT& frame)
+{
+  auto& angles = frame.rays.columns;
+  if constexpr (PlanesT::is_decoder)
+    angles.resize(frame.width);
+  values_.assign(frame.width, 0);
+  std::uint32_t last = 0;
+  if constexpr (!PlanesT::is_decoder)
+    for (std::size_t column = 0; column < angles.size(); ++column) {
+      const auto angle = static_cast<std::uint32_t>(angles[column]);
+      values_[column] = (angle - last + zero_off) % number_end;
+      last = angle;
+    }
+  if (!codePlane(planes, {frame.width, 1, values_}, zero_off))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    for (std::size_t column = 0; column < angles.size(); ++column) {
+      last += values_[column] - zero_off;
+      angles[column] = static_cast<std::int32_t>(last);
+    }
+  return true;
+}
+
+/** \brief Codes how far points are from the rays of their pixels. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeOffRays(PlanesT& planes, FrameT& frame)
+{
+  for (auto* const values : {&frame.turns, &frame.sides, &frame.lifts}) {
+    bool has_values = !values->empty();
+    if (!planes.codeFlag(has_values))
+      return false;
+    if constexpr (PlanesT::is_decoder)
+      values->resize(has_values ? frame.pixels.size() : 0);
+    if (has_values &&
+        !codeValues(planes, frame, zero_off, [&](std::size_t point, auto& number) {
+          auto& value = (*values)[point];
+          if constexpr (PlanesT::is_decoder)
+            value = static_cast<std::int32_t>(number - zero_off);
+          else
+            number = static_cast<std::uint32_t>(value) + zero_off;
+          return std::abs(value) < most_off_ray;
+        }))
+      return false;
+  }
+  return true;
+}
+
+/** \brief Codes green, and red and blue by how much they are above it. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeColours(PlanesT& planes, FrameT& frame)
+{
+  if constexpr (PlanesT::is_decoder)
+    frame.colours.resize(frame.pixels.size());
+  const std::uint32_t end = 1u << frame.colour_bits;
+  const auto code_channel = [&](auto channel) {
+    const bool is_green = channel == &VoxelColour::g;
+    return codeValues(planes,
+                      frame,
+                      is_green ? 0 : zero_difference,
+                      [&, is_green, channel](std::size_t point, auto& number) {
+                        auto& colour = frame.colours[point];
+                        const std::uint32_t base =
+                            is_green ? 0 : zero_difference - colour.g;
+                        if constexpr (PlanesT::is_decoder) {
+                          if (number - base >= end)
+                            return false;
+                          colour.*channel = static_cast<std::uint8_t>(number - base);
+                        }
+                        else {
+                          number = colour.*channel + base;
+                        }
+                        return true;
+                      });
+  };
+  return code_channel(&VoxelColour::g) && code_channel(&VoxelColour::r) &&
+         code_channel(&VoxelColour::b);
+}
+
+/** \brief Codes a number of each point.
+ * \param[in] value called as value(point, number): sets the number for the encoder, takes
+ * it from the decoder; returns whether it is one
+ */
+template <class PlanesT, class ValueT>
+bool
+ScanCoder::codeValues(PlanesT& planes,
+                      const ScanFrame& frame,
+                      std::uint32_t first,
+                      const ValueT& value)
+{
+  values_ = depths_;
+  std::size_t point = 0;
+  for (std::uint32_t& number : values_)
+    if (number != no_number) {
+      number = 0;
+      if (!PlanesT::is_decoder)
+        value(point++, number);
+    }
+  if (!codePlane(planes, {frame.width, frame.height, values_}, first))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    for (std::uint32_t& number : values_)
+      if (number != no_number && !value(point++, number))
+        return false;
+  return true;
+}
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

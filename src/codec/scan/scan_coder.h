@@ -1,0 +1,87 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "codec/scan/scan_frame.h"
+#include "codec/scan/symbol_coding.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+/** \brief Codes the points of scans, plane by plane. An instance is
+ * for one stream and one direction. */
+class ScanCoder {
+public:
+  /** \brief Appends the points of the next frame of the stream, and learns them.
+   * \param[in] is_i_frame it is coded without the frame before; else its image is as large
+   * \param[in] frame isConsistent(), with at least one point
+   * \param[in,out] bytes where to append
+   */
+  void
+  encode(bool is_i_frame, const ScanFrame& frame, std::vector<std::uint8_t>& bytes);
+
+  /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
+   * nothing if it is not.
+   * \param[in] begin first byte
+   * \param[in] end after the last byte; all must be used
+   * \param[in] point_count points of the frame
+   * \param[in,out] frame grid, size, rays but for their columns, scale and colour_bits are
+   * given; the rest is set
+   * \return false if the bytes are no such frame
+   */
+  bool
+  decode(bool is_i_frame,
+         const std::uint8_t* begin,
+         const std::uint8_t* end,
+         std::uint64_t point_count,
+         ScanFrame& frame);
+
+  /** \brief Learns the frame that was decoded last. */
+  void
+  learn() noexcept
+  {
+    past_.swap(depths_);
+  }
+
+private:
+  template <class PlanesT, class FrameT>
+  bool
+  code(PlanesT& planes, bool is_i_frame, FrameT& frame);
+
+  bool
+  takePoints(ScanFrame& frame) const;
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeColumns(PlanesT& planes, FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeOffRays(PlanesT& planes, FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeColours(PlanesT& planes, FrameT& frame);
+
+  template <class PlanesT, class ValueT>
+  bool
+  codeValues(PlanesT& planes,
+             const ScanFrame& frame,
+             std::uint32_t first,
+             const ValueT& value);
+
+  std::vector<std::uint32_t> past_; // depths of the frame before, of all pixels
+  // Of the current frame; members so that their memory is reused.
+  std::vector<std::uint32_t> depths_;
+  std::vector<std::uint32_t> values_;
+  SymbolWorkspace work_;
+  std::vector<std::uint8_t> plane_bytes_;
+};
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,68 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/impl/point_image.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
+
+#include "codec/scan/scan_rays.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+/** \brief Depths are below it. */
+constexpr std::uint32_t depth_end = std::uint32_t{1} << 24;
+
+/** \brief Edges that a point may be beside the place of its depth, and in the direction of
+ * its row and column from its ray, are fewer than these. With them no place overflows. */
+constexpr std::int32_t most_steps = 1 << 28;
+constexpr std::int32_t most_off_ray = 1 << 26;
+
+/** \brief In the place of a depth: a point at the sensor, as drivers write missing ones. */
+constexpr std::uint32_t at_sensor = ~std::uint32_t{0} - 1;
+
+/** \brief A point that is beside the ray of its pixel. */
+struct PointBesideRay {
+  std::uint32_t pixel;
+  /** \brief Edges along x, y and z from the place of its depth, fewer than most_steps. */
+  std::array<std::int32_t, 3> steps;
+};
+
+/** \brief The points of a sensor, in its order, without voxels: each is on the ray of its
+ * pixel, or a number of edges beside it. */
+struct ScanFrame {
+  VoxelGrid grid; ///< from whose lowest corner places are counted, in its edges
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  ScanRays rays;
+
+  std::vector<std::uint32_t> pixels; ///< of each point, row * width + column, ascending
+  std::vector<std::uint32_t> depths; ///< likewise, or at_sensor
+  // Of each point of a spinning sensor; empty: 0 of all.
+  std::vector<std::int32_t> turns; ///< from the ray of its pixel, see ScanRays::turns
+  std::vector<std::int32_t> sides; ///< edges to the left of that ray
+  std::vector<std::int32_t> lifts; ///< edges along the sensor's axis
+  /** \brief Points that are too far from the places of their depths, by pixel; few. */
+  std::vector<PointBesideRay> beside;
+
+  IntensityScale intensity_scale;         ///< bits 0: no intensities
+  std::vector<std::uint16_t> intensities; ///< symbols of intensity_scale
+  unsigned int colour_bits = 0;           ///< of a channel, 1..8; 0: no colours
+  std::vector<VoxelColour> colours;
+
+  std::size_t
+  pixelCount() const
+  {
+    return std::size_t{width} * height;
+  }
+};
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

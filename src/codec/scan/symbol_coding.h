@@ -1,0 +1,162 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include "codec/rans/entropy_coder.h"
+#include "codec/scan/number_symbols.h"
+#include "codec/scan/symbol_table.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+/** \brief Most contexts of the symbols of a plane. */
+constexpr std::size_t most_contexts = 256;
+
+/** \brief Memory for the symbols of a plane and their tables, reused from one to the
+ * next. */
+struct SymbolWorkspace {
+  std::vector<std::uint32_t> symbols;
+  std::vector<SymbolTable::Counts> counts; // of contexts
+  std::vector<SymbolTable> tables;
+  std::array<std::uint8_t, most_contexts> table_of_context;
+  std::vector<std::uint32_t> ranges;
+  std::vector<std::uint16_t> words;
+  std::vector<std::uint8_t> copy;
+};
+
+/** \brief Takes the symbols of a plane. As their tables are sent before them, nothing is
+ * written before finish(). Same interface as SymbolDecoding, so that what a plane
+ * consists of is written once for both directions. */
+class SymbolEncoding {
+public:
+  static constexpr bool is_decoder = false;
+
+  /** \param[in,out] work must outlive it, and be used by one at a time */
+  explicit SymbolEncoding(SymbolWorkspace& work)
+  : work_(&work), next_(work.symbols.data())
+  {}
+
+  /** \brief Makes room for this many more numbers. */
+  void
+  reserve(std::size_t numbers);
+
+  /** \brief Codes a symbol.
+   * \param[in] context below most_contexts
+   */
+  unsigned int
+  code(std::size_t context, unsigned int symbol)
+  {
+    *next_++ = static_cast<std::uint32_t>(context << 8 | symbol);
+    return symbol;
+  }
+
+  /** \brief Codes the low bits of the number of the symbol before.
+   * \param[in] bits below 2^30
+   */
+  std::uint32_t
+  codeBits(unsigned int, std::uint32_t bits)
+  {
+    *next_++ = low_bits | bits;
+    return bits;
+  }
+
+  /** \brief As SymbolDecoding::isOverrun. */
+  static constexpr bool
+  isOverrun()
+  {
+    return false;
+  }
+
+  /** \brief Appends the bytes of the tables and of all symbols.
+   * \param[in] context_count 1 to most_contexts
+   */
+  void
+  finish(std::size_t context_count, std::vector<std::uint8_t>& bytes);
+
+private:
+  static constexpr std::uint32_t low_bits = std::uint32_t{1} << 31;
+
+  void
+  countSymbols(std::size_t context_count);
+
+  void
+  pushSymbols(rans::NibbleEncoder& coder) const;
+
+  SymbolWorkspace* work_;
+  std::uint32_t* next_;
+};
+
+/** \brief Decodes what SymbolEncoding wrote. */
+class SymbolDecoding {
+public:
+  static constexpr bool is_decoder = true;
+
+  /** \brief Reads the tables. Nothing may be decoded unless hasTables().
+   * \param[in] context_count as that of the encoder
+   * \param[in,out] work must outlive it, and be used by one at a time
+   */
+  SymbolDecoding(const std::uint8_t* begin,
+                 const std::uint8_t* end,
+                 std::size_t context_count,
+                 SymbolWorkspace& work);
+
+  void
+  reserve(std::size_t)
+  {}
+
+  PCL_EXT_ALWAYS_INLINE unsigned int
+  code(std::size_t context, unsigned int)
+  {
+    return coder_.code(work_->tables[work_->table_of_context[context]], 0);
+  }
+
+  std::uint32_t
+  codeBits(unsigned int count, std::uint32_t)
+  {
+    std::uint32_t bits = 0;
+    for (; count > rans::probability_bits; count -= rans::probability_bits)
+      bits =
+          bits << rans::probability_bits | coder_.codeBits(rans::probability_bits, 0);
+    return bits << count | coder_.codeBits(count, 0);
+  }
+
+  bool
+  hasTables() const
+  {
+    return has_tables_;
+  }
+
+  /** \brief Whether more bytes were read than there are, to be checked after each
+   * number. */
+  bool
+  isOverrun() const
+  {
+    return coder_.isOverrun();
+  }
+
+  /** \brief Whether all bytes were read. */
+  bool
+  isAtEnd() const
+  {
+    return coder_.isAtEnd();
+  }
+
+private:
+  bool
+  readTables(std::size_t context_count);
+
+  rans::NibbleDecoder coder_;
+  SymbolWorkspace* work_;
+  bool has_tables_;
+};
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

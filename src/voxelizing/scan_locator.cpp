@@ -1,0 +1,100 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/scan_locator.h"
+
+#include "codec/scan/point_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Units of an edge. */
+constexpr double edge_units = 0x1p32;
+
+/** \brief Places are nearer to the grid's lowest corner than 2^27 edges. */
+constexpr double farthest = 0x1p59;
+
+/** \brief Whole steps of an edge from one place to near another: at most half an edge
+ * from it on each axis.
+ * \return whether there are any
+ */
+bool
+stepsBetween(const Triple& from, const Triple& to, std::array<std::int32_t, 3>& steps)
+{
+  std::int32_t any = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    constexpr std::int64_t half = std::int64_t{1} << 31;
+    steps[axis] = static_cast<std::int32_t>((to[axis] - from[axis] + half) >> 32);
+    any |= steps[axis];
+  }
+  return any != 0;
+}
+
+/** \brief The depth of a ray whose place is nearest along the axis that the ray is most
+ * along. */
+std::uint32_t
+nearestDepth(const Ray& ray, const Triple& place)
+{
+  std::size_t axis = 0;
+  for (const std::size_t other : {1u, 2u})
+    if (std::abs(ray.step[other]) > std::abs(ray.step[axis]))
+      axis = other;
+  constexpr auto last = static_cast<double>(scan::depth_end - 1);
+  const double depth = static_cast<double>(place[axis] - ray.start[axis]) /
+                       static_cast<double>(ray.step[axis]);
+  return depth > 0.0 ? static_cast<std::uint32_t>(std::min(depth + 0.5, last)) : 0;
+}
+
+} // namespace
+
+ScanLocator::ScanLocator(scan::ScanFrame& frame)
+: frame_(frame)
+, rays_(frame.rays, frame.width)
+, sensor_(scan::sensorPlace(frame.rays.pose))
+, scale_(edge_units / frame.grid.resolution)
+{
+  rays_.moveTo(0);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    corner_[axis] = frame.grid.lowerCorner(axis);
+}
+
+bool
+ScanLocator::append(std::uint32_t row,
+                    std::uint32_t column,
+                    const std::array<double, 3>& position,
+                    std::int32_t turn)
+{
+  Triple place;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double number = (position[axis] - corner_[axis]) * scale_;
+    if (!(std::abs(number) < farthest))
+      return false;
+    place[axis] = static_cast<std::int64_t>(number);
+  }
+  if (row != row_)
+    rays_.moveTo(row_ = row);
+  const std::uint32_t pixel = row * frame_.width + column;
+  std::uint32_t depth = scan::at_sensor;
+  std::array<std::int32_t, 3> steps;
+  if (stepsBetween(sensor_, place, steps)) {
+    const Ray ray = rays_.at(column, turn);
+    depth = nearestDepth(ray, place);
+    if (stepsBetween(
+            {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))
+      frame_.beside.push_back({pixel, steps});
+  }
+  frame_.pixels.push_back(pixel);
+  frame_.depths.push_back(depth);
+  if (turn != 0)
+    frame_.turns.resize(frame_.depths.size() - 1);
+  if (turn != 0 || !frame_.turns.empty())
+    frame_.turns.push_back(turn);
+  return true;
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,481 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/spinning_fit.h"
+
+#include "voxelizing/robust_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Columns whose points are used, spread over the turn. */
+constexpr std::uint32_t sampled_columns = 96;
+
+/** \brief Points nearer than this are on the sensor's own vehicle or case, metres. */
+constexpr double nearest = 0.3;
+
+/** \brief Steps of the angles that sensors send, degrees; the largest first. */
+constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
+
+/** \brief A point of a row and a column, where it would be if the sensor stood still. */
+struct SamplePoint {
+  std::uint32_t row;
+  std::uint32_t column; // among those that are used
+  double time;          // of its column, from -1/2 to 1/2
+  Eigen::Vector3d measured;
+  Eigen::Vector3d position;
+  double azimuth;
+  double distance; // from the axis
+
+  double
+  height() const
+  {
+    return position.z();
+  }
+
+  void
+  place(const TurnMotion& motion)
+  {
+    position = motion.stillPosition(measured, time);
+    azimuth = std::atan2(position.y(), position.x());
+    distance = std::hypot(position.x(), position.y());
+  }
+};
+
+std::vector<SamplePoint>
+samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
+{
+  const std::uint32_t every = column_count / sampled_columns + 1;
+  std::vector<SamplePoint> samples;
+  for (const PixelPoint& point : points)
+    if (point.column % every == 0 &&
+        std::hypot(point.position.x(), point.position.y()) > nearest) {
+      SamplePoint sample;
+      sample.row = point.row;
+      sample.column = point.column / every;
+      sample.time = timeOf(point.column, column_count);
+      sample.measured = point.position;
+      sample.place(TurnMotion());
+      samples.push_back(sample);
+    }
+  return samples;
+}
+
+/** \brief The height of a row's rays, as a line over the distance from the axis. */
+bool
+fitHeights(const std::vector<const SamplePoint*>& points, FittedRays::Row& row)
+{
+  constexpr std::size_t least_points = 8;
+  if (points.size() < least_points)
+    return false;
+  std::vector<Eigen::Vector2d> features;
+  std::vector<double> heights;
+  for (const SamplePoint* point : points) {
+    features.push_back({1.0, point->distance});
+    heights.push_back(point->height());
+  }
+  double error = 0.0;
+  const Eigen::Vector2d line = fitRobustly(features, heights, error);
+  const double length = std::hypot(1.0, line[1]);
+  row.up = line[0];
+  row.run = 1.0 / length;
+  row.rise = line[1] / length;
+  return true;
+}
+
+/** \brief The same for all rows.
+ * \return how many have points enough
+ */
+std::size_t
+fitHeights(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row>& rows)
+{
+  std::vector<std::vector<const SamplePoint*>> of_rows(rows.size());
+  for (const SamplePoint& point : samples)
+    of_rows[point.row].push_back(&point);
+  std::size_t fitted = 0;
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    fitted += fitHeights(of_rows[row], rows[row]) ? 1 : 0;
+  return fitted;
+}
+
+/** \brief How far a point is above the rays of its row, metres. */
+double
+heightOff(const SamplePoint& point, const std::vector<FittedRays::Row>& rows)
+{
+  const FittedRays::Row& row = rows[point.row];
+  return (point.height() - row.up) * row.run - point.distance * row.rise;
+}
+
+/** \brief An angle of a point against that of its column and its row. */
+double
+angleOff(const SamplePoint& point,
+         const std::vector<FittedRays::Row>& rows,
+         const std::vector<double>& columns)
+{
+  return std::remainder(point.azimuth - rows[point.row].angle - columns[point.column],
+                        two_pi);
+}
+
+/** \brief Turns each column to the mean of its points, but for those that are far off. */
+void
+turnColumns(const std::vector<SamplePoint>& samples,
+            const std::vector<FittedRays::Row>& rows,
+            double most,
+            std::vector<double>& columns)
+{
+  std::vector<std::complex<double>> sums(columns.size());
+  for (const SamplePoint& point : samples)
+    if (const double off = angleOff(point, rows, columns); std::abs(off) <= most)
+      sums[point.column] += std::polar(1.0, off);
+  for (std::size_t column = 0; column < columns.size(); ++column)
+    columns[column] += std::arg(sums[column]);
+}
+
+/** \brief Turns each row to the middle of its points. */
+void
+turnRows(const std::vector<SamplePoint>& samples,
+         const std::vector<double>& columns,
+         std::vector<FittedRays::Row>& rows)
+{
+  std::vector<std::vector<double>> off(rows.size());
+  for (const SamplePoint& point : samples)
+    off[point.row].push_back(angleOff(point, rows, columns));
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    if (!off[row].empty()) {
+      const auto middle =
+          off[row].begin() + static_cast<std::ptrdiff_t>(off[row].size() / 2);
+      std::nth_element(off[row].begin(), middle, off[row].end());
+      rows[row].angle += *middle;
+    }
+}
+
+/** \brief Fits the angles of rows: those that all columns have in common. */
+void
+fitAngles(const std::vector<SamplePoint>& samples,
+          std::vector<FittedRays::Row>& rows,
+          std::vector<double>& columns)
+{
+  std::uint32_t column_count = 0;
+  for (const SamplePoint& point : samples)
+    column_count = std::max(column_count, point.column + 1);
+  columns.resize(column_count);
+  double most = two_pi;
+  for (int round = 0; round < 24; ++round) {
+    turnColumns(samples, rows, most, columns);
+    turnRows(samples, columns, rows);
+    std::vector<double> off;
+    for (const SamplePoint& point : samples)
+      off.push_back(angleOff(point, rows, columns));
+    most = 6.0 * medianSize(off) + 1e-9;
+  }
+}
+
+/** \brief The distance of the angles of columns, and moves those of rows to it. */
+double
+fitTurnStep(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row>& rows)
+{
+  for (const double degrees : turn_steps) {
+    const double step = degrees * two_pi / 360.0;
+    std::vector<double> angles;
+    for (const SamplePoint& point : samples)
+      if (point.distance > 1.0)
+        angles.push_back(point.azimuth - rows[point.row].angle);
+    double offset = 0.0;
+    if (coherence(angles, step, offset) < 0.8)
+      continue;
+    for (FittedRays::Row& row : rows)
+      row.angle += offset;
+    return step;
+  }
+  return 0.0;
+}
+
+/** \brief The distance of depths, and moves the begin of each row to one. */
+double
+fitDepthStep(const std::vector<SamplePoint>& samples,
+             std::vector<FittedRays::Row>& rows)
+{
+  std::vector<std::vector<double>> depths(rows.size());
+  for (const SamplePoint& point : samples) {
+    const FittedRays::Row& row = rows[point.row];
+    depths[point.row].push_back(point.distance * row.run +
+                                (point.height() - row.up) * row.rise);
+  }
+  for (const double step : depth_steps) {
+    double sum = 0.0;
+    std::vector<double> offsets(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      sum += static_cast<double>(depths[i].size()) *
+             coherence(depths[i], step, offsets[i]);
+    if (sum < least_coherence * static_cast<double>(samples.size()))
+      continue;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      rows[i].along += offsets[i] * rows[i].run;
+      rows[i].up += offsets[i] * rows[i].rise;
+    }
+    return step;
+  }
+  return 0.0;
+}
+
+/** \brief Numbers of a motion that are found: velocity, spin about x and y, shift along x
+ * and y. What else there is, columns and rows take. */
+constexpr int unknown_count = 7;
+using Equation = Eigen::Matrix<double, unknown_count + 1, 1>; // and what it is off
+
+/** \brief How a point's distance from its rays changes with the motion, along a direction
+ * in which it is measured. */
+Equation
+equationOf(const SamplePoint& point, const Eigen::Vector3d& direction, double off)
+{
+  const Eigen::Vector3d turned = point.position.cross(direction) * point.time;
+  Equation equation;
+  equation << direction * point.time, turned.head<2>(), direction.head<2>(), off;
+  return equation;
+}
+
+/** \brief Takes from equations what the height and the slope of their rows explain. */
+void
+removeRows(const std::vector<SamplePoint>& samples,
+           std::size_t row_count,
+           const std::vector<bool>& is_used,
+           std::vector<Equation>& equations)
+{
+  std::vector<Eigen::Matrix2d> squares(row_count, Eigen::Matrix2d::Zero());
+  std::vector<Eigen::Matrix<double, 2, unknown_count + 1>> products(
+      row_count, Eigen::Matrix<double, 2, unknown_count + 1>::Zero());
+  const auto features = [&](std::size_t i) {
+    const double range = samples[i].position.norm();
+    return Eigen::Vector2d(1.0 / range, samples[i].distance / range);
+  };
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (is_used[i]) {
+      squares[samples[i].row] += features(i) * features(i).transpose();
+      products[samples[i].row] += features(i) * equations[i].transpose();
+    }
+  for (std::size_t row = 0; row < row_count; ++row)
+    products[row] =
+        squares[row].completeOrthogonalDecomposition().solve(products[row]).eval();
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    equations[i] -= products[samples[i].row].transpose() * features(i);
+}
+
+/** \brief Takes from equations the means of groups.
+ * \param[in] group_of called with a sample
+ */
+template <class GroupT>
+void
+removeMeans(const std::vector<SamplePoint>& samples,
+            std::size_t group_count,
+            const std::vector<bool>& is_used,
+            std::vector<Equation>& equations,
+            const GroupT& group_of)
+{
+  std::vector<Equation> sums(group_count, Equation::Zero());
+  std::vector<double> counts(group_count, 1e-9);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    if (is_used[i]) {
+      sums[group_of(samples[i])] += equations[i];
+      counts[group_of(samples[i])] += 1.0;
+    }
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    equations[i] -= sums[group_of(samples[i])] / counts[group_of(samples[i])];
+}
+
+/** \brief Which values are at most some times as large as their median. */
+std::vector<bool>
+areNear(std::vector<double> values, double times)
+{
+  std::vector<double> sizes = values;
+  const double most = times * medianSize(sizes) + 1e-12;
+  std::vector<bool> are(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    are[i] = std::abs(values[i]) <= most;
+  return are;
+}
+
+/** \brief One step towards the motion with which points are on the rays of their rows and
+ * columns: least squares of the angles that they are off. */
+void
+improveMotion(std::vector<SamplePoint>& samples,
+              const std::vector<FittedRays::Row>& rows,
+              const std::vector<double>& columns,
+              TurnMotion& motion)
+{
+  std::vector<Equation> heights;
+  std::vector<Equation> angles;
+  std::vector<double> height_off;
+  std::vector<double> angle_off;
+  for (const SamplePoint& point : samples) {
+    const FittedRays::Row& row = rows[point.row];
+    const double x = point.position.x() / point.distance;
+    const double y = point.position.y() / point.distance;
+    const double range = point.position.norm();
+    height_off.push_back(heightOff(point, rows) / range);
+    heights.push_back(
+        equationOf(point,
+                   Eigen::Vector3d(-row.rise * x, -row.rise * y, row.run) / range,
+                   height_off.back()));
+    angle_off.push_back(angleOff(point, rows, columns));
+    angles.push_back(equationOf(
+        point, Eigen::Vector3d(-y, x, 0.0) / point.distance, angle_off.back()));
+  }
+  const std::vector<bool> use_height = areNear(height_off, 4.0);
+  const std::vector<bool> use_angle = areNear(angle_off, 5.0);
+  removeRows(samples, rows.size(), use_height, heights);
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    removeMeans(
+        samples, columns.size(), use_angle, angles, [](const SamplePoint& point) {
+          return point.column;
+        });
+    removeMeans(samples, rows.size(), use_angle, angles, [](const SamplePoint& point) {
+      return point.row;
+    });
+  }
+  using Square = Eigen::Matrix<double, unknown_count + 1, unknown_count + 1>;
+  Square sum = Square::Zero();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (use_height[i])
+      sum += heights[i] * heights[i].transpose();
+    if (use_angle[i])
+      sum += angles[i] * angles[i].transpose();
+  }
+  const Eigen::Matrix<double, unknown_count, 1> step =
+      sum.topLeftCorner<unknown_count, unknown_count>()
+          .completeOrthogonalDecomposition()
+          .solve(sum.topRightCorner<unknown_count, 1>());
+  motion.velocity += step.head<3>();
+  motion.spin.head<2>() += step.segment<2>(3);
+  motion.shift.head<2>() += step.tail<2>();
+  for (SamplePoint& point : samples)
+    point.place(motion);
+}
+
+/** \brief Half of the points are nearer to the rays of their rows than this, radians. */
+double
+medianHeightOff(const std::vector<SamplePoint>& samples,
+                const std::vector<FittedRays::Row>& rows)
+{
+  std::vector<double> off;
+  for (const SamplePoint& point : samples)
+    off.push_back(heightOff(point, rows) / point.position.norm());
+  return medianSize(off);
+}
+
+/** \brief Fits rows and columns, and the motion of the sensor where points are not on rays
+ * without one. */
+void
+fitRowsAndMotion(std::vector<SamplePoint>& samples, SpinningFit& fit)
+{
+  std::vector<double> columns;
+  fitAngles(samples, fit.rows, columns);
+  // A sensor that stands still is known to 1e-6 of a range, or noise is larger.
+  constexpr double near = 2e-5;
+  const double still_off = medianHeightOff(samples, fit.rows);
+  if (still_off < near)
+    return;
+  SpinningFit moved = fit;
+  std::vector<SamplePoint> moved_samples = samples;
+  for (int round = 0; round < 12; ++round) {
+    improveMotion(moved_samples, moved.rows, columns, moved.motion);
+    fitHeights(moved_samples, moved.rows);
+    fitAngles(moved_samples, moved.rows, columns);
+  }
+  if (medianHeightOff(moved_samples, moved.rows) > 0.7 * still_off)
+    return;
+  fit = moved;
+  samples = moved_samples;
+}
+
+} // namespace
+
+std::optional<SpinningFit>
+fitSpinning(const std::vector<PixelPoint>& points,
+            std::uint32_t row_count,
+            std::uint32_t column_count,
+            double edge)
+{
+  std::vector<SamplePoint> samples = samplePoints(points, column_count);
+  SpinningFit fit;
+  fit.rows.resize(row_count);
+  if (2 * fitHeights(samples, fit.rows) < row_count)
+    return std::nullopt;
+  fitRowsAndMotion(samples, fit);
+  fit.turn_step = fitTurnStep(samples, fit.rows);
+  if (fit.turn_step == 0.0) {
+    double farthest = 1.0;
+    for (const SamplePoint& point : samples)
+      farthest = std::max(farthest, point.distance);
+    fit.turn_step = std::max(edge / farthest, 1e-6);
+  }
+  fit.depth_step = fitDepthStep(samples, fit.rows);
+  return fit;
+}
+
+double
+columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position)
+{
+  return std::atan2(position.y(), position.x()) - row.angle;
+}
+
+void
+setSpinningRays(const SpinningFit& fit,
+                const WorldPose& sensor_pose,
+                const VoxelGrid& grid,
+                std::uint32_t column_count,
+                scan::ScanRays& rays)
+{
+  // Much finer steps than edges take bits, and nobody sees them.
+  const double step =
+      fit.depth_step < 0.45 * grid.resolution ? grid.resolution : fit.depth_step;
+  const auto fixed = [](double number, int bits) {
+    return static_cast<std::int32_t>(
+        std::clamp(std::round(std::ldexp(number, bits)), -0x1p30, 0x1p30));
+  };
+  rays.shape = RayShape::Spinning;
+  Eigen::Matrix3d spin;
+  for (int axis = 0; axis < 3; ++axis)
+    spin.col(axis) = fit.motion.spin.cross(Eigen::Vector3d::Unit(axis));
+  const Eigen::Matrix3d axes = sensor_pose.linear();
+  const double begin = timeOf(0, column_count);
+  const Eigen::Vector3d first_origin =
+      sensor_pose * (fit.motion.shift + begin * fit.motion.velocity);
+  const Eigen::Matrix3d first_axes =
+      axes * (Eigen::Matrix3d::Identity() + begin * spin);
+  const Eigen::Vector3d drift = axes * fit.motion.velocity / column_count;
+  const Eigen::Matrix3d turn = axes * spin / column_count;
+  const auto wide = [](double number, int bits) {
+    return static_cast<std::int64_t>(
+        std::clamp(std::round(std::ldexp(number, bits)), -0x1p54, 0x1p54));
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    rays.pose.origin[axis] =
+        wide((first_origin[i] - grid.lowerCorner(axis)) / grid.resolution, 16);
+    rays.motion.origin[axis] = wide(drift[i] / grid.resolution, 32);
+    for (std::size_t of = 0; of < 3; ++of) {
+      rays.pose.vectors[of][axis] = wide(first_axes(i, static_cast<int>(of)), 30);
+      rays.motion.vectors[of][axis] = wide(turn(i, static_cast<int>(of)), 46);
+    }
+  }
+  rays.turns.clear();
+  for (double angle = fit.turn_step; angle < two_pi; angle *= 2.0)
+    rays.turns.push_back({fixed(std::cos(angle), 30), fixed(std::sin(angle), 30)});
+  rays.rows.clear();
+  for (const FittedRays::Row& row : fit.rows)
+    rays.rows.push_back({fixed(std::cos(row.angle), 30),
+                         fixed(std::sin(row.angle), 30),
+                         fixed(row.run * step / grid.resolution, 24),
+                         fixed(row.rise * step / grid.resolution, 24),
+                         fixed(row.along / grid.resolution, 16),
+                         fixed(row.across / grid.resolution, 16),
+                         fixed(row.up / grid.resolution, 16)});
+}
+
+} // namespace io
+} // namespace pcl_ext

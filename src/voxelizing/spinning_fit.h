@@ -1,0 +1,75 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include "codec/scan/scan_rays.h"
+#include "voxelizing/ray_fit.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief How a sensor moved during a turn, to places of its middle. Times are those of
+ * columns, from -1/2 to 1/2. */
+struct TurnMotion {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();    ///< metres, at time 0
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< metres a turn
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();     ///< radians a turn, small
+
+  /** \brief Where a point would be if the sensor stood still. */
+  Eigen::Vector3d
+  stillPosition(const Eigen::Vector3d& position, double time) const
+  {
+    const Eigen::Vector3d from_sensor = position - shift - time * velocity;
+    return from_sensor - time * spin.cross(from_sensor);
+  }
+};
+
+/** \brief The time of a column. */
+inline double
+timeOf(std::uint32_t column, std::uint32_t column_count)
+{
+  return static_cast<double>(column) / column_count - 0.5;
+}
+
+/** \brief Rays of a spinning sensor, in its coordinates, metres and radians. */
+struct SpinningFit {
+  std::vector<FittedRays::Row> rows;
+  TurnMotion motion;
+  double depth_step = 0.0;
+  double turn_step = 0.0; ///< of the angles of columns
+};
+
+/** \brief Fits the rays of the rows of a spinning sensor whose columns are at any angles,
+ * the distance of its depths and that of its angles.
+ * \param[in] points with rows and columns
+ * \param[in] edge that places are to be exact to, metres
+ * \return nothing if most rows have too few points
+ */
+std::optional<SpinningFit>
+fitSpinning(const std::vector<PixelPoint>& points,
+            std::uint32_t row_count,
+            std::uint32_t column_count,
+            double edge);
+
+/** \brief The angle of a point's column, radians, if it is on the ray of its row. */
+double
+columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position);
+
+/** \brief Sets rays but for the angles of columns.
+ * \param[in] sensor_pose sensor -> grid, metres
+ */
+void
+setSpinningRays(const SpinningFit& fit,
+                const WorldPose& sensor_pose,
+                const VoxelGrid& grid,
+                std::uint32_t column_count,
+                scan::ScanRays& rays);
+
+} // namespace io
+} // namespace pcl_ext

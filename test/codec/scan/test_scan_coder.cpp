@@ -1,0 +1,338 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+// The coder of scans: what it decodes, where points are, and bytes that are no scan.
+#include "codec/scan/point_places.h"
+#include "codec/scan/scan_coder.h"
+#include "codec/scan/symbol_table.h"
+#include "voxelizing/scan_locator.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <vector>
+
+using namespace pcl_ext::io;
+
+namespace {
+
+/** \brief A camera of 40 x 30 pixels in the middle of a grid of 1 mm. */
+scan::ScanFrame
+makeCamera()
+{
+  scan::ScanFrame frame;
+  frame.grid.resolution = 0.001;
+  frame.grid.depth = 20;
+  frame.grid.first_index = {-(1 << 19), -(1 << 19), -(1 << 19)};
+  frame.width = 40;
+  frame.height = 30;
+  frame.intensity_scale.bits = 0;
+  frame.rays.pose.origin.fill(std::int64_t{1} << (19 + 16));
+  // x and y of a step of depth of 1 mm: from -0.4 and -0.3, 0.02 a pixel.
+  const auto fixed = [](double number) {
+    return static_cast<std::int64_t>(std::ldexp(number, 40));
+  };
+  frame.rays.pose.vectors = {{{fixed(-0.4), fixed(-0.3), fixed(1.0)},
+                              {fixed(0.02), 0, 0},
+                              {0, fixed(0.02), 0}}};
+  return frame;
+}
+
+/** \brief A lidar of 8 rows and 90 columns of 4 degrees that moves along x by 2 mm from a
+ * column to the next. */
+scan::ScanFrame
+makeLidar()
+{
+  constexpr double pi = 3.14159265358979323846;
+  scan::ScanFrame frame = makeCamera();
+  frame.width = 90;
+  frame.height = 8;
+  scan::ScanRays& rays = frame.rays;
+  rays.shape = RayShape::Spinning;
+  rays.pose.vectors = {};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    rays.pose.vectors[axis][axis] = 1 << 30;
+  rays.motion.origin = {std::int64_t{2} << 32, 0, 0};
+  for (int bit = 0; bit < 7; ++bit)
+    rays.turns.push_back(
+        {static_cast<std::int32_t>(std::ldexp(std::cos(std::ldexp(pi / 180, bit)), 30)),
+         static_cast<std::int32_t>(
+             std::ldexp(std::sin(std::ldexp(pi / 180, bit)), 30))});
+  for (std::int32_t column = 0; column < 90; ++column)
+    rays.columns.push_back(4 * column % 128);
+  for (int row = 0; row < 8; ++row)
+    rays.rows.push_back({1 << 30,
+                         0,
+                         static_cast<std::int32_t>(std::ldexp(0.98, 24)),
+                         static_cast<std::int32_t>(std::ldexp(0.02 * row, 24)),
+                         30 << 16,
+                         -20 * (1 << 16),
+                         40 << 16});
+  return frame;
+}
+
+/** \brief Adds a point to about three of four pixels: on a surface with steps, with noise,
+ * some at the sensor, some beside their rays, with intensities and colours. */
+void
+addPoints(scan::ScanFrame& frame, unsigned int seed, bool is_turned = false)
+{
+  std::mt19937 random(seed);
+  const auto below = [&random](std::uint32_t end) {
+    return static_cast<std::uint32_t>(random() % end);
+  };
+  frame.intensity_scale.bits = 12;
+  frame.colour_bits = 7;
+  for (std::uint32_t pixel = 0; pixel < frame.pixelCount(); ++pixel) {
+    if (below(4) == 0)
+      continue;
+    const std::uint32_t column = pixel % frame.width;
+    frame.pixels.push_back(pixel);
+    frame.depths.push_back(below(50) == 0 ? scan::at_sensor
+                                          : 2000 + 3 * column +
+                                                (column > 20 ? 5000 : 0) + below(4));
+    if (frame.depths.back() != scan::at_sensor && below(40) == 0)
+      frame.beside.push_back(
+          {pixel,
+           {static_cast<std::int32_t>(below(7)) - 3,
+            scan::most_steps - 1 - static_cast<std::int32_t>(below(9)),
+            -scan::most_steps + 1}});
+    if (is_turned) {
+      frame.turns.push_back(static_cast<std::int32_t>(below(3)) - 1);
+      frame.sides.push_back(static_cast<std::int32_t>(below(9)) - 4);
+      frame.lifts.push_back(static_cast<std::int32_t>(below(5)) - 2);
+    }
+    frame.intensities.push_back(static_cast<std::uint16_t>(below(4096)));
+    frame.colours.push_back({static_cast<std::uint8_t>(below(128)),
+                             static_cast<std::uint8_t>(below(128)),
+                             static_cast<std::uint8_t>(below(128))});
+  }
+}
+
+/** \brief What a decoder is given of a frame. */
+scan::ScanFrame
+emptied(const scan::ScanFrame& frame)
+{
+  scan::ScanFrame empty;
+  empty.grid = frame.grid;
+  empty.width = frame.width;
+  empty.height = frame.height;
+  empty.rays = frame.rays;
+  empty.rays.columns.clear();
+  empty.intensity_scale = frame.intensity_scale;
+  empty.colour_bits = frame.colour_bits;
+  return empty;
+}
+
+void
+expectEqual(const scan::ScanFrame& decoded, const scan::ScanFrame& frame)
+{
+  EXPECT_EQ(decoded.rays.columns, frame.rays.columns);
+  EXPECT_EQ(decoded.pixels, frame.pixels);
+  EXPECT_EQ(decoded.depths, frame.depths);
+  EXPECT_EQ(decoded.turns, frame.turns);
+  EXPECT_EQ(decoded.sides, frame.sides);
+  EXPECT_EQ(decoded.lifts, frame.lifts);
+  EXPECT_EQ(decoded.intensities, frame.intensities);
+  EXPECT_EQ(decoded.colours, frame.colours);
+  ASSERT_EQ(decoded.beside.size(), frame.beside.size());
+  for (std::size_t i = 0; i < frame.beside.size(); ++i) {
+    EXPECT_EQ(decoded.beside[i].pixel, frame.beside[i].pixel);
+    EXPECT_EQ(decoded.beside[i].steps, frame.beside[i].steps);
+  }
+}
+
+TEST(ScanCoder, DecodesWhatItEncoded)
+{
+  for (const bool is_lidar : {false, true}) {
+    scan::ScanCoder encoder;
+    scan::ScanCoder decoder;
+    for (unsigned int seed = 0; seed < 3; ++seed) {
+      SCOPED_TRACE(testing::Message() << "lidar " << is_lidar << ", frame " << seed);
+      scan::ScanFrame frame = is_lidar ? makeLidar() : makeCamera();
+      addPoints(frame, seed, is_lidar && seed != 1);
+      std::vector<std::uint8_t> bytes;
+      encoder.encode(seed == 0, frame, bytes);
+      scan::ScanFrame decoded = emptied(frame);
+      ASSERT_TRUE(decoder.decode(seed == 0,
+                                 bytes.data(),
+                                 bytes.data() + bytes.size(),
+                                 frame.pixels.size(),
+                                 decoded));
+      decoder.learn();
+      expectEqual(decoded, frame);
+    }
+  }
+}
+
+TEST(ScanCoder, DepthsThatStayTakeFewBytes)
+{
+  scan::ScanFrame frame = makeCamera();
+  addPoints(frame, 7);
+  frame.intensity_scale.bits = 0;
+  frame.colour_bits = 0;
+  frame.beside.clear();
+  scan::ScanCoder encoder;
+  std::vector<std::uint8_t> first;
+  encoder.encode(true, frame, first);
+  std::vector<std::uint8_t> second;
+  encoder.encode(false, frame, second);
+  // Which pixels have points is noise, of which .8 bits are left where it is unknown.
+  EXPECT_LT(second.size(), first.size() * 7 / 10);
+}
+
+TEST(ScanCoder, OtherBytesAreNoScanOrAnotherOne)
+{
+  scan::ScanFrame frame = makeLidar();
+  addPoints(frame, 3, true);
+  std::vector<std::uint8_t> bytes;
+  scan::ScanCoder encoder;
+  encoder.encode(true, frame, bytes);
+  std::mt19937 random(5);
+  for (int i = 0; i < 3000; ++i) {
+    std::vector<std::uint8_t> forged = bytes;
+    forged.resize(forged.size() - (i % 3 == 0 ? random() % forged.size() : 0));
+    for (int k = 0; k < 3 && !forged.empty(); ++k)
+      forged[random() % forged.size()] = static_cast<std::uint8_t>(random());
+    scan::ScanFrame decoded = emptied(frame);
+    scan::ScanCoder decoder;
+    if (!decoder.decode(true,
+                        forged.data(),
+                        forged.data() + forged.size(),
+                        frame.pixels.size(),
+                        decoded))
+      continue;
+    scan::PointPlaces places(decoded);
+    for (std::size_t point = 0; point < decoded.pixels.size(); ++point) {
+      ASSERT_LT(decoded.pixels[point], decoded.pixelCount());
+      ASSERT_LE(decoded.intensities[point], 4095);
+      ASSERT_LE(decoded.colours[point].r, 127);
+      places.next();
+    }
+  }
+}
+
+TEST(ScanCoder, APFrameOfAnotherSizeIsRefused)
+{
+  scan::ScanFrame frame = makeCamera();
+  addPoints(frame, 1);
+  std::vector<std::uint8_t> bytes;
+  scan::ScanCoder encoder;
+  encoder.encode(true, frame, bytes);
+  bytes.clear();
+  encoder.encode(false, frame, bytes);
+  scan::ScanFrame decoded = emptied(frame);
+  scan::ScanCoder decoder;
+  EXPECT_FALSE(decoder.decode(
+      false, bytes.data(), bytes.data() + bytes.size(), frame.pixels.size(), decoded));
+}
+
+TEST(SymbolTable, WidthsFollowCounts)
+{
+  std::mt19937 random(11);
+  for (int i = 0; i < 200; ++i) {
+    scan::SymbolTable::Counts counts{};
+    const std::size_t used = 1 + random() % counts.size();
+    for (std::size_t k = 0; k < used; ++k)
+      counts[random() % counts.size()] = 1u << random() % 25;
+    const scan::SymbolTable::Widths widths = scan::widthsOf(counts);
+    EXPECT_EQ(std::accumulate(widths.begin(), widths.end(), 0u), 4096u);
+    for (std::size_t symbol = 0; symbol < counts.size(); ++symbol) {
+      EXPECT_LT(widths[symbol], 4096u);
+      EXPECT_TRUE(counts[symbol] == 0 || widths[symbol] > 0);
+    }
+    scan::SymbolTable table;
+    table.set(widths);
+    for (std::uint32_t slot = 0; slot < 4096; ++slot) {
+      const auto range = table.range(table.find(slot));
+      ASSERT_GE(slot, range.start);
+      ASSERT_LT(slot, range.start + range.width);
+    }
+  }
+}
+
+/** \brief Rays and places by themselves, in floating point. */
+std::array<double, 3>
+placeOf(const scan::ScanFrame& frame, std::size_t point)
+{
+  const double depth = frame.depths[point];
+  const std::uint32_t row = frame.pixels[point] / frame.width;
+  const std::uint32_t column = frame.pixels[point] % frame.width;
+  std::array<double, 3> place{524288.0, 524288.0, 524288.0};
+  if (frame.depths[point] == scan::at_sensor)
+    return place;
+  if (frame.rays.shape == RayShape::Planar) {
+    place[0] += depth * (-0.4 + 0.02 * column);
+    place[1] += depth * (-0.3 + 0.02 * row);
+    place[2] += depth;
+    return place;
+  }
+  const double angle = (frame.rays.columns[column] + frame.turns[point]) *
+                       3.14159265358979323846 / 180.0;
+  const double along = 30.0 + 0.98 * depth;
+  const double left = -20.0 + frame.sides[point];
+  place[0] += 2.0 * column + along * std::cos(angle) - left * std::sin(angle);
+  place[1] += along * std::sin(angle) + left * std::cos(angle);
+  place[2] += 40.0 + 0.02 * row * depth + frame.lifts[point];
+  return place;
+}
+
+TEST(PointPlaces, AreOnTheRays)
+{
+  for (scan::ScanFrame frame : {makeCamera(), makeLidar()}) {
+    addPoints(frame, 9, frame.rays.shape == RayShape::Spinning);
+    frame.beside.clear();
+    scan::PointPlaces places(frame);
+    for (std::size_t point = 0; point < frame.pixels.size(); ++point) {
+      const Triple place = places.next();
+      const std::array<double, 3> expected = placeOf(frame, point);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        ASSERT_NEAR(
+            std::ldexp(static_cast<double>(place[axis]), -32), expected[axis], 0.002);
+    }
+  }
+}
+
+TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
+{
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> noise(-0.004, 0.004);
+  scan::ScanFrame points = makeLidar();
+  addPoints(points, 2, true);
+  points.beside.clear();
+  points.sides.clear();
+  points.lifts.clear();
+  scan::PointPlaces places(points);
+  scan::ScanFrame frame = emptied(points);
+  frame.rays = points.rays;
+  ScanLocator locator(frame);
+  std::vector<std::array<double, 3>> positions;
+  for (std::size_t point = 0; point < points.pixels.size(); ++point) {
+    const Triple place = places.next();
+    std::array<double, 3> position;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      position[axis] = std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
+                       points.grid.lowerCorner(axis) + noise(random);
+    ASSERT_TRUE(locator.append(points.pixels[point] / points.width,
+                               points.pixels[point] % points.width,
+                               position,
+                               points.turns[point]));
+    positions.push_back(position);
+  }
+  EXPECT_FALSE(locator.append(7, 89, {std::nan(""), 0.0, 0.0}));
+  EXPECT_FALSE(locator.append(7, 89, {0.0, 1.4e5, 0.0}));
+  EXPECT_EQ(frame.pixels, points.pixels);
+  EXPECT_EQ(frame.turns, points.turns);
+  scan::PointPlaces located(frame);
+  for (const std::array<double, 3>& position : positions) {
+    const Triple place = located.next();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      ASSERT_NEAR(std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
+                      frame.grid.lowerCorner(axis),
+                  position[axis],
+                  0.0005 + 1e-9);
+  }
+}
+
+} // namespace
