@@ -46,7 +46,7 @@ public:
                         [&](const auto& model) {
                           opened.points_behind_sensor = io::setIntensities(
                               model,
-                              sensor_pose_,
+                              io::depthAxisOf(sensor_pose_),
                               [](std::size_t) { return 0.0f; }, // none are native
                               encoder_.intensities_,
                               opened.view);

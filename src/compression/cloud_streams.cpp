@@ -1,4 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/impl/cloud_streams.h>
 
 #include <pcl/console/print.h>
@@ -7,7 +9,9 @@
 #include <fstream>
 #include <istream>
 #include <ostream>
+#include <set>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -39,51 +43,104 @@ checkInput(const std::istream& input)
   return {};
 }
 
-CompressionStatus
-readFrame(std::istream& input, FrameDecoder& decoder, VoxelFrame& frame)
-{
-  if (CompressionStatus status = checkInput(input); !status.ok())
-    return status;
-  CompressionStatus status = decoder.decode(*input.rdbuf(), frame);
-  if (status.code() == CompressionCode::EndOfStream ||
-      status.code() == CompressionCode::NoFrame) {
-    try {
-      input.setstate(std::ios_base::eofbit | std::ios_base::failbit);
-    }
-    catch (const std::exception&) {
-      // An input that is set to throw; the bits are set nevertheless.
-    }
-  }
-  return status;
-}
-
 } // namespace
+
+struct CloudStreams::Members {
+  IntensityCompressionSettings settings;
+  CompressionStatus limits_status;
+  CompressionStatus settings_status;
+  CloudEncoder encoder;
+  FrameDecoder decoder;
+  FrameStatistics statistics = {};
+  bool has_encoded = false; // and not decoded last
+  // Members so that their memory is reused.
+  VoxelFrame frame = {}; // that was decoded
+  CloudInfo info = {};   // of the encoded cloud
+  std::vector<std::uint8_t> bytes = {};
+  std::set<std::string> printed_warnings = {}; // without their numbers
+};
 
 CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
                            const std::optional<DepthLaw>& model_law,
                            IntensityUnit unit)
-: settings_(settings)
-, limits_status_(checkLimits(settings.decoder_limits))
-, settings_status_(checkSettings(settings))
-, encoder_(settings, unit, model_law ? model_law : settings.depth_law)
-, decoder_(settings.decoder_limits, settings.incomplete_frame)
+: members_(
+      new Members{settings,
+                  checkLimits(settings.decoder_limits),
+                  checkSettings(settings),
+                  {settings, unit, model_law ? model_law : settings.depth_law},
+                  FrameDecoder(settings.decoder_limits, settings.incomplete_frame)})
 {}
+
+CloudStreams::CloudStreams(CloudStreams&&) noexcept = default;
+CloudStreams&
+CloudStreams::operator=(CloudStreams&&) noexcept = default;
+CloudStreams::~CloudStreams() = default;
+
+const IntensityCompressionSettings&
+CloudStreams::settings() const
+{
+  return members_->settings;
+}
+
+const FrameStatistics&
+CloudStreams::statistics() const
+{
+  return members_->statistics;
+}
+
+const VoxelFrame&
+CloudStreams::frame() const
+{
+  return members_->has_encoded ? members_->encoder.frame() : members_->frame;
+}
 
 void
 CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& model_law)
 {
-  settings_.resolution = resolution;
-  settings_status_ = checkSettings(settings_);
-  encoder_.setResolution(resolution, model_law ? model_law : settings_.depth_law);
+  IntensityCompressionSettings& settings = members_->settings;
+  settings.resolution = resolution;
+  members_->settings_status = checkSettings(settings);
+  members_->encoder.setResolution(resolution,
+                                  model_law ? model_law : settings.depth_law);
+}
+
+void
+CloudStreams::requestIFrame()
+{
+  members_->encoder.requestIFrame();
+}
+
+double
+CloudStreams::resolution() const
+{
+  return members_->encoder.settings().resolution;
+}
+
+void
+CloudStreams::setMaxRate(double bits_per_second)
+{
+  members_->encoder.setMaxRate(bits_per_second);
+}
+
+RateControlStatus
+CloudStreams::rateControlStatus() const
+{
+  return members_->encoder.rateControlStatus();
+}
+
+std::vector<std::uint8_t>&
+CloudStreams::bytes()
+{
+  return members_->bytes;
 }
 
 CompressionStatus
 CloudStreams::checkEncoding(bool has_cloud) const
 {
-  if (!settings_status_.ok())
-    return settings_status_;
-  if (!encoder_.settingsStatus().ok())
-    return encoder_.settingsStatus();
+  if (!members_->settings_status.ok())
+    return members_->settings_status;
+  if (!members_->encoder.settingsStatus().ok())
+    return members_->encoder.settingsStatus();
   if (!has_cloud)
     return {CompressionCode::InvalidInput, "the cloud to encode is a null pointer"};
   return {};
@@ -107,21 +164,22 @@ CloudStreams::encode(CloudSource& source,
                      const pcl::PCLHeader& header,
                      std::vector<std::uint8_t>& bytes)
 {
-  info_.sensor_pose = sensor_pose.cast<double>();
-  info_.time.reset();
+  CloudInfo& info = members_->info;
+  info.sensor_pose = sensor_pose.cast<double>();
+  info.time.reset();
   if (header.stamp != 0)
-    info_.time = timeOfStamp(header.stamp);
-  if (settings_.carry_header) {
-    if (!info_.stamp)
-      info_.stamp.emplace();
-    info_.stamp->stamp = header.stamp;
-    info_.stamp->frame_id = header.frame_id;
+    info.time = timeOfStamp(header.stamp);
+  if (members_->settings.carry_header) {
+    if (!info.stamp)
+      info.stamp.emplace();
+    info.stamp->stamp = header.stamp;
+    info.stamp->frame_id = header.frame_id;
   }
-  has_encoded_ = true;
-  CompressionStatus status = encoder_.encode(source, info_, bytes);
+  members_->has_encoded = true;
+  CompressionStatus status = members_->encoder.encode(source, info, bytes);
   if (!status.ok())
     return status;
-  statistics_ = encoder_.statistics();
+  members_->statistics = members_->encoder.statistics();
   if (status.hasWarning())
     printWarning(status);
   return status;
@@ -155,7 +213,7 @@ CloudStreams::printWarning(const CompressionStatus& status)
   for (const char c : status.message())
     if (c < '0' || c > '9')
       words += c;
-  if (printed_warnings_.insert(words).second)
+  if (members_->printed_warnings.insert(words).second)
     PCL_WARN("[pcl_ext::io::OctreePointCloudIntensityCompression] %s\n",
              status.message().c_str());
 }
@@ -163,49 +221,61 @@ CloudStreams::printWarning(const CompressionStatus& status)
 CompressionStatus
 CloudStreams::decode(std::istream& input)
 {
-  if (!limits_status_.ok())
-    return limits_status_;
-  has_encoded_ = false;
-  return finishDecoding(readFrame(input, decoder_, frame_));
+  if (!members_->limits_status.ok())
+    return members_->limits_status;
+  members_->has_encoded = false;
+  if (CompressionStatus status = checkInput(input); !status.ok())
+    return status;
+  CompressionStatus status = members_->decoder.decode(*input.rdbuf(), members_->frame);
+  if (status.code() == CompressionCode::EndOfStream ||
+      status.code() == CompressionCode::NoFrame) {
+    try {
+      input.setstate(std::ios_base::eofbit | std::ios_base::failbit);
+    }
+    catch (const std::exception&) {
+      // An input that is set to throw; the bits are set nevertheless.
+    }
+  }
+  return finishDecoding(std::move(status));
 }
 
 CompressionStatus
 CloudStreams::decode(const std::uint8_t* bytes, std::size_t size)
 {
-  if (!limits_status_.ok())
-    return limits_status_;
-  has_encoded_ = false;
-  return finishDecoding(decoder_.decode(bytes, size, frame_));
+  if (!members_->limits_status.ok())
+    return members_->limits_status;
+  members_->has_encoded = false;
+  return finishDecoding(members_->decoder.decode(bytes, size, members_->frame));
 }
 
 CompressionStatus
 CloudStreams::finishDecoding(CompressionStatus status)
 {
   if (status.ok())
-    statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
+    members_->statistics = {VoxelizationStatistics(), members_->decoder.statistics()};
   return status;
 }
 
 void
 CloudStreams::copyStampTo(pcl::PCLHeader& header) const
 {
-  if (!decoder_.stamp())
+  if (!members_->decoder.stamp())
     return;
-  header.stamp = decoder_.stamp()->stamp;
-  header.frame_id = decoder_.stamp()->frame_id;
+  header.stamp = members_->decoder.stamp()->stamp;
+  header.frame_id = members_->decoder.stamp()->frame_id;
 }
 
 void
 CloudStreams::showStatistics(const char* title) const
 {
-  if (!settings_.show_statistics)
+  if (!members_->settings.show_statistics)
     return;
-  const CodedFrameStatistics& coding = statistics_.coding;
+  const CodedFrameStatistics& coding = members_->statistics.coding;
   PCL_INFO("*** POINTCLOUD %s ***\n", title);
   PCL_INFO("Frame ID: %u\n", coding.frame_number);
   PCL_INFO("Frame type: %s\n", coding.is_i_frame ? "Intra frame" : "Prediction frame");
-  if (statistics_.voxelization.points > 0) {
-    const VoxelizationStatistics& voxelization = statistics_.voxelization;
+  if (members_->statistics.voxelization.points > 0) {
+    const VoxelizationStatistics& voxelization = members_->statistics.voxelization;
     PCL_INFO("Number of points: %zu, of these not finite: %zu, outside the box: %zu, "
              "outside the grid: %zu\n",
              voxelization.points,
@@ -213,7 +283,7 @@ CloudStreams::showStatistics(const char* title) const
              voxelization.points_outside_box,
              voxelization.points_outside_grid);
     PCL_INFO("Compression ratio to 16 bytes a point: %.2f\n",
-             statistics_.compressionRatio());
+             members_->statistics.compressionRatio());
   }
   PCL_INFO("Number of voxels: %zu\n", coding.voxels);
   PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
@@ -223,7 +293,7 @@ CloudStreams::showStatistics(const char* title) const
            coding.occupancy_bytes,
            coding.intensity_bytes,
            coding.attribute_bytes);
-  PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
+  PCL_INFO("Bytes per voxel: %.3f\n\n", members_->statistics.bytesPerVoxel());
 }
 
 } // namespace detail

@@ -87,6 +87,17 @@ octreeResolution(const IntensityCompressionSettings& settings)
                                       : IntensityCompressionSettings().resolution;
 }
 
+CompressionStatus
+checkSensorPose(const Eigen::Vector4f& sensor_origin,
+                const Eigen::Quaternionf& sensor_orientation)
+{
+  if (sensor_origin.allFinite() && sensor_orientation.coeffs().allFinite())
+    return {};
+  return {CompressionCode::InvalidInput,
+          "sensor_origin_ or sensor_orientation_ of the cloud is not finite, and the "
+          "intensity model uses the depth; set sensor_pose"};
+}
+
 SensorPose
 sensorPose(const IntensityCompressionSettings& settings,
            const Eigen::Vector4f& sensor_origin,
@@ -100,6 +111,12 @@ sensorPose(const IntensityCompressionSettings& settings,
   if (sensor_orientation.norm() > 1e-6f)
     pose.linear() = sensor_orientation.normalized().toRotationMatrix();
   return pose;
+}
+
+DepthAxis
+depthAxisOfSensor(const SensorPose& pose)
+{
+  return depthAxisOf(pose.cast<double>());
 }
 
 OctreeBox

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/received_stream.h"
 
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "bytes/exceptions.h"

@@ -235,9 +235,6 @@ private:
   io::CompressionStatus
   decodeNext(const RecordedFrame& frame, io::VoxelFrame& voxels);
 
-  io::CompressionStatus
-  decodeBytes(const RecordedFrame& frame, io::VoxelFrame& voxels);
-
   RecordingReader& reader_;
   std::size_t stream_;
   io::DecoderLimits limits_;
@@ -247,28 +244,24 @@ private:
   RecordedFrame frame_;
 };
 
-io::CompressionStatus
-RecordedStreamDecoder::Implementation::decodeBytes(const RecordedFrame& frame,
-                                                   io::VoxelFrame& voxels)
-{
-  return decoder_.decode(frame.bytes.data(),
-                         frame.bytes.size(),
-                         voxels,
-                         reader_.implementation_->decoding_memory_);
-}
-
 /** \brief Decodes a frame after the last one. */
 io::CompressionStatus
 RecordedStreamDecoder::Implementation::decodeNext(const RecordedFrame& frame,
                                                   io::VoxelFrame& voxels)
 {
-  io::CompressionStatus status = decodeBytes(frame, voxels);
+  const auto decode_bytes = [&] {
+    return decoder_.decode(frame.bytes.data(),
+                           frame.bytes.size(),
+                           voxels,
+                           reader_.implementation_->decoding_memory_);
+  };
+  io::CompressionStatus status = decode_bytes();
   // Frames arrive in order here: this is a stream that was recorded again, as of a bag
   // that was played in a loop, and an I-frame decodes whatever was before it.
   if (status.code() == io::CompressionCode::OldFrame && frame.description.status.ok() &&
       frame.description.is_i_frame) {
     decoder_ = io::FrameDecoder(limits_);
-    status = decodeBytes(frame, voxels);
+    status = decode_bytes();
   }
   next_ = frame.number + 1;
   is_last_decoded_ = status.ok();

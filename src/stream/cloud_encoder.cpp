@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/cloud_encoder.h>
 
-#include "bytes/exceptions.h"
 #include "stream/cloud_stages.h"
 
 namespace pcl_ext {
@@ -47,33 +46,11 @@ void
 CloudSource::removeNoise(VoxelFrame& /*frame*/)
 {}
 
-class CloudEncoder::Implementation : public CloudStages {
-public:
-  using CloudStages::CloudStages;
-
-  /** \brief Calls a function of the stages. If it throws the next frame is an I-frame, as
-   * a stage may have learned from a cloud that is not in the stream. */
-  template <typename FunctionT>
-  CompressionStatus
-  call(FunctionT function)
-  {
-    if (!settingsStatus().ok())
-      return settingsStatus();
-    const auto clean_up = [this] {
-      clearFrame();
-      requestIFrame();
-    };
-    return callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
-                          outOfMemoryStatus<CompressionStatus>);
-  }
-};
-
 CloudEncoder::CloudEncoder(const EncoderSettings& settings,
                            IntensityUnit unit,
                            const std::optional<DepthLaw>& depth_law,
                            const std::optional<NoiseRemoval>& noise_removal)
-: implementation_(
-      std::make_unique<Implementation>(settings, unit, depth_law, noise_removal))
+: stages_(std::make_unique<CloudStages>(settings, unit, depth_law, noise_removal))
 {}
 
 CloudEncoder::~CloudEncoder() = default;
@@ -84,37 +61,39 @@ CloudEncoder::operator=(CloudEncoder&&) noexcept = default;
 const CompressionStatus&
 CloudEncoder::settingsStatus() const
 {
-  return implementation_->settingsStatus();
+  return stages_->settings_status_;
 }
 
 const EncoderSettings&
 CloudEncoder::settings() const
 {
-  return implementation_->settings();
+  return stages_->settings_;
 }
 
 void
 CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
 {
-  implementation_->setResolution(resolution, depth_law);
+  stages_->setResolution(resolution, depth_law);
 }
 
 void
 CloudEncoder::requestIFrame()
 {
-  implementation_->requestIFrame();
+  stages_->encoder_.requestIFrame();
 }
 
 void
 CloudEncoder::setMaxRate(double bits_per_second)
 {
-  implementation_->setMaxRate(bits_per_second);
+  if (stages_->rate_control_)
+    stages_->rate_control_->setMaxRate(bits_per_second);
 }
 
 RateControlStatus
 CloudEncoder::rateControlStatus() const
 {
-  return implementation_->rateControlStatus();
+  return stages_->rate_control_ ? stages_->rate_control_->status()
+                                : RateControlStatus();
 }
 
 CompressionStatus
@@ -124,10 +103,10 @@ CloudEncoder::encode(CloudSource& source,
 {
   bytes.clear();
   CompressionStatus status =
-      implementation_->call([&] { return implementation_->run(source, info, bytes); });
+      stages_->call([&] { return stages_->run(source, info, bytes); });
   if (!status.ok()) {
     bytes.clear();
-    implementation_->clearFrame(); // it may be that of the previous cloud
+    stages_->frame_.clearVoxels(); // it may be that of the previous cloud
   }
   return status;
 }
@@ -138,7 +117,7 @@ CloudEncoder::encode(const PointView& points,
                      std::vector<std::uint8_t>& bytes,
                      std::size_t points_behind_sensor)
 {
-  ViewSource source(points, points_behind_sensor, implementation_->depthLaw());
+  ViewSource source(points, points_behind_sensor, stages_->depth_law_);
   return encode(source, info, bytes);
 }
 
@@ -147,8 +126,8 @@ CloudEncoder::voxelize(const PointView& points,
                        const WorldPose& sensor_pose,
                        VoxelFrame& frame)
 {
-  CompressionStatus status = implementation_->call(
-      [&] { return implementation_->voxelize(points, sensor_pose, frame); });
+  CompressionStatus status =
+      stages_->call([&] { return stages_->voxelize(points, sensor_pose, frame); });
   if (!status.ok())
     frame.clearVoxels();
   return status;
@@ -157,13 +136,13 @@ CloudEncoder::voxelize(const PointView& points,
 const VoxelFrame&
 CloudEncoder::frame() const
 {
-  return implementation_->frame();
+  return stages_->frame_;
 }
 
 const FrameStatistics&
 CloudEncoder::statistics() const
 {
-  return implementation_->statistics();
+  return stages_->statistics_;
 }
 
 } // namespace io

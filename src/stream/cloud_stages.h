@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
+#include "bytes/exceptions.h"
 #include "outliers/frame_motion.h"
 #include "rate/rate_control.h"
 #include "stream/cloud_voxelizer.h"
@@ -19,7 +20,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The stages of CloudEncoder, whose members these are. */
+/** \brief The stages of CloudEncoder, and its members. */
 class CloudStages {
 public:
   using NoiseRemoval = CloudEncoder::NoiseRemoval;
@@ -28,55 +29,6 @@ public:
               IntensityUnit unit,
               const std::optional<DepthLaw>& depth_law,
               const std::optional<NoiseRemoval>& noise_removal);
-
-  const CompressionStatus&
-  settingsStatus() const
-  {
-    return settings_status_;
-  }
-
-  const EncoderSettings&
-  settings() const
-  {
-    return settings_;
-  }
-
-  const std::optional<DepthLaw>&
-  depthLaw() const
-  {
-    return depth_law_;
-  }
-
-  const VoxelFrame&
-  frame() const
-  {
-    return frame_;
-  }
-
-  const FrameStatistics&
-  statistics() const
-  {
-    return statistics_;
-  }
-
-  RateControlStatus
-  rateControlStatus() const
-  {
-    return rate_control_ ? rate_control_->status() : RateControlStatus();
-  }
-
-  void
-  setMaxRate(double bits_per_second)
-  {
-    if (rate_control_)
-      rate_control_->setMaxRate(bits_per_second);
-  }
-
-  void
-  requestIFrame()
-  {
-    encoder_.requestIFrame();
-  }
 
   void
   setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
@@ -89,13 +41,27 @@ public:
   CompressionStatus
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
-  void
-  clearFrame()
+  /** \brief Calls a function of the stages. If it throws the next frame is an I-frame, as
+   * a stage may have learned from a cloud that is not in the stream.
+   * \return what it returns, OutOfMemory, or the status of invalid settings
+   */
+  template <typename FunctionT>
+  CompressionStatus
+  call(FunctionT function)
   {
-    frame_.clearVoxels();
+    if (!settings_status_.ok())
+      return settings_status_;
+    const auto clean_up = [this] {
+      frame_.clearVoxels();
+      encoder_.requestIFrame();
+    };
+    return callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
+                          outOfMemoryStatus<CompressionStatus>);
   }
 
 private:
+  friend class CloudEncoder;
+
   void
   begin(const EncoderSettings& settings, const std::optional<DepthLaw>& depth_law);
 

@@ -40,7 +40,15 @@ public:
     std::size_t frame_offset = 0;
     found_ = FoundFormat::None;
     skipped_ = 0;
-    CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
+    const auto input_failed = [](const std::string& reason) {
+      return CompressionStatus(CompressionCode::InputFailed,
+                               "reading failed: " + reason);
+    };
+    // The caller's buffer may throw, too.
+    CompressionStatus status =
+        callOrElse([&] { return decodeNext(buffer, frame, work, frame_offset); },
+                   outOfMemoryStatus<CompressionStatus>,
+                   input_failed);
     const std::streambuf::off_type end = positionOf(buffer);
     if (begin >= 0 && end > begin)
       seekToNextSearch(
@@ -75,23 +83,6 @@ public:
 private:
   /** \brief Bytes that may be read again with any limits. */
   static constexpr std::size_t least_allowance = std::size_t{1} << 20;
-
-  /** \brief Decodes the next frame. Catches all exceptions, those of the user's buffer
-   * included. */
-  CompressionStatus
-  decodeSafely(std::streambuf& buffer,
-               VoxelFrame& frame,
-               CodingWorkspace& work,
-               std::size_t& frame_offset)
-  {
-    const auto input_failed = [](const std::string& reason) {
-      return CompressionStatus(CompressionCode::InputFailed,
-                               "reading failed: " + reason);
-    };
-    return callOrElse([&] { return decodeNext(buffer, frame, work, frame_offset); },
-                      outOfMemoryStatus<CompressionStatus>,
-                      input_failed);
-  }
 
   /** \brief Moves the buffer to where the next call has to search: after the frame, to
    * its second byte if its size may be forged, or to its first if it is to be kept.

@@ -1,9 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/cloud_source.h>
 
 namespace pcl_ext {
 namespace io {
-namespace detail {
 
 DepthAxis
 depthAxisOf(const WorldPose& sensor_pose)
@@ -14,6 +13,5 @@ depthAxisOf(const WorldPose& sensor_pose)
           {direction.x(), direction.y(), direction.z()}};
 }
 
-} // namespace detail
 } // namespace io
 } // namespace pcl_ext

@@ -48,7 +48,7 @@ TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
   std::vector<float> intensities;
   const auto no_native_intensity = [](std::size_t) { return 0.0f; };
   EXPECT_EQ(setIntensities(model,
-                           pcl_ext::WorldPose::Identity(),
+                           depthAxisOf(pcl_ext::WorldPose::Identity()),
                            no_native_intensity,
                            intensities,
                            view),

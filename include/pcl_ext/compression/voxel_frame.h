@@ -8,9 +8,7 @@
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
-#include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -265,17 +263,6 @@ struct FrameStamp {
   std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL
   std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most
 };
-
-/** \brief The time of a stamp of PCL, microseconds; any stamp is valid and clamped to the
- * largest time. */
-inline std::chrono::nanoseconds
-timeOfStamp(std::uint64_t microseconds)
-{
-  constexpr auto latest = std::chrono::duration_cast<std::chrono::microseconds>(
-      (std::chrono::nanoseconds::max)());
-  return std::chrono::microseconds(
-      (std::min)(microseconds, static_cast<std::uint64_t>(latest.count())));
-}
 
 /** \brief Calls a function for each voxel of a frame, in the order of the keys.
  *

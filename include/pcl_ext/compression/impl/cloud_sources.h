@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/cloud_source.h>
 #include <pcl_ext/compression/impl/cloud_streams.h>
 #include <pcl_ext/compression/impl/octree_leaves.h>
 #include <pcl_ext/compression/impl/point_fields.h>
@@ -105,17 +105,17 @@ template <typename PointT, typename IntensityModelT>
 class PointSource : public ModelSource<IntensityModelT> {
 public:
   /** \param[in] cloud to encode
-   * \param[in] sensor_pose sensor -> cloud
+   * \param[in] axis of the sensor
    * \param[in,out] intensities memory
    */
   PointSource(const IntensityModelT& model,
               const CloudStreams& streams,
               const pcl::PointCloud<PointT>& cloud,
-              const SensorPose& sensor_pose,
+              const DepthAxis& axis,
               std::vector<float>& intensities)
   : ModelSource<IntensityModelT>(model, streams)
   , cloud_(cloud)
-  , sensor_pose_(sensor_pose)
+  , axis_(axis)
   , intensities_(intensities)
   {}
 
@@ -133,20 +133,21 @@ public:
         !useOwnIntensities(model, cloud_, view))
       opened.points_behind_sensor = setIntensities(
           model,
-          sensor_pose_.template cast<double>(),
+          axis_,
           [this](std::size_t i) { return nativeIntensity(cloud_[i], 0.0f); },
           intensities_,
           view);
     // With the points the field ring, too, whose order they may have.
     const IntensityCompressionSettings& settings = this->streams().settings();
     if (!settings.fields.empty() || settings.keep_point_counts)
-      view.fields = fieldViewsOf(cloud_);
+      view.fields =
+          pointFieldsOf<PointT>().viewsOf(cloud_.points.data(), sizeof(PointT));
     return {};
   }
 
 private:
   const pcl::PointCloud<PointT>& cloud_;
-  const SensorPose& sensor_pose_;
+  const DepthAxis axis_;
   std::vector<float>& intensities_;
 };
 

@@ -6,11 +6,10 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/cloud_source.h>
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/rate_control_status.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/rigid_pose.h>
@@ -21,9 +20,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <iosfwd>
+#include <memory>
 #include <optional>
-#include <set>
-#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -44,34 +42,27 @@ public:
                const std::optional<DepthLaw>& model_law,
                IntensityUnit unit);
 
+  CloudStreams(CloudStreams&&) noexcept;
+  CloudStreams&
+  operator=(CloudStreams&&) noexcept;
+  ~CloudStreams();
+
   const IntensityCompressionSettings&
-  settings() const
-  {
-    return settings_;
-  }
+  settings() const;
 
   /** \brief Statistics of the frame that was encoded or decoded last. */
   const FrameStatistics&
-  statistics() const
-  {
-    return statistics_;
-  }
+  statistics() const;
 
   /** \brief The voxels that were encoded or decoded last. */
   const VoxelFrame&
-  frame() const
-  {
-    return has_encoded_ ? encoder_.frame() : frame_;
-  }
+  frame() const;
 
   void
   setResolution(double resolution, const std::optional<DepthLaw>& model_law);
 
   void
-  requestIFrame()
-  {
-    encoder_.requestIFrame();
-  }
+  requestIFrame();
 
   /** \brief InvalidSettings, or InvalidInput without a cloud. */
   CompressionStatus
@@ -83,23 +74,14 @@ public:
 
   /** \brief Voxel edge of the next frame, metres. */
   double
-  resolution() const
-  {
-    return encoder_.settings().resolution;
-  }
+  resolution() const;
 
   /** \brief See CloudEncoder. */
   void
-  setMaxRate(double bits_per_second)
-  {
-    encoder_.setMaxRate(bits_per_second);
-  }
+  setMaxRate(double bits_per_second);
 
   RateControlStatus
-  rateControlStatus() const
-  {
-    return encoder_.rateControlStatus();
-  }
+  rateControlStatus() const;
 
   /** \brief Encodes the next cloud. The first warning of each kind is printed on PCL's
    * console.
@@ -124,10 +106,7 @@ public:
 
   /** \brief Memory for the bytes of a frame that is written to an output. */
   std::vector<std::uint8_t>&
-  bytes()
-  {
-    return bytes_;
-  }
+  bytes();
 
   /** \brief Decodes the next frame. Sets the input's end and fail bits at its end, as a
    * read does.
@@ -156,18 +135,8 @@ private:
   CompressionStatus
   finishDecoding(CompressionStatus status);
 
-  IntensityCompressionSettings settings_;
-  CompressionStatus limits_status_;
-  CompressionStatus settings_status_;
-  CloudEncoder encoder_;
-  FrameDecoder decoder_;
-  FrameStatistics statistics_;
-  bool has_encoded_ = false; // and not decoded last
-  // Members so that their memory is reused.
-  VoxelFrame frame_; // that was decoded
-  CloudInfo info_;   // of the encoded cloud
-  std::vector<std::uint8_t> bytes_;
-  std::set<std::string> printed_warnings_; // without their numbers
+  struct Members; // a type of its own, as the class is included by many programs
+  std::unique_ptr<Members> members_;
 };
 
 } // namespace detail

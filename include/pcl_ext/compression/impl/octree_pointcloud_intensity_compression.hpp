@@ -62,7 +62,8 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
   cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
   cloud.height = frame.cloudHeight();
   cloud.is_dense = place == cloud.size() || !is_organised;
-  setFields(frame, cloud);
+  if (!frame.fields.empty()) // the list of the type's fields takes memory
+    pointFieldsOf<PointT>().set(frame, cloud.points.data(), sizeof(PointT));
 }
 
 } // namespace detail
@@ -256,17 +257,19 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 {
   if (CompressionStatus status = streams_.checkEncoding(cloud != nullptr); !status.ok())
     return status;
-  if (IntensityModelT::uses_depth && !settings().sensor_pose &&
-      !(cloud->sensor_origin_.allFinite() &&
-        cloud->sensor_orientation_.coeffs().allFinite()))
-    return {CompressionCode::InvalidInput,
-            "sensor_origin_ or sensor_orientation_ of the cloud is not finite, and the "
-            "intensity model uses the depth; set sensor_pose"};
+  if (IntensityModelT::uses_depth && !settings().sensor_pose)
+    if (CompressionStatus status =
+            detail::checkSensorPose(cloud->sensor_origin_, cloud->sensor_orientation_);
+        !status.ok())
+      return status;
   this->setInputCloud(cloud); // as PCL's class does
   const SensorPose pose =
       detail::sensorPose(settings(), cloud->sensor_origin_, cloud->sensor_orientation_);
-  detail::PointSource<PointT, IntensityModelT> source(
-      intensity_model_, streams_, *cloud, pose, intensities_);
+  detail::PointSource<PointT, IntensityModelT> source(intensity_model_,
+                                                      streams_,
+                                                      *cloud,
+                                                      detail::depthAxisOfSensor(pose),
+                                                      intensities_);
   return streams_.encode(source, pose, cloud->header, bytes);
 }
 

@@ -5,10 +5,12 @@
  */
 #pragma once
 
+#include <pcl_ext/compression/cloud_source.h>
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
 
 #include <pcl/compression/compression_profiles.h>
 
@@ -46,12 +48,22 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
 PCL_EXT_EXPORT double
 octreeResolution(const IntensityCompressionSettings& settings);
 
+/** \brief Ok, or InvalidInput for the pose of a cloud that is not finite, where the
+ * intensity model uses the depth. */
+PCL_EXT_EXPORT CompressionStatus
+checkSensorPose(const Eigen::Vector4f& sensor_origin,
+                const Eigen::Quaternionf& sensor_orientation);
+
 /** \brief Pose of the sensor in the coordinate frame of a cloud, sensor -> cloud: that
  * of the settings or the cloud's own. */
 PCL_EXT_EXPORT SensorPose
 sensorPose(const IntensityCompressionSettings& settings,
            const Eigen::Vector4f& sensor_origin,
            const Eigen::Quaternionf& sensor_orientation);
+
+/** \brief Where the depths of a cloud's points are measured from. */
+PCL_EXT_EXPORT DepthAxis
+depthAxisOfSensor(const SensorPose& pose);
 
 /** \brief The box of an octree whose voxels are those of a grid. */
 struct OctreeBox {

@@ -1,0 +1,66 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/compression/impl/point_fields.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+namespace detail {
+
+void
+PointFields::add(const char* name,
+                 std::size_t offset,
+                 std::uint8_t datatype,
+                 std::uint32_t count)
+{
+  pcl::PCLPointField field;
+  field.name = name;
+  field.offset = static_cast<pcl::uindex_t>(offset);
+  field.datatype = datatype;
+  field.count = count;
+  if (field.name != "x" && field.name != "y" && field.name != "z" &&
+      datatype >= pcl::PCLPointField::INT8 && datatype <= pcl::PCLPointField::FLOAT64)
+    fields_.push_back(field);
+}
+
+std::vector<FieldView>
+PointFields::viewsOf(const void* points, std::size_t stride) const
+{
+  std::vector<FieldView> views;
+  for (const pcl::PCLPointField& field : fields_) {
+    FieldView& view = views.emplace_back();
+    view.description.name = field.name;
+    view.description.type = static_cast<FieldType>(field.datatype);
+    view.description.count = field.count;
+    view.first = static_cast<const unsigned char*>(points) + field.offset;
+    view.stride = stride;
+  }
+  return views;
+}
+
+void
+PointFields::set(const VoxelFrame& frame, void* points, std::size_t stride) const
+{
+  for (const FrameField& field : frame.fields)
+    for (const pcl::PCLPointField& target : fields_) {
+      if (target.name != field.name)
+        continue;
+      const auto type = static_cast<FieldType>(target.datatype);
+      auto* const first = static_cast<unsigned char*>(points) + target.offset;
+      const std::size_t count = frame.pointCount();
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t k = 0; k < field.count && k < target.count; ++k) {
+          const std::uint64_t number = field.numbers[i * field.count + k];
+          unsigned char* const value =
+              first + frame.cloudIndex(i) * stride + k * sizeOf(type);
+          if (type == field.type)
+            fieldValue(field, number, value);
+          else
+            storeFieldValue(type, fieldValue(field, number), value);
+        }
+    }
+}
+
+} // namespace detail
+} // namespace io
+} // namespace pcl_ext
