@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
+#include <pcl_ext/version.h>
 
 #include <array>
 #include <cstddef>
