@@ -22,40 +22,15 @@ constexpr double nearest = 0.3;
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
 
-/** \brief A point of a row and a column, where it would be if the sensor stood still. */
-struct SamplePoint {
-  std::uint32_t row;
-  std::uint32_t column; // among those that are used
-  double time;          // of its column, from -1/2 to 1/2
-  Eigen::Vector3d measured;
-  Eigen::Vector3d position;
-  double azimuth;
-  double distance; // from the axis
-
-  double
-  height() const
-  {
-    return position.z();
-  }
-
-  void
-  place(const TurnMotion& motion)
-  {
-    position = motion.stillPosition(measured, time);
-    azimuth = std::atan2(position.y(), position.x());
-    distance = std::hypot(position.x(), position.y());
-  }
-};
-
-std::vector<SamplePoint>
+std::vector<TurnPoint>
 samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
 {
   const std::uint32_t every = column_count / sampled_columns + 1;
-  std::vector<SamplePoint> samples;
+  std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
     if (point.column % every == 0 &&
         std::hypot(point.position.x(), point.position.y()) > nearest) {
-      SamplePoint sample;
+      TurnPoint sample;
       sample.row = point.row;
       sample.column = point.column / every;
       sample.time = timeOf(point.column, column_count);
@@ -68,14 +43,14 @@ samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
 
 /** \brief The height of a row's rays, as a line over the distance from the axis. */
 bool
-fitHeights(const std::vector<const SamplePoint*>& points, FittedRays::Row& row)
+fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
 {
   constexpr std::size_t least_points = 8;
   if (points.size() < least_points)
     return false;
   std::vector<Eigen::Vector2d> features;
   std::vector<double> heights;
-  for (const SamplePoint* point : points) {
+  for (const TurnPoint* point : points) {
     features.push_back({1.0, point->distance});
     heights.push_back(point->height());
   }
@@ -92,10 +67,10 @@ fitHeights(const std::vector<const SamplePoint*>& points, FittedRays::Row& row)
  * \return how many have points enough
  */
 std::size_t
-fitHeights(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row>& rows)
+fitHeights(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
 {
-  std::vector<std::vector<const SamplePoint*>> of_rows(rows.size());
-  for (const SamplePoint& point : samples)
+  std::vector<std::vector<const TurnPoint*>> of_rows(rows.size());
+  for (const TurnPoint& point : samples)
     of_rows[point.row].push_back(&point);
   std::size_t fitted = 0;
   for (std::size_t row = 0; row < rows.size(); ++row)
@@ -103,33 +78,15 @@ fitHeights(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row>
   return fitted;
 }
 
-/** \brief How far a point is above the rays of its row, metres. */
-double
-heightOff(const SamplePoint& point, const std::vector<FittedRays::Row>& rows)
-{
-  const FittedRays::Row& row = rows[point.row];
-  return (point.height() - row.up) * row.run - point.distance * row.rise;
-}
-
-/** \brief An angle of a point against that of its column and its row. */
-double
-angleOff(const SamplePoint& point,
-         const std::vector<FittedRays::Row>& rows,
-         const std::vector<double>& columns)
-{
-  return std::remainder(point.azimuth - rows[point.row].angle - columns[point.column],
-                        two_pi);
-}
-
 /** \brief Turns each column to the mean of its points, but for those that are far off. */
 void
-turnColumns(const std::vector<SamplePoint>& samples,
+turnColumns(const std::vector<TurnPoint>& samples,
             const std::vector<FittedRays::Row>& rows,
             double most,
             std::vector<double>& columns)
 {
   std::vector<std::complex<double>> sums(columns.size());
-  for (const SamplePoint& point : samples)
+  for (const TurnPoint& point : samples)
     if (const double off = angleOff(point, rows, columns); std::abs(off) <= most)
       sums[point.column] += std::polar(1.0, off);
   for (std::size_t column = 0; column < columns.size(); ++column)
@@ -138,12 +95,12 @@ turnColumns(const std::vector<SamplePoint>& samples,
 
 /** \brief Turns each row to the middle of its points. */
 void
-turnRows(const std::vector<SamplePoint>& samples,
+turnRows(const std::vector<TurnPoint>& samples,
          const std::vector<double>& columns,
          std::vector<FittedRays::Row>& rows)
 {
   std::vector<std::vector<double>> off(rows.size());
-  for (const SamplePoint& point : samples)
+  for (const TurnPoint& point : samples)
     off[point.row].push_back(angleOff(point, rows, columns));
   for (std::size_t row = 0; row < rows.size(); ++row)
     if (!off[row].empty()) {
@@ -156,12 +113,12 @@ turnRows(const std::vector<SamplePoint>& samples,
 
 /** \brief Fits the angles of rows: those that all columns have in common. */
 void
-fitAngles(const std::vector<SamplePoint>& samples,
+fitAngles(const std::vector<TurnPoint>& samples,
           std::vector<FittedRays::Row>& rows,
           std::vector<double>& columns)
 {
   std::uint32_t column_count = 0;
-  for (const SamplePoint& point : samples)
+  for (const TurnPoint& point : samples)
     column_count = std::max(column_count, point.column + 1);
   columns.resize(column_count);
   double most = two_pi;
@@ -169,7 +126,7 @@ fitAngles(const std::vector<SamplePoint>& samples,
     turnColumns(samples, rows, most, columns);
     turnRows(samples, columns, rows);
     std::vector<double> off;
-    for (const SamplePoint& point : samples)
+    for (const TurnPoint& point : samples)
       off.push_back(angleOff(point, rows, columns));
     most = 6.0 * medianSize(off) + 1e-9;
   }
@@ -177,12 +134,12 @@ fitAngles(const std::vector<SamplePoint>& samples,
 
 /** \brief The distance of the angles of columns, and moves those of rows to it. */
 double
-fitTurnStep(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row>& rows)
+fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
 {
   for (const double degrees : turn_steps) {
     const double step = degrees * two_pi / 360.0;
     std::vector<double> angles;
-    for (const SamplePoint& point : samples)
+    for (const TurnPoint& point : samples)
       if (point.distance > 1.0)
         angles.push_back(point.azimuth - rows[point.row].angle);
     double offset = 0.0;
@@ -197,11 +154,10 @@ fitTurnStep(const std::vector<SamplePoint>& samples, std::vector<FittedRays::Row
 
 /** \brief The distance of depths, and moves the begin of each row to one. */
 double
-fitDepthStep(const std::vector<SamplePoint>& samples,
-             std::vector<FittedRays::Row>& rows)
+fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
 {
   std::vector<std::vector<double>> depths(rows.size());
-  for (const SamplePoint& point : samples) {
+  for (const TurnPoint& point : samples) {
     const FittedRays::Row& row = rows[point.row];
     depths[point.row].push_back(point.distance * row.run +
                                 (point.height() - row.up) * row.rise);
@@ -223,146 +179,13 @@ fitDepthStep(const std::vector<SamplePoint>& samples,
   return 0.0;
 }
 
-/** \brief Numbers of a motion that are found: velocity, spin about x and y, shift along x
- * and y. What else there is, columns and rows take. */
-constexpr int unknown_count = 7;
-using Equation = Eigen::Matrix<double, unknown_count + 1, 1>; // and what it is off
-
-/** \brief How a point's distance from its rays changes with the motion, along a direction
- * in which it is measured. */
-Equation
-equationOf(const SamplePoint& point, const Eigen::Vector3d& direction, double off)
-{
-  const Eigen::Vector3d turned = point.position.cross(direction) * point.time;
-  Equation equation;
-  equation << direction * point.time, turned.head<2>(), direction.head<2>(), off;
-  return equation;
-}
-
-/** \brief Takes from equations what the height and the slope of their rows explain. */
-void
-removeRows(const std::vector<SamplePoint>& samples,
-           std::size_t row_count,
-           const std::vector<bool>& is_used,
-           std::vector<Equation>& equations)
-{
-  std::vector<Eigen::Matrix2d> squares(row_count, Eigen::Matrix2d::Zero());
-  std::vector<Eigen::Matrix<double, 2, unknown_count + 1>> products(
-      row_count, Eigen::Matrix<double, 2, unknown_count + 1>::Zero());
-  const auto features = [&](std::size_t i) {
-    const double range = samples[i].position.norm();
-    return Eigen::Vector2d(1.0 / range, samples[i].distance / range);
-  };
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    if (is_used[i]) {
-      squares[samples[i].row] += features(i) * features(i).transpose();
-      products[samples[i].row] += features(i) * equations[i].transpose();
-    }
-  for (std::size_t row = 0; row < row_count; ++row)
-    products[row] =
-        squares[row].completeOrthogonalDecomposition().solve(products[row]).eval();
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    equations[i] -= products[samples[i].row].transpose() * features(i);
-}
-
-/** \brief Takes from equations the means of groups.
- * \param[in] group_of called with a sample
- */
-template <class GroupT>
-void
-removeMeans(const std::vector<SamplePoint>& samples,
-            std::size_t group_count,
-            const std::vector<bool>& is_used,
-            std::vector<Equation>& equations,
-            const GroupT& group_of)
-{
-  std::vector<Equation> sums(group_count, Equation::Zero());
-  std::vector<double> counts(group_count, 1e-9);
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    if (is_used[i]) {
-      sums[group_of(samples[i])] += equations[i];
-      counts[group_of(samples[i])] += 1.0;
-    }
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    equations[i] -= sums[group_of(samples[i])] / counts[group_of(samples[i])];
-}
-
-/** \brief Which values are at most some times as large as their median. */
-std::vector<bool>
-areNear(std::vector<double> values, double times)
-{
-  std::vector<double> sizes = values;
-  const double most = times * medianSize(sizes) + 1e-12;
-  std::vector<bool> are(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    are[i] = std::abs(values[i]) <= most;
-  return are;
-}
-
-/** \brief One step towards the motion with which points are on the rays of their rows and
- * columns: least squares of the angles that they are off. */
-void
-improveMotion(std::vector<SamplePoint>& samples,
-              const std::vector<FittedRays::Row>& rows,
-              const std::vector<double>& columns,
-              TurnMotion& motion)
-{
-  std::vector<Equation> heights;
-  std::vector<Equation> angles;
-  std::vector<double> height_off;
-  std::vector<double> angle_off;
-  for (const SamplePoint& point : samples) {
-    const FittedRays::Row& row = rows[point.row];
-    const double x = point.position.x() / point.distance;
-    const double y = point.position.y() / point.distance;
-    const double range = point.position.norm();
-    height_off.push_back(heightOff(point, rows) / range);
-    heights.push_back(
-        equationOf(point,
-                   Eigen::Vector3d(-row.rise * x, -row.rise * y, row.run) / range,
-                   height_off.back()));
-    angle_off.push_back(angleOff(point, rows, columns));
-    angles.push_back(equationOf(
-        point, Eigen::Vector3d(-y, x, 0.0) / point.distance, angle_off.back()));
-  }
-  const std::vector<bool> use_height = areNear(height_off, 4.0);
-  const std::vector<bool> use_angle = areNear(angle_off, 5.0);
-  removeRows(samples, rows.size(), use_height, heights);
-  for (int sweep = 0; sweep < 4; ++sweep) {
-    removeMeans(
-        samples, columns.size(), use_angle, angles, [](const SamplePoint& point) {
-          return point.column;
-        });
-    removeMeans(samples, rows.size(), use_angle, angles, [](const SamplePoint& point) {
-      return point.row;
-    });
-  }
-  using Square = Eigen::Matrix<double, unknown_count + 1, unknown_count + 1>;
-  Square sum = Square::Zero();
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (use_height[i])
-      sum += heights[i] * heights[i].transpose();
-    if (use_angle[i])
-      sum += angles[i] * angles[i].transpose();
-  }
-  const Eigen::Matrix<double, unknown_count, 1> step =
-      sum.topLeftCorner<unknown_count, unknown_count>()
-          .completeOrthogonalDecomposition()
-          .solve(sum.topRightCorner<unknown_count, 1>());
-  motion.velocity += step.head<3>();
-  motion.spin.head<2>() += step.segment<2>(3);
-  motion.shift.head<2>() += step.tail<2>();
-  for (SamplePoint& point : samples)
-    point.place(motion);
-}
-
 /** \brief Half of the points are nearer to the rays of their rows than this, radians. */
 double
-medianHeightOff(const std::vector<SamplePoint>& samples,
+medianHeightOff(const std::vector<TurnPoint>& samples,
                 const std::vector<FittedRays::Row>& rows)
 {
   std::vector<double> off;
-  for (const SamplePoint& point : samples)
+  for (const TurnPoint& point : samples)
     off.push_back(heightOff(point, rows) / point.position.norm());
   return medianSize(off);
 }
@@ -370,7 +193,7 @@ medianHeightOff(const std::vector<SamplePoint>& samples,
 /** \brief Fits rows and columns, and the motion of the sensor where points are not on rays
  * without one. */
 void
-fitRowsAndMotion(std::vector<SamplePoint>& samples, SpinningFit& fit)
+fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
 {
   std::vector<double> columns;
   fitAngles(samples, fit.rows, columns);
@@ -380,7 +203,7 @@ fitRowsAndMotion(std::vector<SamplePoint>& samples, SpinningFit& fit)
   if (still_off < near)
     return;
   SpinningFit moved = fit;
-  std::vector<SamplePoint> moved_samples = samples;
+  std::vector<TurnPoint> moved_samples = samples;
   for (int round = 0; round < 12; ++round) {
     improveMotion(moved_samples, moved.rows, columns, moved.motion);
     fitHeights(moved_samples, moved.rows);
@@ -400,16 +223,17 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge)
 {
-  std::vector<SamplePoint> samples = samplePoints(points, column_count);
+  std::vector<TurnPoint> samples = samplePoints(points, column_count);
   SpinningFit fit;
   fit.rows.resize(row_count);
   if (2 * fitHeights(samples, fit.rows) < row_count)
     return std::nullopt;
   fitRowsAndMotion(samples, fit);
   fit.turn_step = fitTurnStep(samples, fit.rows);
-  if (fit.turn_step == 0.0) {
+  fit.has_turn_step = fit.turn_step > 0.0;
+  if (!fit.has_turn_step) {
     double farthest = 1.0;
-    for (const SamplePoint& point : samples)
+    for (const TurnPoint& point : samples)
       farthest = std::max(farthest, point.distance);
     fit.turn_step = std::max(edge / farthest, 1e-6);
   }

@@ -6,6 +6,7 @@
 
 #include "codec/scan/scan_rays.h"
 #include "voxelizing/ray_fit.h"
+#include "voxelizing/turn_motion.h"
 
 #include <cstdint>
 #include <optional>
@@ -14,35 +15,14 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief How a sensor moved during a turn, to places of its middle. Times are those of
- * columns, from -1/2 to 1/2. */
-struct TurnMotion {
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();    ///< metres, at time 0
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< metres a turn
-  Eigen::Vector3d spin = Eigen::Vector3d::Zero();     ///< radians a turn, small
-
-  /** \brief Where a point would be if the sensor stood still. */
-  Eigen::Vector3d
-  stillPosition(const Eigen::Vector3d& position, double time) const
-  {
-    const Eigen::Vector3d from_sensor = position - shift - time * velocity;
-    return from_sensor - time * spin.cross(from_sensor);
-  }
-};
-
-/** \brief The time of a column. */
-inline double
-timeOf(std::uint32_t column, std::uint32_t column_count)
-{
-  return static_cast<double>(column) / column_count - 0.5;
-}
-
 /** \brief Rays of a spinning sensor, in its coordinates, metres and radians. */
 struct SpinningFit {
   std::vector<FittedRays::Row> rows;
   TurnMotion motion;
   double depth_step = 0.0;
   double turn_step = 0.0; ///< of the angles of columns
+  /** \brief Whether the angles of all points are multiples of it. */
+  bool has_turn_step = false;
 };
 
 /** \brief Fits the rays of the rows of a spinning sensor whose columns are at any angles,

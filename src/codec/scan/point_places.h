@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -36,23 +35,16 @@ public:
   {
     const std::uint32_t pixel = frame_.pixels[point_];
     const std::uint32_t depth = frame_.depths[point_];
-    const std::int32_t turn = of(frame_.turns);
-    const std::int32_t side = of(frame_.sides);
-    const std::int32_t lift = of(frame_.lifts);
+    const std::int32_t turn = frame_.turns.empty() ? 0 : frame_.turns[point_];
     ++point_;
-    if (depth == at_sensor)
-      return sensorPlace(frame_.rays.pose);
-    while (pixel >= row_end_) {
-      row_end_ += frame_.width;
-      rays_.moveTo(row_++);
-    }
-    const std::uint32_t column = pixel + frame_.width - row_end_;
-    const Ray ray = rays_.at(column, turn);
-    Triple place = {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)};
-    if ((side | lift) != 0) {
-      const Triple off = rays_.beside(column, turn, side, lift);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        place[axis] += off[axis];
+    Triple place = sensorPlace(frame_.rays.pose);
+    if (depth != at_sensor) {
+      while (pixel >= row_end_) {
+        row_end_ += frame_.width;
+        rays_.moveTo(row_++);
+      }
+      const Ray ray = rays_.at(pixel + frame_.width - row_end_, turn);
+      place = {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)};
     }
     if (beside_ < frame_.beside.size() && frame_.beside[beside_].pixel == pixel) {
       const PointBesideRay& point = frame_.beside[beside_++];
@@ -63,12 +55,6 @@ public:
   }
 
 private:
-  std::int32_t
-  of(const std::vector<std::int32_t>& values) const
-  {
-    return values.empty() ? 0 : values[point_];
-  }
-
   const ScanFrame& frame_;
   ScanRayReader rays_;
   std::uint32_t row_ = 0;     // the next one

@@ -108,6 +108,17 @@ private:
   const std::uint8_t* end_;
 };
 
+/** \brief Whether points are near enough to the places of their depths. */
+bool
+areNear(const std::vector<PointBesideRay>& points)
+{
+  return std::all_of(points.begin(), points.end(), [](const PointBesideRay& point) {
+    return std::all_of(point.steps.begin(), point.steps.end(), [](std::int32_t steps) {
+      return std::abs(steps) < most_steps;
+    });
+  });
+}
+
 /** \brief Codes the values of a plane that are there. */
 template <class PlanesT>
 bool
@@ -157,18 +168,32 @@ template <class PlanesT, class FrameT>
 bool
 ScanCoder::code(PlanesT& planes, bool is_i_frame, FrameT& frame)
 {
+  // Where many points are beside their rays, all are told how far, else each of these is.
+  static const std::vector<PointBesideRay> none;
+  bool are_many = 6 * frame.beside.size() > frame.pixels.size();
+  if (!planes.codeFlag(are_many))
+    return false;
   const std::uint32_t* const past = is_i_frame ? nullptr : past_.data();
   if (!planes.codePlane([&](auto& coding) {
-        return PlanePass<std::decay_t<decltype(coding)>>(
-                   {frame.width, frame.height, depths_}, 0, past)
-            .codeDepths(coding, frame.beside);
+        PlanePass<std::decay_t<decltype(coding)>> pass(
+            {frame.width, frame.height, depths_}, 0, past);
+        if constexpr (!PlanesT::is_decoder)
+          return pass.codeDepths(coding, are_many ? none : frame.beside);
+        else
+          return pass.codeDepths(coding, frame.beside) &&
+                 (!are_many || frame.beside.empty());
       }))
     return false;
   if constexpr (PlanesT::is_decoder)
     if (!takePoints(frame))
       return false;
+  if (are_many && !codeSteps(planes, frame))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    if (!areNear(frame.beside))
+      return false;
   if (frame.rays.shape == RayShape::Spinning &&
-      !(codeColumns(planes, frame) && codeOffRays(planes, frame)))
+      !(codeColumns(planes, frame) && codeTurns(planes, frame)))
     return false;
   if constexpr (PlanesT::is_decoder)
     frame.intensities.resize(frame.intensity_scale.bits > 0 ? frame.pixels.size() : 0);
@@ -203,13 +228,7 @@ ScanCoder::takePoints(ScanFrame& frame) const
     frame.pixels.push_back(static_cast<std::uint32_t>(pixel));
     frame.depths.push_back(depth);
   }
-  return std::all_of(
-      frame.beside.begin(), frame.beside.end(), [](const PointBesideRay& point) {
-        return std::all_of(
-            point.steps.begin(), point.steps.end(), [](std::int32_t step) {
-              return std::abs(step) < most_steps;
-            });
-      });
+  return true;
 }
 
 /** \brief Codes the angles of the columns, each by its difference from the one before. */
@@ -238,28 +257,52 @@ ScanCoder::codeColumns(PlanesT& planes, FrameT& frame)
   return true;
 }
 
-/** \brief Codes how far points are from the rays of their pixels. */
+/** \brief Codes how far the rays of points are turned from those of their pixels. */
 template <class PlanesT, class FrameT>
 bool
-ScanCoder::codeOffRays(PlanesT& planes, FrameT& frame)
+ScanCoder::codeTurns(PlanesT& planes, FrameT& frame)
 {
-  for (auto* const values : {&frame.turns, &frame.sides, &frame.lifts}) {
-    bool has_values = !values->empty();
-    if (!planes.codeFlag(has_values))
-      return false;
-    if constexpr (PlanesT::is_decoder)
-      values->resize(has_values ? frame.pixels.size() : 0);
-    if (has_values &&
-        !codeValues(planes, frame, zero_off, [&](std::size_t point, auto& number) {
-          auto& value = (*values)[point];
+  bool has_turns = !frame.turns.empty();
+  if (!planes.codeFlag(has_turns))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    frame.turns.resize(has_turns ? frame.pixels.size() : 0);
+  return !has_turns ||
+         codeValues(planes, frame, zero_off, [&](std::size_t point, auto& number) {
+           if constexpr (PlanesT::is_decoder)
+             frame.turns[point] = static_cast<std::int32_t>(number - zero_off);
+           else
+             number = static_cast<std::uint32_t>(frame.turns[point]) + zero_off;
+           return true;
+         });
+}
+
+/** \brief Codes how far all points are from the places of their depths, axis by axis. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeSteps(PlanesT& planes, FrameT& frame)
+{
+  steps_.assign(frame.pixels.size(), {});
+  if constexpr (!PlanesT::is_decoder) {
+    auto point = frame.pixels.begin();
+    for (const PointBesideRay& beside : frame.beside) {
+      point = std::lower_bound(point, frame.pixels.end(), beside.pixel);
+      steps_[static_cast<std::size_t>(point - frame.pixels.begin())] = beside.steps;
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!codeValues(planes, frame, zero_off, [&](std::size_t point, auto& number) {
           if constexpr (PlanesT::is_decoder)
-            value = static_cast<std::int32_t>(number - zero_off);
+            steps_[point][axis] = static_cast<std::int32_t>(number - zero_off);
           else
-            number = static_cast<std::uint32_t>(value) + zero_off;
-          return std::abs(value) < most_off_ray;
+            number = static_cast<std::uint32_t>(steps_[point][axis]) + zero_off;
+          return true;
         }))
       return false;
-  }
+  if constexpr (PlanesT::is_decoder)
+    for (std::size_t point = 0; point < steps_.size(); ++point)
+      if (steps_[point] != std::array<std::int32_t, 3>{})
+        frame.beside.push_back({frame.pixels[point], steps_[point]});
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include "codec/scan/scan_frame.h"
 #include "codec/scan/symbol_coding.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -61,7 +62,11 @@ private:
 
   template <class PlanesT, class FrameT>
   bool
-  codeOffRays(PlanesT& planes, FrameT& frame);
+  codeTurns(PlanesT& planes, FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeSteps(PlanesT& planes, FrameT& frame);
 
   template <class PlanesT, class FrameT>
   bool
@@ -78,6 +83,7 @@ private:
   // Of the current frame; members so that their memory is reused.
   std::vector<std::uint32_t> depths_;
   std::vector<std::uint32_t> values_;
+  std::vector<std::array<std::int32_t, 3>> steps_;
   SymbolWorkspace work_;
   std::vector<std::uint8_t> plane_bytes_;
 };

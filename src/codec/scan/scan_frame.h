@@ -19,10 +19,9 @@ namespace scan {
 /** \brief Depths are below it. */
 constexpr std::uint32_t depth_end = std::uint32_t{1} << 24;
 
-/** \brief Edges that a point may be beside the place of its depth, and in the direction of
- * its row and column from its ray, are fewer than these. With them no place overflows. */
+/** \brief A point is fewer edges than this from the place of its depth, so that no place
+ * overflows. */
 constexpr std::int32_t most_steps = 1 << 28;
-constexpr std::int32_t most_off_ray = 1 << 26;
 
 /** \brief In the place of a depth: a point at the sensor, as drivers write missing ones. */
 constexpr std::uint32_t at_sensor = ~std::uint32_t{0} - 1;
@@ -30,7 +29,8 @@ constexpr std::uint32_t at_sensor = ~std::uint32_t{0} - 1;
 /** \brief A point that is beside the ray of its pixel. */
 struct PointBesideRay {
   std::uint32_t pixel;
-  /** \brief Edges along x, y and z from the place of its depth, fewer than most_steps. */
+  /** \brief Edges along x, y and z from the place of its depth, fewer than
+   * most_steps. */
   std::array<std::int32_t, 3> steps;
 };
 
@@ -44,11 +44,10 @@ struct ScanFrame {
 
   std::vector<std::uint32_t> pixels; ///< of each point, row * width + column, ascending
   std::vector<std::uint32_t> depths; ///< likewise, or at_sensor
-  // Of each point of a spinning sensor; empty: 0 of all.
-  std::vector<std::int32_t> turns; ///< from the ray of its pixel, see ScanRays::turns
-  std::vector<std::int32_t> sides; ///< edges to the left of that ray
-  std::vector<std::int32_t> lifts; ///< edges along the sensor's axis
-  /** \brief Points that are too far from the places of their depths, by pixel; few. */
+  /** \brief Of each point of a spinning sensor how far its ray is turned from that of its
+   * pixel, see ScanRays::turns; empty: none is. */
+  std::vector<std::int32_t> turns;
+  /** \brief Points that are not at the places of their depths, by pixel. */
   std::vector<PointBesideRay> beside;
 
   IntensityScale intensity_scale;         ///< bits 0: no intensities

@@ -104,24 +104,6 @@ ScanRayReader::spinningRay(std::uint32_t column_index, std::int32_t turn) const
   return ray;
 }
 
-Triple
-ScanRayReader::beside(std::uint32_t column_index,
-                      std::int32_t turn,
-                      std::int32_t side,
-                      std::int32_t lift) const
-{
-  const Column& column = columns_[column_index];
-  const Direction direction = directionOf(rays_.rows[row_], turn);
-  Triple place;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t left =
-        (direction.cosine * column.left[axis] - direction.sine * column.ahead[axis]) >>
-        30;
-    place[axis] = (side * left + lift * column.up[axis]) * 4;
-  }
-  return place;
-}
-
 } // namespace scan
 } // namespace io
 } // namespace pcl_ext

@@ -60,16 +60,6 @@ public:
                                            : spinningRay(column, turn);
   }
 
-  /** \brief How far a point of a spinning sensor is from its ray, edges in units of 2^-32.
-   * \param[in] side edges to the left of the ray
-   * \param[in] lift edges along the sensor's axis
-   */
-  Triple
-  beside(std::uint32_t column,
-         std::int32_t turn,
-         std::int32_t side,
-         std::int32_t lift) const;
-
 private:
   /** \brief Cosine and sine of an angle, units of 2^-30. */
   struct Direction {

@@ -74,9 +74,14 @@ makeLidar()
 }
 
 /** \brief Adds a point to about three of four pixels: on a surface with steps, with noise,
- * some at the sensor, some beside their rays, with intensities and colours. */
+ * some at the sensor, with intensities and colours.
+ * \param[in] beside_every one of so many points is beside its ray
+ */
 void
-addPoints(scan::ScanFrame& frame, unsigned int seed, bool is_turned = false)
+addPoints(scan::ScanFrame& frame,
+          unsigned int seed,
+          bool is_turned = false,
+          std::uint32_t beside_every = 40)
 {
   std::mt19937 random(seed);
   const auto below = [&random](std::uint32_t end) {
@@ -92,17 +97,14 @@ addPoints(scan::ScanFrame& frame, unsigned int seed, bool is_turned = false)
     frame.depths.push_back(below(50) == 0 ? scan::at_sensor
                                           : 2000 + 3 * column +
                                                 (column > 20 ? 5000 : 0) + below(4));
-    if (frame.depths.back() != scan::at_sensor && below(40) == 0)
+    if (frame.depths.back() != scan::at_sensor && below(beside_every) == 0)
       frame.beside.push_back(
           {pixel,
            {static_cast<std::int32_t>(below(7)) - 3,
             scan::most_steps - 1 - static_cast<std::int32_t>(below(9)),
             -scan::most_steps + 1}});
-    if (is_turned) {
+    if (is_turned)
       frame.turns.push_back(static_cast<std::int32_t>(below(3)) - 1);
-      frame.sides.push_back(static_cast<std::int32_t>(below(9)) - 4);
-      frame.lifts.push_back(static_cast<std::int32_t>(below(5)) - 2);
-    }
     frame.intensities.push_back(static_cast<std::uint16_t>(below(4096)));
     frame.colours.push_back({static_cast<std::uint8_t>(below(128)),
                              static_cast<std::uint8_t>(below(128)),
@@ -132,8 +134,6 @@ expectEqual(const scan::ScanFrame& decoded, const scan::ScanFrame& frame)
   EXPECT_EQ(decoded.pixels, frame.pixels);
   EXPECT_EQ(decoded.depths, frame.depths);
   EXPECT_EQ(decoded.turns, frame.turns);
-  EXPECT_EQ(decoded.sides, frame.sides);
-  EXPECT_EQ(decoded.lifts, frame.lifts);
   EXPECT_EQ(decoded.intensities, frame.intensities);
   EXPECT_EQ(decoded.colours, frame.colours);
   ASSERT_EQ(decoded.beside.size(), frame.beside.size());
@@ -151,7 +151,7 @@ TEST(ScanCoder, DecodesWhatItEncoded)
     for (unsigned int seed = 0; seed < 3; ++seed) {
       SCOPED_TRACE(testing::Message() << "lidar " << is_lidar << ", frame " << seed);
       scan::ScanFrame frame = is_lidar ? makeLidar() : makeCamera();
-      addPoints(frame, seed, is_lidar && seed != 1);
+      addPoints(frame, seed, is_lidar && seed != 1, seed == 2 ? 3 : 40);
       std::vector<std::uint8_t> bytes;
       encoder.encode(seed == 0, frame, bytes);
       scan::ScanFrame decoded = emptied(frame);
@@ -271,10 +271,9 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
   const double angle = (frame.rays.columns[column] + frame.turns[point]) *
                        3.14159265358979323846 / 180.0;
   const double along = 30.0 + 0.98 * depth;
-  const double left = -20.0 + frame.sides[point];
-  place[0] += 2.0 * column + along * std::cos(angle) - left * std::sin(angle);
-  place[1] += along * std::sin(angle) + left * std::cos(angle);
-  place[2] += 40.0 + 0.02 * row * depth + frame.lifts[point];
+  place[0] += 2.0 * column + along * std::cos(angle) + 20.0 * std::sin(angle);
+  place[1] += along * std::sin(angle) - 20.0 * std::cos(angle);
+  place[2] += 40.0 + 0.02 * row * depth;
   return place;
 }
 
@@ -301,8 +300,6 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
   scan::ScanFrame points = makeLidar();
   addPoints(points, 2, true);
   points.beside.clear();
-  points.sides.clear();
-  points.lifts.clear();
   scan::PointPlaces places(points);
   scan::ScanFrame frame = emptied(points);
   frame.rays = points.rays;
