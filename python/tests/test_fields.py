@@ -206,11 +206,11 @@ BAD_FIELDS = [
     ({5: None}, ValueError, "fields is {5: None}"),
     ({"ring": "fine"}, TypeError, "the step of 'ring' in fields is 'fine'; it must be a number"),
     ({"ring": True}, TypeError, "the step of 'ring' in fields is True"),
-    ([("ring", -1)], ValueError, "step of the field 'ring' is -1; it must be a positive step"),
-    ({"ring": np.nan}, ValueError, "step of the field 'ring' is nan"),
-    ({"ring": np.inf}, ValueError, "step of the field 'ring' is inf"),
+    ([("ring", -1)], ValueError, "fields: the step of 'ring' is -1; it must be a positive step"),
+    ({"ring": np.nan}, ValueError, "fields: the step of 'ring' is nan"),
+    ({"ring": np.inf}, ValueError, "fields: the step of 'ring' is inf"),
     (["ring", ("ring", 2)], ValueError, "fields has 'ring' twice; it must have each name once"),
-    ({"all": 0.5}, ValueError, "step of the field 'all' is 0.5; it must be 0, as all means"),
+    ({"all": 0.5}, ValueError, "fields: the step of 'all' is 0.5; it must be left out, as all means"),
 ]
 
 

@@ -53,6 +53,10 @@ outlierRemovalFault(const SensorNodeSettings& settings)
     if (settings.law == IntensityLaw::None)
       return SettingText{unit + "none, which has no intensities" + choice};
   }
+  if (std::holds_alternative<FacesUnit>(removal.unit) &&
+      settings.law == IntensityLaw::Count)
+    return SettingText{"{outlier_removal.unit} is faces and {law} is count, whose "
+                       "intensities are numbers of points; choose automatic or points"};
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
     return SettingText{"{outlier_removal}: " + status.text().marked};
   if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/outlier_removal_remarks.h"
 
+#include "bytes/exact_text.h"
+
 #include <string>
 
 namespace pcl_ext {
@@ -10,9 +12,9 @@ OutlierRemovalStatus
 unsupportedResolution(double resolution)
 {
   return {OutlierRemovalCode::UnsupportedResolution,
-          "no voxel was judged: the voxel edge is " + std::to_string(resolution) +
-              " m; it must be " + std::to_string(VoxelOutlierRemoval::min_resolution) +
-              " to " + std::to_string(VoxelOutlierRemoval::max_resolution)};
+          "no voxel was judged: the voxel edge is " + exactText(resolution) +
+              " m; it must be " + exactText(VoxelOutlierRemoval::min_resolution) +
+              " to " + exactText(VoxelOutlierRemoval::max_resolution)};
 }
 
 OutlierRemovalStatus

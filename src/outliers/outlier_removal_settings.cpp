@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "bytes/exact_text.h"
 #include "outliers/outlier_setting_table.h"
 
 #include <array>
@@ -16,12 +17,12 @@ OutlierRemovalStatus
 checkEach(const SettingsT& settings)
 {
   OutlierRemovalStatus status;
-  const auto check = [&](const OutlierSetting& setting, double value, const char* is) {
+  const auto check = [&](const OutlierSetting& setting, auto value, const char* is) {
     const bool is_allowed = value >= setting.lowest && value <= setting.highest;
     if (status.ok() && !is_allowed)
       status = {OutlierRemovalCode::InvalidSettings,
-                std::string(setting.name) + is + std::to_string(value) +
-                    "; it must be " + setting.demand};
+                std::string(setting.name) + is + exactText(value) + "; it must be " +
+                    setting.demand};
   };
   visitSettings(settings, [&](const OutlierSetting& setting, const auto& value) {
     using ValueT = std::decay_t<decltype(value)>;

@@ -91,8 +91,10 @@ public:
   void
   setSensorPosition(const std::array<double, 3>& position)
   {
-    if (auto* const rays = std::get_if<RaysUnit>(&settings_.unit))
+    if (auto* const rays = std::get_if<RaysUnit>(&settings_.unit)) {
       rays->sensor_position = position;
+      settings_status_ = checkSettings(settings_);
+    }
   }
 
   void

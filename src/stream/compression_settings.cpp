@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include "bytes/exact_text.h"
 #include "stream/encoder_setting.h"
 #include "stream/setting_checks.h"
 #include "voxels/grid_fit.h"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <locale>
-#include <sstream>
 #include <string>
 
 namespace pcl_ext {
@@ -97,10 +97,10 @@ checkFields(const std::vector<FieldSetting>& fields)
 {
   for (auto field = fields.begin(); field != fields.end(); ++field) {
     const auto invalid_step = [field](const std::string& demand) {
-      std::ostringstream message;
-      message << "step of the field '" << field->name << "' is " << field->step
-              << "; it must be " << demand;
-      return CompressionStatus(CompressionCode::InvalidSettings, message.str());
+      return CompressionStatus(
+          CompressionCode::InvalidSettings,
+          SettingText{"{fields}: the step of '" + SettingText::of(field->name).marked +
+                      "' is " + exactText(field->step) + "; it must be " + demand});
     };
     if (field->name.empty())
       return {CompressionCode::InvalidSettings,
@@ -109,7 +109,8 @@ checkFields(const std::vector<FieldSetting>& fields)
     if (!std::isfinite(field->step) || field->step < 0.0)
       return invalid_step("a positive step, or 0 for exact values");
     if (field->name == all_fields && field->step != 0.0)
-      return invalid_step("0, as all means exact values; name the fields with a step");
+      return invalid_step(
+          "left out, as all means exact values; name the fields with a step");
     const auto is_same = [field](const FieldSetting& other) {
       return other.name == field->name;
     };

@@ -117,6 +117,12 @@ setValue(const EncoderSetting& setting,
         using MemberT = std::decay_t<decltype(member)>;
         if constexpr (is_access<MemberT>) {
           const auto& words = member.words;
+          const auto* const list = std::get_if<std::vector<double>>(&value);
+          if (list != nullptr && !list->empty() && list->size() != member.list_size)
+            return {CompressionCode::InvalidSettings,
+                    invalidText(setting.id,
+                                std::to_string(list->size()) + " numbers",
+                                std::to_string(member.list_size) + " numbers")};
           if (!words.empty() &&
               std::count(words.begin(), words.end(), std::get<std::string>(value)) == 0)
             return invalid(setting, std::get<std::string>(value));

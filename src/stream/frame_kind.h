@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/version.h>
+
 namespace pcl_ext {
 namespace io {
 

@@ -111,6 +111,16 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
       "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed");
 }
 
+TEST(SensorNodeOutlierRemoval, CountsAreNoSharesOfFaces)
+{
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
+  settings.outlier_removal.emplace().unit = FacesUnit();
+  expectInvalidSettings(
+      settings,
+      "outlier_removal.unit is faces and law is count, whose "
+      "intensities are numbers of points; choose automatic or points");
+}
+
 TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
 {
   nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
@@ -179,7 +189,7 @@ TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
     settings.outlier_removal->unit = FacesUnit{{}, -1.0f};
     expectInvalidSettings(
         settings,
-        "outlier_removal: full_intensity is -1.000000; it must be a finite number "
+        "outlier_removal: full_intensity is -1; it must be a finite number "
         "above 0");
   }
 }

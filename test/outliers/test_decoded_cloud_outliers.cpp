@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <string>
@@ -188,6 +189,60 @@ TEST(DecodedCloudOutliers, ACloudThatWasMovedLosesTheSamePoints)
     EXPECT_EQ(moved[i].z, (*decoded.cloud)[i].z);
     EXPECT_EQ(moved[i].intensity, -1.0f);
   }
+}
+
+/** \brief A camera's cloud of rows and columns: a wall 2.5 m off, every 97th point far
+ * before it, and every 31st missing. */
+pcl::PointCloud<pcl::PointXYZ>::Ptr
+organisedWall()
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(
+      new pcl::PointCloud<pcl::PointXYZ>(160, 120));
+  for (std::uint32_t i = 0; i < cloud->size(); ++i) {
+    const float x = 0.004f * (static_cast<float>(i % 160) - 80.0f);
+    const float y = 0.004f * (static_cast<float>(i / 160) - 60.0f);
+    const float z =
+        i % 97 == 5 ? 0.8f + 0.001f * static_cast<float>(i % 1000) : 2.5f + 0.2f * x;
+    const float missing = std::numeric_limits<float>::quiet_NaN();
+    (*cloud)[i].getVector3fMap() = i % 31 == 7
+                                       ? Eigen::Vector3f(missing, missing, missing)
+                                       : Eigen::Vector3f(x * z, y * z, z);
+  }
+  cloud->is_dense = false;
+  return cloud;
+}
+
+TEST(DecodedCloudOutliers, RowsAndColumnsStay)
+{
+  io::IntensityCompressionSettings settings = settingsAt(0.005);
+  settings.keep_point_counts = true;
+  io::OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(settings);
+  const auto sent = organisedWall();
+  std::stringstream stream;
+  ASSERT_TRUE(compression.encodePointCloud(sent, stream).ok());
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud;
+  ASSERT_TRUE(compression.decodePointCloud(stream, cloud).ok());
+  ASSERT_TRUE(compression.voxelFrame().isOrganised());
+  VoxelOutlierRemoval removal(countSettings());
+  const auto removed = removeOutliers(*cloud, compression.voxelFrame(), removal);
+  ASSERT_TRUE(removed.ok()) << removed.message();
+  ASSERT_EQ(cloud->width, 160u);
+  ASSERT_EQ(cloud->height, 120u);
+  std::size_t noise = 0;
+  std::size_t walls = 0;
+  std::size_t gone = 0;
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    const bool is_there = std::isfinite((*cloud)[i].x);
+    gone += !is_there && i % 31 != 7 ? 1 : 0;
+    if (is_there) {
+      EXPECT_NEAR((*cloud)[i].z, (*sent)[i].z, 0.0026f);
+      (i % 97 == 5 ? noise : walls) += 1;
+    }
+  }
+  EXPECT_FALSE(cloud->is_dense);
+  EXPECT_EQ(removed.removed, gone);
+  EXPECT_LT(noise, 20u);    // of 198
+  EXPECT_GT(walls, 18000u); // of 18,390
 }
 
 TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)

@@ -220,6 +220,21 @@ TEST(RayOutlierRemoval, SensorMayMove)
   }
 }
 
+TEST(RayOutlierRemoval, APositionThatIsNotFiniteIsRefusedUntilItIs)
+{
+  std::mt19937_64 random(41);
+  const Lidar lidar;
+  VoxelOutlierRemoval removal(settingsOf(lidar, Counts::Points));
+  io::VoxelFrame frame = randomFrame(random, 0.1, Counts::Points);
+  removal.setSensorPosition({3.0, std::nan(""), 3.0});
+  const OutlierRemovalStatus status = removal.filter(frame);
+  EXPECT_EQ(status.code(), OutlierRemovalCode::InvalidSettings);
+  EXPECT_EQ(status.message(), "sensor_position has nan; it must be finite numbers");
+  EXPECT_EQ(status.removed, 0u);
+  removal.setSensorPosition(lidar.position);
+  expectScores(removal, frame, lidar, Counts::Points);
+}
+
 TEST(RayOutlierRemoval, SensorMayBeInTheMiddleOfAVoxelOrFarAway)
 {
   for (const double edge : {0.005, 0.1}) {

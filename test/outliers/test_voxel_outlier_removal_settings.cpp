@@ -30,18 +30,18 @@ refusedSettings()
                          std::string("min_log_odds is ") + text +
                              "; it must be a finite number");
   }
-  for (const auto& [number, text] : {std::pair(0.0f, "0.000000"),
-                                     std::pair(-1.0f, "-1.000000"),
+  for (const auto& [number, text] : {std::pair(0.0f, "0"),
+                                     std::pair(-1.0f, "-1"),
                                      std::pair(infinity, "inf"),
                                      std::pair(not_a_number, "nan")}) {
     refused.emplace_back(VoxelOutlierRemovalSettings{FacesUnit{{}, number}},
                          std::string("full_intensity is ") + text +
                              "; it must be a finite number above 0");
   }
-  for (const auto& [number, text] : {std::pair(0.0, "0.000000"),
-                                     std::pair(0.000099, "0.000099"),
-                                     std::pair(1.000001, "1.000001"),
-                                     std::pair(-0.0035, "-0.003500"),
+  for (const auto& [number, text] : {std::pair(0.0, "0"),
+                                     std::pair(0.000099, "9.9e-05"),
+                                     std::pair(1.00000001, "1.00000001"),
+                                     std::pair(-0.0035, "-0.0035"),
                                      std::pair(double{not_a_number}, "nan")}) {
     refused.emplace_back(VoxelOutlierRemovalSettings{RaysUnit{{}, number}},
                          std::string("azimuth_step is ") + text +
@@ -177,8 +177,7 @@ TEST(VoxelOutlierRemovalSettings, AnUnsupportedVoxelEdgeIsNamed)
   frame.grid.resolution = 0.5;
   VoxelOutlierRemoval removal;
   EXPECT_EQ(removal.filter(frame).message(),
-            "no voxel was judged: the voxel edge is 0.500000 m; it must be 0.001000 to "
-            "0.200000");
+            "no voxel was judged: the voxel edge is 0.5 m; it must be 0.001 to 0.2");
 }
 
 TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)

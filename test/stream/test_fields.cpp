@@ -435,8 +435,8 @@ TEST(FieldSettings, AreReadFromText)
                   "'; it must be names with commas between them, each with :STEP above "
                   "0 if it has one, or all");
   EXPECT_EQ(fault_of("all:0.1"),
-            "step of the field 'all' is 0.1; it must be 0, as all means exact values; "
-            "name the fields with a step");
+            "fields: the step of 'all' is 0.1; it must be left out, as all means exact "
+            "values; name the fields with a step");
   EXPECT_EQ(fault_of("ring,time,ring:2"),
             "fields has 'ring' twice; it must have each name once");
   EXPECT_EQ(fault_of("all,all"), "fields has 'all' twice; it must have each name once");
@@ -452,15 +452,15 @@ TEST(FieldSettings, AreChecked)
   };
   EXPECT_EQ(message_of([](EncoderSettings&) {}), "");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].step = -0.5; }),
-            "step of the field 'ring' is -0.5; it must be a positive step, or 0 for "
+            "fields: the step of 'ring' is -0.5; it must be a positive step, or 0 for "
             "exact values");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].name.clear(); }),
             "fields: a name is empty; it must be that of a field, or all");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields.push_back({"ring"}); }),
             "fields has 'ring' twice; it must have each name once");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.fields[0].name = all_fields; }),
-            "step of the field 'all' is 0.5; it must be 0, as all means exact values; "
-            "name the fields with a step");
+            "fields: the step of 'all' is 0.5; it must be left out, as all means exact "
+            "values; name the fields with a step");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.temporal_filter = 8; }),
             "fields is set; it must be empty with temporal_filter");
   EXPECT_EQ(message_of([](EncoderSettings& s) { s.format = StreamFormat::Published; }),

@@ -177,6 +177,30 @@ TEST(ImagesOfFrames, HaveOnePixelForEachPoint)
   EXPECT_FALSE(isConsistent(with_points_at_sensor));
 }
 
+TEST(ImagesOfFrames, AreGoneInFramesOfOtherStreamsWithoutOne)
+{
+  std::mt19937_64 random(15);
+  const VoxelFrame frame = imageFrame(random, planarImage(48, 32), 9, ImagePoints());
+  FrameEncoder encoder(StreamFormat::Version1, 3, Effort::Fast);
+  const Bytes with_image = encoded(encoder, frame);
+  VoxelFrame other;
+  other.grid = frame.grid;
+  other.keys = frame.keys;
+  other.intensities.assign(other.keys.size(), 7);
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+    FrameEncoder other_encoder(format, 3, Effort::Fast);
+    const Bytes without = encoded(other_encoder, other);
+    VoxelFrame back;
+    FrameDecoder decoder;
+    FrameDecoder other_decoder;
+    ASSERT_EQ(decoded(decoder, with_image, back), CompressionCode::Ok);
+    EXPECT_TRUE(back.image.hasPixels());
+    ASSERT_EQ(decoded(other_decoder, without, back), CompressionCode::Ok);
+    EXPECT_FALSE(back.image.hasPixels());
+    EXPECT_EQ(back.size(), other.size());
+  }
+}
+
 TEST(ImagesOfFrames, StayWithTheVoxelsThatAreKept)
 {
   std::mt19937_64 random(18);

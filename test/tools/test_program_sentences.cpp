@@ -160,21 +160,22 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
 TEST_F(ProgramSentences, OfFieldsThatEncodeRefuses)
 {
   const std::string fields = "encode rings -o y.pcxi --fields ";
-  expectRefusals(
-      {{fields + "all:0.1", 2, "step of the field 'all' is 0.1; it must be 0"},
-       {fields + "ring,ring",
-        2,
-        "--fields has 'ring' twice; it must have each name once"},
-       {fields + "ring,", 2, "--fields is 'ring,'; it must be names"},
-       {fields + ",", 2, "--fields is ','; it must be names"},
-       {fields + "ring:0", 2, "--fields is 'ring:0'; it must be names"},
-       {fields + "ring:a", 2, "--fields is 'ring:a'; it"},
-       {fields + "ring --format published",
-        2,
-        "--fields is set; it must be empty in the published layout"},
-       {fields + "ring --temporal-filter",
-        2,
-        "--fields is set; it must be empty with --temporal-filter"}});
+  expectRefusals({{fields + "all:0.1",
+                   2,
+                   "--fields: the step of 'all' is 0.1; it must be left out"},
+                  {fields + "ring,ring",
+                   2,
+                   "--fields has 'ring' twice; it must have each name once"},
+                  {fields + "ring,", 2, "--fields is 'ring,'; it must be names"},
+                  {fields + ",", 2, "--fields is ','; it must be names"},
+                  {fields + "ring:0", 2, "--fields is 'ring:0'; it must be names"},
+                  {fields + "ring:a", 2, "--fields is 'ring:a'; it"},
+                  {fields + "ring --format published",
+                   2,
+                   "--fields is set; it must be empty in the published layout"},
+                  {fields + "ring --temporal-filter",
+                   2,
+                   "--fields is set; it must be empty with --temporal-filter"}});
 }
 
 TEST_F(ProgramSentences, OfInputsAndOutputsThatEncodeRefuses)

@@ -252,8 +252,9 @@ public:
    * where the incomplete frame begins with settings.incomplete_frame = Keep.
    * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
-   * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
-   * pointer gets a cloud
+   * \param[in,out] cloud takes the voxel centres, metres: in rows and columns where the
+   * frame has those of the sensor (VoxelFrame::isOrganised()), else in Morton order; a
+   * null pointer gets a cloud
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
@@ -326,7 +327,7 @@ public:
 
   /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel
    * i is point i of the cloud, unless the frame has numbers of points: then each voxel
-   * has that many points, in the same order. */
+   * has that many points, and VoxelFrame::cloudIndex() tells where they are. */
   const VoxelFrame&
   voxelFrame() const
   {

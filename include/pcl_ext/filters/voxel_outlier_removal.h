@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,12 +68,6 @@ struct UnitWithHistory {
   /** \brief Also use the voxels of previous frames. Off: each frame is filtered
    * independently; the last depth model or image is remembered in any case. */
   bool use_history = true;
-
-  friend bool
-  operator==(const UnitWithHistory& a, const UnitWithHistory& b)
-  {
-    return a.use_history == b.use_history;
-  }
 };
 
 /** \brief Faces from the first frame with a depth model on; else Rays from the first
@@ -111,12 +106,24 @@ struct FacesUnit : UnitWithHistory {
  * with those of the voxels around, as the number that a surface has at that depth is
  * unknown. For counts of depth cameras, and for the linear law without a depth
  * model. */
-struct PointsUnit : UnitWithHistory {};
+struct PointsUnit : UnitWithHistory {
+  friend bool
+  operator==(const PointsUnit& a, const PointsUnit& b)
+  {
+    return a.use_history == b.use_history;
+  }
+};
 
 /** \brief Every voxel counts the same, and voxels that were seldom occupied are
  * suspect. For native intensities, which do not depend on the density, for frames
  * without intensities, and for mixed echoes of a lidar that stands still. */
-struct VoxelsUnit : UnitWithHistory {};
+struct VoxelsUnit : UnitWithHistory {
+  friend bool
+  operator==(const VoxelsUnit& a, const VoxelsUnit& b)
+  {
+    return a.use_history == b.use_history;
+  }
+};
 
 /** \brief Numbers of points, compared with those that a surface would have at that
  * distance from a lidar, whose position and steps between rays are known. For snow
@@ -293,7 +300,8 @@ public:
 
   /** \brief Moves the lidar: sets the sensor_position of RaysUnit for the next frames;
    * without effect on other units.
-   * \param[in] position in world coordinates, metres, finite
+   * \param[in] position in world coordinates, metres; if it is not finite, frames get
+   * InvalidSettings until it is
    */
   void
   setSensorPosition(const std::array<double, 3>& position);
@@ -334,10 +342,10 @@ private:
  * }
  * \endcode
  * \tparam CloudT a pcl::PointCloud
- * \param[in,out] cloud as decodePointCloud() filled it, in the order of the frame's
- * voxels; points may have been moved since, and further fields be set. The points that
- * stay keep their order; if any is removed, the cloud becomes one row, else it is not
- * changed
+ * \param[in,out] cloud as decodePointCloud() filled it; points may have been moved
+ * since, and further fields be set. The points that stay keep their order. If any is
+ * removed, a cloud of rows and columns keeps these, with x, y and z not a number in the
+ * place of the point, and another one becomes one row; else it is not changed
  * \param[in] frame that the cloud was decoded from, as voxelFrame() returns it after
  * decodePointCloud()
  * \param[in,out] removal the filter of this stream
@@ -349,10 +357,10 @@ template <typename CloudT>
 [[nodiscard]] OutlierRemovalStatus
 removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& removal)
 {
-  if (cloud.size() != frame.pointCount())
+  if (cloud.size() != frame.cloudSize())
     return {OutlierRemovalCode::DifferentCloud,
             "no point was judged: the cloud has " + std::to_string(cloud.size()) +
-                " points, and its frame " + std::to_string(frame.pointCount())};
+                " points, and its frame " + std::to_string(frame.cloudSize())};
   io::VoxelFrame kept = frame;
   OutlierRemovalStatus status = removal.filter(kept);
   if (status.removed == 0)
@@ -365,11 +373,20 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
         point + (frame.has_point_counts ? frame.point_counts[i] : 1);
     const bool is_kept = next < kept.size() && frame.keys[i] == kept.keys[next];
     next += is_kept ? 1 : 0;
-    for (; point < end; ++point)
-      if (is_kept)
-        cloud.points[points_kept++] = cloud.points[point];
+    for (; point < end; ++point) {
+      auto& from = cloud.points[frame.cloudIndex(point)];
+      if (is_kept && !frame.isOrganised())
+        cloud.points[points_kept] = from;
+      else if (!is_kept && frame.isOrganised())
+        from.x = from.y = from.z = std::numeric_limits<float>::quiet_NaN();
+      points_kept += is_kept ? 1 : 0;
+    }
   }
-  status.removed = cloud.size() - points_kept;
+  status.removed = frame.pointCount() - points_kept;
+  if (frame.isOrganised()) {
+    cloud.is_dense = false;
+    return status;
+  }
   cloud.resize(points_kept);
   cloud.width = static_cast<std::uint32_t>(points_kept);
   cloud.height = 1;

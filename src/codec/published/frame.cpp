@@ -198,6 +198,8 @@ decodeFrame(ByteSource& source,
   frame.has_point_counts = false;
   frame.point_counts.clear();
   frame.fields.clear();
+  frame.viewpoint = {};
+  frame.image = PointImage();
   if (!isConsistent(frame))
     return corruptFrame("invalid voxels");
 

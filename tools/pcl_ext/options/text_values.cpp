@@ -230,6 +230,8 @@ parsePose(const std::string& text)
 double
 parseRate(const std::string& text)
 {
+  if (text == "0")
+    return 0.0; // no limit
   return parseQuantity(
       "--max-rate",
       text,

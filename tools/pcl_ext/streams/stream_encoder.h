@@ -52,14 +52,6 @@ public:
    */
   StreamEncoder(const EncodingOptions& options, std::string name);
 
-  /** \brief True if a cloud does not tell which law suits its stream, and none was
-   * chosen yet: it has neither points nor fields. */
-  bool
-  leavesLawOpen(const pcl::PCLPointCloud2& cloud) const
-  {
-    return !node_ && cloud.fields.empty() && cloud.data.empty();
-  }
-
   /** \brief Chooses the law by a cloud, unless that was done.
    * \throws UsageError if the settings are invalid
    */
