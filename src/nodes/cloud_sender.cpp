@@ -29,7 +29,7 @@ public:
       changed[name] = value;
     if (changed == values_)
       return {};
-    // Whichever of the two laws auto becomes.
+    // Whichever law automatic becomes.
     if (std::string fault = faultOfEncodingParameters(changed); !fault.empty())
       return fault;
     const bool is_new_stream = !isSameButForRate(values_, changed);
@@ -176,7 +176,7 @@ private:
                 settings_.global_frame + "'; the cloud was not encoded"};
   }
 
-  /** \brief Creates the node for the first cloud, or where auto is another law now. */
+  /** \brief Creates the node for the first cloud, or where the automatic law is another one. */
   void
   makeNode(const pcl::PCLPointCloud2& cloud)
   {

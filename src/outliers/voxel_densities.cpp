@@ -65,7 +65,7 @@ VoxelDensities::follow(const io::VoxelFrame& frame,
   if (frame.depth_model &&
       (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Faces))
     takeDepthModel(frame, first);
-  // Likewise, and frames whose image costs bytes have none.
+  // An encoder may omit the image of a frame, too, where it takes more bytes.
   if (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Rays)
     if (const std::optional<LidarRays> rays = raysOf(frame.image, first))
       image_rays_ = rays;

@@ -197,10 +197,10 @@ fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
 {
   std::vector<double> columns;
   fitAngles(samples, fit.rows, columns);
-  // A sensor that stands still is known to 1e-6 of a range, or noise is larger.
-  constexpr double near = 2e-5;
+  // Half of the points of a sensor that stands still are as near as this, radians.
+  constexpr double most_off = 2e-5;
   const double still_off = medianHeightOff(samples, fit.rows);
-  if (still_off < near)
+  if (still_off < most_off)
     return;
   SpinningFit moved = fit;
   std::vector<TurnPoint> moved_samples = samples;
