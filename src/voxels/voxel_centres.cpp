@@ -10,25 +10,6 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-// Not in the headers, which many programs include, as the tables take time to compute.
-constexpr std::array<std::uint16_t, 512> axis_bits = [] {
-  std::array<std::uint16_t, 512> sorted{};
-  for (unsigned int bits = 0; bits < sorted.size(); ++bits)
-    for (unsigned int level = 0; level < 3; ++level)
-      for (unsigned int axis = 0; axis < 3; ++axis)
-        sorted[bits] = static_cast<std::uint16_t>(
-            sorted[bits] | (bits >> (3 * level + 2 - axis) & 1u) << (3 * axis + level));
-  return sorted;
-}();
-
-constexpr std::array<std::uint32_t, 512> positions_of_keys = [] {
-  std::array<std::uint32_t, 512> positions{};
-  for (std::uint32_t key = 0; key < positions.size(); ++key)
-    for (unsigned int axis = 0; axis < 3; ++axis)
-      positions[key] |= (axis_bits[key] >> (3 * axis) & 7u) << (9 * axis);
-  return positions;
-}();
-
 namespace {
 
 // The loops below have a constant number of iterations, also if fewer voxels are left,

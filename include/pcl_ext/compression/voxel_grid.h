@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/export.h>
 #include <pcl_ext/version.h>
 
 #include <array>
@@ -66,14 +65,28 @@ mortonKey(const VoxelPosition& position)
 
 namespace detail {
 
-/** \brief The nine bits of three levels of a Morton key in another order: three bits of
- * x, then of y, then of z, x the lowest. */
-PCL_EXT_CODEC_EXPORT extern const std::array<std::uint16_t, 512> axis_bits;
+/** \brief Reorders the nine bits of three levels of a Morton key: three bits of x, then
+ * of y, then of z, x the lowest. */
+constexpr std::array<std::uint16_t, 512>
+makeAxisBits()
+{
+  std::array<std::uint16_t, 512> axis_bits{};
+  for (unsigned int key_bits = 0; key_bits < 512; ++key_bits) {
+    unsigned int sorted = 0;
+    for (unsigned int level = 0; level < 3; ++level)
+      for (unsigned int axis = 0; axis < 3; ++axis)
+        sorted |= (key_bits >> (3 * level + 2 - axis) & 1u) << (3 * axis + level);
+    axis_bits[key_bits] = static_cast<std::uint16_t>(sorted);
+  }
+  return axis_bits;
+}
+
+inline constexpr std::array<std::uint16_t, 512> axis_bits = makeAxisBits();
 
 } // namespace detail
 
 /** \brief Inverse of mortonKey. */
-inline VoxelPosition
+constexpr VoxelPosition
 voxelPosition(std::uint64_t morton_key)
 {
   VoxelPosition position{0, 0, 0};

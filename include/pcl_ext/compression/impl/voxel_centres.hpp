@@ -26,7 +26,17 @@ struct VoxelCentres {
 
 /** \brief Positions of a grid of three levels, by Morton key: x from bit 0, y from bit
  * 9, z from bit 18 on. */
-PCL_EXT_CODEC_EXPORT extern const std::array<std::uint32_t, 512> positions_of_keys;
+constexpr std::array<std::uint32_t, 512>
+makePositionsOfKeys()
+{
+  std::array<std::uint32_t, 512> positions{};
+  for (std::uint32_t key = 0; key < positions.size(); ++key)
+    for (unsigned int bit = 0; bit < 9; ++bit)
+      positions[key] |= (key >> bit & 1) << (bit / 3 + 9 * (2 - bit % 3));
+  return positions;
+}
+
+inline constexpr auto positions_of_keys = makePositionsOfKeys();
 
 /** \brief Coordinates of the voxels' centres along each axis, metres, by their position
  * in a grid of up to nine levels. */
