@@ -162,8 +162,8 @@ def test_bad_limits(limits, error, message):
         ({"min_log_odds": None}, TypeError, "min_log_odds is None"),
         ({"unit": "faces", "full_intensity": 0}, ValueError, "full_intensity is 0;"),
         ({"use_history": 0}, TypeError, "use_history is 0"),
-        ({"unit": "rays", "azimuth_step": 0}, ValueError, "azimuth_step is 0.0"),
-        ({"unit": "rays", "elevation_step": 2}, ValueError, "elevation_step is 2.0"),
+        ({"unit": "rays", "azimuth_step": 0}, ValueError, "azimuth_step is 0;"),
+        ({"unit": "rays", "elevation_step": 2}, ValueError, "elevation_step is 2;"),
         ({"unit": "rays", "sensor_position": (1, 2)}, ValueError, r"position is \(1, 2\)"),
         ({"max_blocks": -1}, ValueError, "max_blocks is -1"),
         (
