@@ -3,10 +3,12 @@
 
 #include <pcl_ext/version.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
-#include <locale>
-#include <sstream>
 #include <string>
 
 namespace pcl_ext {
@@ -22,19 +24,20 @@ exactText(NumberT number)
 {
   if (std::isnan(number))
     return "nan"; // without a sign
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  for (int digits = 6; digits <= std::numeric_limits<NumberT>::max_digits10; ++digits) {
-    text.str("");
-    text.precision(digits);
-    text << number;
-    std::istringstream again(text.str());
-    again.imbue(std::locale::classic());
-    NumberT read = 0;
-    if (again >> read && read == number)
+  // Without streams, which the viewer's codec does without.
+  std::array<char, 48> digits;
+  for (int count = 6; count <= std::numeric_limits<NumberT>::max_digits10; ++count) {
+    std::snprintf(
+        digits.data(), digits.size(), "%.*g", count, static_cast<double>(number));
+    if (static_cast<NumberT>(std::strtod(digits.data(), nullptr)) == number)
       break;
   }
-  return text.str();
+  // Some locales have another decimal point.
+  std::string text(digits.data());
+  const std::size_t point = text.find_first_not_of("0123456789+-einf");
+  if (point != std::string::npos)
+    text.replace(point, text.find_first_of("0123456789", point) - point, 1, '.');
+  return text;
 }
 
 } // namespace PCL_EXT_ABI
