@@ -181,8 +181,7 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
 {
   nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
-  for (const auto law :
-       {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
+  for (const auto law : {IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
