@@ -176,7 +176,8 @@ private:
                 settings_.global_frame + "'; the cloud was not encoded"};
   }
 
-  /** \brief Creates the node for the first cloud, or where the automatic law is another one. */
+  /** \brief Creates the node for the first cloud, or where the automatic law is
+   * another one. */
   void
   makeNode(const pcl::PCLPointCloud2& cloud)
   {

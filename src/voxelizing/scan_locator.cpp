@@ -15,8 +15,9 @@ namespace {
 /** \brief Units of an edge. */
 constexpr double edge_units = 0x1p32;
 
-/** \brief Places are nearer to the grid's lowest corner than 2^27 edges. */
-constexpr double farthest = 0x1p59;
+/** \brief Places are nearer to the grid's lowest corner than 2^26 edges, so that there
+ * are fewer than scan::most_steps between one and a ray. */
+constexpr double farthest = 0x1p58;
 
 /** \brief Whole steps of an edge from one place to near another: at most half an edge
  * from it on each axis.

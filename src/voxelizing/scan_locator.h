@@ -24,7 +24,7 @@ public:
    * \param[in] row of its pixel, as column; pixels ascend
    * \param[in] position world coordinates, metres
    * \param[in] turn see ScanFrame::turns
-   * \return false if it is 2^27 edges or more from the grid, or not finite
+   * \return false if it is 2^26 edges or more from the grid, or not finite
    */
   bool
   append(std::uint32_t row,

@@ -59,8 +59,7 @@ struct Plane {
   std::vector<std::uint32_t>& numbers; ///< or no_number, at_sensor
 };
 
-/** \brief Codes the numbers of a plane, for either direction
- *. */
+/** \brief Codes the numbers of a plane, for either direction. */
 template <class CodingT>
 class PlanePass {
 public:

@@ -19,8 +19,7 @@ sensorPlace(const RayPose& pose)
           pose.origin[2] * (1 << 16)};
 }
 
-/** \brief Computes where the points of a frame are, one after the other
- *. */
+/** \brief Computes where the points of a frame are, one after the other. */
 class PointPlaces {
 public:
   /** \param[in] frame must not change meanwhile */

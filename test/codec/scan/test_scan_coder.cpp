@@ -318,7 +318,7 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
     positions.push_back(position);
   }
   EXPECT_FALSE(locator.append(7, 89, {std::nan(""), 0.0, 0.0}));
-  EXPECT_FALSE(locator.append(7, 89, {0.0, 1.4e5, 0.0}));
+  EXPECT_FALSE(locator.append(7, 89, {0.0, 0.7e5, 0.0}));
   EXPECT_EQ(frame.pixels, points.pixels);
   EXPECT_EQ(frame.turns, points.turns);
   scan::PointPlaces located(frame);
