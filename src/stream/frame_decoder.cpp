@@ -353,6 +353,12 @@ FrameDecoder::decode(const std::uint8_t* bytes,
   return implementation_->decode(buffer, frame, *memory.workspace_);
 }
 
+void
+FrameDecoder::setDecodesVoxels(bool decodes_voxels)
+{
+  implementation_->setDecodesVoxels(decodes_voxels);
+}
+
 const std::optional<FrameStamp>&
 FrameDecoder::stamp() const
 {

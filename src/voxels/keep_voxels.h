@@ -10,7 +10,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Removes voxels of a frame, with their intensities, colours, numbers of
- * points, fields and pixels.
+ * points, fields and points.
  * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
  * \param[in] is_kept is called with the index of each voxel, in order
  * \return number of voxels removed
@@ -27,6 +27,12 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
                       number,
                       values.begin() + static_cast<std::ptrdiff_t>(to));
       };
+  const auto of_points = [&frame](auto change) {
+    change(frame.points.indices);
+    change(frame.points.positions);
+    change(frame.points.intensities);
+    change(frame.points.colours);
+  };
   std::size_t kept = 0;
   std::size_t point = 0;
   std::size_t kept_points = 0;
@@ -37,8 +43,7 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
            point * field.count,
            points * field.count,
            kept_points * field.count);
-    move(frame.image.pixels, point, points, kept_points);
-    move(frame.image.depths, point, points, kept_points);
+    of_points([&](auto& values) { move(values, point, points, kept_points); });
     point += points;
     // Written in any case, as a branch would be mispredicted.
     frame.keys[kept] = frame.keys[i];
@@ -58,8 +63,7 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
   frame.point_counts.resize(frame.point_counts.empty() ? 0 : kept);
   for (FrameField& field : frame.fields)
     field.numbers.resize(kept_points * field.count);
-  frame.image.pixels.resize(frame.image.hasPixels() ? kept_points : 0);
-  frame.image.depths.resize(frame.image.hasPixels() ? kept_points : 0);
+  of_points([&](auto& values) { values.resize(values.empty() ? 0 : kept_points); });
   return count - kept;
 }
 

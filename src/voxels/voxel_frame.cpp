@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace pcl_ext {
 namespace io {
@@ -93,55 +92,31 @@ areFields(const VoxelFrame& frame)
              });
 }
 
-/** \brief Morton key of the voxel of a sensor; nothing if it is outside the grid. */
-std::optional<std::uint64_t>
-sensorKey(const RayPose& pose, const VoxelGrid& grid)
-{
-  const std::array<std::int64_t, 3> voxel = sensorVoxel(pose);
-  for (const std::int64_t position : voxel)
-    if (position < 0 || position >= grid.size())
-      return std::nullopt;
-  return mortonKey({static_cast<std::uint32_t>(voxel[0]),
-                    static_cast<std::uint32_t>(voxel[1]),
-                    static_cast<std::uint32_t>(voxel[2])});
-}
-
-/** \brief True if each point has a pixel of its own, ascending within a voxel, and a
- * depth, which at the sensor is 0. */
+/** \brief True if a frame has no points of its own, or as many as its voxels have, each
+ * with a place of its own in the cloud that ascends within a voxel. */
 bool
-arePixels(const VoxelFrame& frame)
+arePoints(const VoxelFrame& frame)
 {
-  const PointImage& image = frame.image;
-  std::vector<bool> is_taken(image.pixelCount());
-  const std::optional<std::uint64_t> sensor_key =
-      image.has_points_at_sensor ? sensorKey(image.rays.pose, frame.grid)
-                                 : std::nullopt;
+  const FramePoints& points = frame.points;
+  const std::size_t count = points.indices.size();
+  if (!points.areThere())
+    return count == 0 && points.positions.empty();
+  if (!frame.has_point_counts || points.positions.size() != count ||
+      !isCount(points.intensities.size(), frame.hasIntensities(), count) ||
+      !isCount(points.colours.size(), frame.colour_bits > 0, count))
+    return false;
+  std::vector<bool> is_taken(points.cloudSize());
   std::size_t point = 0;
-  for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
-    const std::uint32_t last_depth =
-        frame.keys[voxel] == sensor_key ? 0 : depth_end - 1;
-    for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i, ++point) {
-      const std::uint32_t pixel = image.pixels[point];
-      if (pixel >= is_taken.size() || is_taken[pixel] ||
-          (i > 0 && pixel < image.pixels[point - 1]) ||
-          image.depths[point] > last_depth)
+  for (const std::uint32_t of_voxel : frame.point_counts)
+    for (std::uint32_t i = 0; i < of_voxel; ++i, ++point) {
+      if (point >= count || points.indices[point] >= is_taken.size() ||
+          is_taken[points.indices[point]] ||
+          (i > 0 && points.indices[point] < points.indices[point - 1]))
         return false;
-      is_taken[pixel] = true;
+      is_taken[points.indices[point]] = true;
     }
-  }
-  return true;
-}
-
-bool
-isImage(const VoxelFrame& frame)
-{
-  const PointImage& image = frame.image;
-  if (!image.hasPixels())
-    return image.pixels.empty() && image.depths.empty();
-  const std::size_t points = frame.pointCount();
-  return frame.has_point_counts && isConsistent(image) &&
-         image.pixels.size() == points && image.depths.size() == points &&
-         arePixels(frame);
+  return point == count && areSymbols(points.intensities, frame.intensity_scale.bits) &&
+         areColours(points.colours, frame.colour_bits);
 }
 
 } // namespace
@@ -184,7 +159,7 @@ isConsistent(const VoxelFrame& frame)
       !isCount(frame.intensities.size(), frame.hasIntensities(), frame.size()) ||
       !isCount(frame.colours.size(), frame.colour_bits > 0, frame.size()) ||
       !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()) ||
-      !areFields(frame) || !isImage(frame))
+      !areFields(frame) || !arePoints(frame))
     return false;
   return frame.keys.empty() ||
          (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&

@@ -100,6 +100,12 @@ public:
          VoxelFrame& frame,
          DecodingMemory& memory);
 
+  /** \brief Whether frames that have their points get their voxels, too, which takes as
+   * much time as to decode them: true at first. Without them VoxelFrame::keys is empty,
+   * and forEachPoint() gives what a decoded cloud has. Other frames always have voxels. */
+  void
+  setDecodesVoxels(bool decodes_voxels);
+
   /** \brief Stamp and frame_id of the last decoded frame, if it has them. */
   const std::optional<FrameStamp>&
   stamp() const;

@@ -3,7 +3,6 @@
 
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/impl/depth_model.h>
-#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
@@ -124,6 +123,43 @@ struct VoxelColour {
   }
 };
 
+/** \brief A lidar that turns about an axis, as its points tell it. */
+struct SpinningSensor {
+  std::array<double, 3> origin{}; ///< from the grid's lowest corner, voxels
+  std::array<double, 3> up{};     ///< unit vector along the axis
+  double azimuth_step = 0.0;      ///< usual angle between columns, radians
+  double elevation_step = 0.0;    ///< usual angle between rows, radians
+};
+
+/** \brief The points of a frame one by one, where a stream keeps the order of their
+ * sensor. Each coordinate is within half an edge of what it was. */
+struct FramePoints {
+  std::uint32_t width = 0;  ///< columns of a decoded cloud; 0: there are only voxels
+  std::uint32_t height = 0; ///< its rows; with one it has no missing points
+  /** \brief Where each point is in a decoded cloud, row * width + column: ascending, or
+   * in a frame with voxels in their order and ascending within each of them. */
+  std::vector<std::uint32_t> indices;
+  std::vector<std::array<double, 3>> positions; ///< world coordinates, metres
+  /** \brief Of each point a symbol of the frame's scale; empty without intensities. */
+  std::vector<std::uint16_t> intensities;
+  std::vector<VoxelColour> colours; ///< one of each point; empty without colours
+  std::optional<SpinningSensor> sensor;
+
+  /** \brief Whether a frame has its points. */
+  bool
+  areThere() const
+  {
+    return width > 0;
+  }
+
+  /** \brief Points of a decoded cloud, with those that are missing. */
+  std::size_t
+  cloudSize() const
+  {
+    return std::size_t{width} * height;
+  }
+};
+
 /** \brief Farthest position of a viewpoint from the grid's lowest voxel, voxels. */
 constexpr std::int32_t farthest_viewpoint = 1 << 22;
 
@@ -148,9 +184,9 @@ struct VoxelFrame {
    * 2^22, for the prediction of fields. */
   std::array<std::int32_t, 3> viewpoint{};
 
-  /** \brief The sensor's order of the points, if they have one or were coded by it; with
-   * numbers of points only. */
-  PointImage image;
+  /** \brief The points, if the stream has the order of their sensor. Such a frame may be
+   * without voxels, see FrameDecoder::setDecodesVoxels(). */
+  FramePoints points;
 
   /** \brief Whether voxels have intensities. */
   bool
@@ -159,65 +195,72 @@ struct VoxelFrame {
     return intensity_scale.bits > 0;
   }
 
-  /** \brief Colour of a voxel in channels of 0 to 255; the frame has to have
-   * colours. */
+  /** \brief A colour in channels of 0 to 255; the frame has to have colours. */
   VoxelColour
-  fullColour(std::size_t voxel) const
+  fullColour(const VoxelColour& colour) const
   {
     const unsigned int highest = (1u << colour_bits) - 1;
     const auto full = [highest](unsigned int channel) {
       return static_cast<std::uint8_t>((2 * 255 * channel + highest) / (2 * highest));
     };
-    const VoxelColour& colour = colours[voxel];
     return {full(colour.r), full(colour.g), full(colour.b)};
+  }
+
+  /** \brief The same of a voxel. */
+  VoxelColour
+  fullColour(std::size_t voxel) const
+  {
+    return fullColour(colours[voxel]);
   }
 
   /** \brief Number of points: one for each voxel, or as many as it had. */
   std::size_t
   pointCount() const
   {
-    std::size_t points = 0;
-    for (const std::uint32_t count : point_counts)
-      points += count;
-    return has_point_counts ? points : size();
+    if (points.areThere())
+      return points.indices.size();
+    std::size_t count = 0;
+    for (const std::uint32_t of_voxel : point_counts)
+      count += of_voxel;
+    return has_point_counts ? count : size();
   }
 
   /** \brief Whether a decoded cloud has rows and columns. */
   bool
   isOrganised() const
   {
-    return image.hasPixels() && image.is_organised;
+    return points.height > 1;
   }
 
-  /** \brief Number of points of a decoded cloud: those of its image, some of which are
-   * not a number, or else pointCount(). */
+  /** \brief Number of points of a decoded cloud, some of which are not a number if it has
+   * rows and columns. */
   std::size_t
   cloudSize() const
   {
-    return isOrganised() ? image.pixelCount() : pointCount();
+    return points.areThere() ? points.cloudSize() : pointCount();
   }
 
   /** \brief Where a point is in a decoded cloud.
-   * \param[in] point in the order of the voxels, below pointCount()
+   * \param[in] point in the order of forEachPoint(), below pointCount()
    */
   std::size_t
   cloudIndex(std::size_t point) const
   {
-    return isOrganised() ? image.pixels[point] : point;
+    return points.areThere() ? points.indices[point] : point;
   }
 
   /** \brief Columns of a decoded cloud. */
   std::size_t
   cloudWidth() const
   {
-    return isOrganised() ? image.width : pointCount();
+    return points.areThere() ? points.width : pointCount();
   }
 
   /** \brief Rows of a decoded cloud. */
   std::uint32_t
   cloudHeight() const
   {
-    return isOrganised() ? image.height : 1;
+    return points.areThere() ? points.height : 1;
   }
 
   /** \brief Number of values of all fields. */
@@ -237,7 +280,7 @@ struct VoxelFrame {
     return keys.size();
   }
 
-  /** \brief Removes all voxels. */
+  /** \brief Removes all voxels and points. */
   void
   clearVoxels()
   {
@@ -247,14 +290,14 @@ struct VoxelFrame {
     point_counts.clear();
     for (FrameField& field : fields)
       field.numbers.clear();
-    image.pixels.clear();
-    image.depths.clear();
+    points = FramePoints();
   }
 };
 
 /** \brief True if a frame is valid: keys strictly ascending and within the grid, as
  * many intensities, colours and numbers of points as keys or none, all of them and all
- * parameters within their ranges. Encoders refuse a frame that is not. */
+ * parameters within their ranges; points, if there are any, as many as all voxels have.
+ * Encoders refuse a frame that is not. They take its voxels, not its points. */
 PCL_EXT_CODEC_EXPORT bool
 isConsistent(const VoxelFrame& frame);
 
@@ -291,6 +334,19 @@ forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit);
 template <typename VisitT>
 void
 forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit);
+
+/** \brief Calls a function for each point of a decoded cloud that is not missing: at the
+ * centre of each voxel as many as it had, or where they are in a frame that has its
+ * points. Values of fields are in the same order.
+ * \param[in] frame as isConsistent() demands, or without voxels if it has its points
+ * \param[in] visit callable as visit(std::size_t point, x, y, z, float intensity, const
+ * VoxelColour& colour), with the coordinates of forEachPreciseCentre(): see cloudIndex()
+ * for where the point is; the intensity is in the unit of the frame's scale, 0 without
+ * intensities; channels are 0 to 255, all of them 255 without colours
+ */
+template <typename VisitT>
+void
+forEachPoint(const VoxelFrame& frame, VisitT&& visit);
 
 /** @} */
 

@@ -147,5 +147,55 @@ forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit)
   }
 }
 
+namespace detail {
+
+/** \brief forEachPoint() of a frame that has its points, as numbers of a type. */
+template <typename NumberT, typename VisitT>
+void
+visitOwnPoints(const VoxelFrame& frame, VisitT& visit)
+{
+  VoxelColour colour{255, 255, 255};
+  const FramePoints& points = frame.points;
+  for (std::size_t i = 0; i < points.positions.size(); ++i) {
+    if (frame.colour_bits > 0)
+      colour = frame.fullColour(points.colours[i]);
+    const std::array<double, 3>& position = points.positions[i];
+    visit(i,
+          static_cast<NumberT>(position[0]),
+          static_cast<NumberT>(position[1]),
+          static_cast<NumberT>(position[2]),
+          frame.hasIntensities() ? frame.intensity_scale.value(points.intensities[i])
+                                 : 0.0f,
+          colour);
+  }
+}
+
+} // namespace detail
+
+template <typename VisitT>
+void
+forEachPoint(const VoxelFrame& frame, VisitT&& visit)
+{
+  if (frame.points.areThere()) {
+    if (frame.grid.needsDoubles())
+      detail::visitOwnPoints<double>(frame, visit);
+    else
+      detail::visitOwnPoints<float>(frame, visit);
+    return;
+  }
+  std::size_t point = 0;
+  std::size_t voxel = 0;
+  VoxelColour colour{255, 255, 255};
+  forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+    if (frame.colour_bits > 0)
+      colour = frame.fullColour(voxel);
+    const std::size_t end =
+        point + (frame.has_point_counts ? frame.point_counts[voxel] : 1);
+    for (; point < end; ++point)
+      visit(point, x, y, z, intensity, colour);
+    ++voxel;
+  });
+}
+
 } // namespace io
 } // namespace pcl_ext

@@ -1,0 +1,16 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Sets the voxels of a frame that has its points, if it has none: with the mean
+ * intensity and colour of their points. Points and fields are put in the order of the
+ * voxels; points outside the grid are left out. */
+PCL_EXT_CODEC_EXPORT void
+setVoxels(VoxelFrame& frame);
+
+} // namespace io
+} // namespace pcl_ext
