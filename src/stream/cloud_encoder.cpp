@@ -106,7 +106,7 @@ CloudEncoder::encode(CloudSource& source,
       stages_->call([&] { return stages_->run(source, info, bytes); });
   if (!status.ok()) {
     bytes.clear();
-    stages_->frame_.clearVoxels(); // it may be that of the previous cloud
+    stages_->clearFrame(); // it may be that of the previous cloud
   }
   return status;
 }
@@ -136,7 +136,13 @@ CloudEncoder::voxelize(const PointView& points,
 const VoxelFrame&
 CloudEncoder::frame() const
 {
-  return stages_->frame_;
+  return stages_->frame();
+}
+
+ImageSize
+CloudEncoder::decodedSize() const
+{
+  return stages_->decodedSize();
 }
 
 const FrameStatistics&

@@ -3,7 +3,9 @@
 
 #include "bytes/exceptions.h"
 #include "codec/frame_limits.h"
+#include "codec/scan/scan_points.h"
 #include "voxelizing/point_batches.h"
+#include "voxels/point_voxels.h"
 #include "voxels/voxel_block.h"
 
 #include <array>
@@ -81,6 +83,8 @@ CloudStages::voxelize(const PointView& points,
   if (CompressionStatus status = checkView(points); !status.ok())
     return status;
   SingleBatch batch(points);
+  if (CompressionStatus status = contents_->select(batch); !status.ok())
+    return status;
   return voxelizeBatches(batch, sensor_pose, frame);
 }
 
@@ -121,8 +125,15 @@ CloudStages::takeSettings(const EncoderSettings& settings,
       taken.temporal_filter_holds == settings_.temporal_filter_holds;
   // May throw, so it comes before the changes.
   std::optional<CloudVoxelizer> voxelizer;
-  if (!voxelizer_ || !haveSameVoxels(taken, settings_))
+  std::optional<ScanCollector> scans;
+  std::optional<ScanChoice> scan_choice;
+  if (!voxelizer_ || !haveSameVoxels(taken, settings_)) {
     voxelizer.emplace(taken, unit_);
+    if (!noise_removal_ && ScanCollector::isPossible(taken, unit_)) {
+      scans.emplace(taken, unit_);
+      scan_choice.emplace(taken);
+    }
+  }
   if (!voxelizer_ || !has_filter)
     temporal_filter_ = temporalFilterOf(taken);
   settings_ = std::move(taken);
@@ -131,6 +142,8 @@ CloudStages::takeSettings(const EncoderSettings& settings,
   if (!voxelizer)
     return;
   voxelizer_ = std::move(voxelizer);
+  scans_ = std::move(scans);
+  scan_choice_ = std::move(scan_choice);
   encoder_.requestIFrame();
 }
 
@@ -158,14 +171,7 @@ CloudStages::run(CloudSource& source,
   SingleBatch batch(cloud.view, cloud.points_behind_sensor);
   PointBatches& points = cloud.batches != nullptr ? *cloud.batches : batch;
   showBeyond(cloud, points, info.sensor_pose);
-  if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
-      !status.ok())
-    return status;
-  source.removeNoise(frame_);
-  if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
-      !status.ok())
-    return status;
-  CompressionStatus status = encoder_.encode(frame_, info.stamp, bytes);
+  CompressionStatus status = encodeCloud(points, source, info, bytes);
   if (!status.ok())
     return status;
   status = describeFrame();
@@ -173,7 +179,7 @@ CloudStages::run(CloudSource& source,
   if (rate_control_->endFrame(bytes.size(),
                               statistics_.coding.is_i_frame,
                               Clock::now() - begin,
-                              frame_.grid,
+                              is_scan_ ? scan_.grid : frame_.grid,
                               statistics_.sensor_motion)) {
     is_step_new_ = false;
     return status;
@@ -195,13 +201,104 @@ CloudStages::leftOut() const
       [] { return CompressionStatus(CompressionCode::LeftOut, ""); });
 }
 
+/** \brief Encodes a cloud as a scan or as voxels. */
+CompressionStatus
+CloudStages::encodeCloud(PointBatches& points,
+                         CloudSource& source,
+                         const CloudInfo& info,
+                         std::vector<std::uint8_t>& bytes)
+{
+  is_scan_ = false;
+  if (CompressionStatus status = contents_->select(points); !status.ok())
+    return status;
+  const bool is_i_frame_due = encoder_.isIFrameDue();
+  CompressionStatus status;
+  if (!scans_ || !scan_choice_->mayBeScan(is_i_frame_due) ||
+      !scans_->collect(points,
+                       contents_->fields(),
+                       info.sensor_pose,
+                       is_i_frame_due,
+                       scan_,
+                       voxelization_,
+                       status))
+    status = encodeVoxels(points, source, info, bytes);
+  else if (status.ok())
+    status = encodeScan(points, info, bytes);
+  if (status.ok() && scan_choice_ &&
+      scan_choice_->follow(encoder_.statistics(), voxelization_.points_used))
+    encoder_.requestIFrame();
+  return status;
+}
+
+CompressionStatus
+CloudStages::encodeVoxels(PointBatches& points,
+                          CloudSource& source,
+                          const CloudInfo& info,
+                          std::vector<std::uint8_t>& bytes)
+{
+  if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
+      !status.ok())
+    return status;
+  source.removeNoise(frame_);
+  if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
+      !status.ok())
+    return status;
+  return encoder_.encode(frame_, info.stamp, bytes);
+}
+
+/** \brief Encodes the scan of a cloud, or in a trial its voxels if they take fewer
+ * bytes. */
+CompressionStatus
+CloudStages::encodeScan(PointBatches& points,
+                        const CloudInfo& info,
+                        std::vector<std::uint8_t>& bytes)
+{
+  filtering_ = TemporalFilterStatus();
+  frame_.clearVoxels();
+  is_scan_ = true;
+  const VoxelizationStatistics of_scan = voxelization_;
+  CompressionStatus status = encoder_.encode(scan_, info.stamp, bytes);
+  const bool is_i_frame = encoder_.statistics().is_i_frame;
+  if (!status.ok() || !scan_choice_->isTrial(is_i_frame))
+    return status;
+  if (CompressionStatus voxelized = voxelizeBatches(points, info.sensor_pose, frame_);
+      !voxelized.ok())
+    return voxelized;
+  if (!scan_choice_->takesVoxels(frame_, bytes.size(), is_i_frame)) {
+    voxelization_ = of_scan;
+    frame_.clearVoxels();
+    return status;
+  }
+  is_scan_ = false;
+  encoder_.dropLastFrame();
+  return encoder_.encode(frame_, info.stamp, bytes);
+}
+
+const VoxelFrame&
+CloudStages::frame()
+{
+  if (is_scan_ && !frame_.points.areThere()) {
+    scan::ScanFrame scan = scan_;
+    scan::movePoints(scan, frame_);
+    setVoxels(frame_);
+  }
+  return frame_;
+}
+
+ImageSize
+CloudStages::decodedSize() const
+{
+  if (is_scan_ && scan_.order == scan::PointOrder::Organised)
+    return {scan_.width, scan_.height};
+  const std::size_t points = is_scan_ ? scan_.pixels.size() : frame_.pointCount();
+  return {static_cast<std::uint32_t>(points), 1};
+}
+
 CompressionStatus
 CloudStages::voxelizeBatches(PointBatches& points,
                              const WorldPose& sensor_pose,
                              VoxelFrame& frame)
 {
-  if (CompressionStatus status = contents_->select(points); !status.ok())
-    return status;
   // What the temporal filter holds stays in the grid and the scale, which then only
   // grow.
   voxelization_ =
@@ -209,11 +306,7 @@ CloudStages::voxelizeBatches(PointBatches& points,
   if (voxelizer_->hasChanged())
     encoder_.requestIFrame();
   if (CompressionStatus status = contents_->collect(
-          points,
-          sensor_pose,
-          settings_,
-          {voxelization_.points_used, encoder_.isIFrameDue(), encoder_.takesImages()},
-          frame);
+          points, sensor_pose, settings_, voxelization_.points_used, frame);
       !status.ok())
     return status;
   frame.depth_model.reset();
@@ -292,7 +385,10 @@ CloudStages::limitedCounts() const
   // Counted only where they may exceed the limit. Those of a refinement are fewer.
   const bool may_exceed = statistics_.coding.voxels >
                           frameLimits(settings_.decoder_limits, bytes).max_blocks;
-  return {may_exceed ? countBlocks(frame_.keys) : 0, frame_.fieldValueCount(), bytes};
+  std::size_t values = frame_.fieldValueCount();
+  for (const FrameField& field : scan_.fields)
+    values += is_scan_ ? field.numbers.size() : 0;
+  return {may_exceed && !is_scan_ ? countBlocks(frame_.keys) : 0, values, bytes};
 }
 
 } // namespace io

@@ -11,6 +11,8 @@
 #include "stream/frame_encoder.h"
 #include "stream/frame_warnings.h"
 #include "stream/point_contents.h"
+#include "stream/scan_choice.h"
+#include "voxelizing/scan_collector.h"
 
 #include <chrono>
 #include <cstdint>
@@ -41,6 +43,22 @@ public:
   CompressionStatus
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
+  /** \brief The voxels of the last cloud, made of its points if it was coded as these. */
+  const VoxelFrame&
+  frame();
+
+  /** \brief Removes all of the last cloud. */
+  void
+  clearFrame()
+  {
+    frame_.clearVoxels();
+    is_scan_ = false;
+  }
+
+  /** \brief Columns and rows of the last cloud as it is decoded. */
+  ImageSize
+  decodedSize() const;
+
   /** \brief Calls a function of the stages. If it throws the next frame is an I-frame, as
    * a stage may have learned from a cloud that is not in the stream.
    * \return what it returns, OutOfMemory, or the status of invalid settings
@@ -52,7 +70,7 @@ public:
     if (!settings_status_.ok())
       return settings_status_;
     const auto clean_up = [this] {
-      frame_.clearVoxels();
+      clearFrame();
       encoder_.requestIFrame();
     };
     return callOrNoMemory([&] { return callOrCleanUp(function, clean_up); },
@@ -71,6 +89,23 @@ private:
 
   CompressionStatus
   leftOut() const;
+
+  CompressionStatus
+  encodeCloud(PointBatches& points,
+              CloudSource& source,
+              const CloudInfo& info,
+              std::vector<std::uint8_t>& bytes);
+
+  CompressionStatus
+  encodeVoxels(PointBatches& points,
+               CloudSource& source,
+               const CloudInfo& info,
+               std::vector<std::uint8_t>& bytes);
+
+  CompressionStatus
+  encodeScan(PointBatches& points,
+             const CloudInfo& info,
+             std::vector<std::uint8_t>& bytes);
 
   CompressionStatus
   voxelizeBatches(PointBatches& points,
@@ -102,11 +137,15 @@ private:
   std::optional<RateControl> rate_control_;
   std::optional<CloudVoxelizer> voxelizer_;
   std::optional<PointContents> contents_;
+  std::optional<ScanCollector> scans_; // if settings allow scans
+  std::optional<ScanChoice> scan_choice_;
   std::optional<TemporalVoxelFilter> temporal_filter_; // if it is on
   FrameMotion motion_;                                 // without a temporal filter
   FrameEncoder encoder_;
   // Of the last cloud:
   VoxelFrame frame_;
+  scan::ScanFrame scan_;
+  bool is_scan_ = false; // coded as such
   VoxelizationStatistics voxelization_;
   TemporalFilterStatus filtering_;
   FrameStatistics statistics_;

@@ -12,6 +12,7 @@
 #include "stream/frame_search.h"
 #include "stream/version1_decoder.h"
 #include "voxels/memory_rule.h"
+#include "voxels/point_voxels.h"
 
 #include <algorithm>
 #include <array>
@@ -65,6 +66,12 @@ public:
   ownWorkspace()
   {
     return own_workspace_;
+  }
+
+  void
+  setDecodesVoxels(bool decodes_voxels)
+  {
+    decodes_voxels_ = decodes_voxels;
   }
 
   const std::optional<FrameStamp>&
@@ -218,7 +225,9 @@ private:
     skipped_ = source.skipped();
     if (!status.ok())
       return status;
-    statistics.voxels = frame.size();
+    if (decodes_voxels_)
+      setVoxels(frame);
+    statistics.voxels = frame.points.areThere() ? frame.pointCount() : frame.size();
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
     return {};
@@ -246,7 +255,7 @@ private:
         published_ = published::History();
     }
     std::size_t needed =
-        frame.size() + frame.fieldValueCount() + frame.image.pixelCount();
+        frame.size() + frame.fieldValueCount() + frame.points.cloudSize();
     if (status.ok())
       needed += statistics_.bytes;
     std::size_t taken = needed;
@@ -289,14 +298,13 @@ private:
       frame.point_counts.shrink_to_fit();
       for (FrameField& field : frame.fields)
         field.numbers.shrink_to_fit();
-      frame.image.pixels.shrink_to_fit();
-      frame.image.depths.shrink_to_fit();
     };
     // Without memory for smaller copies the memory stays as it is.
     callOrElse(release, [] {});
   }
 
   DecoderLimits limits_;
+  bool decodes_voxels_ = true;
   bool keeps_incomplete_;
   std::uint64_t unfinished_search_ = 0; // last bytes of a search ended by the limit
   RereadAllowance rereads_;

@@ -45,8 +45,9 @@ describeVersion1(ByteSource& source,
     description.colour_bits = header.content.colour_bits;
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
-    description.image = {header.image.width, header.image.height};
-    description.is_organised = header.content.has_image && header.image.is_organised;
+    description.image = {header.scan.width, header.scan.height};
+    description.is_organised =
+        header.content.has_scan && header.scan.order == scan::PointOrder::Organised;
     if (header.stamp)
       description.stamp = static_cast<std::uint64_t>(*header.stamp);
   }

@@ -12,6 +12,21 @@
 namespace pcl_ext {
 namespace io {
 
+namespace {
+
+CompressionStatus
+checkStamp(const std::optional<FrameStamp>& stamp)
+{
+  if (stamp && stamp->frame_id.size() > max_frame_id_size)
+    return {CompressionCode::InvalidInput,
+            "frame_id has " + std::to_string(stamp->frame_id.size()) +
+                " bytes; at most " + std::to_string(max_frame_id_size) +
+                " are supported"};
+  return {};
+}
+
+} // namespace
+
 FrameEncoder::FrameEncoder(StreamFormat format,
                            unsigned int i_frame_rate,
                            Effort effort,
@@ -31,7 +46,6 @@ FrameEncoder::reasonsOfStream() const
   IFrameReasons reasons;
   reasons.is_requested = is_i_frame_requested_;
   reasons.is_scheduled = frames_since_i_frame_ >= i_frame_rate_;
-  reasons.image_does_not_fit = version1_.imageDoesNotFit();
   return reasons;
 }
 
@@ -39,12 +53,6 @@ bool
 FrameEncoder::isIFrameDue() const
 {
   return reasonsOfStream().any();
-}
-
-bool
-FrameEncoder::takesImages() const
-{
-  return version1_.takesImages(isIFrameDue());
 }
 
 void
@@ -77,13 +85,49 @@ FrameEncoder::encode(const VoxelFrame& frame,
                      const std::optional<FrameStamp>& stamp,
                      std::vector<std::uint8_t>& bytes)
 {
-  const auto encode = [&] {
-    bytes.clear();
+  return encodeSafely(bytes, frame.size() + frame.fieldValueCount(), [&] {
     CompressionStatus status = check(frame, stamp);
     if (status.ok())
       encodeFrame(frame, stamp, bytes);
     return status;
-  };
+  });
+}
+
+CompressionStatus
+FrameEncoder::encode(const scan::ScanFrame& scan,
+                     const std::optional<FrameStamp>& stamp,
+                     std::vector<std::uint8_t>& bytes)
+{
+  return encodeSafely(bytes, scan.pixelCount(), [&] {
+    CompressionStatus status = checkStamp(stamp);
+    if (!status.ok())
+      return status;
+    IFrameReasons reasons = reasonsOfStream();
+    if (!reasons.any())
+      version1_.addReasons(scan, stamp, reasons);
+    CodedFrameStatistics statistics;
+    statistics.voxels = scan.pixels.size();
+    version1_.encode(reasons.any(), scan, stamp, bytes, statistics);
+    if (version1_.needsReplacement()) {
+      bytes.clear();
+      version1_.takeBack();
+      version1_.encode(true, scan, stamp, bytes, statistics);
+    }
+    endFrame(statistics, scan.pixels.empty());
+    return status;
+  });
+}
+
+/** \brief Encodes a frame; without memory the next one is an I-frame.
+ * \param[in] elements of the frame, for which memory is kept
+ */
+template <typename EncodeT>
+CompressionStatus
+FrameEncoder::encodeSafely(std::vector<std::uint8_t>& bytes,
+                           std::size_t elements,
+                           const EncodeT& encode)
+{
+  bytes.clear();
   // If memory runs out the state of the coders is undefined.
   const auto out_of_memory = [&] {
     bytes.clear();
@@ -93,7 +137,7 @@ FrameEncoder::encode(const VoxelFrame& frame,
   };
   CompressionStatus status = callOrElse(encode, out_of_memory);
   // Memory that recent frames did not need.
-  if (status.ok() && memory_rule_.shouldRelease(version1_.endFrame(frame)) &&
+  if (status.ok() && memory_rule_.shouldRelease(version1_.endFrame(elements)) &&
       format_ == StreamFormat::Version1)
     version1_.releaseMemory();
   return status;
@@ -130,12 +174,7 @@ FrameEncoder::check(const VoxelFrame& frame,
   if (frame.size() > most_blocks && countBlocks(frame.keys) > most_blocks)
     return {CompressionCode::InvalidInput,
             "the frame has more than 2^26 blocks of 4 x 4 x 4 voxels"};
-  if (stamp && stamp->frame_id.size() > max_frame_id_size)
-    return {CompressionCode::InvalidInput,
-            "frame_id has " + std::to_string(stamp->frame_id.size()) +
-                " bytes; at most " + std::to_string(max_frame_id_size) +
-                " are supported"};
-  return {};
+  return checkStamp(stamp);
 }
 
 void
@@ -154,7 +193,14 @@ FrameEncoder::encodeFrame(const VoxelFrame& frame,
     version1_.takeBack();
     version1_.encode(FrameKind::Intra, frame, stamp, bytes, statistics);
   }
-  is_last_empty_ = frame.keys.empty();
+  endFrame(statistics, frame.keys.empty());
+}
+
+/** \brief Follows a frame that was encoded. */
+void
+FrameEncoder::endFrame(const CodedFrameStatistics& statistics, bool is_empty)
+{
+  is_last_empty_ = is_empty;
   is_i_frame_requested_ = false;
   if (statistics.is_i_frame) {
     frames_since_i_frame_ = 0;

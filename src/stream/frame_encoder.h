@@ -18,7 +18,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Encodes the voxel frames of one stream. */
+/** \brief Encodes the frames of one stream, voxels or points. */
 class FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.
@@ -35,11 +35,6 @@ public:
   /** \brief True if the next frame will be an I-frame for any content. */
   bool
   isIFrameDue() const;
-
-  /** \brief Whether the next frame may have the order of its points,
-   * VoxelFrame::image: not, where frames took fewer bytes without. */
-  bool
-  takesImages() const;
 
   /** \brief Makes the next frame an I-frame. */
   void
@@ -67,6 +62,14 @@ public:
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Encodes the points of the next frame; Version1 only.
+   * \param[in] scan of a consistent layout, with ascending pixels
+   */
+  CompressionStatus
+  encode(const scan::ScanFrame& scan,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes);
+
   /** \brief Bytes of the payloads since the last I-frame, with its own; see
    * frameLimits(). */
   std::uint64_t
@@ -90,6 +93,15 @@ private:
   encodeFrame(const VoxelFrame& frame,
               const std::optional<FrameStamp>& stamp,
               std::vector<std::uint8_t>& bytes);
+
+  template <typename EncodeT>
+  CompressionStatus
+  encodeSafely(std::vector<std::uint8_t>& bytes,
+               std::size_t elements,
+               const EncodeT& encode);
+
+  void
+  endFrame(const CodedFrameStatistics& statistics, bool is_empty);
 
   void
   encodePublished(const VoxelFrame& frame,

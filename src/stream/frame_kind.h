@@ -16,11 +16,10 @@ enum class FrameKind {
 /** \brief Why a frame cannot be a P-frame, or should be none. */
 struct IFrameReasons {
   // Of the stream, before the frame is known:
-  bool is_requested = false;       ///< first frame, other settings, or asked for
-  bool is_scheduled = false;       ///< by the I-frame rate
-  bool image_does_not_fit = false; ///< other rays, or voxels take fewer bytes
+  bool is_requested = false; ///< first frame, other settings, or asked for
+  bool is_scheduled = false; ///< by the I-frame rate
   // Of the frame:
-  bool has_other_content = false;   ///< grid, scale, or what its voxels have
+  bool has_other_content = false;   ///< grid, scale, layout, or what its voxels have
   bool has_far_stamp = false;       ///< its change takes more bytes than the stamp
   bool has_long_history = false;    ///< which takes time and memory in both directions
   bool repeats_fine_voxels = false; ///< which a history of all voxels codes better
@@ -28,8 +27,8 @@ struct IFrameReasons {
   bool
   any() const
   {
-    return is_requested || is_scheduled || image_does_not_fit || has_other_content ||
-           has_far_stamp || has_long_history || repeats_fine_voxels;
+    return is_requested || is_scheduled || has_other_content || has_long_history ||
+           repeats_fine_voxels;
   }
 };
 

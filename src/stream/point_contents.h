@@ -8,7 +8,6 @@
 #include <pcl_ext/status.h>
 
 #include "voxelizing/field_collector.h"
-#include "voxelizing/image_collector.h"
 #include "voxels/memory_rule.h"
 
 #include <cstddef>
@@ -17,17 +16,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Sets what the voxels of a stream's frames have of their points: further fields,
- * and the order that the sensor gave them. */
+/** \brief Sets the further fields of a stream's frames of voxels. */
 class PointContents {
 public:
-  /** \brief What the next frame may have. */
-  struct Frame {
-    std::size_t points_used = 0; ///< of the cloud, in voxels
-    bool is_i_frame_due = false; ///< it will be an I-frame
-    bool takes_images = false;   ///< see FrameEncoder::takesImages()
-  };
-
   /** \param[in] settings as accepted by checkSettings() */
   explicit PointContents(const EncoderSettings& settings) : fields_(settings) {}
 
@@ -38,30 +29,30 @@ public:
     return fields_.select(points.fields());
   }
 
-  /** \brief Sets fields and image of a voxelized frame, and from where fields are
-   * predicted.
+  /** \brief The fields of the cloud, as they were chosen. */
+  const FieldCollector&
+  fields() const
+  {
+    return fields_;
+  }
+
+  /** \brief Sets the fields of a voxelized frame, and from where they are predicted.
    * \param[in] points the cloud
    * \param[in] sensor_pose sensor -> grid, metres
    * \param[in] settings in force
-   * \param[in] next what is known of the frame
+   * \param[in] points_used of the cloud, in voxels
    * \param[in,out] frame with its voxels
    */
   CompressionStatus
   collect(PointBatches& points,
           const WorldPose& sensor_pose,
           const EncoderSettings& settings,
-          const Frame& next,
+          std::size_t points_used,
           VoxelFrame& frame);
 
 private:
-  std::uint64_t
-  mostPixels(const EncoderSettings& settings,
-             const Frame& next,
-             const VoxelFrame& frame) const;
-
   FieldCollector fields_;
-  ImageCollector image_;
-  MemoryRule memory_rule_; // of both
+  MemoryRule memory_rule_;
 };
 
 } // namespace io

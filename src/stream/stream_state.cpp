@@ -15,9 +15,9 @@ StreamState::complete(Version1Header& header) const
   header.content = content;
   header.fields = fields;
   header.viewpoint = viewpoint;
-  header.image = image;
-  if (header.ray_pose)
-    header.image.rays.pose = *header.ray_pose;
+  header.scan = scan;
+  if (header.placement)
+    setPlacement(*header.placement, header.scan);
   if (!header.has_frame_id)
     header.frame_id = frame_id;
 }
@@ -51,12 +51,14 @@ StreamState::learn(Version1Header& header, std::uint32_t frame_checksum) noexcep
   content = header.content;
   fields.swap(header.fields);
   viewpoint = header.viewpoint;
-  std::swap(image, header.image);
+  std::swap(scan, header.scan);
   frame_id.swap(header.frame_id);
   stamp = stampOf(header);
   const bool has_supplement = content.hasSupplement() && header.voxel_count > 0;
   if (header.is_i_frame && supplement && !has_supplement)
     supplement->reset();
+  if (header.is_i_frame && !content.has_scan)
+    scans.reset();
   if (header.is_of_changes)
     return;
   if (keeps_frame_)
@@ -72,6 +74,7 @@ StreamState::forgetVoxels() noexcept
   coders.clear();
   changes.reset();
   supplement.reset();
+  scans.reset();
 }
 
 void
@@ -80,6 +83,8 @@ StreamState::releaseMemory()
   coders.of(effort).releaseMemory();
   if (supplement)
     supplement->releaseMemory();
+  if (scans)
+    scans->releaseMemory();
   if (changes)
     changes->releaseMemory();
 }

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "codec/changes/change_coder.h"
 #include "codec/payload_coder.h"
+#include "codec/scan/scan_coder.h"
 #include "codec/supplement/supplement.h"
 #include "stream/version1_header.h"
 
@@ -35,14 +35,15 @@ struct StreamState {
   supplement::Content content;
   std::vector<FieldDescription> fields;
   std::array<std::int32_t, 3> viewpoint{};
-  PointImage image; ///< without points
+  scan::ScanLayout scan;
   std::string frame_id;
   std::uint64_t stamp = 0;
 
-  // The histories of the voxels.
+  // The histories of voxels and points.
   PayloadCoders coders;
   std::unique_ptr<changes::ChangeCoder> changes;           ///< made when it is needed
   std::unique_ptr<supplement::SupplementCoder> supplement; ///< likewise
+  std::unique_ptr<scan::ScanCoder> scans;                  ///< likewise
 
   /** \brief Whether the next frame may be one of changes. */
   bool
@@ -58,6 +59,15 @@ struct StreamState {
     if (!supplement)
       supplement = std::make_unique<supplement::SupplementCoder>();
     return *supplement;
+  }
+
+  /** \brief The coder of scans. */
+  scan::ScanCoder&
+  scanCoder()
+  {
+    if (!scans)
+      scans = std::make_unique<scan::ScanCoder>();
+    return *scans;
   }
 
   /** \brief Sets what the header of a P-frame does not have, as it is that of the frames
@@ -86,7 +96,7 @@ struct StreamState {
   void
   learn(Version1Header& header, std::uint32_t frame_checksum) noexcept;
 
-  /** \brief Forgets the histories of the voxels: an I-frame has to follow. */
+  /** \brief Forgets the histories: an I-frame has to follow. */
   void
   forgetVoxels() noexcept;
 

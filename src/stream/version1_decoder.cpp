@@ -4,6 +4,7 @@
 #include "bytes/checksum.h"
 #include "bytes/exceptions.h"
 #include "codec/frame_failures.h"
+#include "codec/scan/scan_points.h"
 
 #include <algorithm>
 #include <numeric>
@@ -43,7 +44,7 @@ Version1Decoder::decode(ByteSource& source,
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;
   statistics.is_of_changes = header_.is_of_changes;
-  statistics.has_image = header_.content.has_image;
+  statistics.has_points = header_.content.has_scan;
   statistics.occupancy_bytes = sizes.occupancy;
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
@@ -91,9 +92,12 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 std::uint64_t
 Version1Decoder::bytesOfVoxels() const
 {
-  // Half of it is for the history.
+  // Half of it is for the history. A pixel without a point takes much less.
+  const scan::ScanLayout& scan = header_.is_i_frame ? header_.scan : state_.scan;
+  const std::uint64_t of_pixels =
+      header_.content.has_scan ? scan.pixelCount() / 4 : std::uint64_t{0};
   return (header_.is_i_frame ? bytes_of_voxel / 2 : bytes_of_voxel) *
-         header_.voxel_count;
+         std::max(header_.voxel_count, of_pixels);
 }
 
 /** \brief Sets the limits of a frame by its bytes and by the memory that there is. */
@@ -171,6 +175,8 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
     return status;
   if (header_.is_of_changes)
     return decodeChanges(work, payload, end, frame, sizes);
+  if (header_.content.has_scan)
+    return decodeScan(payload, end, frame, sizes);
   const std::uint8_t* const supplement = end - header_.supplement_size;
   if (CompressionStatus status = decodeVoxels(work, payload, supplement, frame, sizes);
       !status.ok())
@@ -213,6 +219,28 @@ Version1Decoder::decodeChanges(CodingWorkspace& work,
     return {};
   return corruptFrame("the payload does not decode to " +
                       std::to_string(header_.voxel_count) + " voxels");
+}
+
+/** \brief Decodes the points of a scan. */
+CompressionStatus
+Version1Decoder::decodeScan(const std::uint8_t* begin,
+                            const std::uint8_t* end,
+                            VoxelFrame& frame,
+                            PayloadSizes& sizes)
+{
+  static_cast<scan::ScanLayout&>(scan_) = header_.scan;
+  scan_.grid = header_.grid;
+  scan_.intensity_scale = header_.intensity_scale;
+  scan_.colour_bits = header_.content.colour_bits;
+  scan_.fields.swap(frame.fields); // as prepareFields() has set them
+  if (!state_.scanCoder().decode(
+          header_.is_i_frame, begin, end, header_.point_count, scan_))
+    return corruptFrame("the payload does not decode to " +
+                        std::to_string(header_.point_count) + " points");
+  sizes = {static_cast<std::size_t>(header_.payload_size), 0, 0};
+  scan::movePoints(scan_, frame);
+  state_.prepareChanges(header_, frame); // none may follow
+  return {};
 }
 
 /** \brief Decodes the voxels, or the coarse voxels of those that are in the
@@ -296,9 +324,11 @@ Version1Decoder::completeHeader()
   if (content != state_.content || has_colours != (content.colour_bits > 0))
     return corruptFrame("a P-frame of another content than its I-frame");
   state_.complete(header_);
-  if (header_.ray_pose && !isConsistent(header_.image))
-    return corruptFrame("invalid rays of an image");
-  return {};
+  if (!header_.placement)
+    return {};
+  if (!isConsistent(header_.scan))
+    return corruptFrame("invalid placement of a scan");
+  return checkPixelCount(header_.scan, frame_limits_);
 }
 
 /** \brief Sets all of a frame but what its voxels are.
@@ -335,30 +365,13 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
     frame.point_counts.clear();
   if (CompressionStatus status = prepareFields(frame); !status.ok())
     return status;
-  prepareImage(frame);
+  frame.points = FramePoints();
   if (header_.content.hasVoxels()) {
     coarse_voxels_.grid = frame.grid;
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
     coarse_voxels_.intensity_scale.bits = 0;
   }
   return {};
-}
-
-/** \brief Sets size and rays of a frame's image. */
-void
-Version1Decoder::prepareImage(VoxelFrame& frame) const
-{
-  if (!header_.content.has_image) {
-    frame.image = PointImage();
-    return;
-  }
-  frame.image.width = header_.image.width;
-  frame.image.height = header_.image.height;
-  frame.image.is_organised = header_.image.is_organised;
-  frame.image.has_points_at_sensor = header_.image.has_points_at_sensor;
-  frame.image.rays = header_.image.rays;
-  frame.image.pixels.clear();
-  frame.image.depths.clear();
 }
 
 /** \brief Sets which fields a frame has. */
@@ -414,6 +427,10 @@ Version1Decoder::learn(std::uint32_t checksum) noexcept
 {
   if (header_.is_of_changes) {
     state_.changes->learn();
+  }
+  else if (header_.content.has_scan) {
+    state_.scans->learn();
+    state_.coders.clear();
   }
   else {
     state_.coders.of(header_.effort).learn();

@@ -9,6 +9,7 @@
 #include "bytes/byte_source.h"
 #include "codec/frame_order.h"
 #include "codec/payload_coder.h"
+#include "codec/scan/scan_frame.h"
 #include "stream/stream_state.h"
 #include "stream/version1_header.h"
 
@@ -128,6 +129,12 @@ private:
                 VoxelFrame& frame,
                 PayloadSizes& sizes);
 
+  CompressionStatus
+  decodeScan(const std::uint8_t* begin,
+             const std::uint8_t* end,
+             VoxelFrame& frame,
+             PayloadSizes& sizes);
+
   bool
   hasOtherPoints(const VoxelFrame& frame) const;
 
@@ -142,9 +149,6 @@ private:
 
   CompressionStatus
   prepareFields(VoxelFrame& frame);
-
-  void
-  prepareImage(VoxelFrame& frame) const;
 
   CompressionStatus
   prepareContent(VoxelFrame& frame);
@@ -178,6 +182,7 @@ private:
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
   VoxelFrame coarse_voxels_; // with a refinement
+  scan::ScanFrame scan_;
 };
 
 } // namespace io

@@ -12,10 +12,27 @@
 namespace pcl_ext {
 namespace io {
 
+namespace {
+
+bool
+haveSameFields(const std::vector<FrameField>& fields,
+               const std::vector<FieldDescription>& descriptions)
+{
+  return std::equal(fields.begin(),
+                    fields.end(),
+                    descriptions.begin(),
+                    descriptions.end(),
+                    [](const FieldDescription& one, const FieldDescription& other) {
+                      return one == other;
+                    });
+}
+
+} // namespace
+
 Version1Encoder::Version1Encoder(Effort effort,
                                  bool has_p_frames,
                                  std::uint32_t first_frame_number)
-: effort_(effort), has_p_frames_(has_p_frames), image_choice_(has_p_frames)
+: effort_(effort), has_p_frames_(has_p_frames)
 {
   state_.frame_number = first_frame_number - 1;
 }
@@ -26,9 +43,7 @@ Version1Encoder::addReasons(const VoxelFrame& frame,
                             IFrameReasons& reasons)
 {
   reasons.has_other_content = hasOtherContent(frame);
-  constexpr std::int64_t far = std::int64_t{1} << 27;
-  reasons.has_far_stamp =
-      stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far);
+  reasons.has_far_stamp = hasFarStamp(stamp);
   if (reasons.any())
     return;
   // That of a moving sensor.
@@ -41,37 +56,36 @@ Version1Encoder::addReasons(const VoxelFrame& frame,
                                 refinement_choice_.endsWith(frame);
 }
 
+void
+Version1Encoder::addReasons(const scan::ScanFrame& scan,
+                            const std::optional<FrameStamp>& stamp,
+                            IFrameReasons& reasons) const
+{
+  reasons.has_other_content = !state_.content.has_scan || scan.grid != state_.grid ||
+                              scan.intensity_scale != state_.intensity_scale ||
+                              scan.colour_bits != state_.content.colour_bits ||
+                              !haveSameFields(scan.fields, state_.fields) ||
+                              !scan.mayFollow(state_.scan);
+  reasons.has_far_stamp = hasFarStamp(stamp);
+}
+
 bool
 Version1Encoder::hasOtherContent(const VoxelFrame& frame) const
 {
-  return frame.grid != state_.grid || frame.intensity_scale != state_.intensity_scale ||
+  return state_.content.has_scan || frame.grid != state_.grid ||
+         frame.intensity_scale != state_.intensity_scale ||
          frame.depth_model.has_value() != had_depth_model_ ||
          frame.colour_bits != state_.content.colour_bits ||
          frame.has_point_counts != state_.content.has_point_counts ||
-         !std::equal(frame.fields.begin(),
-                     frame.fields.end(),
-                     state_.fields.begin(),
-                     state_.fields.end(),
-                     [](const FieldDescription& one, const FieldDescription& other) {
-                       return one == other;
-                     }) ||
-         hasOtherImage(frame);
+         !haveSameFields(frame.fields, state_.fields);
 }
 
-/** \brief True if the points do not have the order of the last frame and its rays, in
- * any pose, which was coded with these, or may have those of the first one with
- * points. */
+/** \brief Whether the change of a stamp takes more bytes than the stamp. */
 bool
-Version1Encoder::hasOtherImage(const VoxelFrame& frame) const
+Version1Encoder::hasFarStamp(const std::optional<FrameStamp>& stamp) const
 {
-  if (image_choice_.isIFrameEmpty() && !state_.content.has_image)
-    return frame.image.hasPixels() && !frame.keys.empty();
-  const PointImage& last = state_.image;
-  return state_.content.has_image &&
-         (frame.image.width != last.width || frame.image.height != last.height ||
-          frame.image.is_organised != last.is_organised ||
-          frame.image.has_points_at_sensor != last.has_points_at_sensor ||
-          !frame.image.rays.isSameButForPose(last.rays));
+  constexpr std::int64_t far = std::int64_t{1} << 27;
+  return stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far);
 }
 
 /** \brief Change of the stamp since the last frame, modulo 2^64. */
@@ -104,18 +118,77 @@ Version1Encoder::encode(FrameKind kind,
                         std::vector<std::uint8_t>& bytes,
                         CodedFrameStatistics& statistics)
 {
-  beginHeader(frame, kind == FrameKind::Intra, stamp);
+  beginHeader(kind == FrameKind::Intra, stamp);
+  header_.grid = frame.grid;
+  header_.intensity_scale = frame.intensity_scale;
   const PayloadSizes sizes = kind == FrameKind::Intra       ? encodeIFrame(frame)
                              : kind == FrameKind::Predicted ? encodePFrame(frame)
                                                             : encodeChanges(frame);
-  writeFrame(frame, sizes, bytes, statistics);
+  header_.voxel_count = frame.size();
+  const VoxelFrame& coded = header_.content.hasVoxels() ? coarse_voxels_ : frame;
+  const std::uint32_t checksum =
+      writeFrame({header_.voxel_count,
+                  coded.size() > free_blocks ? countBlocks(coded.keys) : 0,
+                  header_.content.has_point_counts ? header_.point_count : 0,
+                  fieldValuesOf(header_, header_.fields)},
+                 sizes,
+                 bytes,
+                 statistics);
+  if (has_p_frames_ && !header_.is_of_changes)
+    state_.prepareChanges(header_, frame);
+  state_.learn(header_, checksum);
+  needs_replacement_ |=
+      !header_.is_i_frame && was_of_changes_ && !state_.mayBeFollowedByChanges();
+  was_of_changes_ = header_.is_of_changes;
+  had_depth_model_ = frame.depth_model.has_value();
 }
 
-/** \brief Sets what the header has of the frame, the stamp and the frames before. */
 void
-Version1Encoder::beginHeader(const VoxelFrame& frame,
-                             bool is_i_frame,
-                             const std::optional<FrameStamp>& stamp)
+Version1Encoder::encode(bool is_i_frame,
+                        const scan::ScanFrame& scan,
+                        const std::optional<FrameStamp>& stamp,
+                        std::vector<std::uint8_t>& bytes,
+                        CodedFrameStatistics& statistics)
+{
+  beginHeader(is_i_frame, stamp);
+  Version1Header& header = header_;
+  header.grid = scan.grid;
+  header.intensity_scale = scan.intensity_scale;
+  header.depth_model.reset();
+  header.content = supplement::Content();
+  header.content.has_scan = true;
+  header.content.has_point_counts = true;
+  header.content.colour_bits = scan.colour_bits;
+  header.content.has_fields = !scan.fields.empty();
+  header.fields.assign(scan.fields.begin(), scan.fields.end());
+  header.viewpoint = {};
+  const ScanPlacement placement = placementOf(scan);
+  if (!is_i_frame && placement != placementOf(state_.scan))
+    header.placement = placement;
+  header.scan = scan;
+  header.point_count = scan.pixels.size();
+  header.voxel_count = header.point_count;
+  header.supplement_size = 0;
+  payload_.clear();
+  const std::size_t geometry = state_.scanCoder().encode(is_i_frame, scan, payload_);
+  const std::uint32_t checksum =
+      writeFrame({0,
+                  0,
+                  std::max<std::uint64_t>(header.point_count, scan.pixelCount()),
+                  fieldValuesOf(header, header.fields)},
+                 {geometry, payload_.size() - geometry, 0},
+                 bytes,
+                 statistics);
+  if (has_p_frames_)
+    state_.prepareChanges(header_, coarse_voxels_); // none may follow
+  state_.learn(header_, checksum);
+  was_of_changes_ = false;
+  had_depth_model_ = false;
+}
+
+/** \brief Sets what the header has of the stamp and the frames before. */
+void
+Version1Encoder::beginHeader(bool is_i_frame, const std::optional<FrameStamp>& stamp)
 {
   Version1Header& header = header_;
   header.is_i_frame = is_i_frame;
@@ -131,33 +204,17 @@ Version1Encoder::beginHeader(const VoxelFrame& frame,
         is_i_frame ? static_cast<std::int64_t>(stamp->stamp) : stampChange(*stamp);
   if (header.has_frame_id)
     header.frame_id = stamp->frame_id;
-  header.ray_pose.reset();
-  if (!is_i_frame) {
-    if (state_.content.has_image && frame.image.rays.pose != state_.image.rays.pose)
-      header.ray_pose = frame.image.rays.pose;
+  header.placement.reset();
+  if (!is_i_frame)
     state_.complete(header);
-  }
-  header.grid = frame.grid;
-  header.intensity_scale = frame.intensity_scale;
-}
-
-/** \brief Encodes payload and supplement of an I-frame, with its image or without. */
-PayloadSizes
-Version1Encoder::encodeIFrame(const VoxelFrame& frame)
-{
-  const auto encode = [&](bool has_image) {
-    const PayloadSizes sizes = encodeIFrameAs(frame, has_image);
-    return ImageChoice::Encoded{sizes, payload_.size(), header_.point_count};
-  };
-  return image_choice_.encodeIFrame(frame, effort_, state_.content.has_image, encode);
 }
 
 /** \brief Encodes payload and supplement of an I-frame, with a refinement or without. */
 PayloadSizes
-Version1Encoder::encodeIFrameAs(const VoxelFrame& frame, bool has_image)
+Version1Encoder::encodeIFrame(const VoxelFrame& frame)
 {
   const auto encode = [&] {
-    setContent(frame, has_image);
+    setContent(frame);
     return encodeContent(frame, codedVoxels(frame));
   };
   const PayloadSizes sizes = encode();
@@ -178,11 +235,7 @@ Version1Encoder::encodePFrame(const VoxelFrame& frame)
   const std::size_t tracked = coder().match(work_, coded);
   if (!header_.content.hasVoxels())
     refinement_choice_.followHistory(tracked, coded.size());
-  const PayloadSizes sizes = encodeContent(frame, coded);
-  image_choice_.followPFrame(frame,
-                             header_.content.has_image && !frame.keys.empty(),
-                             {sizes, payload_.size(), header_.point_count});
-  return sizes;
+  return encodeContent(frame, coded);
 }
 
 /** \brief Encodes a frame of changes, after hasFewChanges(). */
@@ -197,28 +250,20 @@ Version1Encoder::encodeChanges(const VoxelFrame& frame)
 
 /** \brief Sets what an I-frame has besides its voxels. */
 void
-Version1Encoder::setContent(const VoxelFrame& frame, bool has_image)
+Version1Encoder::setContent(const VoxelFrame& frame)
 {
   supplement::Content& content = header_.content;
   content.colour_bits = frame.colour_bits;
   content.has_point_counts = frame.has_point_counts;
   content.has_fields = !frame.fields.empty();
-  content.has_image = has_image;
-  content.refinement_levels = has_image ? 0 : refinement_choice_.levelsFor(frame);
+  content.has_scan = false;
+  content.refinement_levels = refinement_choice_.levelsFor(frame);
   header_.fields.assign(frame.fields.begin(), frame.fields.end());
   header_.viewpoint = frame.viewpoint;
-  header_.image = PointImage();
-  if (!has_image)
-    return;
-  header_.image.width = frame.image.width;
-  header_.image.height = frame.image.height;
-  header_.image.is_organised = frame.image.is_organised;
-  header_.image.has_points_at_sensor = frame.image.has_points_at_sensor;
-  header_.image.rays = frame.image.rays;
+  header_.scan = scan::ScanLayout();
 }
 
-/** \brief What the coder of voxels codes: with a refinement the coarse voxels, with an
- * image nothing. */
+/** \brief What the coder of voxels codes: with a refinement the coarse voxels. */
 const VoxelFrame&
 Version1Encoder::codedVoxels(const VoxelFrame& frame)
 {
@@ -229,9 +274,8 @@ Version1Encoder::codedVoxels(const VoxelFrame& frame)
   coarse_voxels_.grid = frame.grid;
   coarse_voxels_.grid.depth -= content.refinement_levels;
   coarse_voxels_.intensity_scale.bits = 0;
-  if (!content.has_image)
-    supplement::coarseVoxelsOf(
-        frame.keys, content.refinement_levels, coarse_voxels_.keys);
+  supplement::coarseVoxelsOf(
+      frame.keys, content.refinement_levels, coarse_voxels_.keys);
   return coarse_voxels_;
 }
 
@@ -325,16 +369,11 @@ Version1Encoder::encodePayload(const VoxelFrame& frame)
  * \return false if a P-frame has too few
  */
 bool
-Version1Encoder::pad(const VoxelFrame& frame)
+Version1Encoder::pad(const FrameCounts& counts)
 {
   Version1Header& header = header_;
   header.padding_size = 0;
-  const VoxelFrame& coded = header.content.hasVoxels() ? coarse_voxels_ : frame;
-  const std::uint64_t fewest =
-      fewestBytes({header.voxel_count,
-                   coded.size() > free_blocks ? countBlocks(coded.keys) : 0,
-                   header.content.has_point_counts ? header.point_count : 0,
-                   fieldValuesOf(header, header.fields)});
+  const std::uint64_t fewest = fewestBytes(counts);
   const std::uint64_t bytes =
       payload_.size() + (header.is_i_frame ? 0 : state_.bytes_since_i_frame);
   if (bytes >= fewest || !header.is_i_frame)
@@ -344,23 +383,25 @@ Version1Encoder::pad(const VoxelFrame& frame)
   return true;
 }
 
-/** \brief Appends the frame whose payload is encoded, and learns it. */
-void
-Version1Encoder::writeFrame(const VoxelFrame& frame,
+/** \brief Appends the frame whose payload is encoded.
+ * \param[in] counts of what is in it
+ * \return its checksum
+ */
+std::uint32_t
+Version1Encoder::writeFrame(const FrameCounts& counts,
                             const PayloadSizes& sizes,
                             std::vector<std::uint8_t>& bytes,
                             CodedFrameStatistics& statistics)
 {
   Version1Header& header = header_;
-  header.voxel_count = frame.size();
-  const bool has_enough_bytes = pad(frame);
+  needs_replacement_ = !pad(counts);
   header.payload_size = payload_.size();
   const std::uint32_t checksum = writeVersion1Frame(
       header, payload_, header.is_i_frame ? 0 : state_.checksum, bytes);
 
   statistics.is_i_frame = header.is_i_frame;
   statistics.is_of_changes = header.is_of_changes;
-  statistics.has_image = header.content.has_image;
+  statistics.has_points = header.content.has_scan;
   statistics.frame_number = header.frame_number;
   statistics.bytes = bytes.size();
   statistics.header_bytes = bytes.size() - payload_.size();
@@ -369,23 +410,14 @@ Version1Encoder::writeFrame(const VoxelFrame& frame,
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes =
       payload_.size() - statistics.occupancy_bytes - sizes.attributes;
-
-  if (has_p_frames_ && !header.is_of_changes)
-    state_.prepareChanges(header, frame);
-  state_.learn(header, checksum);
-  needs_replacement_ =
-      !header.is_i_frame &&
-      (!has_enough_bytes || (was_of_changes_ && !state_.mayBeFollowedByChanges()));
-  was_of_changes_ = header.is_of_changes;
-  had_depth_model_ = frame.depth_model.has_value();
+  return checksum;
 }
 
 std::size_t
-Version1Encoder::endFrame(const VoxelFrame& frame)
+Version1Encoder::endFrame(std::size_t elements)
 {
-  const std::size_t needed = frame.size() + frame.fieldValueCount() +
-                             frame.image.pixelCount() + payload_.size() +
-                             state_.coders.trackedVoxels(effort_);
+  const std::size_t needed =
+      elements + payload_.size() + state_.coders.trackedVoxels(effort_);
   work_.endFrame(needed, needed);
   return needed;
 }
@@ -405,7 +437,6 @@ void
 Version1Encoder::forgetVoxels()
 {
   state_.forgetVoxels();
-  image_choice_.forgetTrial();
 }
 
 } // namespace io

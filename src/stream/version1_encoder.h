@@ -7,7 +7,6 @@
 
 #include "codec/payload_coder.h"
 #include "stream/frame_kind.h"
-#include "stream/image_choice.h"
 #include "stream/refinement_choice.h"
 #include "stream/stream_state.h"
 #include "stream/version1_header.h"
@@ -46,26 +45,18 @@ public:
     forgetVoxels();
   }
 
-  /** \brief Whether a frame may have an image. */
-  bool
-  takesImages(bool is_i_frame) const
-  {
-    return image_choice_.mayHaveImage(is_i_frame, state_.content.has_image);
-  }
-
-  /** \brief See IFrameReasons::image_does_not_fit. */
-  bool
-  imageDoesNotFit() const
-  {
-    return image_choice_.wantsIFrame();
-  }
-
   /** \brief Sets the reasons that a frame has to be an I-frame, once for each frame that
    * has no other reason. */
   void
   addReasons(const VoxelFrame& frame,
              const std::optional<FrameStamp>& stamp,
              IFrameReasons& reasons);
+
+  /** \brief The same for points. */
+  void
+  addReasons(const scan::ScanFrame& scan,
+             const std::optional<FrameStamp>& stamp,
+             IFrameReasons& reasons) const;
 
   /** \brief True if a frame that need not be an I-frame should be one of changes. */
   bool
@@ -81,6 +72,16 @@ public:
   void
   encode(FrameKind kind,
          const VoxelFrame& frame,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes,
+         CodedFrameStatistics& statistics);
+
+  /** \brief Encodes the points of the next frame.
+   * \param[in] scan as FrameEncoder checks it
+   */
+  void
+  encode(bool is_i_frame,
+         const scan::ScanFrame& scan,
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes,
          CodedFrameStatistics& statistics);
@@ -103,10 +104,11 @@ public:
   }
 
   /** \brief Ends a frame in the memory that is used for one.
-   * \return voxels, bytes and records that the stream needed for it
+   * \param[in] elements its voxels or pixels, and values of fields
+   * \return with bytes and records that the stream needed for it
    */
   std::size_t
-  endFrame(const VoxelFrame& frame);
+  endFrame(std::size_t elements);
 
   void
   releaseMemory();
@@ -121,18 +123,16 @@ private:
   hasOtherContent(const VoxelFrame& frame) const;
 
   bool
-  hasOtherImage(const VoxelFrame& frame) const;
+  hasFarStamp(const std::optional<FrameStamp>& stamp) const;
 
   std::int64_t
   stampChange(const FrameStamp& stamp) const;
 
   void
-  beginHeader(const VoxelFrame& frame,
-              bool is_i_frame,
-              const std::optional<FrameStamp>& stamp);
+  beginHeader(bool is_i_frame, const std::optional<FrameStamp>& stamp);
 
   void
-  setContent(const VoxelFrame& frame, bool has_image);
+  setContent(const VoxelFrame& frame);
 
   const VoxelFrame&
   codedVoxels(const VoxelFrame& frame);
@@ -145,9 +145,6 @@ private:
 
   PayloadSizes
   encodeChanges(const VoxelFrame& frame);
-
-  PayloadSizes
-  encodeIFrameAs(const VoxelFrame& frame, bool has_image);
 
   PayloadSizes
   encodeContent(const VoxelFrame& frame, const VoxelFrame& coded);
@@ -167,10 +164,10 @@ private:
   encodePayload(const VoxelFrame& frame);
 
   bool
-  pad(const VoxelFrame& frame);
+  pad(const FrameCounts& counts);
 
-  void
-  writeFrame(const VoxelFrame& frame,
+  std::uint32_t
+  writeFrame(const FrameCounts& counts,
              const PayloadSizes& sizes,
              std::vector<std::uint8_t>& bytes,
              CodedFrameStatistics& statistics);
@@ -185,7 +182,6 @@ private:
   bool has_p_frames_;
   StreamState state_;
   RefinementChoice refinement_choice_;
-  ImageChoice image_choice_;
   // Of the last frame:
   bool had_depth_model_ = false; // whether it was coded or not
   bool was_of_changes_ = false;

@@ -7,7 +7,6 @@
 #include "bytes/reserve_ahead.h"
 #include "codec/frame_failures.h"
 #include "stream/field_table.h"
-#include "stream/image_table.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
@@ -41,8 +40,8 @@ enum ContentFlag : std::uint16_t {
   point_counts_flag = 64,
   no_intensities_flag = 128,
   fields_flag = 256,
-  image_flag = 512,
-  ray_pose_flag = 1024, // of a P-frame
+  scan_flag = 512,
+  placement_flag = 1024, // of a P-frame
   // 2048 is reserved
   padding_flag = 4096 // of an I-frame
 };
@@ -74,10 +73,10 @@ contentFieldOf(const Version1Header& header)
     field |= no_intensities_flag;
   if (header.content.has_fields)
     field |= fields_flag;
-  if (header.content.has_image)
-    field |= image_flag;
-  if (header.ray_pose)
-    field |= ray_pose_flag;
+  if (header.content.has_scan)
+    field |= scan_flag;
+  if (header.placement)
+    field |= placement_flag;
   if (header.padding_size > 0)
     field |= padding_flag;
   return field;
@@ -140,11 +139,11 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writeIntensityScale(header.intensity_scale, writer);
     if (header.content.has_fields)
       writeFieldTable(header.fields, header.viewpoint, writer);
-    if (header.content.has_image)
-      writeImageTable(header.image, writer);
+    if (header.content.has_scan)
+      writeScanTable(header.scan, writer);
   }
-  if (header.ray_pose)
-    writeRayPose(*header.ray_pose, writer);
+  if (header.placement)
+    writeScanPlacement(*header.placement, writer);
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
   else if (header.stamp)
@@ -153,7 +152,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     writer.varint(header.frame_id.size());
     writer.raw(header.frame_id.data(), header.frame_id.size());
   }
-  writer.varint(header.voxel_count);
+  if (!header.content.has_scan)
+    writer.varint(header.voxel_count);
   if (header.content.refinement_levels > 0)
     writer.varint(header.coarse_voxel_count);
   if (header.content.has_point_counts)
@@ -227,20 +227,21 @@ readContent(ByteSource& source, Version1Header& header)
   header.content.has_point_counts = (field & point_counts_flag) != 0;
   header.content.colour_bits = (field & colours_flag) != 0 ? 1 : 0; // I: follow
   header.content.has_fields = (field & fields_flag) != 0;           // likewise
-  header.content.has_image = (field & image_flag) != 0;             // likewise
-  if ((field & ray_pose_flag) != 0)
-    header.ray_pose.emplace();
+  header.content.has_scan = (field & scan_flag) != 0;               // likewise
+  if ((field & placement_flag) != 0)
+    header.placement.emplace();
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
   header.padding_size = (field & padding_flag) != 0 ? 1 : 0; // follows
   if (source.failure() == ByteSource::Failure::None &&
       (field == 0 || (field & ~known_content) != 0 ||
        header.content.refinement_levels >= max_grid_depth ||
-       (header.content.has_image &&
-        (!header.content.has_point_counts || header.content.refinement_levels > 0)) ||
+       (header.content.has_scan &&
+        (!header.content.has_point_counts || header.content.refinement_levels > 0 ||
+         header.has_depth_model)) ||
        (!header.is_i_frame &&
         (header.intensity_scale.bits == 0 || header.padding_size > 0)) ||
-       (header.ray_pose && (header.is_i_frame || !header.content.has_image))))
+       (header.placement && (header.is_i_frame || !header.content.has_scan))))
     return corruptFrame("invalid content");
   return {};
 }
@@ -271,19 +272,23 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
             readFieldTable(source, header.fields, header.viewpoint);
         !status.ok())
       return status;
-  return header.content.has_image ? readImageTable(source, header.image)
-                                  : CompressionStatus();
+  return header.content.has_scan ? readScanTable(source, header.scan)
+                                 : CompressionStatus();
 }
 
 /** \brief Reads how much of what there is. */
 void
 readCounts(ByteSource& source, Version1Header& header)
 {
-  header.voxel_count = source.varint();
+  if (!header.content.has_scan)
+    header.voxel_count = source.varint();
   if (header.content.refinement_levels > 0)
     header.coarse_voxel_count = source.varint();
   if (header.content.has_point_counts)
     header.point_count = source.varint();
+  // At most.
+  if (header.content.has_scan)
+    header.voxel_count = header.point_count;
   header.payload_size = source.varint();
   if (header.content.hasSupplement())
     header.supplement_size = source.varint();
@@ -300,8 +305,8 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
     status = readContent(source, header);
   if (status.ok() && header.is_i_frame)
     status = readIFrameFields(source, flags, header);
-  if (status.ok() && header.ray_pose)
-    readRayPose(source, *header.ray_pose);
+  if (status.ok() && header.placement)
+    readScanPlacement(source, *header.placement);
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();
@@ -326,11 +331,9 @@ checkFields(const Version1Header& header,
   if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits.max_voxels);
       !status.ok())
     return status;
-  if (header.content.has_image && header.image.pixelCount() > limits.max_points)
-    return {CompressionCode::LimitExceeded,
-            "frame header: an image of " + std::to_string(header.image.pixelCount()) +
-                " pixels exceeds the limit of " + std::to_string(limits.max_points) +
-                " points"};
+  if (header.is_i_frame && header.content.has_scan)
+    if (CompressionStatus status = checkPixelCount(header.scan, limits); !status.ok())
+      return status;
   if (header.point_count > limits.max_points)
     return {CompressionCode::LimitExceeded,
             "frame header: " + std::to_string(header.point_count) +
@@ -366,10 +369,21 @@ fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>&
   for (const FieldDescription& field : fields)
     values += field.count;
   // A decoded cloud has values in all pixels.
-  if (header.content.has_image && header.image.is_organised)
-    return values * header.image.pixelCount();
+  if (header.content.has_scan && header.scan.order == scan::PointOrder::Organised)
+    return values * header.scan.pixelCount();
   return values *
          (header.content.has_point_counts ? header.point_count : header.voxel_count);
+}
+
+CompressionStatus
+checkPixelCount(const scan::ScanLayout& layout, const FrameLimits& limits)
+{
+  if (layout.pixelCount() <= limits.max_points)
+    return {};
+  return {CompressionCode::LimitExceeded,
+          "frame header: a scan of " + std::to_string(layout.pixelCount()) +
+              " pixels exceeds the limit of " + std::to_string(limits.max_points) +
+              " points"};
 }
 
 FrameLimits

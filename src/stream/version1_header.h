@@ -2,13 +2,13 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
 #include "codec/frame_limits.h"
 #include "codec/supplement/content.h"
+#include "stream/scan_table.h"
 
 #include <array>
 #include <cstddef>
@@ -40,8 +40,8 @@ struct Version1Header {
   supplement::Content content;             // P: without the colour bits
   std::vector<FieldDescription> fields;    // I only
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
-  PointImage image;                        // I only, without points
-  std::optional<RayPose> ray_pose;         // P only; another one than before
+  scan::ScanLayout scan;                   // I only
+  std::optional<ScanPlacement> placement;  // P only; of a scan, another one than before
   std::optional<DepthModel> depth_model;   // of the payload, or that of before
   std::optional<std::int64_t> stamp;       // P: difference to the previous frame
   bool has_frame_id = false;               // P: only if it has changed
@@ -105,6 +105,10 @@ holdsVersion1Checksum(const std::uint8_t* bytes,
 std::uint64_t
 fieldValuesOf(const Version1Header& header,
               const std::vector<FieldDescription>& fields);
+
+/** \brief Checks that a scan has not more pixels than a frame may have points. */
+CompressionStatus
+checkPixelCount(const scan::ScanLayout& layout, const FrameLimits& limits);
 
 /** \brief The limits of a frame by its bytes.
  * \param[in] header of the frame

@@ -31,6 +31,21 @@ isInteger(FieldType type)
   return type != FieldType::Float32 && type != FieldType::Float64;
 }
 
+/** \brief Appends the values of some points of a batch. */
+void
+readField(const FieldView& view,
+          const FieldDescription& description,
+          const std::vector<std::uint32_t>& indices,
+          std::vector<std::uint64_t>& numbers)
+{
+  const auto* const first = static_cast<const unsigned char*>(view.first);
+  const std::size_t size = sizeOf(description.type);
+  for (const std::uint32_t point : indices)
+    for (std::size_t k = 0; k < description.count; ++k)
+      numbers.push_back(
+          fieldNumber(description, first + point * view.stride + k * size));
+}
+
 /** \brief Why a field cannot be kept; empty if it can. */
 std::string
 faultOf(const FieldDescription& field)
@@ -105,8 +120,6 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
 CompressionStatus
 FieldCollector::collect(PointBatches& points,
                         const VoxelLocator& locator,
-                        ImageCollector* image,
-                        bool may_refit_rays,
                         VoxelFrame& frame)
 {
   entries_.clear();
@@ -114,17 +127,10 @@ FieldCollector::collect(PointBatches& points,
   for (std::vector<std::uint64_t>& numbers : numbers_)
     numbers.clear();
   points.restart();
-  std::size_t first = 0;
-  for (PointView batch; points.next(batch); first += batch.count)
-    readBatch(batch, locator, image, first, !frame.has_point_counts);
-  const bool has_image =
-      image != nullptr && image->fit(may_refit_rays, frame.grid, frame.image);
-  if (has_image)
-    findDepths(*image);
+  for (PointView batch; points.next(batch);)
+    readBatch(batch, locator, !frame.has_point_counts);
   radixSort(entries_, spare_, 3 * frame.grid.depth);
-  if (has_image)
-    setImage(*image, frame);
-  else if (frame.has_point_counts)
+  if (frame.has_point_counts)
     sortPointsOfVoxels();
   frame.fields.resize(selected_.size());
   for (std::size_t i = 0; i < selected_.size(); ++i) {
@@ -134,16 +140,24 @@ FieldCollector::collect(PointBatches& points,
       arrange(i, field);
     else
       summarize(i, field);
-    if (std::any_of(
-            field.numbers.begin(), field.numbers.end(), [&field](std::uint64_t number) {
-              return isFieldNumberClamped(field, number);
-            }))
-      return {
-          CompressionCode::InvalidInput,
-          "field '" + field.name +
-              "' has a value of 2^52 steps or more: it needs a larger step, or none"};
+    if (CompressionStatus status = checkNumbers(field); !status.ok())
+      return status;
   }
   return {};
+}
+
+CompressionStatus
+checkNumbers(const FrameField& field)
+{
+  const bool is_clamped = std::any_of(
+      field.numbers.begin(), field.numbers.end(), [&field](std::uint64_t number) {
+        return isFieldNumberClamped(field, number);
+      });
+  if (!is_clamped)
+    return {};
+  return {CompressionCode::InvalidInput,
+          "field '" + field.name +
+              "' has a value of 2^52 steps or more: it needs a larger step, or none"};
 }
 
 /** \brief Puts the numbers of a field in the order of the voxels. */
@@ -163,64 +177,36 @@ FieldCollector::arrange(std::size_t field, FrameField& arranged) const
 void
 FieldCollector::readBatch(const PointView& points,
                           const VoxelLocator& locator,
-                          ImageCollector* image,
-                          std::size_t first,
                           bool of_voxels)
 {
   VoxelizationStatistics statistics; // counted before
   for (std::size_t i = 0; i < points.count; i += LocatedPoints::capacity) {
     locator.find(points, i, located_, statistics);
-    if (image != nullptr)
-      image->add(points, first, located_);
-    for (std::size_t k = 0; k < located_.count; ++k)
+    batch_.clear();
+    for (std::size_t k = 0; k < located_.count; ++k) {
       entries_.push_back({mortonKey(BlockVoxel{located_.blocks[k], located_.voxels[k]}),
                           static_cast<std::uint32_t>(entries_.size())});
+      batch_.push_back(static_cast<std::uint32_t>(located_.points[k]));
+    }
     for (std::size_t k = 0; k < selected_.size(); ++k) {
       FieldDescription description = selected_[k].description;
       if (of_voxels)
         description.step = 0.0; // rounded once, as what is made of them
-      readField(points.fields[selected_[k].index], description, numbers_[k]);
+      readField(points.fields[selected_[k].index], description, batch_, numbers_[k]);
     }
   }
 }
 
-/** \brief Appends the values of the located points. */
 void
-FieldCollector::readField(const FieldView& view,
-                          const FieldDescription& description,
-                          std::vector<std::uint64_t>& numbers) const
+FieldCollector::readPoints(const PointView& points,
+                           const std::vector<std::uint32_t>& indices,
+                           std::vector<std::vector<std::uint64_t>>& numbers) const
 {
-  const auto* const first = static_cast<const unsigned char*>(view.first);
-  const std::size_t size = sizeOf(description.type);
-  for (std::size_t i = 0; i < located_.count; ++i)
-    for (std::size_t k = 0; k < description.count; ++k)
-      numbers.push_back(fieldNumber(
-          description, first + located_.points[i] * view.stride + k * size));
-}
-
-/** \brief Finds the depths of all points, in their order. */
-void
-FieldCollector::findDepths(ImageCollector& image)
-{
-  depths_.clear();
-  for (const Entry& entry : entries_)
-    depths_.push_back(image.depth(entry.point, entry.key));
-}
-
-/** \brief Sets pixels and depths of the sorted points. */
-void
-FieldCollector::setImage(const ImageCollector& image, VoxelFrame& frame)
-{
-  const auto is_before = [&](const Entry& one, const Entry& other) {
-    return one.key < other.key ||
-           (one.key == other.key && image.pixel(one.point) < image.pixel(other.point));
-  };
-  if (!std::is_sorted(entries_.begin(), entries_.end(), is_before))
-    std::sort(entries_.begin(), entries_.end(), is_before);
-  for (const Entry& entry : entries_) {
-    frame.image.pixels.push_back(image.pixel(entry.point));
-    frame.image.depths.push_back(depths_[entry.point]);
-  }
+  for (std::size_t k = 0; k < selected_.size(); ++k)
+    readField(points.fields[selected_[k].index],
+              selected_[k].description,
+              indices,
+              numbers[k]);
 }
 
 /** \brief Sorts the points of each voxel by their first field, which then ascends. */
@@ -274,7 +260,7 @@ FieldCollector::releaseMemory()
   spare_ = std::vector<Entry>();
   numbers_.clear();
   of_voxel_ = std::vector<std::uint64_t>();
-  depths_ = std::vector<std::uint32_t>();
+  batch_ = std::vector<std::uint32_t>();
 }
 
 } // namespace io

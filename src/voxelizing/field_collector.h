@@ -7,7 +7,6 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
-#include "voxelizing/image_collector.h"
 #include "voxelizing/located_points.h"
 #include "voxelizing/voxel_locator.h"
 
@@ -18,8 +17,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Collects what points have of their own, in the order of a frame's voxels: the
- * fields that the settings name, and the order of the sensor. */
+/** \brief Collects the fields of points that the settings name, in the order of a frame's
+ * voxels, or as they come. */
 class FieldCollector {
 public:
   /** \param[in] settings fields to keep; see StreamSettings::fields */
@@ -38,20 +37,35 @@ public:
   /** \brief Sets the fields of a frame.
    * \param[in] points the cloud that was voxelized
    * \param[in] locator with the grid of the frame
-   * \param[in,out] image begun, if the order of the points is of use; else null
-   * \param[in] may_refit_rays see ImageCollector::fit
    * \param[in,out] frame voxels and numbers of points are given
    * \return Ok, or InvalidInput for a value of 2^52 steps or more
    */
   CompressionStatus
-  collect(PointBatches& points,
-          const VoxelLocator& locator,
-          ImageCollector* image,
-          bool may_refit_rays,
-          VoxelFrame& frame);
+  collect(PointBatches& points, const VoxelLocator& locator, VoxelFrame& frame);
+
+  /** \brief Appends the values of some points of a batch.
+   * \param[in] indices of these
+   * \param[in,out] numbers of each selected field
+   */
+  void
+  readPoints(const PointView& points,
+             const std::vector<std::uint32_t>& indices,
+             std::vector<std::vector<std::uint64_t>>& numbers) const;
 
   void
   releaseMemory();
+
+  /** \brief A field that was selected. */
+  struct Selected {
+    FieldDescription description;
+    std::size_t index; ///< among those that the cloud offers
+  };
+
+  const std::vector<Selected>&
+  selected() const
+  {
+    return selected_;
+  }
 
   /** \brief Values of a point in the selected fields. */
   std::size_t
@@ -64,11 +78,6 @@ public:
   }
 
 private:
-  struct Selected {
-    FieldDescription description;
-    std::size_t index; // among those that the cloud offers
-  };
-
   /** \brief A point of the cloud. */
   struct Entry {
     std::uint64_t key;   // of its voxel
@@ -82,22 +91,7 @@ private:
   }
 
   void
-  readBatch(const PointView& points,
-            const VoxelLocator& locator,
-            ImageCollector* image,
-            std::size_t first,
-            bool of_voxels);
-
-  void
-  findDepths(ImageCollector& image);
-
-  void
-  setImage(const ImageCollector& image, VoxelFrame& frame);
-
-  void
-  readField(const FieldView& view,
-            const FieldDescription& description,
-            std::vector<std::uint64_t>& numbers) const;
+  readBatch(const PointView& points, const VoxelLocator& locator, bool of_voxels);
 
   void
   sortPointsOfVoxels();
@@ -117,8 +111,14 @@ private:
   std::vector<Entry> spare_;
   std::vector<std::vector<std::uint64_t>> numbers_; // of each field, by located point
   std::vector<std::uint64_t> of_voxel_;
-  std::vector<std::uint32_t> depths_; // of the located points, with an image
+  std::vector<std::uint32_t> batch_; // indices of located points
 };
+
+/** \brief Checks that a field has no values of 2^52 steps or more.
+ * \return Ok, or InvalidInput
+ */
+CompressionStatus
+checkNumbers(const FrameField& field);
 
 } // namespace io
 } // namespace pcl_ext

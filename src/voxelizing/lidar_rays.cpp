@@ -145,7 +145,7 @@ fitSpinningRays(const std::vector<PixelPoint>& points,
           {point.column, std::atan2(y, x), distance, point.position.z()});
   }
   FittedRays rays;
-  rays.shape = RayShape::Spinning;
+  rays.shape = scan::RayShape::Spinning;
   for (std::vector<RowPoint>& row : rows)
     thinOut(row);
   rays.turn = turn ? *turn : fitTurn(rows, size.width);

@@ -2,13 +2,13 @@
 #include "voxelizing/ray_fit.h"
 
 #include "voxelizing/robust_fit.h"
-#include "voxels/rays.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -43,18 +43,20 @@ setSpinning(const FittedRays& fitted,
             const WorldPose& pose,
             double resolution,
             double step,
-            PointImage& image)
+            scan::ScanLayout& layout)
 {
-  RayModel& rays = image.rays;
+  scan::ScanRays& rays = layout.rays;
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
       rays.pose.vectors[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)] =
           fixed(pose.linear()(i, axis), of_directions);
-  for (unsigned int bit = 0; bit < columnBits(image.width); ++bit) {
-    const double angle = std::ldexp(fitted.turn, static_cast<int>(bit));
+  for (std::uint32_t column = 1; column < 2 * layout.width; column *= 2) {
+    const double angle = column * fitted.turn;
     rays.turns.push_back(
         {fixed(std::cos(angle), of_directions), fixed(std::sin(angle), of_directions)});
   }
+  rays.columns.resize(layout.width);
+  std::iota(rays.columns.begin(), rays.columns.end(), 0);
   for (const FittedRays::Row& row : fitted.rows)
     rays.rows.push_back({fixed(std::cos(row.angle), of_directions),
                          fixed(std::sin(row.angle), of_directions),
@@ -65,25 +67,27 @@ setSpinning(const FittedRays& fitted,
                          fixed(row.up / resolution, of_places)});
 }
 
-} // namespace
-
+/** \brief Median distance of points from the rays of their pixels, edges.
+ * \param[in] points in the coordinates of the sensor; of none it is 0
+ * \param[in] pose sensor -> grid, metres
+ * \param[in] layout isConsistent(); its rays
+ */
 double
 distanceFromRays(const std::vector<PixelPoint>& points,
                  const WorldPose& pose,
                  const VoxelGrid& grid,
-                 const PointImage& image)
+                 const scan::ScanLayout& layout)
 {
-  RayReader reader(image);
+  scan::ScanRayReader reader(layout.rays, layout.width);
   std::vector<double> distances;
   for (const PixelPoint& point : points) {
     reader.moveTo(point.row);
-    const Ray ray = reader.at(point.column);
+    const scan::Ray ray = reader.at(point.column, 0);
     Eigen::Vector3d offset = pose * point.position;
     Eigen::Vector3d step;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<int>(axis);
-      offset[i] = (offset[i] - grid.origin[axis]) / grid.resolution -
-                  static_cast<double>(grid.first_index[axis]) -
+      offset[i] = (offset[i] - grid.lowerCorner(axis)) / grid.resolution -
                   0x1p-32 * static_cast<double>(ray.start[axis]);
       step[i] = 0x1p-32 * static_cast<double>(ray.step[axis]);
     }
@@ -93,28 +97,35 @@ distanceFromRays(const std::vector<PixelPoint>& points,
   return distances.empty() ? 0.0 : medianSize(distances);
 }
 
+} // namespace
+
+double
+depthStepFor(double fitted_step, double resolution)
+{
+  double step = fitted_step < 0.45 * resolution ? resolution : fitted_step;
+  while (step > 16.0 * resolution)
+    step /= 2.0;
+  return step;
+}
+
 bool
 setRays(const FittedRays& fitted,
         const WorldPose& sensor_pose,
         const VoxelGrid& grid,
-        PointImage& image)
+        scan::ScanLayout& layout)
 {
-  RayModel& rays = image.rays;
-  rays = RayModel();
+  scan::ScanRays& rays = layout.rays;
+  rays = scan::ScanRays();
   rays.shape = fitted.shape;
-  // Much finer steps than voxels take bits, and nobody sees them.
-  rays.has_half_steps = fitted.depth_step < 0.45 * grid.resolution;
-  double step = rays.has_half_steps ? grid.resolution : fitted.depth_step;
-  while (step > 32.0 * grid.resolution) // as steps have no more than 64 voxels
-    step /= 2.0;
+  const double step = depthStepFor(fitted.depth_step, grid.resolution);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double from_corner =
         sensor_pose.translation()[static_cast<int>(axis)] - grid.lowerCorner(axis);
-    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, of_places, 0x1p38);
+    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, of_places, 0x1p42);
   }
-  if (fitted.shape == RayShape::Spinning) {
-    setSpinning(fitted, sensor_pose, grid.resolution, step, image);
-    return isConsistent(image);
+  if (fitted.shape == scan::RayShape::Spinning) {
+    setSpinning(fitted, sensor_pose, grid.resolution, step, layout);
+    return isConsistent(layout);
   }
   const Eigen::Matrix3d plane =
       sensor_pose.linear() * fitted.plane * (step / grid.resolution * of_planes);
@@ -122,7 +133,7 @@ setRays(const FittedRays& fitted,
     for (int axis = 0; axis < 3; ++axis)
       rays.pose.vectors[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)] =
           fixed(plane(axis, i), 1.0, 0x1p46);
-  return isConsistent(image);
+  return isConsistent(layout);
 }
 
 std::optional<FittedRays>
@@ -140,12 +151,12 @@ fitRays(const std::vector<PixelPoint>& points,
   double best_distance = std::numeric_limits<double>::infinity();
   std::optional<FittedRays> best;
   const auto use = [&](const std::optional<FittedRays>& fitted) {
-    PointImage image;
-    image.width = size.width;
-    image.height = size.height;
-    if (!fitted || !setRays(*fitted, sensor_pose, grid, image))
+    scan::ScanLayout layout;
+    layout.width = size.width;
+    layout.height = size.height;
+    if (!fitted || !setRays(*fitted, sensor_pose, grid, layout))
       return;
-    const double distance = distanceFromRays(sample, sensor_pose, grid, image);
+    const double distance = distanceFromRays(sample, sensor_pose, grid, layout);
     if (distance < best_distance) {
       best_distance = distance;
       best = fitted;

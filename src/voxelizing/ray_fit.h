@@ -1,10 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/rigid_pose.h>
+
+#include "codec/scan/scan_frame.h"
 
 #include <Eigen/Core>
 
@@ -16,7 +17,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A point of an image, in the coordinates of its sensor, metres. */
+/** \brief A point of a scan, in the coordinates of its sensor, metres. */
 struct PixelPoint {
   std::uint32_t row;
   std::uint32_t column;
@@ -31,9 +32,9 @@ isAtSensor(const PixelPoint& point)
   return point.position.squaredNorm() < 1e-12;
 }
 
-/** \brief Rays in the coordinates of a sensor, metres; see RayModel. */
+/** \brief Rays in the coordinates of a sensor, metres; see scan::ScanRays. */
 struct FittedRays {
-  /** \brief Of a row of a spinning sensor; see RayRow. */
+  /** \brief Of a row of a spinning sensor; see scan::RayRow. */
   struct Row {
     double angle = 0.0; ///< radians
     double run = 0.0;   ///< metres for a metre of depth, as rise
@@ -43,8 +44,8 @@ struct FittedRays {
     double up = 0.0;
   };
 
-  RayShape shape = RayShape::Planar;
-  Eigen::Matrix3d plane = Eigen::Matrix3d::Zero(); ///< columns as RayModel::plane
+  scan::RayShape shape = scan::RayShape::Planar;
+  Eigen::Matrix3d plane = Eigen::Matrix3d::Zero(); ///< columns as RayPose::vectors
   double turn = 0.0;                               ///< of a column, radians
   std::vector<Row> rows;
   /** \brief Distance of the depths that there are, metres; 0: depths of any size. */
@@ -80,29 +81,22 @@ fitRays(const std::vector<PixelPoint>& points,
         const VoxelGrid& grid,
         const ImageSize& size);
 
-/** \brief Makes the integers of an image of fitted rays.
+/** \brief The distance of the depths on rays, metres: that of the sensor, if it is neither
+ * much smaller than an edge, which nobody sees, nor too large for a scan. */
+double
+depthStepFor(double fitted_step, double resolution);
+
+/** \brief Sets the rays of a scan to fitted ones.
  * \param[in] sensor_pose sensor -> grid, metres
  * \param[in] grid where the rays are to be
- * \param[in,out] image its size is given, rays are set
+ * \param[in,out] layout its size is given, rays are set, with columns a step apart
  * \return whether they are within their ranges
  */
 bool
 setRays(const FittedRays& fitted,
         const WorldPose& sensor_pose,
         const VoxelGrid& grid,
-        PointImage& image);
-
-/** \brief Median distance of points from the rays of their pixels, voxels.
- * \param[in] points in the coordinates of the sensor; of none it is 0
- * \param[in] pose sensor -> grid, metres
- * \param[in] grid of the rays
- * \param[in] image isConsistent(); its rays
- */
-double
-distanceFromRays(const std::vector<PixelPoint>& points,
-                 const WorldPose& pose,
-                 const VoxelGrid& grid,
-                 const PointImage& image);
+        scan::ScanLayout& layout);
 
 } // namespace io
 } // namespace pcl_ext

@@ -102,7 +102,7 @@ RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows)
   for (const PixelPoint& point : points)
     azimuths[point.row].push_back(azimuthOf(point));
   // Two echoes in a direction are not apart.
-  constexpr double least_step = two_pi / most_image_side;
+  constexpr double least_step = two_pi / scan::most_side;
   std::vector<double> steps;
   for (std::vector<double>& row : azimuths) {
     std::sort(row.begin(), row.end());
@@ -132,7 +132,7 @@ RingColumns::findColumns(const std::vector<PixelPoint>& points,
   const double about = two_pi / step;
   const double first = std::floor(0.94 * about);
   const double last = std::ceil(1.06 * about);
-  if (first < 2.0 || last >= most_image_side)
+  if (first < 2.0 || last >= scan::most_side)
     return false;
   std::vector<std::uint32_t> sample_rows;
   std::vector<double> sample;

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
-#include <pcl_ext/compression/impl/point_image.h>
 #include <pcl_ext/compression/point_view.h>
+
+#include "codec/scan/scan_frame.h"
 
 #include <cmath>
 #include <cstddef>
@@ -52,16 +53,16 @@ public:
     exact_.step = 0.0;
   }
 
-  /** \brief The row of a point, or most_image_side. */
+  /** \brief The row of a point, or scan::most_side. */
   std::uint32_t
   row(std::size_t point) const
   {
     const auto* const first = static_cast<const unsigned char*>(rings_.first);
     const double ring =
         fieldValue(exact_, fieldNumber(exact_, first + point * rings_.stride));
-    return ring >= 0.0 && ring < most_image_side && ring == std::floor(ring)
+    return ring >= 0.0 && ring < scan::most_side && ring == std::floor(ring)
                ? static_cast<std::uint32_t>(ring)
-               : most_image_side;
+               : scan::most_side;
   }
 
 private:

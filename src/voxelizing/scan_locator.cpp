@@ -19,17 +19,19 @@ constexpr double edge_units = 0x1p32;
  * are fewer than scan::most_steps between one and a ray. */
 constexpr double farthest = 0x1p58;
 
-/** \brief Whole steps of an edge from one place to near another: at most half an edge
- * from it on each axis.
+/** \brief Whole steps of an edge from one place to near another: to half an edge or less
+ * below it on each axis, or to less than half an edge above it.
  * \return whether there are any
  */
 bool
-stepsBetween(const Triple& from, const Triple& to, std::array<std::int32_t, 3>& steps)
+stepsBetween(const scan::Triple& from,
+             const scan::Triple& to,
+             std::array<std::int32_t, 3>& steps)
 {
   std::int32_t any = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     constexpr std::int64_t half = std::int64_t{1} << 31;
-    steps[axis] = static_cast<std::int32_t>((to[axis] - from[axis] + half) >> 32);
+    steps[axis] = static_cast<std::int32_t>(-((from[axis] - to[axis] + half) >> 32));
     any |= steps[axis];
   }
   return any != 0;
@@ -38,7 +40,7 @@ stepsBetween(const Triple& from, const Triple& to, std::array<std::int32_t, 3>& 
 /** \brief The depth of a ray whose place is nearest along the axis that the ray is most
  * along. */
 std::uint32_t
-nearestDepth(const Ray& ray, const Triple& place)
+nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 {
   std::size_t axis = 0;
   for (const std::size_t other : {1u, 2u})
@@ -69,12 +71,14 @@ ScanLocator::append(std::uint32_t row,
                     const std::array<double, 3>& position,
                     std::int32_t turn)
 {
-  Triple place;
+  scan::Triple place;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double number = (position[axis] - corner_[axis]) * scale_;
     if (!(std::abs(number) < farthest))
       return false;
     place[axis] = static_cast<std::int64_t>(number);
+    if (frame_.is_on_lattice) // the centre of its voxel
+      place[axis] = ((place[axis] >> 32) * (std::int64_t{1} << 32)) + (1u << 31);
   }
   if (row != row_)
     rays_.moveTo(row_ = row);
@@ -82,7 +86,7 @@ ScanLocator::append(std::uint32_t row,
   std::uint32_t depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
   if (stepsBetween(sensor_, place, steps)) {
-    const Ray ray = rays_.at(column, turn);
+    const scan::Ray ray = rays_.at(column, turn);
     depth = nearestDepth(ray, place);
     if (stepsBetween(
             {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))

@@ -4,7 +4,6 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "codec/scan/scan_frame.h"
-#include "voxels/rays.h"
 
 #include <array>
 #include <cstddef>
@@ -35,7 +34,7 @@ public:
 private:
   scan::ScanFrame& frame_;
   scan::ScanRayReader rays_;
-  Triple sensor_;
+  scan::Triple sensor_;
   double scale_;                 // units of a place for a metre
   std::array<double, 3> corner_; // of the grid, metres
   std::uint32_t row_ = 0;

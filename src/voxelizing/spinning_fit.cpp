@@ -19,6 +19,9 @@ constexpr std::uint32_t sampled_columns = 96;
 /** \brief Points nearer than this are on the sensor's own vehicle or case, metres. */
 constexpr double nearest = 0.3;
 
+/** \brief Motions are not followed with fewer points. */
+constexpr std::size_t least_points = 256;
+
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
 
@@ -28,7 +31,7 @@ samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
   const std::uint32_t every = column_count / sampled_columns + 1;
   std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
-    if (point.column % every == 0 &&
+    if (isSampled(point.column, column_count) &&
         std::hypot(point.position.x(), point.position.y()) > nearest) {
       TurnPoint sample;
       sample.row = point.row;
@@ -45,8 +48,8 @@ samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
 bool
 fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
 {
-  constexpr std::size_t least_points = 8;
-  if (points.size() < least_points)
+  constexpr std::size_t fewest = 8;
+  if (points.size() < fewest)
     return false;
   std::vector<Eigen::Vector2d> features;
   std::vector<double> heights;
@@ -212,6 +215,7 @@ fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
   if (medianHeightOff(moved_samples, moved.rows) > 0.7 * still_off)
     return;
   fit = moved;
+  fit.has_motion = true;
   samples = moved_samples;
 }
 
@@ -241,56 +245,83 @@ fitSpinning(const std::vector<PixelPoint>& points,
   return fit;
 }
 
+bool
+isSampled(std::uint32_t column, std::uint32_t column_count)
+{
+  return column % (column_count / sampled_columns + 1) == 0;
+}
+
+void
+followMotion(const std::vector<PixelPoint>& points,
+             std::uint32_t column_count,
+             SpinningFit& fit)
+{
+  if (!fit.has_motion)
+    return;
+  std::vector<TurnPoint> samples = samplePoints(points, column_count);
+  std::uint32_t last_column = 0;
+  for (TurnPoint& point : samples) {
+    point.place(fit.motion);
+    last_column = std::max(last_column, point.column);
+  }
+  if (samples.size() < least_points)
+    return;
+  std::vector<double> columns(last_column + std::size_t{1});
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    for (int i = 0; i < rounds; ++i)
+      turnColumns(samples, fit.rows, two_pi, columns);
+    improveMotion(samples, fit.rows, columns, fit.motion);
+  }
+}
+
 double
 columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position)
 {
   return std::atan2(position.y(), position.x()) - row.angle;
 }
 
-void
+bool
 setSpinningRays(const SpinningFit& fit,
                 const WorldPose& sensor_pose,
                 const VoxelGrid& grid,
-                std::uint32_t column_count,
-                scan::ScanRays& rays)
+                scan::ScanLayout& layout)
 {
-  // Much finer steps than edges take bits, and nobody sees them.
-  const double step =
-      fit.depth_step < 0.45 * grid.resolution ? grid.resolution : fit.depth_step;
-  const auto fixed = [](double number, int bits) {
-    return static_cast<std::int32_t>(
-        std::clamp(std::round(std::ldexp(number, bits)), -0x1p30, 0x1p30));
-  };
-  rays.shape = RayShape::Spinning;
-  Eigen::Matrix3d spin;
-  for (int axis = 0; axis < 3; ++axis)
-    spin.col(axis) = fit.motion.spin.cross(Eigen::Vector3d::Unit(axis));
-  const Eigen::Matrix3d axes = sensor_pose.linear();
-  const double begin = timeOf(0, column_count);
-  const Eigen::Vector3d first_origin =
-      sensor_pose * (fit.motion.shift + begin * fit.motion.velocity);
-  const Eigen::Matrix3d first_axes =
-      axes * (Eigen::Matrix3d::Identity() + begin * spin);
-  const Eigen::Vector3d drift = axes * fit.motion.velocity / column_count;
-  const Eigen::Matrix3d turn = axes * spin / column_count;
+  const double step = depthStepFor(fit.depth_step, grid.resolution);
   const auto wide = [](double number, int bits) {
     return static_cast<std::int64_t>(
         std::clamp(std::round(std::ldexp(number, bits)), -0x1p54, 0x1p54));
   };
+  const auto fixed = [&wide](double number, int bits) {
+    constexpr std::int64_t most = std::int64_t{1} << 30;
+    return static_cast<std::int32_t>(std::clamp(wide(number, bits), -most, most));
+  };
+  scan::ScanRays& rays = layout.rays;
+  rays = scan::ScanRays();
+  rays.shape = scan::RayShape::Spinning;
+  Eigen::Matrix3d spin;
+  for (int axis = 0; axis < 3; ++axis)
+    spin.col(axis) = fit.motion.spin.cross(Eigen::Vector3d::Unit(axis));
+  const Eigen::Matrix3d axes = sensor_pose.linear();
+  const double begin = timeOf(0, layout.width);
+  const Eigen::Vector3d first_origin =
+      sensor_pose * (fit.motion.shift + begin * fit.motion.velocity);
+  const Eigen::Matrix3d first_axes =
+      axes * (Eigen::Matrix3d::Identity() + begin * spin);
+  const Eigen::Vector3d drift = axes * fit.motion.velocity / layout.width;
+  const Eigen::Matrix3d turn = axes * spin / layout.width;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     rays.pose.origin[axis] =
         wide((first_origin[i] - grid.lowerCorner(axis)) / grid.resolution, 16);
     rays.motion.origin[axis] = wide(drift[i] / grid.resolution, 32);
     for (std::size_t of = 0; of < 3; ++of) {
-      rays.pose.vectors[of][axis] = wide(first_axes(i, static_cast<int>(of)), 30);
+      rays.pose.vectors[of][axis] = fixed(first_axes(i, static_cast<int>(of)), 30);
       rays.motion.vectors[of][axis] = wide(turn(i, static_cast<int>(of)), 46);
     }
   }
-  rays.turns.clear();
   for (double angle = fit.turn_step; angle < two_pi; angle *= 2.0)
     rays.turns.push_back({fixed(std::cos(angle), 30), fixed(std::sin(angle), 30)});
-  rays.rows.clear();
   for (const FittedRays::Row& row : fit.rows)
     rays.rows.push_back({fixed(std::cos(row.angle), 30),
                          fixed(std::sin(row.angle), 30),
@@ -299,6 +330,7 @@ setSpinningRays(const SpinningFit& fit,
                          fixed(row.along / grid.resolution, 16),
                          fixed(row.across / grid.resolution, 16),
                          fixed(row.up / grid.resolution, 16)});
+  return isConsistent(layout);
 }
 
 } // namespace io

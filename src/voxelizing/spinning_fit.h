@@ -19,6 +19,7 @@ namespace io {
 struct SpinningFit {
   std::vector<FittedRays::Row> rows;
   TurnMotion motion;
+  bool has_motion = false;
   double depth_step = 0.0;
   double turn_step = 0.0; ///< of the angles of columns
   /** \brief Whether the angles of all points are multiples of it. */
@@ -37,19 +38,32 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge);
 
+/** \brief Moves the motion of a fit, if it has one, to that of another turn.
+ * \param[in] points of that turn, with rows and columns
+ */
+void
+followMotion(const std::vector<PixelPoint>& points,
+             std::uint32_t column_count,
+             SpinningFit& fit);
+
+/** \brief Whether a column is one of those that fits are made with. */
+bool
+isSampled(std::uint32_t column, std::uint32_t column_count);
+
 /** \brief The angle of a point's column, radians, if it is on the ray of its row. */
 double
 columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position);
 
-/** \brief Sets rays but for the angles of columns.
+/** \brief Sets the rays of a scan, but for the angles of columns.
  * \param[in] sensor_pose sensor -> grid, metres
+ * \param[in,out] layout its size is given
+ * \return whether they are within their ranges
  */
-void
+bool
 setSpinningRays(const SpinningFit& fit,
                 const WorldPose& sensor_pose,
                 const VoxelGrid& grid,
-                std::uint32_t column_count,
-                scan::ScanRays& rays);
+                scan::ScanLayout& layout);
 
 } // namespace io
 } // namespace pcl_ext

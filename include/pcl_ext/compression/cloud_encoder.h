@@ -163,9 +163,15 @@ public:
   CompressionStatus
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
-  /** \brief The voxels of the last frame that was encoded. */
+  /** \brief The voxels of the last frame that was encoded; with its points if it was
+   * coded as these, which then are put into voxels by the first call. Throws
+   * std::bad_alloc without memory for them. */
   const VoxelFrame&
   frame() const;
+
+  /** \brief Columns and rows of the last cloud as it is decoded. */
+  ImageSize
+  decodedSize() const;
 
   /** \brief Figures of the last frame that was encoded. */
   const FrameStatistics&

@@ -42,8 +42,9 @@ struct CodedFrameStatistics {
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
   std::size_t attribute_bytes = 0; ///< of these: what else a voxel has
   std::size_t skipped_bytes = 0;   ///< decoding: bytes skipped before the frame
-  /** \brief Whether the points have the order of their sensor, VoxelFrame::image. */
-  bool has_image = false;
+  /** \brief Whether it is coded as points in the order of their sensor; see
+   * VoxelFrame::points. */
+  bool has_points = false;
 };
 
 /** \brief Whether a sensor moves, by its positions, or by what comes and goes. */

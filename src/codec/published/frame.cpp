@@ -199,7 +199,7 @@ decodeFrame(ByteSource& source,
   frame.point_counts.clear();
   frame.fields.clear();
   frame.viewpoint = {};
-  frame.image = PointImage();
+  frame.points = FramePoints();
   if (!isConsistent(frame))
     return corruptFrame("invalid voxels");
 

@@ -96,6 +96,13 @@ public:
     return coding.hasTables() && code(coding) && coding.isAtEnd();
   }
 
+  /** \brief The first byte that was not read. */
+  const std::uint8_t*
+  next() const
+  {
+    return next_;
+  }
+
   bool
   isAtEnd() const
   {
@@ -132,17 +139,28 @@ codePlane(PlanesT& planes, const Plane& plane, std::uint32_t first)
 
 } // namespace
 
-void
+std::size_t
 ScanCoder::encode(bool is_i_frame,
                   const ScanFrame& frame,
                   std::vector<std::uint8_t>& bytes)
 {
+  const std::size_t begin = bytes.size();
+  std::size_t end_of_places = begin;
+  changes_fields_ = !frame.pixels.empty() && !frame.fields.empty();
   depths_.assign(frame.pixelCount(), no_number);
   for (std::size_t point = 0; point < frame.pixels.size(); ++point)
     depths_[frame.pixels[point]] = frame.depths[point];
-  PlaneWriter planes(work_, plane_bytes_, bytes);
-  code(planes, is_i_frame, frame);
+  if (!frame.pixels.empty()) {
+    PlaneWriter planes(work_, plane_bytes_, bytes);
+    codePlaces(planes, is_i_frame, frame);
+    end_of_places = bytes.size();
+    codeAttributes(planes, frame);
+  }
+  if (changes_fields_)
+    fields_.encode(is_i_frame, frame, bytes);
+  changes_fields_ = false; // learnt
   learn();
+  return end_of_places - begin;
 }
 
 bool
@@ -152,28 +170,53 @@ ScanCoder::decode(bool is_i_frame,
                   std::uint64_t point_count,
                   ScanFrame& frame)
 {
-  if (!is_i_frame && past_.size() != frame.pixelCount())
-    return false;
+  frame.clearPoints();
+  changes_fields_ = point_count > 0 && !frame.fields.empty();
   depths_.clear();
+  if (point_count == 0) {
+    depths_.assign(frame.pixelCount(), no_number);
+    return begin == end;
+  }
   PlaneReader planes(work_, begin, end);
-  frame.pixels.clear();
-  frame.depths.clear();
-  frame.beside.clear();
-  return code(planes, is_i_frame, frame) && frame.pixels.size() == point_count &&
-         planes.isAtEnd();
+  if (!codePlaces(planes, is_i_frame, frame) || frame.pixels.size() != point_count ||
+      !codeAttributes(planes, frame))
+    return false;
+  return changes_fields_ ? fields_.decode(is_i_frame, planes.next(), end, frame)
+                         : planes.isAtEnd();
 }
 
-/** \brief Codes all of a frame. The encoder has set depths_, the decoder does. */
+void
+ScanCoder::learn() noexcept
+{
+  past_.swap(depths_);
+  if (changes_fields_)
+    fields_.learn();
+  changes_fields_ = false;
+}
+
+void
+ScanCoder::releaseMemory()
+{
+  fields_.releaseMemory();
+  depths_ = std::vector<std::uint32_t>();
+  values_ = std::vector<std::uint32_t>();
+  steps_ = std::vector<std::array<std::int32_t, 3>>();
+  work_ = SymbolWorkspace();
+  plane_bytes_ = std::vector<std::uint8_t>();
+}
+
+/** \brief Codes where points are. The encoder has set depths_, the decoder does. */
 template <class PlanesT, class FrameT>
 bool
-ScanCoder::code(PlanesT& planes, bool is_i_frame, FrameT& frame)
+ScanCoder::codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame)
 {
   // Where many points are beside their rays, all are told how far, else each of these is.
   static const std::vector<PointBesideRay> none;
   bool are_many = 6 * frame.beside.size() > frame.pixels.size();
   if (!planes.codeFlag(are_many))
     return false;
-  const std::uint32_t* const past = is_i_frame ? nullptr : past_.data();
+  const std::uint32_t* const past =
+      is_i_frame || past_.size() != frame.pixelCount() ? nullptr : past_.data();
   if (!planes.codePlane([&](auto& coding) {
         PlanePass<std::decay_t<decltype(coding)>> pass(
             {frame.width, frame.height, depths_}, 0, past);
@@ -192,9 +235,15 @@ ScanCoder::code(PlanesT& planes, bool is_i_frame, FrameT& frame)
   if constexpr (PlanesT::is_decoder)
     if (!areNear(frame.beside))
       return false;
-  if (frame.rays.shape == RayShape::Spinning &&
-      !(codeColumns(planes, frame) && codeTurns(planes, frame)))
-    return false;
+  return frame.rays.shape == RayShape::Planar ||
+         (codeColumns(planes, frame) && codeTurns(planes, frame));
+}
+
+/** \brief Codes intensities and colours. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeAttributes(PlanesT& planes, FrameT& frame)
+{
   if constexpr (PlanesT::is_decoder)
     frame.intensities.resize(frame.intensity_scale.bits > 0 ? frame.pixels.size() : 0);
   const std::uint32_t highest = frame.intensity_scale.maxSymbol();

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "codec/scan/scan_fields.h"
 #include "codec/scan/scan_frame.h"
 #include "codec/scan/symbol_coding.h"
 
@@ -13,16 +14,17 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-/** \brief Codes the points of scans, plane by plane. An instance is
- * for one stream and one direction. */
+/** \brief Codes the points of scans, plane by plane (doc/bitstream_scan.md). An instance is
+ * for one stream and one direction. After an exception it can only be destroyed. */
 class ScanCoder {
 public:
   /** \brief Appends the points of the next frame of the stream, and learns them.
-   * \param[in] is_i_frame it is coded without the frame before; else its image is as large
-   * \param[in] frame isConsistent(), with at least one point
+   * \param[in] is_i_frame it is coded without the frame before
+   * \param[in] frame of a consistent layout
    * \param[in,out] bytes where to append
+   * \return of these what says where points are
    */
-  void
+  std::size_t
   encode(bool is_i_frame, const ScanFrame& frame, std::vector<std::uint8_t>& bytes);
 
   /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
@@ -30,7 +32,7 @@ public:
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
    * \param[in] point_count points of the frame
-   * \param[in,out] frame grid, size, rays but for their columns, scale and colour_bits are
+   * \param[in,out] frame layout, grid, scale, colour_bits and the descriptions of fields are
    * given; the rest is set
    * \return false if the bytes are no such frame
    */
@@ -43,15 +45,20 @@ public:
 
   /** \brief Learns the frame that was decoded last. */
   void
-  learn() noexcept
-  {
-    past_.swap(depths_);
-  }
+  learn() noexcept;
+
+  /** \brief Releases the memory that the next frame does not need. */
+  void
+  releaseMemory();
 
 private:
   template <class PlanesT, class FrameT>
   bool
-  code(PlanesT& planes, bool is_i_frame, FrameT& frame);
+  codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeAttributes(PlanesT& planes, FrameT& frame);
 
   bool
   takePoints(ScanFrame& frame) const;
@@ -80,6 +87,8 @@ private:
              const ValueT& value);
 
   std::vector<std::uint32_t> past_; // depths of the frame before, of all pixels
+  ScanFields fields_;
+  bool changes_fields_ = false;
   // Of the current frame; members so that their memory is reused.
   std::vector<std::uint32_t> depths_;
   std::vector<std::uint32_t> values_;

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/impl/point_image.h>
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxel_grid.h>
 
@@ -34,13 +34,57 @@ struct PointBesideRay {
   std::array<std::int32_t, 3> steps;
 };
 
-/** \brief The points of a sensor, in its order, without voxels: each is on the ray of its
- * pixel, or a number of edges beside it. */
-struct ScanFrame {
-  VoxelGrid grid; ///< from whose lowest corner places are counted, in its edges
+/** \brief Most pixels of a scan, and most columns and rows. */
+constexpr std::uint32_t most_pixels = 1u << 24;
+constexpr std::uint32_t most_side = 1u << 16;
+
+/** \brief In which order the points of a cloud are. */
+enum class PointOrder : std::uint8_t {
+  Organised = 0,     ///< in rows and columns, with missing points
+  RowByRow = 1,      ///< without missing points
+  ColumnByColumn = 2 ///< likewise
+};
+
+/** \brief What the points of a scan have in common, and most scans of a stream. */
+struct ScanLayout {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  ScanRays rays;
+  PointOrder order = PointOrder::Organised;
+  /** \brief Whether points are in the centres of voxels, as coordinates were multiples of
+   * an edge. */
+  bool is_on_lattice = false;
+  /** \brief With ColumnByColumn all rows, as their points come in each column. */
+  std::vector<std::uint16_t> firing_order;
+  ScanRays rays; ///< without columns
+
+  std::size_t
+  pixelCount() const
+  {
+    return std::size_t{width} * height;
+  }
+
+  /** \brief Whether a P-frame may have one layout after an I-frame with the other: the
+   * sensor moves, and spinning ones have other columns. */
+  bool
+  mayFollow(const ScanLayout& other) const
+  {
+    return (width == other.width || rays.shape == RayShape::Spinning) &&
+           height == other.height && order == other.order &&
+           is_on_lattice == other.is_on_lattice && firing_order == other.firing_order &&
+           rays.shape == other.rays.shape && rays.turns == other.rays.turns &&
+           rays.rows == other.rays.rows;
+  }
+};
+
+/** \brief Whether all numbers of a layout are within their ranges, so that no place of a
+ * point overflows. */
+bool
+isConsistent(const ScanLayout& layout);
+
+/** \brief The points of a sensor, in its order, without voxels: each is on the ray of its
+ * pixel, or a number of edges beside it. */
+struct ScanFrame : ScanLayout {
+  VoxelGrid grid; ///< from whose lowest corner places are counted, in its edges
 
   std::vector<std::uint32_t> pixels; ///< of each point, row * width + column, ascending
   std::vector<std::uint32_t> depths; ///< likewise, or at_sensor
@@ -54,11 +98,20 @@ struct ScanFrame {
   std::vector<std::uint16_t> intensities; ///< symbols of intensity_scale
   unsigned int colour_bits = 0;           ///< of a channel, 1..8; 0: no colours
   std::vector<VoxelColour> colours;
+  std::vector<FrameField> fields; ///< their numbers in the order of the pixels
 
-  std::size_t
-  pixelCount() const
+  void
+  clearPoints()
   {
-    return std::size_t{width} * height;
+    pixels.clear();
+    depths.clear();
+    turns.clear();
+    beside.clear();
+    rays.columns.clear();
+    intensities.clear();
+    colours.clear();
+    for (FrameField& field : fields)
+      field.numbers.clear();
   }
 };
 

@@ -1,9 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/impl/point_image.h>
-
-#include "voxels/rays.h"
+#include <pcl_ext/version.h>
 
 #include <array>
 #include <cstddef>
@@ -13,6 +11,73 @@
 namespace pcl_ext {
 namespace io {
 namespace scan {
+
+/** \brief Numbers of x, y and z. */
+using Triple = std::array<std::int64_t, 3>;
+
+/** \brief The ray of a pixel: the point at depth n is at start + n * step, edges from the
+ * grid's lowest corner in units of 2^-32. */
+struct Ray {
+  Triple start;
+  Triple step;
+
+  /** \brief Position of a depth along an axis. */
+  std::int64_t
+  at(std::uint32_t depth, std::size_t axis) const
+  {
+    return start[axis] + static_cast<std::int64_t>(depth) * step[axis];
+  }
+};
+
+/** \brief Rays of a row of a spinning sensor: the point at depth n is at
+ * `along + n * run` in the direction of its column, turned by (cosine, sine), at
+ * `across` to the left of that, and at `up + n * rise`. */
+struct RayRow {
+  std::int32_t cosine = 0; ///< units of 2^-30
+  std::int32_t sine = 0;   ///< units of 2^-30
+  std::int32_t run = 0;    ///< edges for a step of depth, units of 2^-24
+  std::int32_t rise = 0;   ///< likewise
+  std::int32_t along = 0;  ///< edges, units of 2^-16
+  std::int32_t across = 0; ///< likewise
+  std::int32_t up = 0;     ///< likewise
+
+  bool
+  operator==(const RayRow& other) const
+  {
+    return cosine == other.cosine && sine == other.sine && run == other.run &&
+           rise == other.rise && along == other.along && across == other.across &&
+           up == other.up;
+  }
+};
+
+/** \brief What kind of sensor measures along its rays. */
+enum class RayShape : std::uint8_t {
+  Planar = 0,  ///< a camera: depth along the optical axis
+  Spinning = 1 ///< a lidar that turns: rows are cones, columns are directions
+};
+
+/** \brief Place and directions of rays: what changes as the sensor moves. */
+struct RayPose {
+  /** \brief Position of the sensor from the grid's lowest corner, edges in units of
+   * 2^-16. */
+  Triple origin{};
+  /** \brief Of a camera x, y, z of a step of depth at row and column 0, and its changes
+   * from a column to the next and from a row to the next, edges in units of 2^-40; of a
+   * spinning sensor its axes x, y and z in the grid, units of 2^-30. */
+  std::array<Triple, 3> vectors{};
+
+  bool
+  operator==(const RayPose& other) const
+  {
+    return origin == other.origin && vectors == other.vectors;
+  }
+
+  bool
+  operator!=(const RayPose& other) const
+  {
+    return !(*this == other);
+  }
+};
 
 /** \brief Where the rays of a scan are. All numbers are integers, so that all machines
  * compute the same places. */

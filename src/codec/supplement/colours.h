@@ -95,52 +95,6 @@ public:
     return true;
   }
 
-  /** \brief Codes the colours of voxels in the order of their first pixels, each
-   * predicted from those of the pixels beside it.
-   * \param[in,out] coding a NumberCoding
-   * \param[in] image with its points
-   * \param[in] point_counts of the voxels
-   * \param[in,out] colours one for each voxel; the decoder fills them
-   * \return false if what was decoded are no colours
-   */
-  template <typename CodingT, class ColoursT>
-  bool
-  runImage(CodingT& coding,
-           const PointImage& image,
-           const std::vector<std::uint32_t>& point_counts,
-           ColoursT& colours)
-  {
-    CodingT local = coding; // in registers
-    Codings residuals = codings_[0];
-    FineColour last = last_;
-    // Of each pixel, with the highest bit set in all but the first ones of voxels.
-    constexpr std::uint32_t none = ~std::uint32_t{0};
-    constexpr std::uint32_t further = std::uint32_t{1} << 31;
-    std::vector<std::uint32_t> voxels(image.pixelCount(), none);
-    auto next_pixel = image.pixels.begin();
-    for (std::uint32_t voxel = 0; voxel < colours.size(); ++voxel)
-      for (std::uint32_t i = 0; i < point_counts[voxel]; ++i)
-        voxels[*next_pixel++] = i == 0 ? voxel : voxel | further;
-    for (std::size_t pixel = 0; pixel < voxels.size(); ++pixel) {
-      if ((voxels[pixel] & further) != 0)
-        continue;
-      const auto beside = [&](bool is_inside, std::size_t distance) {
-        const std::uint32_t voxel = is_inside ? voxels[pixel - distance] : none;
-        return voxel == none ? nullptr : &colours[voxel & ~further];
-      };
-      const VoxelColour* const left = beside(pixel % image.width > 0, 1);
-      const VoxelColour* const up = beside(pixel >= image.width, image.width);
-      const VoxelColour* const up_left =
-          beside(pixel % image.width > 0 && pixel >= image.width,
-                 std::size_t{image.width} + 1);
-      const FineColour near = predictFromPixels(left, up, up_left, last);
-      if (!codeColour(local, residuals, near, colours[voxels[pixel]], last))
-        return false;
-    }
-    coding = local;
-    return true;
-  }
-
 private:
   struct Codings {
     ResidualCoding green;
@@ -190,29 +144,6 @@ private:
     default:
       return sixteenths<3>(sum);
     }
-  }
-
-  /** \brief What is expected of a pixel: left + up - up_left, within the range of left
-   * and up, where the pixels that there are take the place of others; null: there is
-   * none. */
-  static FineColour
-  predictFromPixels(const VoxelColour* left,
-                    const VoxelColour* up,
-                    const VoxelColour* up_left,
-                    const FineColour& last)
-  {
-    if (left == nullptr && up == nullptr)
-      return last;
-    left = left == nullptr ? up : left;
-    up = up == nullptr ? left : up;
-    up_left = up_left == nullptr ? up : up_left;
-    const auto predict = [](int one, int other, int corner) {
-      return std::clamp(
-          one + other - corner, std::min(one, other), std::max(one, other));
-    };
-    return fine({predict(left->r, up->r, up_left->r),
-                 predict(left->g, up->g, up_left->g),
-                 predict(left->b, up->b, up_left->b)});
   }
 
   template <unsigned int count>

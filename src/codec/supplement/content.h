@@ -14,20 +14,20 @@ struct Content {
   unsigned int colour_bits = 0; ///< of a channel, 1..8; 0: no colours
   bool has_point_counts = false;
   bool has_fields = false;
-  bool has_image = false; ///< voxels and numbers of points are those of an image
+  bool has_scan = false; ///< points in the order of a sensor, in place of all others
 
   /** \brief Whether the voxels are in the supplement, with all that they have. */
   bool
   hasVoxels() const
   {
-    return refinement_levels > 0 || has_image;
+    return refinement_levels > 0;
   }
 
   /** \brief Whether there is a supplement. */
   bool
   hasSupplement() const
   {
-    return hasVoxels() || colour_bits > 0 || has_fields;
+    return !has_scan && (hasVoxels() || colour_bits > 0 || has_fields);
   }
 
   bool
@@ -36,7 +36,7 @@ struct Content {
     return refinement_levels != other.refinement_levels ||
            colour_bits != other.colour_bits ||
            has_point_counts != other.has_point_counts ||
-           has_fields != other.has_fields || has_image != other.has_image;
+           has_fields != other.has_fields || has_scan != other.has_scan;
   }
 };
 

@@ -12,31 +12,6 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-namespace {
-
-/** \brief Copies values between the order of the voxels and that of the pixels.
- * \param[in] points in the order of the pixels
- * \param[in] count of values of a point
- * \param[in] to_pixels else to the order of the voxels
- */
-void
-movePixels(const std::vector<std::uint32_t>& points,
-           std::size_t count,
-           const std::vector<std::uint64_t>& from,
-           std::vector<std::uint64_t>& to,
-           bool to_pixels)
-{
-  for (std::size_t place = 0; place < points.size(); ++place) {
-    const std::size_t source = to_pixels ? points[place] : place;
-    const std::size_t target = to_pixels ? place : points[place];
-    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(source * count),
-                count,
-                to.begin() + static_cast<std::ptrdiff_t>(target * count));
-  }
-}
-
-} // namespace
-
 /** \brief Finds the neighbours, the direction, the past and the points of each voxel. */
 void
 FieldCoder::findPlaces(const std::array<std::int32_t, 3>& viewpoint,
@@ -88,54 +63,38 @@ FieldCoder::preparePlaces(std::size_t count)
 /** \brief Finds the neighbours, the column, the row and the past of each pixel with a
  * point. */
 void
-FieldCoder::findPixels(const PointImage& image)
+FieldCoder::findPixels(const PixelOrder& order)
 {
   constexpr std::uint32_t none = ~std::uint32_t{0};
-  const auto count = static_cast<std::uint32_t>(image.pixels.size());
+  const auto count = static_cast<std::uint32_t>(order.pixels.size());
   preparePlaces(count);
-  points_.resize(count);
-  next_keys_.resize(count);
-  std::vector<std::uint32_t> by_pixel(image.pixelCount(), none);
-  for (std::uint32_t point = 0; point < count; ++point)
-    by_pixel[image.pixels[point]] = point;
+  by_pixel_.assign(std::size_t{order.width} * order.height, none);
+  next_keys_.assign(order.pixels.begin(), order.pixels.end());
   AscendingLookup<std::uint64_t> past(last_keys_);
-  std::uint32_t place = 0;
-  for (std::size_t pixel = 0; pixel < by_pixel.size(); ++pixel) {
-    if (by_pixel[pixel] == none)
-      continue;
-    points_[place] = by_pixel[pixel];
-    by_pixel[pixel] = place; // from here on
-    const auto column = static_cast<std::uint32_t>(pixel % image.width);
-    const auto row = static_cast<std::uint32_t>(pixel / image.width);
+  for (std::uint32_t point = 0; point < count; ++point) {
+    const std::size_t pixel = order.pixels[point];
+    by_pixel_[pixel] = point;
+    const auto column = static_cast<std::uint32_t>(pixel % order.width);
+    const auto row = static_cast<std::uint32_t>(pixel / order.width);
     const auto beside = [&](bool is_inside, std::size_t distance) {
-      const std::uint32_t other = is_inside ? by_pixel[pixel - distance] : none;
-      return other != none ? other : place;
+      const std::uint32_t other = is_inside ? by_pixel_[pixel - distance] : none;
+      return other != none ? other : point;
     };
-    places_.lower[place] = {beside(column > 0, 1), beside(row > 0, image.width), place};
-    places_.directions[place] = {column % Direction::azimuth_bins,
+    places_.lower[point] = {beside(column > 0, 1), beside(row > 0, order.width), point};
+    places_.directions[point] = {column % Direction::azimuth_bins,
                                  row % Direction::elevation_bins};
     const std::size_t record = past.find(pixel);
-    places_.before[place] =
+    places_.before[point] =
         record == not_in_list ? 0 : static_cast<std::uint32_t>(record + 1);
-    places_.first_points[place] = place;
-    next_keys_[place] = pixel;
-    ++place;
+    places_.first_points[point] = point;
   }
-  places_.first_points[place] = place;
+  places_.first_points[count] = count;
 }
 
-template <class CodingT, class FrameT>
+template <class CodingT, class FieldsT>
 bool
-FieldCoder::code(CodingT& coding,
-                 bool is_i_frame,
-                 bool has_image,
-                 const std::array<std::int32_t, 3>& viewpoint,
-                 FrameT& frame)
+FieldCoder::codeFields(CodingT& coding, bool is_i_frame, FieldsT& fields)
 {
-  if (has_image)
-    findPixels(frame.image);
-  else
-    findPlaces(viewpoint, frame);
   if (is_i_frame) {
     next_states_.clear();
     std::fill(places_.before.begin(), places_.before.end(), 0u);
@@ -143,40 +102,26 @@ FieldCoder::code(CodingT& coding,
   else
     next_states_ = states_;
   // There are none yet in an I-frame, and after one without voxels.
-  next_states_.resize(frame.fields.size());
-  for (std::size_t i = 0; i < frame.fields.size(); ++i) {
-    auto& field = frame.fields[i];
+  next_states_.resize(fields.size());
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    auto& field = fields[i];
     if constexpr (CodingT::is_decoder)
       field.numbers.resize(std::size_t{places_.first_points.back()} * field.count);
     FieldPass<CodingT> pass(field, next_states_[i], places_);
-    if (!has_image) {
-      if (!pass.run(coding, indices_, field.numbers))
-        return false;
-      continue;
-    }
-    numbers_.resize(field.numbers.size());
-    if constexpr (!CodingT::is_decoder)
-      movePixels(points_, field.count, field.numbers, numbers_, true);
-    if (!pass.run(coding, indices_, numbers_))
+    if (!pass.run(coding, indices_, field.numbers))
       return false;
-    if constexpr (CodingT::is_decoder)
-      movePixels(points_, field.count, numbers_, field.numbers, false);
   }
   return true;
 }
 
 template bool
-FieldCoder::code(NumberCoding<rans::NibbleEncoder>&,
-                 bool,
-                 bool,
-                 const std::array<std::int32_t, 3>&,
-                 const VoxelFrame&);
+FieldCoder::codeFields(NumberCoding<rans::NibbleEncoder>&,
+                       bool,
+                       const std::vector<FrameField>&);
 template bool
-FieldCoder::code(NumberCoding<rans::NibbleDecoder>&,
-                 bool,
-                 bool,
-                 const std::array<std::int32_t, 3>&,
-                 VoxelFrame&);
+FieldCoder::codeFields(NumberCoding<rans::NibbleDecoder>&,
+                       bool,
+                       std::vector<FrameField>&);
 
 void
 FieldCoder::learn() noexcept
@@ -199,8 +144,7 @@ FieldCoder::releaseMemory()
   next_keys_ = std::vector<std::uint64_t>();
   places_ = FieldPlaces();
   indices_ = std::vector<std::uint64_t>();
-  points_ = std::vector<std::uint32_t>();
-  numbers_ = std::vector<std::uint64_t>();
+  by_pixel_ = std::vector<std::uint32_t>();
 }
 
 } // namespace supplement

@@ -41,8 +41,8 @@ struct FieldState {
   std::vector<std::uint64_t> last;
 };
 
-/** \brief Where the values of a frame's points are. With an image each point is taken for
- * a voxel of its own, and they are in the order of their pixels. */
+/** \brief Where the values of a frame's points are. In a scan each point is taken for a
+ * voxel of its own, and they are in the order of their pixels. */
 struct FieldPlaces {
   BlockList blocks;
   BlockDirectory directory;
@@ -53,14 +53,20 @@ struct FieldPlaces {
   std::vector<std::uint32_t> first_points; ///< of each voxel, and the end
 };
 
+/** \brief The pixels of the points of a scan. */
+struct PixelOrder {
+  std::uint32_t width;
+  std::uint32_t height;
+  const std::vector<std::uint32_t>& pixels; ///< row * width + column, ascending
+};
+
 /** \brief Codes the fields of the frames of one stream, for either direction
  * (doc/bitstream_supplement.md, "Fields"). */
 class FieldCoder {
 public:
-  /** \brief Codes the fields of a frame.
+  /** \brief Codes the fields of a frame of voxels.
    * \param[in,out] coding a NumberCoding
    * \param[in] is_i_frame forgets what was before
-   * \param[in] has_image points are in the order of their pixels
    * \param[in] viewpoint position in the grid, voxels
    * \param[in,out] frame all but numbers of fields are given; the decoder sets these
    * \return false if what was decoded are no fields
@@ -69,9 +75,24 @@ public:
   bool
   code(CodingT& coding,
        bool is_i_frame,
-       bool has_image,
        const std::array<std::int32_t, 3>& viewpoint,
-       FrameT& frame);
+       FrameT& frame)
+  {
+    findPlaces(viewpoint, frame);
+    return codeFields(coding, is_i_frame, frame.fields);
+  }
+
+  /** \brief Codes the fields of a scan.
+   * \param[in] order of its points, and of the numbers of the fields
+   * \param[in,out] fields descriptions are given; the decoder sets the numbers
+   */
+  template <class CodingT, class FieldsT>
+  bool
+  codeScan(CodingT& coding, bool is_i_frame, const PixelOrder& order, FieldsT& fields)
+  {
+    findPixels(order);
+    return codeFields(coding, is_i_frame, fields);
+  }
 
   /** \brief Learns the frame that was coded last. */
   void
@@ -89,7 +110,11 @@ private:
   findPlaces(const std::array<std::int32_t, 3>& viewpoint, const VoxelFrame& frame);
 
   void
-  findPixels(const PointImage& image);
+  findPixels(const PixelOrder& order);
+
+  template <class CodingT, class FieldsT>
+  bool
+  codeFields(CodingT& coding, bool is_i_frame, FieldsT& fields);
 
   void
   preparePlaces(std::size_t count);
@@ -101,22 +126,17 @@ private:
   // Of the current frame; members so that their memory is reused.
   FieldPlaces places_;
   std::vector<std::uint64_t> indices_;
-  std::vector<std::uint32_t> points_;  // by pixel, of an image
-  std::vector<std::uint64_t> numbers_; // of a field, likewise
+  std::vector<std::uint32_t> by_pixel_; // points of a scan
 };
 
 extern template bool
-FieldCoder::code(NumberCoding<rans::NibbleEncoder>&,
-                 bool,
-                 bool,
-                 const std::array<std::int32_t, 3>&,
-                 const VoxelFrame&);
+FieldCoder::codeFields(NumberCoding<rans::NibbleEncoder>&,
+                       bool,
+                       const std::vector<FrameField>&);
 extern template bool
-FieldCoder::code(NumberCoding<rans::NibbleDecoder>&,
-                 bool,
-                 bool,
-                 const std::array<std::int32_t, 3>&,
-                 VoxelFrame&);
+FieldCoder::codeFields(NumberCoding<rans::NibbleDecoder>&,
+                       bool,
+                       std::vector<FrameField>&);
 
 } // namespace supplement
 } // namespace io

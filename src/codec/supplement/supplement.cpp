@@ -43,7 +43,6 @@ SupplementCoder::encode(const Parameters& parameters,
   const rans::Interleaving interleaving = rans::interleavingOf(parameters.voxel_count);
   Sizes sizes;
   reserveSymbols(parameters);
-  changes_image_ = false;
   if (parameters.content.hasVoxels()) {
     rans::NibbleEncoder coder(ranges_);
     codeVoxels(coder, parameters, frame);
@@ -89,7 +88,6 @@ SupplementCoder::decode(const Parameters& parameters,
   *next_models_ = parameters.is_i_frame ? Models() : *models_;
   const rans::Interleaving interleaving = rans::interleavingOf(parameters.voxel_count);
   sizes = {0, static_cast<std::size_t>(end - begin)};
-  changes_image_ = false;
   if (parameters.content.hasVoxels()) {
     MemoryBuffer buffer(begin, sizes.attributes);
     ByteSource source(buffer, sizes.attributes);
@@ -110,28 +108,17 @@ SupplementCoder::decode(const Parameters& parameters,
          coder.isAtEnd();
 }
 
-/** \brief Codes the voxels within coarse voxels, or those of an image. */
+/** \brief Codes the voxels within coarse voxels. */
 template <class Coder, class FrameT>
 bool
 SupplementCoder::codeVoxels(Coder& coder, const Parameters& parameters, FrameT& frame)
 {
   NumberCoding<Coder> coding(coder, next_models_->lengths);
-  bool is_whole = false;
-  if (parameters.content.has_image) {
-    if (!image_)
-      image_ = std::make_unique<ImageCoder>();
-    changes_image_ = true;
-    is_whole =
-        image_->code(coding, parameters.is_i_frame, parameters.point_count, frame) &&
-        frame.size() == parameters.voxel_count;
-  }
-  else {
-    RefinementPass<NumberCoding<Coder>> pass(next_models_->refinement,
-                                             parameters.content.refinement_levels,
-                                             parameters.effort != Effort::Fast);
-    is_whole =
-        pass.run(coding, parameters.coarse_voxels, parameters.voxel_count, frame.keys);
-  }
+  RefinementPass<NumberCoding<Coder>> pass(next_models_->refinement,
+                                           parameters.content.refinement_levels,
+                                           parameters.effort != Effort::Fast);
+  const bool is_whole =
+      pass.run(coding, parameters.coarse_voxels, parameters.voxel_count, frame.keys);
   coder = coding.coder();
   return is_whole;
 }
@@ -161,7 +148,6 @@ SupplementCoder::codeAttributes(Coder& coder,
       (!content.has_fields || (arePoints(frame.point_counts, parameters.point_count) &&
                                fields_.code(coding,
                                             parameters.is_i_frame,
-                                            content.has_image,
                                             parameters.viewpoint,
                                             frame)));
   coder = coding.coder();
@@ -227,8 +213,6 @@ SupplementCoder::codeColours(CodingT& coding,
   ColourPass pass(next_models_->colours,
                   parameters.content.colour_bits,
                   parameters.is_i_frame || has_voxels ? no_history : history_);
-  if (parameters.content.has_image)
-    return pass.runImage(coding, frame.image, frame.point_counts, frame.colours);
   if (has_voxels)
     return pass.runSparse(coding, frame.colours);
   blocks_.assign(frame.keys);
@@ -251,9 +235,6 @@ SupplementCoder::learn() noexcept
   if (changes_fields_)
     fields_.learn();
   changes_fields_ = false;
-  if (changes_image_)
-    image_->learn();
-  changes_image_ = false;
 }
 
 void
@@ -262,7 +243,6 @@ SupplementCoder::reset() noexcept
   *models_ = Models();
   history_.clear();
   fields_.reset();
-  image_.reset();
 }
 
 void
@@ -270,8 +250,6 @@ SupplementCoder::releaseMemory()
 {
   history_.releaseMemory();
   fields_.releaseMemory();
-  if (image_)
-    image_->releaseMemory();
   blocks_ = BlockList();
   directory_ = BlockDirectory();
   ranges_ = std::vector<std::uint32_t>();

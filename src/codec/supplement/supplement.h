@@ -8,7 +8,6 @@
 #include "codec/supplement/colours.h"
 #include "codec/supplement/content.h"
 #include "codec/supplement/fields.h"
-#include "codec/supplement/image.h"
 #include "codec/supplement/refinement.h"
 #include "codec/supplement/residuals.h"
 #include "voxels/block_directory.h"
@@ -42,7 +41,7 @@ struct Parameters {
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within coarse voxels or of an image, with their intensities and numbers of points,
+ * within coarse voxels, with their intensities and numbers of points,
  * colours and fields
  * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After
  * an exception it can only be destroyed. */
@@ -65,8 +64,7 @@ public:
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
    * \param[in,out] frame grid and scale are given; where the content has no voxels
-   * all but colours and the numbers of fields; with an image its size and rays; the
-   * rest is set
+   * all but colours and the numbers of fields; the rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */
@@ -127,10 +125,8 @@ private:
   std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
   ColourHistory history_;
   FieldCoder fields_;
-  std::unique_ptr<ImageCoder> image_; // made when it is needed
   bool changes_history_ = false;
   bool changes_fields_ = false;
-  bool changes_image_ = false;
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   BlockDirectory directory_;

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "stream/coordinate_step.h"
+#include "voxelizing/coordinate_step.h"
 
 #include "voxelizing/point_batches.h"
 #include "voxels/grid_fit.h"

@@ -1,0 +1,134 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "codec/scan/scan_frame.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+namespace {
+
+constexpr std::int64_t fixed_one = std::int64_t{1} << 30;
+/** \brief Steps of depth have up to 32 edges, so that the last depth is 2^29 edges
+ * away. */
+constexpr std::int64_t most_step = 32;
+/** \brief Sensors are at most 2^26 edges from the grid's corner. */
+constexpr std::int64_t farthest_sensor = std::int64_t{1} << 42;
+/** \brief Sensors move by at most 2^10 edges from a column to the next, and their axes by
+ * half a unit in all. */
+constexpr std::int64_t farthest_motion = std::int64_t{1} << 42;
+constexpr std::int64_t most_spin = std::int64_t{1} << 45;
+
+bool
+isWithin(std::int64_t number, std::int64_t most)
+{
+  return number >= -most && number <= most;
+}
+
+template <typename NumbersT>
+bool
+areWithin(const NumbersT& numbers, std::int64_t most)
+{
+  return std::all_of(numbers.begin(), numbers.end(), [most](std::int64_t number) {
+    return isWithin(number, most);
+  });
+}
+
+/** \brief Whether a pair is a direction of a length of 1, but for rounding. */
+bool
+isDirection(std::int64_t cosine, std::int64_t sine)
+{
+  return isWithin(cosine, fixed_one) && isWithin(sine, fixed_one) &&
+         cosine * cosine + sine * sine <= fixed_one * (fixed_one + 2);
+}
+
+bool
+isPlane(const ScanLayout& layout)
+{
+  constexpr std::int64_t most = most_step << 40;
+  const auto& plane = layout.rays.pose.vectors;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!isWithin(plane[0][axis], most) ||
+        !isWithin(plane[1][axis], most / layout.width) ||
+        !isWithin(plane[2][axis], most / layout.height))
+      return false;
+    const std::int64_t right = plane[1][axis] * (layout.width - 1);
+    const std::int64_t down = plane[2][axis] * (layout.height - 1);
+    for (const std::int64_t corner : {right, down, right + down})
+      if (!isWithin(plane[0][axis] + corner, most))
+        return false;
+  }
+  return true;
+}
+
+bool
+isRow(const RayRow& row)
+{
+  constexpr std::int64_t most = most_step << 24;
+  constexpr std::int64_t most_offset = std::int64_t{1} << 30;
+  return isDirection(row.cosine, row.sine) && isWithin(row.run, most) &&
+         isWithin(row.rise, most) &&
+         std::int64_t{row.run} * row.run + std::int64_t{row.rise} * row.rise <=
+             most * most &&
+         isWithin(row.along, most_offset) && isWithin(row.across, most_offset) &&
+         isWithin(row.up, most_offset);
+}
+
+bool
+isSpinning(const ScanLayout& layout)
+{
+  constexpr std::size_t most_turns = 31; // an angle is below 2^31 steps
+  const ScanRays& rays = layout.rays;
+  return std::all_of(rays.pose.vectors.begin(),
+                     rays.pose.vectors.end(),
+                     [](const Triple& axis) { return areWithin(axis, fixed_one); }) &&
+         areWithin(rays.motion.origin, farthest_motion) &&
+         std::all_of(rays.motion.vectors.begin(),
+                     rays.motion.vectors.end(),
+                     [&](const Triple& change) {
+                       return areWithin(change, most_spin / layout.width);
+                     }) &&
+         !rays.turns.empty() && rays.turns.size() <= most_turns &&
+         rays.rows.size() == layout.height &&
+         std::all_of(rays.turns.begin(),
+                     rays.turns.end(),
+                     [](const auto& turn) { return isDirection(turn[0], turn[1]); }) &&
+         std::all_of(rays.rows.begin(), rays.rows.end(), isRow);
+}
+
+/** \brief Whether rows are all there, once, where they have to be, and else none. */
+bool
+isFiringOrder(const ScanLayout& layout)
+{
+  if (layout.order != PointOrder::ColumnByColumn)
+    return layout.firing_order.empty();
+  std::vector<bool> is_there(layout.height);
+  for (const std::uint16_t row : layout.firing_order)
+    if (row < layout.height)
+      is_there[row] = true;
+  return layout.firing_order.size() == layout.height &&
+         std::find(is_there.begin(), is_there.end(), false) == is_there.end();
+}
+
+} // namespace
+
+bool
+isConsistent(const ScanLayout& layout)
+{
+  if (layout.width < 1 || layout.height < 1 || layout.width > most_side ||
+      layout.height > most_side || layout.pixelCount() > most_pixels ||
+      layout.order > PointOrder::ColumnByColumn || !isFiringOrder(layout) ||
+      !areWithin(layout.rays.pose.origin, farthest_sensor))
+    return false;
+  if (layout.rays.shape == RayShape::Planar)
+    return isPlane(layout) && layout.rays.motion == RayPose() &&
+           layout.rays.turns.empty() && layout.rays.rows.empty();
+  return layout.rays.shape == RayShape::Spinning && isSpinning(layout);
+}
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

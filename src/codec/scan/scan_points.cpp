@@ -1,0 +1,186 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "codec/scan/scan_points.h"
+
+#include "codec/scan/point_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace scan {
+
+namespace {
+
+/** \brief The middle one, or of an even number the lower one of two; 0: there is none. */
+double
+lowerMedian(std::vector<double>& numbers)
+{
+  if (numbers.empty())
+    return 0.0;
+  const auto middle =
+      numbers.begin() + static_cast<std::ptrdiff_t>((numbers.size() - 1) / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return *middle;
+}
+
+/** \brief Usual distance of the elevations of rows, radians: the median, as rows may be
+ * denser at the horizon. 0 if all are the same. */
+double
+elevationStep(const std::vector<RayRow>& rows)
+{
+  constexpr double same_elevation = 0.0001; // rows of one ring
+  std::vector<double> elevations;
+  for (const RayRow& row : rows)
+    elevations.push_back(std::atan2(row.rise, row.run));
+  std::sort(elevations.begin(), elevations.end());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < elevations.size(); ++i)
+    if (const double step = elevations[i] - elevations[i - 1]; step > same_elevation)
+      steps.push_back(step);
+  return lowerMedian(steps);
+}
+
+/** \brief Usual angle between columns, radians. */
+double
+azimuthStep(const ScanRays& rays)
+{
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < rays.columns.size(); ++i)
+    if (rays.columns[i] != rays.columns[i - 1])
+      steps.push_back(std::abs(static_cast<double>(rays.columns[i]) -
+                               static_cast<double>(rays.columns[i - 1])));
+  return lowerMedian(steps) *
+         std::abs(std::atan2(rays.turns.front()[1], rays.turns.front()[0]));
+}
+
+std::optional<SpinningSensor>
+sensorOf(const ScanRays& rays)
+{
+  if (rays.shape != RayShape::Spinning)
+    return std::nullopt;
+  SpinningSensor sensor;
+  sensor.azimuth_step = azimuthStep(rays);
+  sensor.elevation_step = elevationStep(rays.rows);
+  std::array<double, 3> up;
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sensor.origin[axis] = 0x1p-16 * static_cast<double>(rays.pose.origin[axis]);
+    up[axis] = 0x1p-30 * static_cast<double>(rays.pose.vectors[2][axis]);
+    square += up[axis] * up[axis];
+  }
+  constexpr double shortest = 0.25;
+  if (sensor.azimuth_step <= 0.0 || sensor.elevation_step <= 0.0 || square < shortest)
+    return std::nullopt;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    sensor.up[axis] = up[axis] / std::sqrt(square);
+  return sensor;
+}
+
+void
+setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& positions)
+{
+  const VoxelGrid& grid = scan.grid;
+  std::array<double, 3> corner;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    corner[axis] = grid.lowerCorner(axis);
+  const double unit = 0x1p-32 * grid.resolution;
+  PointPlaces places(scan);
+  positions.resize(scan.pixels.size());
+  for (std::array<double, 3>& position : positions) {
+    const Triple place = places.next();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      position[axis] =
+          scan.is_on_lattice
+              ? (static_cast<double>(grid.first_index[axis] + (place[axis] >> 32)) +
+                 0.5) * grid.resolution +
+                    grid.origin[axis]
+              : static_cast<double>(place[axis]) * unit + corner[axis];
+  }
+}
+
+/** \brief The points in the order of their columns, each in the order of its rows. */
+std::vector<std::uint32_t>
+columnByColumn(const ScanFrame& scan)
+{
+  std::vector<std::uint32_t> begins(scan.width + std::size_t{1});
+  std::vector<std::uint32_t> row_begins(scan.height + std::size_t{1});
+  for (const std::uint32_t pixel : scan.pixels) {
+    ++begins[pixel % scan.width + 1];
+    ++row_begins[pixel / scan.width + 1];
+  }
+  for (std::uint32_t column = 0; column < scan.width; ++column)
+    begins[column + 1] += begins[column];
+  for (std::uint32_t row = 0; row < scan.height; ++row)
+    row_begins[row + 1] += row_begins[row];
+  std::vector<std::uint32_t> order(scan.pixels.size());
+  for (const std::uint16_t row : scan.firing_order)
+    for (std::uint32_t point = row_begins[row]; point < row_begins[row + 1u]; ++point)
+      order[begins[scan.pixels[point] % scan.width]++] = point;
+  return order;
+}
+
+/** \brief Puts what points have in an order.
+ * \param[in] count values of a point
+ */
+template <typename ValueT>
+void
+arrange(const std::vector<std::uint32_t>& order,
+        std::size_t count,
+        std::vector<ValueT>& values)
+{
+  if (values.empty())
+    return;
+  std::vector<ValueT> arranged;
+  arranged.reserve(values.size());
+  for (const std::uint32_t point : order)
+    for (std::size_t i = 0; i < count; ++i)
+      arranged.push_back(values[point * count + i]);
+  values.swap(arranged);
+}
+
+} // namespace
+
+void
+movePoints(ScanFrame& scan, VoxelFrame& frame)
+{
+  frame.clearVoxels();
+  frame.grid = scan.grid;
+  frame.intensity_scale = scan.intensity_scale;
+  frame.depth_model.reset();
+  frame.colour_bits = scan.colour_bits;
+  frame.has_point_counts = true;
+  FramePoints& points = frame.points;
+  setPositions(scan, points.positions);
+  points.intensities.swap(scan.intensities);
+  points.colours.swap(scan.colours);
+  frame.fields.swap(scan.fields);
+  points.sensor = sensorOf(scan.rays);
+  if (scan.order == PointOrder::Organised) {
+    points.width = scan.width;
+    points.height = scan.height;
+    points.indices.swap(scan.pixels);
+    return;
+  }
+  const auto count = static_cast<std::uint32_t>(scan.pixels.size());
+  points.width = count;
+  points.height = 1;
+  points.indices.resize(count);
+  for (std::uint32_t point = 0; point < count; ++point)
+    points.indices[point] = point;
+  if (scan.order != PointOrder::ColumnByColumn)
+    return;
+  const std::vector<std::uint32_t> order = columnByColumn(scan);
+  arrange(order, 1, points.positions);
+  arrange(order, 1, points.intensities);
+  arrange(order, 1, points.colours);
+  for (FrameField& field : frame.fields)
+    arrange(order, field.count, field.numbers);
+}
+
+} // namespace scan
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,94 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "stream/scan_choice.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief I-frames after a trial that are not tried, if its result was clear. */
+constexpr unsigned int untried_i_frames = 15;
+/** \brief A frame with more than so many times the bytes of a point shows another scene,
+ * or rays that no longer fit. */
+constexpr double most_growth = 1.25;
+/** \brief P-frames of a trial. Until then the history of voxels has most of what it
+ * needs. */
+constexpr unsigned int trial_frames = 8;
+
+/** \brief Whether a scan takes hardly more bytes, as the order of points is worth a few
+ * bytes. */
+bool
+isScanBetter(std::size_t as_scan, std::size_t as_voxels)
+{
+  return 20 * as_scan <= 21 * as_voxels;
+}
+
+} // namespace
+
+bool
+ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame)
+{
+  if (is_i_frame)
+    trial_ = std::make_unique<Trial>(settings_);
+  // What cannot be coded takes no bytes; nor does it later, for the stream.
+  const bool is_coded = trial_->encoder.encode(voxels, std::nullopt, bytes_).ok();
+  const std::size_t as_voxels = is_coded ? bytes_.size() : 2 * bytes;
+  if (!is_i_frame) {
+    if (is_coded && !trial_->encoder.statistics().is_i_frame)
+      wants_voxels_ = addPFrame(bytes, as_voxels);
+    return false;
+  }
+  is_scan_ = isScanBetter(bytes, as_voxels);
+  tried_density_ = 0.0; // that of the frame
+  const bool is_clear = std::max(bytes, as_voxels) > 2 * std::min(bytes, as_voxels);
+  untried_i_frames_ = is_clear ? untried_i_frames : 0;
+  if (!is_scan_ || settings_.i_frame_rate <= 1)
+    trial_.reset();
+  return !is_scan_;
+}
+
+/** \brief Adds a P-frame to the trial.
+ * \return true if that is over, and voxels take fewer bytes
+ */
+bool
+ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
+{
+  Trial& trial = *trial_;
+  if (++trial.p_frames > trial_frames / 2) {
+    trial.as_scan += as_scan;
+    trial.as_voxels += as_voxels;
+  }
+  if (trial.p_frames < trial_frames)
+    return false;
+  is_scan_ = isScanBetter(trial.as_scan, trial.as_voxels);
+  untried_i_frames_ = untried_i_frames;
+  tried_density_ = 0.0;
+  trial_.reset();
+  return !is_scan_;
+}
+
+bool
+ScanChoice::follow(const CodedFrameStatistics& coded, std::size_t points)
+{
+  const bool wants_voxels = std::exchange(wants_voxels_, false);
+  if (points == 0)
+    return wants_voxels;
+  const double density = static_cast<double>(coded.bytes) / static_cast<double>(points);
+  if (!coded.is_i_frame)
+    return wants_voxels ||
+           (coded.has_points && density > most_growth * i_frame_density_);
+  i_frame_density_ = density;
+  if (tried_density_ == 0.0)
+    tried_density_ = density;
+  else if (untried_i_frames_ > 0)
+    untried_i_frames_ =
+        density > most_growth * tried_density_ ? 0 : untried_i_frames_ - 1;
+  return wants_voxels;
+}
+
+} // namespace io
+} // namespace pcl_ext

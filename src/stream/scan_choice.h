@@ -1,0 +1,89 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "stream/frame_encoder.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Decides for a stream whether clouds that have a sensor's order are coded as
+ * scans or as voxels: by what takes fewer bytes. In trials they are coded as both. */
+class ScanChoice {
+public:
+  explicit ScanChoice(const EncoderSettings& settings) : settings_(settings) {}
+
+  /** \brief Whether the next cloud may be coded as a scan. */
+  bool
+  mayBeScan(bool is_i_frame) const
+  {
+    return is_scan_ || (is_i_frame && untried_i_frames_ == 0);
+  }
+
+  /** \brief Whether the next cloud, of which there is a scan, is to be voxelized,
+   * too. */
+  bool
+  isTrial(bool is_i_frame) const
+  {
+    return is_i_frame ? untried_i_frames_ == 0 : trial_ != nullptr;
+  }
+
+  /** \brief Takes into account what a frame of a trial takes as a scan.
+   * \param[in] voxels of the same cloud
+   * \param[in] bytes as a scan
+   * \param[in] is_i_frame so coded
+   * \return whether the frame is to be coded as voxels instead
+   */
+  bool
+  takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame);
+
+  /** \brief Follows a frame that was coded.
+   * \return whether the next one should be an I-frame, as rays no longer fit or voxels
+   * take fewer bytes
+   */
+  bool
+  follow(const CodedFrameStatistics& coded, std::size_t points);
+
+  /** \brief Ends a trial without a result, as settings change. */
+  void
+  forgetTrial()
+  {
+    trial_.reset();
+  }
+
+private:
+  /** \brief What frames of one trial took so far. */
+  struct Trial {
+    explicit Trial(const EncoderSettings& settings)
+    : encoder(settings.format, settings.i_frame_rate, settings.effort)
+    {}
+
+    FrameEncoder encoder; // of the voxels
+    unsigned int p_frames = 0;
+    // P-frames in the second half of the trial: the first ones have little history.
+    std::size_t as_scan = 0;
+    std::size_t as_voxels = 0;
+  };
+
+  bool
+  addPFrame(std::size_t as_scan, std::size_t as_voxels);
+
+  EncoderSettings settings_;
+  bool is_scan_ = false;              // by the last trial
+  unsigned int untried_i_frames_ = 0; // that follow
+  double i_frame_density_ = 0.0;      // bytes of a point
+  double tried_density_ = 0.0;        // likewise, of the last trial
+  bool wants_voxels_ = false;
+  std::unique_ptr<Trial> trial_; // while it lasts
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,306 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/scan_collector.h"
+
+#include "codec/frame_limits.h"
+#include "voxelizing/coordinate_step.h"
+#include "voxelizing/scan_locator.h"
+#include "voxels/grid_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+constexpr std::uint32_t no_point = ~std::uint32_t{0};
+
+/** \brief The part of the lattice around an origin. */
+VoxelGrid
+wholeLattice(double resolution, const std::array<double, 3>& origin)
+{
+  VoxelGrid grid;
+  grid.resolution = resolution;
+  grid.origin = origin;
+  grid.depth = max_grid_depth;
+  grid.first_index.fill(-(1 << (max_grid_depth - 1)));
+  return grid;
+}
+
+bool
+isNear(const WorldPose& pose, const VoxelGrid& grid)
+{
+  constexpr double far = 0x1p19; // edges
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double distance =
+        pose.translation()[static_cast<Eigen::Index>(axis)] - grid.origin[axis];
+    if (!(std::abs(distance) < far * grid.resolution))
+      return false;
+  }
+  return true;
+}
+
+} // namespace
+
+ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit)
+: settings_(settings), unit_(unit), quantiser_(settings, unit)
+{}
+
+bool
+ScanCollector::isPossible(const EncoderSettings& settings, IntensityUnit unit)
+{
+  return settings.format == StreamFormat::Version1 && settings.keep_point_counts &&
+         (unit == IntensityUnit::None ||
+          (unit == IntensityUnit::Native && settings.aggregation != Aggregation::Sum));
+}
+
+bool
+ScanCollector::collect(PointBatches& points,
+                       const FieldCollector& fields,
+                       const WorldPose& sensor_pose,
+                       bool is_i_frame_due,
+                       scan::ScanFrame& scan,
+                       VoxelizationStatistics& statistics,
+                       CompressionStatus& status)
+{
+  scan.clearPoints();
+  status = CompressionStatus();
+  SensorCloudReader::Contents contents;
+  contents.intensities = unit_ != IntensityUnit::None;
+  contents.colours = settings_.colour_bits > 0 && points.hasColours();
+  contents.box = settings_.bounding_box;
+  contents.fields = &fields;
+  if (!sensor_pose.matrix().allFinite() || !SensorCloudReader::hasOrder(points) ||
+      !reader_.read(points, contents, cloud_))
+    return false;
+  statistics = cloud_.statistics;
+  statistics.resolution = grid_.resolution;
+  statistics.voxels = cloud_.size();
+  if (cloud_.size() == 0) // on the rays of the last one
+    return !is_i_frame_due && scan.width > 0;
+  if (!setLayout(points, fields, sensor_pose, is_i_frame_due, scan))
+    return false;
+  const bool refits = is_i_frame_due || !rays_.areOf(scan);
+  if (!locate(sensor_pose, refits, scan))
+    return false;
+  statistics.resolution = grid_.resolution;
+  statistics.intensities_out_of_range =
+      setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
+  scan.colour_bits = contents.colours ? settings_.colour_bits : 0;
+  setColours(scan);
+  status = setFields(fields, scan);
+  return true;
+}
+
+/** \brief How many pixels a scan of the cloud may have: where they are many for the
+ * points, it would take more bytes than voxels. */
+std::uint64_t
+ScanCollector::mostPixels(const FieldCollector& fields) const
+{
+  constexpr std::size_t most_pixels_of_point = 64;
+  // A scan takes a byte for four points, or more.
+  const FrameLimits limits = frameLimits(settings_.decoder_limits, cloud_.size() / 4);
+  std::uint64_t most = std::min<std::uint64_t>(
+      {scan::most_pixels, limits.max_points, most_pixels_of_point * cloud_.size()});
+  if (fields.valuesOfPoint() > 0)
+    most =
+        std::min<std::uint64_t>(most, limits.max_field_values / fields.valuesOfPoint());
+  return most;
+}
+
+/** \brief Sets the size, the order and the grid of a scan, and orders the points. */
+bool
+ScanCollector::setLayout(PointBatches& points,
+                         const FieldCollector& fields,
+                         const WorldPose& sensor_pose,
+                         bool is_i_frame_due,
+                         scan::ScanFrame& scan)
+{
+  const std::uint64_t most_pixels = mostPixels(fields);
+  if (cloud_.image.width > 0) {
+    scan.width = cloud_.image.width;
+    scan.height = cloud_.image.height;
+    scan.order = scan::PointOrder::Organised;
+    scan.firing_order.clear();
+    if (scan.pixelCount() > most_pixels)
+      return false;
+    pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
+  }
+  else {
+    if (!columns_.find(
+            cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
+      return false;
+    pixels_.resize(cloud_.size());
+    for (std::size_t point = 0; point < cloud_.size(); ++point)
+      pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
+  }
+  orderPoints(scan);
+  setGrid(points, sensor_pose, is_i_frame_due);
+  scan.grid = grid_;
+  scan.is_on_lattice = coordinate_step_ > 0.0;
+  return true;
+}
+
+/** \brief Puts the points in the order of their pixels. */
+void
+ScanCollector::orderPoints(const scan::ScanFrame& scan)
+{
+  order_.resize(pixels_.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (std::is_sorted(pixels_.begin(), pixels_.end()))
+    return;
+  by_pixel_.assign(scan.pixelCount(), no_point);
+  for (std::uint32_t point = 0; point < pixels_.size(); ++point)
+    by_pixel_[pixels_[point]] = point;
+  order_.clear();
+  for (const std::uint32_t point : by_pixel_)
+    if (point != no_point)
+      order_.push_back(point);
+}
+
+/** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else
+ * that of the settings, or around the sensor. */
+void
+ScanCollector::setGrid(PointBatches& points,
+                       const WorldPose& sensor_pose,
+                       bool is_i_frame_due)
+{
+  if (!settings_.origin && !settings_.bounding_box) {
+    // Not changed to and fro, as a change takes an I-frame.
+    const double largest =
+        is_i_frame_due ? std::numeric_limits<double>::infinity() : coordinate_step_;
+    const double step = findCoordinateStep(
+        points, settings_.resolution, settings_.use_coordinate_step, largest);
+    if (!std::isnan(step))
+      coordinate_step_ = step;
+  }
+  const double edge = coordinate_step_ > 0.0 ? coordinate_step_ : settings_.resolution;
+  const VoxelGrid held = grid_;
+  if (settings_.origin)
+    grid_ = wholeLattice(edge, *settings_.origin);
+  else if (coordinate_step_ > 0.0)
+    grid_ = wholeLattice(edge, {-edge / 2.0, -edge / 2.0, -edge / 2.0});
+  else {
+    grid_ = wholeLattice(edge, VoxelGrid().origin);
+    if (held.resolution == edge && isNear(sensor_pose, held))
+      grid_ = held;
+    else if (!isNear(sensor_pose, grid_))
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        grid_.origin[axis] =
+            edge *
+            std::round(sensor_pose.translation()[static_cast<Eigen::Index>(axis)] /
+                       edge);
+  }
+}
+
+/** \brief Puts the points on rays.
+ * \param[in] refits find rays again if those of the clouds before do not fit as well
+ */
+bool
+ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan)
+{
+  const auto append_all = [&] {
+    if (!rays_.areOf(scan) || !rays_.set(cloud_, columns_, sensor_pose, scan))
+      return false;
+    scan.pixels.clear();
+    scan.depths.clear();
+    scan.turns.clear();
+    scan.beside.clear();
+    ScanLocator locator(scan);
+    const std::vector<std::int32_t>& turns = rays_.turns();
+    for (const std::uint32_t point : order_)
+      if (!locator.append(pixels_[point] / scan.width,
+                          pixels_[point] % scan.width,
+                          cloud_.positions[point],
+                          turns.empty() ? 0 : turns[point]))
+        return false;
+    return true;
+  };
+  const auto share_beside = [&] {
+    return static_cast<double>(scan.beside.size()) /
+           static_cast<double>(scan.pixels.size());
+  };
+  constexpr double growth = 1.1;
+  constexpr double least_growth = 0.01;
+  if (append_all() &&
+      (!refits || share_beside() <= growth * fitted_share_ + least_growth))
+    return true;
+  if (!rays_.fit(cloud_, columns_, sensor_pose, grid_, scan) || !append_all())
+    return false;
+  fitted_share_ = share_beside();
+  return true;
+}
+
+/** \brief Sets the intensities of all points.
+ * \return how many are clamped to an end of the scale
+ */
+std::size_t
+ScanCollector::setIntensities(bool may_refit,
+                              scan::ScanFrame& scan,
+                              std::size_t& vanished)
+{
+  scan.intensity_scale = IntensityScale();
+  scan.intensity_scale.bits = 0;
+  if (unit_ == IntensityUnit::None)
+    return 0;
+  const std::size_t clamped = quantiser_.quantise(
+      cloud_.intensities, cloud_.intensity_step, may_refit, symbols_, vanished);
+  scan.intensity_scale = symbols_.intensity_scale;
+  scan.intensities.reserve(order_.size());
+  for (const std::uint32_t point : order_)
+    scan.intensities.push_back(symbols_.intensities[point]);
+  return clamped;
+}
+
+/** \brief Sets the colours of all points, in 2^colour_bits - 1 steps from 0 to 255. */
+void
+ScanCollector::setColours(scan::ScanFrame& scan) const
+{
+  if (scan.colour_bits == 0)
+    return;
+  const unsigned int highest = (1u << scan.colour_bits) - 1;
+  const auto quantised = [highest](std::uint32_t channel) {
+    return static_cast<std::uint8_t>((2 * (channel & 255) * highest + 255) / 510);
+  };
+  scan.colours.reserve(order_.size());
+  for (const std::uint32_t point : order_) {
+    const std::uint32_t colour = cloud_.colours[point];
+    scan.colours.push_back(
+        {quantised(colour >> 16), quantised(colour >> 8), quantised(colour)});
+  }
+}
+
+CompressionStatus
+ScanCollector::setFields(const FieldCollector& fields, scan::ScanFrame& scan) const
+{
+  scan.fields.resize(fields.selected().size());
+  for (std::size_t i = 0; i < scan.fields.size(); ++i) {
+    FrameField& field = scan.fields[i];
+    static_cast<FieldDescription&>(field) = fields.selected()[i].description;
+    field.numbers.reserve(order_.size() * field.count);
+    for (const std::uint32_t point : order_)
+      for (std::size_t k = 0; k < field.count; ++k)
+        field.numbers.push_back(cloud_.numbers[i][point * field.count + k]);
+    if (CompressionStatus status = checkNumbers(field); !status.ok())
+      return status;
+  }
+  return {};
+}
+
+void
+ScanCollector::releaseMemory()
+{
+  cloud_ = SensorCloud();
+  columns_.releaseMemory();
+  quantiser_.releaseMemory();
+  pixels_ = std::vector<std::uint32_t>();
+  order_ = std::vector<std::uint32_t>();
+  by_pixel_ = std::vector<std::uint32_t>();
+  symbols_ = VoxelFrame();
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,106 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
+
+#include "codec/scan/scan_frame.h"
+#include "voxelizing/field_collector.h"
+#include "voxelizing/intensity_quantiser.h"
+#include "voxelizing/scan_columns.h"
+#include "voxelizing/sensor_cloud.h"
+#include "voxelizing/sensor_rays.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Makes scans of the clouds of one stream, if they have the order of a sensor and
+ * are on its rays, or near them. */
+class ScanCollector {
+public:
+  /** \param[in] settings as accepted by checkSettings()
+   * \param[in] unit of the point intensities
+   */
+  ScanCollector(const EncoderSettings& settings, IntensityUnit unit);
+
+  /** \brief Whether settings and unit allow scans: points have an intensity of their own,
+   * and are kept. */
+  static bool
+  isPossible(const EncoderSettings& settings, IntensityUnit unit);
+
+  /** \brief Makes the scan of a cloud.
+   * \param[in] fields that are selected
+   * \param[in] sensor_pose sensor -> world, metres
+   * \param[in] is_i_frame_due rays may change without another I-frame
+   * \param[in,out] scan that of the last cloud; set to one of a consistent layout
+   * \param[out] statistics counts of the points
+   * \param[out] status InvalidInput for fields that cannot be kept
+   * \return false if there is none
+   */
+  bool
+  collect(PointBatches& points,
+          const FieldCollector& fields,
+          const WorldPose& sensor_pose,
+          bool is_i_frame_due,
+          scan::ScanFrame& scan,
+          VoxelizationStatistics& statistics,
+          CompressionStatus& status);
+
+  void
+  releaseMemory();
+
+private:
+  std::uint64_t
+  mostPixels(const FieldCollector& fields) const;
+
+  bool
+  setLayout(PointBatches& points,
+            const FieldCollector& fields,
+            const WorldPose& sensor_pose,
+            bool is_i_frame_due,
+            scan::ScanFrame& scan);
+
+  void
+  setGrid(PointBatches& points, const WorldPose& sensor_pose, bool is_i_frame_due);
+
+  void
+  orderPoints(const scan::ScanFrame& scan);
+
+  bool
+  locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan);
+
+  std::size_t
+  setIntensities(bool may_refit, scan::ScanFrame& scan, std::size_t& vanished);
+
+  void
+  setColours(scan::ScanFrame& scan) const;
+
+  CompressionStatus
+  setFields(const FieldCollector& fields, scan::ScanFrame& scan) const;
+
+  EncoderSettings settings_;
+  IntensityUnit unit_;
+  SensorCloudReader reader_;
+  ScanColumns columns_;
+  SensorRays rays_;
+  IntensityQuantiser quantiser_;
+  VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
+  double coordinate_step_ = 0.0;
+  double fitted_share_ = 0.0; // of points beside the rays that were fitted
+  // Of the current cloud; members so that their memory is reused.
+  SensorCloud cloud_;
+  std::vector<std::uint32_t> pixels_; // of points, in the order of the cloud
+  std::vector<std::uint32_t> order_;  // points in the order of their pixels
+  std::vector<std::uint32_t> by_pixel_;
+  VoxelFrame symbols_; // scale and symbols of intensities, in the order of the cloud
+};
+
+} // namespace io
+} // namespace pcl_ext

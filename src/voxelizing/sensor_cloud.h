@@ -1,0 +1,77 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "voxelizing/common_step.h"
+#include "voxelizing/field_collector.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The usable points of a cloud that has a sensor's order, in the order of the
+ * cloud. */
+struct SensorCloud {
+  ImageSize image;                   ///< columns and rows; without any there are rings
+  std::vector<std::uint32_t> pixels; ///< with an image; ascending
+  std::vector<std::uint32_t> rings;  ///< else; below most_side
+  std::vector<std::array<double, 3>> positions;    ///< world coordinates, metres
+  std::vector<double> intensities;                 ///< if they are asked for
+  CommonStep intensity_step;                       ///< of these
+  std::vector<std::uint32_t> colours;              ///< likewise, as PointView::colours
+  std::vector<std::vector<std::uint64_t>> numbers; ///< of each selected field
+  VoxelizationStatistics statistics;
+
+  std::size_t
+  size() const
+  {
+    return positions.size();
+  }
+};
+
+/** \brief Reads clouds that have rows and columns, or a field `ring`. */
+class SensorCloudReader {
+public:
+  /** \brief What to read of each point. */
+  struct Contents {
+    bool intensities = false;
+    bool colours = false;
+    std::optional<BoundingBox> box; ///< of the points to use
+    const FieldCollector* fields = nullptr;
+  };
+
+  /** \brief Whether a cloud has an order that may be coded. */
+  static bool
+  hasOrder(const PointBatches& points);
+
+  /** \brief Reads a cloud.
+   * \param[in,out] cloud its memory is reused
+   * \return false if it has no order, as points share a pixel or have no row
+   */
+  bool
+  read(PointBatches& points, const Contents& contents, SensorCloud& cloud);
+
+private:
+  template <typename NumberT>
+  bool
+  readBatch(const PointView& points, const NumberT* coordinates, SensorCloud& cloud);
+
+  void
+  readAttributes(const PointView& points, SensorCloud& cloud) const;
+
+  Contents contents_;
+  std::optional<std::size_t> ring_;
+  std::size_t first_ = 0;            // index in the cloud of the batch's first point
+  std::vector<std::uint32_t> batch_; // usable points of the current batch
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,180 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/sensor_rays.h"
+
+#include "voxelizing/robust_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+Eigen::Vector3d
+vectorOf(const std::array<double, 3>& position)
+{
+  return {position[0], position[1], position[2]};
+}
+
+/** \brief Points in the coordinates of the sensor, but for those at the sensor.
+ * \param[in] is_used called with the column of each
+ */
+template <typename IsUsedT>
+std::vector<PixelPoint>
+pixelPointsOf(const SensorCloud& cloud,
+              const ScanColumns& columns,
+              const WorldPose& pose,
+              const IsUsedT& is_used)
+{
+  const WorldPose to_sensor = pose.inverse();
+  std::vector<PixelPoint> points;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const bool has_rings = cloud.image.width == 0;
+    const std::uint32_t row =
+        has_rings ? cloud.rings[i] : cloud.pixels[i] / cloud.image.width;
+    const std::uint32_t column =
+        has_rings ? columns.columns()[i] : cloud.pixels[i] % cloud.image.width;
+    if (!is_used(column))
+      continue;
+    points.push_back({row, column, to_sensor * vectorOf(cloud.positions[i])});
+    if (isAtSensor(points.back()))
+      points.pop_back();
+  }
+  return points;
+}
+
+/** \brief The pose of columns that are turned since their step was found. */
+WorldPose
+turnedPose(const WorldPose& pose, double shift)
+{
+  WorldPose turned = pose;
+  turned.rotate(Eigen::AngleAxisd(shift, Eigen::Vector3d::UnitZ()));
+  return turned;
+}
+
+} // namespace
+
+bool
+SensorRays::areOf(const scan::ScanLayout& layout) const
+{
+  const bool are_firings = layout.order == scan::PointOrder::ColumnByColumn;
+  return (are_firings ? spinning_.has_value() : fitted_.has_value()) &&
+         layout.order == layout_.order && layout.height == layout_.height &&
+         (are_firings || layout.width == layout_.width);
+}
+
+bool
+SensorRays::fit(const SensorCloud& cloud,
+                const ScanColumns& columns,
+                const WorldPose& pose,
+                const VoxelGrid& grid,
+                const scan::ScanLayout& layout)
+{
+  fitted_.reset();
+  spinning_.reset();
+  layout_.width = layout.width;
+  layout_.height = layout.height;
+  layout_.order = layout.order;
+  const auto all = [](std::uint32_t) { return true; };
+  const ImageSize size{layout.width, layout.height};
+  switch (layout.order) {
+  case scan::PointOrder::Organised:
+    fitted_ = fitRays(pixelPointsOf(cloud, columns, pose, all), pose, grid, size);
+    break;
+  case scan::PointOrder::RowByRow:
+    fitted_ = fitSpinningRays(
+        pixelPointsOf(cloud, columns, turnedPose(pose, columns.shift()), all),
+        size,
+        columns.step());
+    break;
+  case scan::PointOrder::ColumnByColumn:
+    spinning_ = fitSpinning(pixelPointsOf(cloud,
+                                          columns,
+                                          pose,
+                                          [&](std::uint32_t column) {
+                                            return isSampled(column, layout.width);
+                                          }),
+                            layout.height,
+                            layout.width,
+                            grid.resolution);
+    break;
+  }
+  return fitted_ || spinning_;
+}
+
+bool
+SensorRays::set(const SensorCloud& cloud,
+                const ScanColumns& columns,
+                const WorldPose& pose,
+                scan::ScanFrame& frame)
+{
+  turns_.clear();
+  if (frame.order == scan::PointOrder::Organised)
+    return setRays(*fitted_, pose, frame.grid, frame);
+  if (frame.order == scan::PointOrder::RowByRow)
+    return setRays(*fitted_, turnedPose(pose, columns.shift()), frame.grid, frame);
+  const auto is_sampled = [&](std::uint32_t column) {
+    return isSampled(column, frame.width);
+  };
+  if (spinning_->has_motion)
+    followMotion(
+        pixelPointsOf(cloud, columns, pose, is_sampled), frame.width, *spinning_);
+  if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
+    return false;
+  findAngles(cloud, columns, pose, frame.grid.resolution, frame);
+  return true;
+}
+
+/** \brief Sets the angle of each column to the middle of its points, and turns those that
+ * are further from it than their rays may be. */
+void
+SensorRays::findAngles(const SensorCloud& cloud,
+                       const ScanColumns& columns,
+                       const WorldPose& pose,
+                       double resolution,
+                       scan::ScanFrame& frame)
+{
+  const SpinningFit& fit = *spinning_;
+  const WorldPose to_sensor = pose.inverse();
+  const double steps_of_turn = two_pi / fit.turn_step;
+  std::vector<double> distances(cloud.size());
+  angles_.resize(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[i]);
+    if (fit.has_motion)
+      position =
+          fit.motion.stillPosition(position, timeOf(columns.columns()[i], frame.width));
+    distances[i] = std::hypot(position.x(), position.y());
+    angles_[i] = columnAngle(fit.rows[cloud.rings[i]], position) / fit.turn_step;
+  }
+  frame.rays.columns.assign(frame.width, 0);
+  turns_.assign(fit.has_turn_step ? cloud.size() : 0, 0);
+  std::vector<double> off; // from the first of a column
+  std::int32_t last = 0;
+  for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
+    const std::uint32_t column = columns.columns()[begin];
+    off.clear();
+    for (; end < cloud.size() && columns.columns()[end] == column; ++end)
+      if (distances[end] > 0.0)
+        off.push_back(std::remainder(angles_[end] - angles_[begin], steps_of_turn));
+    if (!off.empty()) {
+      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+      std::nth_element(off.begin(), middle, off.end());
+      // From the last one on, so that angles do not leap where a turn ends.
+      const double change =
+          std::remainder(angles_[begin] + *middle - last, steps_of_turn);
+      last += static_cast<std::int32_t>(std::llround(change));
+    }
+    frame.rays.columns[column] = last;
+    for (std::size_t i = begin; fit.has_turn_step && i < end; ++i) {
+      const double turn = std::remainder(angles_[i] - last, steps_of_turn);
+      if (std::abs(turn) * fit.turn_step * distances[i] > 0.5 * resolution)
+        turns_[i] = static_cast<std::int32_t>(std::llround(turn));
+    }
+  }
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,76 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include "codec/scan/scan_frame.h"
+#include "voxelizing/ray_fit.h"
+#include "voxelizing/scan_columns.h"
+#include "voxelizing/sensor_cloud.h"
+#include "voxelizing/spinning_fit.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The rays of a sensor, found in one of its clouds and kept for those that
+ * follow. */
+class SensorRays {
+public:
+  /** \brief Finds the rays of a cloud.
+   * \param[in] cloud not empty
+   * \param[in] columns of its points, if it has rings
+   * \param[in] pose sensor -> world, metres
+   * \param[in] layout size and order of its scan
+   * \return whether there are any
+   */
+  bool
+  fit(const SensorCloud& cloud,
+      const ScanColumns& columns,
+      const WorldPose& pose,
+      const VoxelGrid& grid,
+      const scan::ScanLayout& layout);
+
+  /** \brief Whether rays were found that a scan of this size and order may be on. */
+  bool
+  areOf(const scan::ScanLayout& layout) const;
+
+  /** \brief Sets the rays of a cloud's scan.
+   * \param[in,out] frame grid, size and order are given
+   * \return whether they are within their ranges
+   */
+  bool
+  set(const SensorCloud& cloud,
+      const ScanColumns& columns,
+      const WorldPose& pose,
+      scan::ScanFrame& frame);
+
+  /** \brief How far the ray of each point of the last cloud is turned from that of its
+   * pixel, see ScanFrame::turns; empty: none is. */
+  const std::vector<std::int32_t>&
+  turns() const
+  {
+    return turns_;
+  }
+
+private:
+  void
+  findAngles(const SensorCloud& cloud,
+             const ScanColumns& columns,
+             const WorldPose& pose,
+             double resolution,
+             scan::ScanFrame& frame);
+
+  scan::ScanLayout layout_;             // of the fit, without rays
+  std::optional<FittedRays> fitted_;    // of a camera, or with columns a step apart
+  std::optional<SpinningFit> spinning_; // of firings
+  std::vector<std::int32_t> turns_;
+  std::vector<double> angles_; // of points, in steps
+};
+
+} // namespace io
+} // namespace pcl_ext
