@@ -66,29 +66,25 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
   point_bytes_ = roundedUp(point_bytes_, alignment);
 
   points_ = std::make_unique<unsigned char[]>(frame.cloudSize() * point_bytes_);
-  if (frame.isOrganised())
+  if (!frame.isDense())
     writeMissingPoints(frame.grid.needsDoubles());
-  std::size_t point = 0;
-  std::size_t voxel = 0;
-  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+  const auto write_point = [&](std::size_t point,
+                               auto x,
+                               auto y,
+                               auto z,
+                               float intensity,
+                               const io::VoxelColour& colour) {
     unsigned char* const next = pointAt(frame, point);
     const std::array<decltype(x), 3> place = {x, y, z};
     std::memcpy(next, place.data(), sizeof(place));
     if (intensity_offset)
       std::memcpy(next + *intensity_offset, &intensity, sizeof(intensity));
-    if (frame.colour_bits > 0) {
-      const io::VoxelColour colour = frame.fullColour(voxel);
-      const std::array<unsigned char, 3> channels = {colour.r, colour.g, colour.b};
-      for (std::size_t i = 0; i < 3; ++i)
-        if (channel_offsets[i])
-          next[*channel_offsets[i]] = channels[i];
-    }
-    const std::size_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
-    for (std::size_t copy = 1; copy < points; ++copy)
-      std::memcpy(pointAt(frame, point + copy), next, point_bytes_);
-    point += points;
-    ++voxel;
-  });
+    const std::array<unsigned char, 3> channels = {colour.r, colour.g, colour.b};
+    for (std::size_t i = 0; i < 3; ++i)
+      if (channel_offsets[i])
+        next[*channel_offsets[i]] = channels[i];
+  };
+  io::forEachPoint(frame, write_point);
   for (std::size_t i = 0; i < frame.fields.size(); ++i)
     writeField(frame, frame.fields[i], columns_[first_field + i].offset);
 }

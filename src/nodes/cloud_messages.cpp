@@ -83,39 +83,28 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
   const VoxelPointLayout layout = layoutOf(frame);
   const bool has_intensity = layout.hasVoxelIntensity();
   const bool has_colour = layout.hasVoxelColour();
-  std::uint8_t* const cloud = data;
   const std::size_t point_step = layout.pointStep();
-  if (frame.isOrganised())
-    writeMissingPoints(layout, cloud);
-  std::size_t voxel = 0;
-  std::size_t point = 0;
-  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
-    data = cloud + frame.cloudIndex(point) * point_step;
-    const std::uint8_t* const first = data;
-    const std::array<decltype(x), 3> place{x, y, z};
-    const auto append = [&data](const auto& element) {
-      std::memcpy(data, &element, sizeof(element));
-      data += sizeof(element);
+  if (!frame.isDense())
+    writeMissingPoints(layout, data);
+  const auto write_point = [&](std::size_t point,
+                               auto x,
+                               auto y,
+                               auto z,
+                               float intensity,
+                               const io::VoxelColour& colour) {
+    std::uint8_t* next = data + frame.cloudIndex(point) * point_step;
+    const auto append = [&next](const auto& element) {
+      std::memcpy(next, &element, sizeof(element));
+      next += sizeof(element);
     };
-    append(place);
+    append(std::array<decltype(x), 3>{x, y, z});
     if (has_intensity)
       append(intensity);
-    if (has_colour) {
-      const io::VoxelColour colour = frame.fullColour(voxel);
-      const std::uint32_t packed =
-          std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
-      append(packed);
-    }
-    const auto of_voxel = static_cast<std::size_t>(data - first);
-    writeFields(frame, point++, data);
-    for (std::uint32_t i = 1; frame.has_point_counts && i < frame.point_counts[voxel];
-         ++i) {
-      data = cloud + frame.cloudIndex(point) * point_step;
-      std::memcpy(data, first, of_voxel);
-      writeFields(frame, point++, data + of_voxel);
-    }
-    ++voxel;
-  });
+    if (has_colour)
+      append(std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b);
+    writeFields(frame, point, next);
+  };
+  io::forEachPoint(frame, write_point);
 }
 
 } // namespace nodes

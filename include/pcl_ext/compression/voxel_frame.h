@@ -240,6 +240,13 @@ struct VoxelFrame {
     return points.areThere() ? points.cloudSize() : pointCount();
   }
 
+  /** \brief Whether no point of a decoded cloud is missing. */
+  bool
+  isDense() const
+  {
+    return !points.areThere() || points.indices.size() == points.cloudSize();
+  }
+
   /** \brief Where a point is in a decoded cloud.
    * \param[in] point in the order of forEachPoint(), below pointCount()
    */

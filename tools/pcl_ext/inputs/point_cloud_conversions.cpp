@@ -64,13 +64,12 @@ public:
           static_cast<std::uint32_t>(io::sizeOf(field.type) * field.count);
       cloud.point_step += size - bytesOf(pcl::PCLPointField::FLOAT32);
     }
-    const bool is_organised = frame.isOrganised();
     cloud.data.assign(frame.cloudSize() * cloud.point_step, 0);
     cloud.height = frame.cloudHeight();
     cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
     cloud.row_step = static_cast<std::uint32_t>(cloud.width * cloud.point_step);
-    cloud.is_dense = is_organised && frame.cloudSize() > frame.pointCount() ? 0 : 1;
-    if (cloud.is_dense == 0)
+    cloud.is_dense = frame.isDense() ? 1 : 0;
+    if (!frame.isDense())
       writeMissingPoints(frame);
     cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
   }
@@ -202,26 +201,24 @@ toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud)
   PointWriter writer(frame, cloud);
   const bool has_intensity = PointWriter::hasIntensity(frame);
   const bool has_colour = PointWriter::hasColour(frame);
-  std::size_t voxel = 0;
-  std::size_t point = 0;
-  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
-    const std::uint32_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
-    for (std::uint32_t i = 0; i < points; ++i) {
-      writer.moveTo(frame, point);
-      writer.write(x);
-      writer.write(y);
-      writer.write(z);
-      if (has_intensity)
-        writer.write(intensity);
-      if (has_colour) {
-        const io::VoxelColour colour = frame.fullColour(voxel);
-        writer.write(std::uint32_t{0xff000000u} | std::uint32_t{colour.r} << 16 |
-                     std::uint32_t{colour.g} << 8 | std::uint32_t{colour.b});
-      }
-      writer.writeFields(frame, point++);
-    }
-    ++voxel;
-  });
+  const auto write_point = [&](std::size_t point,
+                               auto x,
+                               auto y,
+                               auto z,
+                               float intensity,
+                               const io::VoxelColour& colour) {
+    writer.moveTo(frame, point);
+    writer.write(x);
+    writer.write(y);
+    writer.write(z);
+    if (has_intensity)
+      writer.write(intensity);
+    if (has_colour)
+      writer.write(std::uint32_t{0xff000000u} | std::uint32_t{colour.r} << 16 |
+                   std::uint32_t{colour.g} << 8 | std::uint32_t{colour.b});
+    writer.writeFields(frame, point);
+  };
+  io::forEachPoint(frame, write_point);
 }
 
 std::string

@@ -17,8 +17,8 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-/** \brief A point at the centre of each voxel of a frame, in its order, or as many as
- * the voxel had, in the order of their sensor if the frame has it. */
+/** \brief The points of a frame, see forEachPoint(); those that are missing are not a
+ * number. */
 template <typename PointT>
 void
 fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
@@ -32,36 +32,30 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     return point;
   }();
   cloud.resize(frame.cloudSize());
-  const bool is_organised = frame.isOrganised();
-  if (is_organised) {
+  cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
+  cloud.height = frame.cloudHeight();
+  cloud.is_dense = frame.isDense();
+  if (!cloud.is_dense) {
     PointT missing = blank;
     missing.x = missing.y = missing.z = std::numeric_limits<float>::quiet_NaN();
     std::fill(cloud.points.begin(), cloud.points.end(), missing);
   }
-  PointT* next = cloud.points.data();
-  std::size_t voxel = 0;
-  std::size_t place = 0;
-  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    PointT& point = is_organised ? cloud.points[frame.image.pixels[place]] : *next++;
-    point = blank;
-    point.x = x;
-    point.y = y;
-    point.z = z;
-    setNativeIntensity(point, intensity);
-    if (frame.colour_bits > 0)
-      setColour(point, frame.fullColour(voxel));
-    if (is_organised)
-      for (std::uint32_t i = 1; i < frame.point_counts[voxel]; ++i)
-        cloud.points[frame.image.pixels[place + i]] = point;
-    else if (frame.has_point_counts)
-      next = std::fill_n(next, frame.point_counts[voxel] - 1, point);
-    if (is_organised)
-      place += frame.point_counts[voxel];
-    ++voxel;
-  });
-  cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
-  cloud.height = frame.cloudHeight();
-  cloud.is_dense = place == cloud.size() || !is_organised;
+  PointT* const points = cloud.points.data();
+  forEachPoint(frame,
+               [&frame, points](std::size_t i,
+                                auto x,
+                                auto y,
+                                auto z,
+                                float intensity,
+                                const VoxelColour& colour) {
+                 PointT& point = points[frame.cloudIndex(i)];
+                 point = blank;
+                 point.x = static_cast<float>(x);
+                 point.y = static_cast<float>(y);
+                 point.z = static_cast<float>(z);
+                 setNativeIntensity(point, intensity);
+                 setColour(point, colour);
+               });
   if (!frame.fields.empty()) // the list of the type's fields takes memory
     pointFieldsOf<PointT>().set(frame, cloud.points.data(), sizeof(PointT));
 }

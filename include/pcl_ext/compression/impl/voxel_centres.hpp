@@ -149,16 +149,46 @@ forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit)
 
 namespace detail {
 
+/** \brief Colours in channels of 0 to 255, faster than VoxelFrame::fullColour(). */
+class FullColours {
+public:
+  /** \param[in] frame that has the colours
+   * \param[in] colours of the frame's voxels or points; must not change meanwhile
+   */
+  FullColours(const VoxelFrame& frame, const std::vector<VoxelColour>& colours)
+  : colours_(frame.colour_bits > 0 ? colours.data() : nullptr)
+  {
+    if (colours_ == nullptr)
+      return;
+    for (unsigned int channel = 0; channel >> frame.colour_bits == 0; ++channel) {
+      const auto given = static_cast<std::uint8_t>(channel);
+      channels_[channel] = frame.fullColour(VoxelColour{given, given, given}).r;
+    }
+  }
+
+  /** \brief White without colours. */
+  VoxelColour
+  operator[](std::size_t index) const
+  {
+    if (colours_ == nullptr)
+      return {255, 255, 255};
+    const VoxelColour& colour = colours_[index];
+    return {channels_[colour.r], channels_[colour.g], channels_[colour.b]};
+  }
+
+private:
+  const VoxelColour* colours_; // null without colours
+  std::array<std::uint8_t, 256> channels_{};
+};
+
 /** \brief forEachPoint() of a frame that has its points, as numbers of a type. */
 template <typename NumberT, typename VisitT>
 void
 visitOwnPoints(const VoxelFrame& frame, VisitT& visit)
 {
-  VoxelColour colour{255, 255, 255};
   const FramePoints& points = frame.points;
+  const FullColours colours(frame, points.colours);
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
-    if (frame.colour_bits > 0)
-      colour = frame.fullColour(points.colours[i]);
     const std::array<double, 3>& position = points.positions[i];
     visit(i,
           static_cast<NumberT>(position[0]),
@@ -166,8 +196,32 @@ visitOwnPoints(const VoxelFrame& frame, VisitT& visit)
           static_cast<NumberT>(position[2]),
           frame.hasIntensities() ? frame.intensity_scale.value(points.intensities[i])
                                  : 0.0f,
-          colour);
+          colours[i]);
   }
+}
+
+/** \brief forEachPoint() of a frame that has voxels only. */
+template <typename VisitT>
+void
+visitVoxelPoints(const VoxelFrame& frame, VisitT& visit)
+{
+  const FullColours colours(frame, frame.colours);
+  std::size_t voxel = 0;
+  if (!frame.has_point_counts) {
+    forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+      visit(voxel, x, y, z, intensity, colours[voxel]);
+      ++voxel;
+    });
+    return;
+  }
+  std::size_t point = 0;
+  forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+    const VoxelColour colour = colours[voxel];
+    for (const std::size_t end = point + frame.point_counts[voxel]; point < end;
+         ++point)
+      visit(point, x, y, z, intensity, colour);
+    ++voxel;
+  });
 }
 
 } // namespace detail
@@ -176,25 +230,12 @@ template <typename VisitT>
 void
 forEachPoint(const VoxelFrame& frame, VisitT&& visit)
 {
-  if (frame.points.areThere()) {
-    if (frame.grid.needsDoubles())
-      detail::visitOwnPoints<double>(frame, visit);
-    else
-      detail::visitOwnPoints<float>(frame, visit);
-    return;
-  }
-  std::size_t point = 0;
-  std::size_t voxel = 0;
-  VoxelColour colour{255, 255, 255};
-  forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
-    if (frame.colour_bits > 0)
-      colour = frame.fullColour(voxel);
-    const std::size_t end =
-        point + (frame.has_point_counts ? frame.point_counts[voxel] : 1);
-    for (; point < end; ++point)
-      visit(point, x, y, z, intensity, colour);
-    ++voxel;
-  });
+  if (!frame.points.areThere())
+    detail::visitVoxelPoints(frame, visit);
+  else if (frame.grid.needsDoubles())
+    detail::visitOwnPoints<double>(frame, visit);
+  else
+    detail::visitOwnPoints<float>(frame, visit);
 }
 
 } // namespace io
