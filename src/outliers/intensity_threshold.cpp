@@ -3,6 +3,7 @@
 
 #include "voxels/intensity_symbols.h"
 #include "voxels/keep_voxels.h"
+#include "voxels/point_voxels.h"
 
 #include <algorithm>
 
@@ -37,7 +38,8 @@ packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
 bool
 hasMore(const io::VoxelFrame& frame)
 {
-  return frame.colour_bits > 0 || frame.has_point_counts || !frame.fields.empty();
+  return frame.colour_bits > 0 || frame.has_point_counts || frame.points.areThere() ||
+         !frame.fields.empty();
 }
 
 } // namespace
@@ -50,6 +52,7 @@ removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity)
   const std::uint32_t lowest = io::lowestSymbol(frame.intensity_scale, min_intensity);
   if (lowest == 0)
     return 0;
+  io::setVoxels(frame);
   if (hasMore(frame))
     return io::keepVoxels(
         frame, [&](std::size_t i) { return frame.intensities[i] >= lowest; });
@@ -82,7 +85,7 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
   kept.colours.clear();
   kept.point_counts.clear();
   kept.fields.clear();
-  kept.image = io::PointImage();
+  kept.points = io::FramePoints();
   // Counted first, so that no more memory is used than needed.
   kept.keys.resize(count + 1);
   kept.intensities.resize(count + 1);

@@ -6,39 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
 namespace {
 
-constexpr double fixed_one = 0x1p30;      ///< of directions in images
-constexpr double nearest = 0.001;         ///< range, metres
-constexpr double steepest_cosine = 0.1;   ///< of elevations, towards the sensor's axis
-constexpr double same_elevation = 0.0001; ///< radians; rows of one ring
-constexpr double neighbours = 25.0;       ///< voxels of a surface among 5 x 5 x 5
-
-/** \brief Usual distance of the elevations of rows, radians: the median, as rows may be
- * denser at the horizon. 0 if all are the same. */
-double
-elevationStep(const std::vector<io::RayRow>& rows)
-{
-  std::vector<double> elevations;
-  for (const io::RayRow& row : rows)
-    elevations.push_back(std::atan2(row.rise, row.run));
-  std::sort(elevations.begin(), elevations.end());
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < elevations.size(); ++i)
-    if (const double step = elevations[i] - elevations[i - 1]; step > same_elevation)
-      steps.push_back(step);
-  if (steps.empty())
-    return 0.0;
-  const auto middle =
-      steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
+constexpr double nearest = 0.001;       ///< range, metres
+constexpr double steepest_cosine = 0.1; ///< of elevations, towards the sensor's axis
+constexpr double neighbours = 25.0;     ///< voxels of a surface among 5 x 5 x 5
 
 double
 lengthOf(const std::array<double, 3>& vector)
@@ -67,29 +43,17 @@ raysOf(const RaysUnit& unit, const io::VoxelGrid& grid, const io::VoxelPosition&
 }
 
 std::optional<LidarRays>
-raysOf(const io::PointImage& image, const io::VoxelPosition& first)
+raysOf(const io::SpinningSensor& sensor, const io::VoxelPosition& first)
 {
-  if (!image.hasPixels() || image.rays.shape != io::RayShape::Spinning ||
-      image.rays.turns.empty())
+  if (!(sensor.azimuth_step > 0.0 && sensor.elevation_step > 0.0))
     return std::nullopt;
   LidarRays rays;
-  const auto& turn = image.rays.turns[0];
-  rays.azimuth_step = std::abs(std::atan2(turn[1], turn[0]));
-  rays.elevation_step = elevationStep(image.rays.rows);
-  if (rays.azimuth_step <= 0.0 || rays.elevation_step <= 0.0)
-    return std::nullopt;
-  const std::array<double, 3> at = {static_cast<double>(first.x),
-                                    static_cast<double>(first.y),
-                                    static_cast<double>(first.z)};
-  std::array<double, 3> up;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    rays.origin[axis] =
-        static_cast<double>(image.rays.pose.origin[axis]) / 65536.0 + at[axis];
-    up[axis] = static_cast<double>(image.rays.pose.vectors[2][axis]) / fixed_one;
-  }
-  if (const double length = lengthOf(up); length > 0.5)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      rays.up[axis] = up[axis] / length;
+  rays.origin = {sensor.origin[0] + first.x,
+                 sensor.origin[1] + first.y,
+                 sensor.origin[2] + first.z};
+  rays.up = sensor.up;
+  rays.azimuth_step = sensor.azimuth_step;
+  rays.elevation_step = sensor.elevation_step;
   return rays;
 }
 

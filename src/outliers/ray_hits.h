@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/impl/point_image.h>
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
@@ -28,13 +28,13 @@ struct LidarRays {
 LidarRays
 raysOf(const RaysUnit& unit, const io::VoxelGrid& grid, const io::VoxelPosition& first);
 
-/** \brief Rays of the image of a frame.
- * \param[in] image as isConsistent() demands, or without pixels
+/** \brief Rays of the sensor that the points of a frame tell.
+ * \param[in] sensor of the points
  * \param[in] first position of the first voxel of the frame's grid
- * \return none unless it is that of a lidar that turns, with several columns and rows
+ * \return none if it has one column or one row only, so that a step is not known
  */
 std::optional<LidarRays>
-raysOf(const io::PointImage& image, const io::VoxelPosition& first);
+raysOf(const io::SpinningSensor& sensor, const io::VoxelPosition& first);
 
 /** \brief How many points of a surface there would be in a voxel, and the evidence for
  * one: more than noise has, which has few points in few voxels wherever it is (unit Rays

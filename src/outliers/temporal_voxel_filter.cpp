@@ -122,7 +122,7 @@ private:
     if (frames_ < least_frames || frames_ > most_frames)
       return {TemporalFilterCode::InvalidSettings,
               "frames is " + std::to_string(frames_) + "; it must be 2 to 64"};
-    if (frame.has_point_counts || !frame.fields.empty())
+    if (frame.has_point_counts || frame.points.areThere() || !frame.fields.empty())
       return {TemporalFilterCode::HasPointCounts,
               "the frame was not filtered: numbers of points and fields are those of "
               "one cloud"};

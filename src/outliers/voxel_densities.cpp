@@ -35,7 +35,7 @@ VoxelDensities::canJudge(const io::VoxelFrame& frame) const
   case DensityUnit::Faces:
     return frame.hasIntensities();
   case DensityUnit::Points:
-    return frame.hasIntensities() || frame.has_point_counts;
+    return frame.hasIntensities() || frame.has_point_counts || frame.points.areThere();
   default:
     return true;
   }
@@ -50,7 +50,7 @@ VoxelDensities::unitOf(const io::VoxelFrame& frame) const
     return DensityUnit::Faces;
   // Counts and native intensities have the same scales, and few points in a voxel of a
   // lidar's are a sign of noise only where its rays are known.
-  return image_rays_ ? DensityUnit::Rays : DensityUnit::Voxels;
+  return sensor_rays_ ? DensityUnit::Rays : DensityUnit::Voxels;
 }
 
 bool
@@ -65,10 +65,11 @@ VoxelDensities::follow(const io::VoxelFrame& frame,
   if (frame.depth_model &&
       (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Faces))
     takeDepthModel(frame, first);
-  // An encoder may omit the image of a frame, too, where it takes more bytes.
-  if (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Rays)
-    if (const std::optional<LidarRays> rays = raysOf(frame.image, first))
-      image_rays_ = rays;
+  // Not all frames of a stream need have their points.
+  if (frame.points.sensor &&
+      (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Rays))
+    if (const auto rays = raysOf(*frame.points.sensor, first))
+      sensor_rays_ = rays;
   unit_ = unitOf(frame);
   const bool uses_intensities = unit_ == DensityUnit::Rays
                                     ? intensities_are_counts_ && !frame.has_point_counts

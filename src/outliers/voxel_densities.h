@@ -48,7 +48,7 @@ public:
   reset()
   {
     depth_model_.reset();
-    image_rays_.reset();
+    sensor_rays_.reset();
     numbers_.clear();
     factors_.clear();
   }
@@ -61,12 +61,12 @@ public:
     return unit_;
   }
 
-  /** \brief Rays of the image of a spinning sensor that this frame has or an earlier
-   * one had, if the unit may be Rays. */
+  /** \brief Rays of the sensor that the points of this frame or an earlier one tell, if
+   * the unit may be Rays. */
   const std::optional<LidarRays>&
-  imageRays() const
+  sensorRays() const
   {
-    return image_rays_;
+    return sensor_rays_;
   }
 
   /** \brief Whether numbers of points are known of the frame that follow() was called
@@ -118,7 +118,7 @@ private:
   float full_intensity_ = 0.0f;               // with Faces
   bool intensities_are_counts_ = false;       // with Automatic and Rays
   std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
-  std::optional<LidarRays> image_rays_;       // likewise
+  std::optional<LidarRays> sensor_rays_;      // likewise
   double model_face_ = 0.0; // intensity of a covered face in that model
   io::IntensityScale scale_;
   double face_ = 0.0; // intensity of density 255

@@ -11,6 +11,7 @@
 #include "outliers/voxel_densities.h"
 #include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
+#include "voxels/point_voxels.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -56,6 +57,7 @@ public:
     OutlierRemovalStatus status = check(frame);
     if (!status.ok())
       return status;
+    io::setVoxels(frame);
     beginFrame();
     learn(frame);
     const float least =
@@ -212,8 +214,8 @@ private:
   followRays(const io::VoxelFrame& frame)
   {
     const unsigned int levels = positions_.levels();
-    const LidarRays rays = densities_.imageRays()
-                               ? *densities_.imageRays()
+    const LidarRays rays = densities_.sensorRays()
+                               ? *densities_.sensorRays()
                                : raysOf(std::get<RaysUnit>(settings_.unit),
                                         frame.grid,
                                         positions_.first());

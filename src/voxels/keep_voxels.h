@@ -3,6 +3,8 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "voxels/point_voxels.h"
+
 #include <algorithm>
 #include <cstddef>
 
@@ -10,7 +12,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Removes voxels of a frame, with their intensities, colours, numbers of
- * points, fields and points.
+ * points, fields and points. A cloud of one row has no missing points afterwards.
  * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
  * \param[in] is_kept is called with the index of each voxel, in order
  * \return number of voxels removed
@@ -27,23 +29,25 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
                       number,
                       values.begin() + static_cast<std::ptrdiff_t>(to));
       };
+  // Calls change(values, values of a point) for all that the frame has of each point.
   const auto of_points = [&frame](auto change) {
-    change(frame.points.indices);
-    change(frame.points.positions);
-    change(frame.points.intensities);
-    change(frame.points.colours);
+    for (FrameField& field : frame.fields)
+      change(field.numbers, field.count);
+    change(frame.points.indices, 1);
+    change(frame.points.positions, 1);
+    change(frame.points.intensities, 1);
+    change(frame.points.colours, 1);
   };
+  const bool has_values = frame.points.areThere() || !frame.fields.empty();
   std::size_t kept = 0;
   std::size_t point = 0;
   std::size_t kept_points = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t points = frame.point_counts.empty() ? 1 : frame.point_counts[i];
-    for (FrameField& field : frame.fields)
-      move(field.numbers,
-           point * field.count,
-           points * field.count,
-           kept_points * field.count);
-    of_points([&](auto& values) { move(values, point, points, kept_points); });
+    if (has_values)
+      of_points([&](auto& values, std::size_t of_point) {
+        move(values, point * of_point, points * of_point, kept_points * of_point);
+      });
     point += points;
     // Written in any case, as a branch would be mispredicted.
     frame.keys[kept] = frame.keys[i];
@@ -61,9 +65,11 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
   frame.intensities.resize(frame.intensities.empty() ? 0 : kept);
   frame.colours.resize(frame.colours.empty() ? 0 : kept);
   frame.point_counts.resize(frame.point_counts.empty() ? 0 : kept);
-  for (FrameField& field : frame.fields)
-    field.numbers.resize(kept_points * field.count);
-  of_points([&](auto& values) { values.resize(values.empty() ? 0 : kept_points); });
+  of_points([&](auto& values, std::size_t of_point) {
+    values.resize(values.empty() ? 0 : kept_points * of_point);
+  });
+  if (frame.points.height == 1)
+    closeGaps(frame.points);
   return count - kept;
 }
 

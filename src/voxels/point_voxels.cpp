@@ -3,7 +3,7 @@
 
 #include "voxels/radix_sort.h"
 
-#include <cmath>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -137,6 +137,25 @@ setVoxels(VoxelFrame& frame)
     sums.append(entries[point].key, frame);
     sums = PointSums();
   }
+}
+
+void
+closeGaps(FramePoints& points)
+{
+  if (points.indices.size() == points.width)
+    return;
+  std::vector<std::uint32_t> numbers(points.width);
+  for (const std::uint32_t index : points.indices)
+    numbers[index] = 1;
+  std::uint32_t count = 0;
+  for (std::uint32_t& number : numbers) {
+    const std::uint32_t is_there = number;
+    number = count;
+    count += is_there;
+  }
+  for (std::uint32_t& index : points.indices)
+    index = numbers[index];
+  points.width = count;
 }
 
 } // namespace io

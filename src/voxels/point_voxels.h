@@ -12,5 +12,10 @@ namespace io {
 PCL_EXT_CODEC_EXPORT void
 setVoxels(VoxelFrame& frame);
 
+/** \brief Numbers the points of a cloud of one row, which has no missing points, anew in
+ * their order, after some were removed. */
+PCL_EXT_CODEC_EXPORT void
+closeGaps(FramePoints& points);
+
 } // namespace io
 } // namespace pcl_ext

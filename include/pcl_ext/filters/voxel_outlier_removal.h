@@ -25,7 +25,8 @@ inline namespace PCL_EXT_ABI {
 
 /** \brief Removes voxels of low intensity as noise (section 2.7 of the paper), as a
  * PassThrough on `intensity` does with decoded clouds.
- * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
+ * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order.
+ * One that has its points only gets voxels, where any may be removed
  * \param[in] min_intensity voxels below it are removed, in the unit of the frame's
  * intensities
  * \return number of voxels removed
@@ -66,12 +67,12 @@ densityUnitOf(IntensityLaw law);
 /** \brief What all units but Rays have. */
 struct UnitWithHistory {
   /** \brief Also use the voxels of previous frames. Off: each frame is filtered
-   * independently; the last depth model or image is remembered in any case. */
+   * independently; the last depth model or sensor is remembered in any case. */
   bool use_history = true;
 };
 
 /** \brief Faces from the first frame with a depth model on; else Rays from the first
- * frame on that has the image of a spinning sensor (VoxelFrame::image); else Voxels,
+ * frame on whose points tell their lidar (FramePoints::sensor); else Voxels,
  * as other frames do not say whether their intensities are counts, nor whether their
  * sensor is a lidar: name Points for counts of depth cameras, Rays for lidars. Frames
  * of the published layout have no depth model: name Faces for their quadratic law. */
@@ -132,9 +133,9 @@ struct RaysUnit {
   static constexpr bool use_history = false; ///< so that a lidar may move
 
   /** \brief Position of the lidar in world coordinates, metres, finite; none: the
-   * origin. Used, as the steps are, until a frame has the image of a spinning sensor
-   * with several columns and rows: then its pose and steps are used, and those of the
-   * last such frame. */
+   * origin. Used, as the steps are, until the points of a frame tell their lidar
+   * (FramePoints::sensor), which has several columns and rows: then its position and
+   * steps are used, and those of the last such frame. */
   std::optional<std::array<double, 3>> sensor_position;
 
   /** \brief Angles from a ray of the lidar to the next one, along a turn and from row to
@@ -281,7 +282,7 @@ public:
 
   /** \brief Filters the stream's next frame.
    * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their
-   * order
+   * order. One that has its points only gets voxels
    * \return Ok with the number of voxels removed, or why none was judged: the frame is
    * then unchanged, and not part of the history
    */
@@ -365,28 +366,30 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
   OutlierRemovalStatus status = removal.filter(kept);
   if (status.removed == 0)
     return status;
+  std::vector<bool> is_removed(cloud.size());
   std::size_t next = 0;  // of the voxels that stay, which are in the frame's order
   std::size_t point = 0; // of the voxel
-  std::size_t points_kept = 0;
+  status.removed = 0;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const std::size_t end =
         point + (frame.has_point_counts ? frame.point_counts[i] : 1);
     const bool is_kept = next < kept.size() && frame.keys[i] == kept.keys[next];
     next += is_kept ? 1 : 0;
-    for (; point < end; ++point) {
-      auto& from = cloud.points[frame.cloudIndex(point)];
-      if (is_kept && !frame.isOrganised())
-        cloud.points[points_kept] = from;
-      else if (!is_kept && frame.isOrganised())
-        from.x = from.y = from.z = std::numeric_limits<float>::quiet_NaN();
-      points_kept += is_kept ? 1 : 0;
-    }
+    status.removed += is_kept ? 0 : end - point;
+    for (; point < end; ++point)
+      is_removed[frame.cloudIndex(point)] = !is_kept;
   }
-  status.removed = frame.pointCount() - points_kept;
   if (frame.isOrganised()) {
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      if (auto& removed = cloud.points[i]; is_removed[i])
+        removed.x = removed.y = removed.z = std::numeric_limits<float>::quiet_NaN();
     cloud.is_dense = false;
     return status;
   }
+  std::size_t points_kept = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (!is_removed[i])
+      cloud.points[points_kept++] = cloud.points[i];
   cloud.resize(points_kept);
   cloud.width = static_cast<std::uint32_t>(points_kept);
   cloud.height = 1;
