@@ -138,7 +138,9 @@ public:
                 Content::VoxelsWithIntensity)
   , sensor_pose_(stream.clouds->sensorPose())
   , node_(settingsOf(stream, workload, variant))
-  {}
+  {
+    decoder_.setDecodesVoxels(false);
+  }
 
   void
   prepare(const InputFrame& frame) override

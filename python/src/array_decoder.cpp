@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "array_decoder.h"
 
+#include "voxels/point_voxels.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -31,9 +33,10 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
 }
 
 ArrayDecoder::Scores
-ArrayDecoder::score(OutlierFilter& outliers) const
+ArrayDecoder::score(OutlierFilter& outliers)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  io::setVoxels(frame_);
   const std::vector<float> log_odds = outliers.score(frame_);
   if (!frame_.has_point_counts || log_odds.size() != frame_.size())
     return {log_odds, 1, log_odds.size()};

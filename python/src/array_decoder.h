@@ -25,7 +25,10 @@ namespace python {
  */
 class ArrayDecoder {
 public:
-  explicit ArrayDecoder(const io::DecoderLimits& limits) : decoder_(limits) {}
+  explicit ArrayDecoder(const io::DecoderLimits& limits) : decoder_(limits)
+  {
+    decoder_.setDecodesVoxels(false);
+  }
 
   /** \brief Decodes the first frame in memory.
    * \param[in] bytes must not change meanwhile
@@ -47,9 +50,11 @@ public:
   };
 
   /** \brief Scores of the last frame, for which the filter's history is used and
-   * continued; empty if there is none. */
+   * continued; empty if there is none.
+   * \throws std::bad_alloc
+   */
   Scores
-  score(OutlierFilter& outliers) const;
+  score(OutlierFilter& outliers);
 
   std::optional<io::FrameStamp>
   stamp() const;

@@ -136,7 +136,7 @@ stampOf(const ArrayDecoder& decoder)
 }
 
 py::array_t<float>
-score(OutlierFilter& outliers, const ArrayDecoder& decoder)
+score(OutlierFilter& outliers, ArrayDecoder& decoder)
 {
   const ArrayDecoder::Scores scores =
       withoutGil([&] { return decoder.score(outliers); });

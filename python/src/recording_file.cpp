@@ -94,11 +94,13 @@ RecordingFile::decode(std::size_t stream,
   const std::lock_guard<std::mutex> lock(mutex_);
   cloud.reset();
   auto decoder = decoders_.find(stream);
-  if (decoder == decoders_.end())
+  if (decoder == decoders_.end()) {
     decoder = decoders_
                   .emplace(stream,
                            recording::RecordedStreamDecoder(reader(), stream, limits_))
                   .first;
+    decoder->second.setDecodesVoxels(false);
+  }
   io::CompressionStatus status = decoder->second.decode(number, frame_);
   if (!status.ok())
     return status;

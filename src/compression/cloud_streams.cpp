@@ -3,6 +3,8 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/impl/cloud_streams.h>
 
+#include "voxels/point_voxels.h"
+
 #include <pcl/console/print.h>
 
 #include <exception>
@@ -69,7 +71,9 @@ CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
                   checkSettings(settings),
                   {settings, unit, model_law ? model_law : settings.depth_law},
                   FrameDecoder(settings.decoder_limits, settings.incomplete_frame)})
-{}
+{
+  members_->decoder.setDecodesVoxels(false);
+}
 
 CloudStreams::CloudStreams(CloudStreams&&) noexcept = default;
 CloudStreams&
@@ -92,6 +96,14 @@ const VoxelFrame&
 CloudStreams::frame() const
 {
   return members_->has_encoded ? members_->encoder.frame() : members_->frame;
+}
+
+const VoxelFrame&
+CloudStreams::voxelFrame() const
+{
+  if (!members_->has_encoded)
+    setVoxels(members_->frame);
+  return frame();
 }
 
 void

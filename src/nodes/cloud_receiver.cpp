@@ -14,7 +14,9 @@ namespace nodes {
 class CloudReceiver::Implementation {
 public:
   explicit Implementation(const io::DecoderLimits& limits) : stream_("", 0.0f, limits)
-  {}
+  {
+    stream_.leaveVoxelsOut();
+  }
 
   void
   setNoise(const NoiseSettings& noise)

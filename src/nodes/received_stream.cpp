@@ -29,7 +29,7 @@ memoryOfThread()
   return memory;
 }
 
-/** \brief Bytes of memory of the voxels of a frame. */
+/** \brief Bytes of memory of the voxels and points of a frame. */
 std::size_t
 bytesOf(const io::VoxelFrame& frame)
 {
@@ -37,7 +37,25 @@ bytesOf(const io::VoxelFrame& frame)
          frame.intensities.size() * sizeof(frame.intensities[0]) +
          frame.colours.size() * sizeof(frame.colours[0]) +
          frame.point_counts.size() * sizeof(frame.point_counts[0]) +
-         frame.fieldValueCount() * sizeof(std::uint64_t);
+         frame.fieldValueCount() * sizeof(std::uint64_t) +
+         frame.points.indices.size() * sizeof(frame.points.indices[0]) +
+         frame.points.positions.size() * sizeof(frame.points.positions[0]) +
+         frame.points.intensities.size() * sizeof(frame.points.intensities[0]) +
+         frame.points.colours.size() * sizeof(frame.points.colours[0]);
+}
+
+/** \brief Voxels and points that a frame has memory for. */
+std::size_t
+capacityOf(const io::VoxelFrame& frame)
+{
+  return frame.keys.capacity() + frame.points.positions.capacity();
+}
+
+/** \brief True for a frame of which no voxels were made, as nothing was filtered. */
+bool
+hasPointsOnly(const io::VoxelFrame& frame)
+{
+  return frame.keys.empty() && !frame.points.indices.empty();
 }
 
 /** \brief True if the bytes had no frame, so that no frame of the sender is lost. */
@@ -166,7 +184,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
 {
   ThreadMemory& memory = memoryOfThread();
   io::VoxelFrame& decoded = memory.decoded;
-  const std::size_t capacity = decoded.keys.capacity();
+  const std::size_t capacity = capacityOf(decoded);
   io::CompressionStatus status =
       decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
   is_decoded = status.ok();
@@ -178,7 +196,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
   if (is_decoded)
     callOrCleanUp([&] { makeLatest(decoded, frame, start, clock); }, release);
   // A failed frame may have taken more memory than any other needs.
-  const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
+  const bool is_too_large = !is_decoded && capacityOf(decoded) > capacity;
   if (memory.rule.shouldRelease(needed) || is_too_large)
     decoded = io::VoxelFrame();
   return status;
@@ -212,7 +230,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
     health_.voxels = coding.voxels;
-    health_.kept_voxels = kept_.size();
+    health_.kept_voxels = hasPointsOnly(kept_) ? coding.voxels : kept_.size();
     health_.resolution = kept_.grid.resolution;
     health_.has_intensities = kept_.hasIntensities();
     health_.outliers_removed = outliers.removed;

@@ -39,6 +39,14 @@ public:
                  float min_intensity,
                  const io::DecoderLimits& limits);
 
+  /** \brief Frames that have their points get voxels only where these are filtered; to
+   * be called before the first frame. */
+  void
+  leaveVoxelsOut()
+  {
+    decoder_.setDecodesVoxels(false);
+  }
+
   void
   setMinIntensity(float min_intensity)
   {

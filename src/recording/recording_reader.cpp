@@ -213,6 +213,13 @@ public:
   : reader_(reader), stream_(stream), limits_(limits), decoder_(limits)
   {}
 
+  void
+  setDecodesVoxels(bool decodes_voxels)
+  {
+    decodes_voxels_ = decodes_voxels;
+    decoder_.setDecodesVoxels(decodes_voxels);
+  }
+
   io::CompressionStatus
   decode(std::size_t number, io::VoxelFrame& voxels);
 
@@ -226,6 +233,13 @@ public:
   }
 
 private:
+  void
+  restartDecoder()
+  {
+    decoder_ = io::FrameDecoder(limits_);
+    decoder_.setDecodesVoxels(decodes_voxels_);
+  }
+
   io::CompressionStatus
   decodeFrom(std::size_t first,
              std::size_t number,
@@ -239,6 +253,7 @@ private:
   std::size_t stream_;
   io::DecoderLimits limits_;
   io::FrameDecoder decoder_;
+  bool decodes_voxels_ = true;
   std::size_t next_ = 0;         // number of the frame that follows the last one
   bool is_last_decoded_ = false; // the last one, by decoder_
   RecordedFrame frame_;
@@ -260,7 +275,7 @@ RecordedStreamDecoder::Implementation::decodeNext(const RecordedFrame& frame,
   // that was played in a loop, and an I-frame decodes whatever was before it.
   if (status.code() == io::CompressionCode::OldFrame && frame.description.status.ok() &&
       frame.description.is_i_frame) {
-    decoder_ = io::FrameDecoder(limits_);
+    restartDecoder();
     status = decode_bytes();
   }
   next_ = frame.number + 1;
@@ -278,7 +293,7 @@ RecordedStreamDecoder::Implementation::decode(const RecordedFrame& frame,
   if (status.code() != io::CompressionCode::MissingReference || !has_reference)
     return status;
   const std::size_t number = frame.number; // of frame_, perhaps
-  decoder_ = io::FrameDecoder(limits_);
+  restartDecoder();
   return decodeFrom(reader_.iFrameBefore(stream_, number), number, voxels, true);
 }
 
@@ -322,7 +337,7 @@ RecordedStreamDecoder::Implementation::decode(std::size_t number,
     if (next_ > first && next_ <= number)
       first = next_;
     else
-      decoder_ = io::FrameDecoder(limits_);
+      restartDecoder();
   }
   return decodeFrom(first, number, voxels, false);
 }
@@ -337,6 +352,12 @@ RecordedStreamDecoder::RecordedStreamDecoder(RecordedStreamDecoder&&) noexcept =
     default;
 RecordedStreamDecoder&
 RecordedStreamDecoder::operator=(RecordedStreamDecoder&&) noexcept = default;
+
+void
+RecordedStreamDecoder::setDecodesVoxels(bool decodes_voxels)
+{
+  implementation_->setDecodesVoxels(decodes_voxels);
+}
 
 io::CompressionStatus
 RecordedStreamDecoder::decode(std::size_t number, io::VoxelFrame& voxels)

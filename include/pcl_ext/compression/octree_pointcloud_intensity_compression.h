@@ -252,9 +252,9 @@ public:
    * where the incomplete frame begins with settings.incomplete_frame = Keep.
    * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
-   * \param[in,out] cloud takes the voxel centres, metres: in rows and columns where the
-   * frame has those of the sensor (VoxelFrame::isOrganised()), else in Morton order; a
-   * null pointer gets a cloud
+   * \param[in,out] cloud takes the voxel centres in Morton order, metres, or the points
+   * in the order of their sensor where the frame has it (VoxelFrame::points): in rows and
+   * columns, if it has these; a null pointer gets a cloud
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
@@ -327,11 +327,13 @@ public:
 
   /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel
    * i is point i of the cloud, unless the frame has numbers of points: then each voxel
-   * has that many points, and VoxelFrame::cloudIndex() tells where they are. */
+   * has that many points, and VoxelFrame::cloudIndex() tells where they are. Voxels of a
+   * frame that has its points are made by the first call: not at the same time as any
+   * other call, and it throws std::bad_alloc if memory runs out. */
   const VoxelFrame&
   voxelFrame() const
   {
-    return streams_.frame();
+    return streams_.voxelFrame();
   }
 
 private:

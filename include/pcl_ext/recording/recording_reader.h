@@ -151,6 +151,11 @@ public:
   RecordedStreamDecoder&
   operator=(RecordedStreamDecoder&&) noexcept;
 
+  /** \brief Whether frames that have their points get their voxels, too; see
+   * FrameDecoder::setDecodesVoxels(). */
+  void
+  setDecodesVoxels(bool decodes_voxels);
+
   /** \brief Decodes a frame of the stream.
    * \param[in] number of the frame
    * \param[out] voxels empty unless the status is Ok

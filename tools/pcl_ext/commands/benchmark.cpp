@@ -56,6 +56,7 @@ public:
   , encoder_(options, clouds.name)
   , first_stamp_(clouds.clouds.front().header.stamp)
   {
+    decoder_.setDecodesVoxels(false); // which the filter makes
     row_.stream = clouds.name;
     row_.effort = options.codec().format == io::StreamFormat::Published
                       ? "published"

@@ -159,7 +159,7 @@ private:
     points_ += decoder.voxels().pointCount();
     if (bag_)
       bag_->write(item, frame_, cloud_, input_);
-    else if (!decoder.voxels().keys.empty())
+    else if (decoder.voxels().pointCount() > 0)
       folder_->write(folder_of_stream_[item.stream],
                      item.number,
                      cloud_,

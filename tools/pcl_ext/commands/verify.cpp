@@ -44,7 +44,8 @@ public:
   {
     input_.select(options.selection);
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream)
-      decoders_.emplace_back(input_.reader(), stream, options.limits);
+      decoders_.emplace_back(input_.reader(), stream, options.limits)
+          .setDecodesVoxels(false);
     gaps_.resize(decoders_.size());
   }
 

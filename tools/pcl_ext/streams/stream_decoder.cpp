@@ -49,11 +49,11 @@ positionOf(const StreamMetadata& metadata)
 
 namespace {
 
-/** \brief True if a frame has the image of a lidar that turns. */
+/** \brief True if the points of a frame tell that they are of a lidar that turns. */
 bool
 isOfLidar(const io::VoxelFrame& frame)
 {
-  return frame.image.hasPixels() && frame.image.rays.shape == io::RayShape::Spinning;
+  return frame.points.sensor.has_value();
 }
 
 } // namespace
@@ -63,7 +63,7 @@ automaticUnitOf(const io::VoxelFrame& first,
                 const std::optional<IntensityLaw>& law,
                 bool is_of_lidar)
 {
-  // The image of a lidar tells more than its law.
+  // The points of a lidar tell more than its law.
   if (!law || isOfLidar(first))
     return AutomaticUnit{{}, law == IntensityLaw::Count};
   // Few points in a voxel of a lidar are no sign of noise.
@@ -111,7 +111,9 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 , metadata_(reader.streams()[stream].metadata)
 , voxels_(voxels)
 , is_automatic_(options.unit == DensityUnit::Automatic)
-{}
+{
+  decoder_.setDecodesVoxels(false);
+}
 
 void
 StreamDecoder::makeRemoval()
@@ -134,6 +136,7 @@ StreamDecoder::removeOutliers(std::size_t number)
     removal_->filter.emplace(removal_->settings);
   const OutlierRemovalStatus removed = removal_->filter->filter(voxels_);
   unit_ = removal_->filter->unit();
+  decoded_voxels_ = voxels_.size() + removed.removed;
   removal_->share.end(VoxelOutlierRemoval::bytes_of_voxel * decoded_voxels_);
   has_intensities_ &= voxels_.hasIntensities();
   judged_ += removed.ok() ? decoded_voxels_ : 0;
@@ -152,8 +155,11 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   decoded_voxels_ = voxels_.size();
   if (options_.removes_outliers)
     removeOutliers(frame.number);
-  if (options_.min_intensity)
-    removeVoxelsBelow(voxels_, *options_.min_intensity);
+  if (options_.min_intensity) {
+    const std::size_t removed = removeVoxelsBelow(voxels_, *options_.min_intensity);
+    if (!options_.removes_outliers)
+      decoded_voxels_ = voxels_.size() + removed;
+  }
   return status;
 }
 

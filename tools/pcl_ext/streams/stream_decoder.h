@@ -68,14 +68,15 @@ public:
   io::CompressionStatus
   decode(const recording::RecordedFrame& frame);
 
-  /** \brief What is left of the last frame. */
+  /** \brief What is left of the last frame, with points only where it has them and
+   * nothing was filtered. */
   const io::VoxelFrame&
   voxels() const
   {
     return voxels_;
   }
 
-  /** \brief How many the last frame had before. */
+  /** \brief How many voxels the last frame had before it was filtered. */
   std::size_t
   decodedVoxels() const
   {

@@ -54,9 +54,14 @@ public:
   const FrameStatistics&
   statistics() const;
 
-  /** \brief The voxels that were encoded or decoded last. */
+  /** \brief The frame that was encoded or decoded last; one that has its points may be
+   * without voxels. */
   const VoxelFrame&
   frame() const;
+
+  /** \brief The same with voxels, which are made now if there are none. */
+  const VoxelFrame&
+  voxelFrame() const;
 
   void
   setResolution(double resolution, const std::optional<DepthLaw>& model_law);

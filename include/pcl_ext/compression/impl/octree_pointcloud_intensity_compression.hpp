@@ -356,7 +356,7 @@ void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     retainOctree()
 {
-  const VoxelFrame& frame = streams_.frame();
+  const VoxelFrame& frame = streams_.voxelFrame();
   const VoxelGrid& grid = frame.grid;
   const detail::OctreeBox box = detail::octreeBox(grid);
   this->deleteTree();

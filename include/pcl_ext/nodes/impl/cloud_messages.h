@@ -52,10 +52,9 @@ faultOfMessage(const MessageT& message, const std::string& global_frame)
 }
 
 /** \brief The points of a frame as the data of a PointCloud2 with the layout that
- * describeVoxels() writes: one for each voxel, or as many as it has where the frame has
- * numbers of points, in the order of their sensor if the frame has it; pixels without a
- * point have coordinates that are not a number.
- * \param[in] frame for which isConsistent() is true
+ * describeVoxels() writes: those of forEachPoint(), in the order of their sensor if the
+ * frame has it; missing ones have coordinates that are not a number.
+ * \param[in] frame as forEachPoint() demands
  * \param[out] data frame.cloudSize() * point_step bytes
  */
 PCL_EXT_EXPORT void
@@ -156,7 +155,7 @@ describeFrame(const SensorNodeStatistics& statistics,
 }
 
 /** \brief Writes the voxels of a frame into a PointCloud2, except for its header.
- * \param[in] frame for which isConsistent() is true
+ * \param[in] frame as forEachPoint() demands
  * \param[out] message see describeVoxels
  */
 template <typename PointCloud2T>

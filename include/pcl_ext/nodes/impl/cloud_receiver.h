@@ -55,7 +55,8 @@ public:
   /** \brief Decodes the stream's next frame. Does not throw.
    * \param[in] bytes one frame of any format
    * \param[in] stamp time of the cloud, for the latency
-   * \param[out] voxels without noise; empty unless the status is Ok
+   * \param[out] voxels without noise, or the points only where the frame has these and
+   * nothing is filtered, see forEachPoint(); empty unless the status is Ok
    */
   ReceiverStatus
   receive(std::vector<std::uint8_t> bytes,
