@@ -180,13 +180,12 @@ expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
   EXPECT_TRUE(frame.colours == expected.colours);
   EXPECT_EQ(frame.has_point_counts, expected.has_point_counts);
   EXPECT_EQ(frame.point_counts, expected.point_counts);
-  EXPECT_EQ(frame.image.width, expected.image.width);
-  EXPECT_EQ(frame.image.height, expected.image.height);
-  EXPECT_TRUE(frame.image.rays.isSameButForPose(expected.image.rays));
-  EXPECT_TRUE(frame.image.rays.pose == expected.image.rays.pose);
-  EXPECT_EQ(frame.image.is_organised, expected.image.is_organised);
-  EXPECT_EQ(frame.image.pixels, expected.image.pixels);
-  EXPECT_EQ(frame.image.depths, expected.image.depths);
+  EXPECT_EQ(frame.points.width, expected.points.width);
+  EXPECT_EQ(frame.points.height, expected.points.height);
+  EXPECT_EQ(frame.points.indices, expected.points.indices);
+  EXPECT_EQ(frame.points.positions, expected.points.positions);
+  EXPECT_EQ(frame.points.intensities, expected.points.intensities);
+  EXPECT_TRUE(frame.points.colours == expected.points.colours);
   ASSERT_EQ(frame.fields.size(), expected.fields.size());
   for (std::size_t i = 0; i < frame.fields.size(); ++i) {
     EXPECT_TRUE(frame.fields[i] == expected.fields[i]) << expected.fields[i].name;
