@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/nodes/impl/cloud_messages.h>
 
-#include "support/image_frames.h"
+#include "support/point_frames.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -180,29 +180,60 @@ TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
 TEST(CloudMessages, PointsHaveTheOrderOfTheirSensor)
 {
   std::mt19937_64 random(3);
-  VoxelFrame frame = imageFrame(random, planarImage(48, 32), 8);
-  FrameField& field = frame.fields.emplace_back();
-  field.name = "pixel";
-  field.type = FieldType::UInt32;
-  field.numbers.assign(frame.image.pixels.begin(), frame.image.pixels.end());
+  PointContent content;
+  content.intensity_bits = content.colour_bits = 0;
+  const VoxelFrame points = frameOfPoints(random, content);
+  VoxelFrame with_voxels = points;
+  pcl_ext::io::setVoxels(with_voxels);
   Message message;
-  writeVoxels(frame, message);
+  writeVoxels(points, message);
   EXPECT_EQ(message.width, 48u);
   EXPECT_EQ(message.height, 32u);
   EXPECT_FALSE(message.is_dense);
-  EXPECT_EQ(message.point_step, layoutOf(frame).pointStep());
+  EXPECT_EQ(message.point_step, layoutOf(points).pointStep());
   ASSERT_EQ(message.data.size(), std::size_t{48} * 32 * message.point_step);
-  std::vector<bool> is_there(48 * 32);
-  for (const std::uint32_t pixel : frame.image.pixels)
-    is_there[pixel] = true;
+  std::size_t next = 0;
   for (std::uint32_t pixel = 0; pixel < 48 * 32; ++pixel) {
-    const std::uint8_t* const point = message.data.data() + pixel * message.point_step;
-    float x = 0.0f;
-    std::uint32_t value = 0;
-    std::memcpy(&x, point, sizeof(x));
-    std::memcpy(&value, point + message.point_step - 4, sizeof(value));
-    EXPECT_EQ(std::isnan(x), !is_there[pixel]);
-    EXPECT_EQ(value, is_there[pixel] ? pixel : 0);
+    const std::size_t point = pixel * message.point_step;
+    const auto x = valueAt<float>(message.data, point);
+    const auto index = valueAt<std::uint32_t>(message.data, point + 16);
+    if (next == points.pointCount() || points.points.indices[next] != pixel) {
+      EXPECT_TRUE(std::isnan(x));
+      EXPECT_EQ(index, 0u);
+      continue;
+    }
+    EXPECT_EQ(x, static_cast<float>(points.points.positions[next][0]));
+    EXPECT_EQ(index, pixel);
+    ++next;
+  }
+  EXPECT_EQ(next, points.pointCount());
+  Message of_voxels;
+  writeVoxels(with_voxels, of_voxels);
+  EXPECT_EQ(of_voxels.data, message.data);
+}
+
+TEST(CloudMessages, PointsHaveTheirOwnIntensitiesAndColours)
+{
+  std::mt19937_64 random(4);
+  PointContent content;
+  content.width = 300;
+  content.height = 1;
+  content.has_fields = false;
+  const VoxelFrame frame = pointFrame(random, content);
+  Message message;
+  writeVoxels(frame, message);
+  EXPECT_EQ(message.width, 300u);
+  EXPECT_EQ(message.height, 1u);
+  EXPECT_TRUE(message.is_dense);
+  for (std::size_t i = 0; i < frame.pointCount(); ++i) {
+    const std::size_t point = frame.cloudIndex(i) * message.point_step;
+    EXPECT_EQ(valueAt<float>(message.data, point + 4),
+              static_cast<float>(frame.points.positions[i][1]));
+    EXPECT_EQ(valueAt<float>(message.data, point + 12),
+              frame.intensity_scale.value(frame.points.intensities[i]));
+    const VoxelColour colour = frame.fullColour(frame.points.colours[i]);
+    EXPECT_EQ(valueAt<std::uint32_t>(message.data, point + 16),
+              std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/point_frames.h"
 #include "support/voxel_frames.h"
 
 #include <pcl/point_cloud.h>
@@ -24,6 +25,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -226,32 +228,73 @@ TEST(DecodedCloudOutliers, RowsAndColumnsStay)
   ASSERT_TRUE(compression.voxelFrame().isOrganised());
   const pcl::PointCloud<pcl::PointXYZ> before = *cloud;
   VoxelOutlierRemoval removal(countSettings());
-  const auto removed = removeOutliers(*cloud, compression.voxelFrame(), removal);
+  const io::VoxelFrame& frame = compression.voxelFrame();
+  const auto removed = removeOutliers(*cloud, frame, removal);
   ASSERT_TRUE(removed.ok()) << removed.message();
   ASSERT_EQ(cloud->width, 160u);
   ASSERT_EQ(cloud->height, 120u);
   EXPECT_FALSE(cloud->is_dense);
-  io::VoxelFrame kept = compression.voxelFrame();
+  io::VoxelFrame kept = frame;
   VoxelOutlierRemoval frame_removal(countSettings());
   EXPECT_GT(frame_removal.filter(kept).removed, 100u);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    ASSERT_EQ(std::isfinite(before[i].x), i % 31 != 7);
   std::size_t gone = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    const pcl::PointXYZ& was = before[i];
-    ASSERT_EQ(std::isfinite(was.x), i % 31 != 7);
-    if (!std::isfinite(was.x))
-      continue;
+  for (std::size_t point = 0; point < frame.pointCount(); ++point) {
     const auto position = [&](std::size_t axis) {
       const double edges =
-          (double{was.data[axis]} - kept.grid.lowerCorner(axis)) / kept.grid.resolution;
+          (frame.points.positions[point][axis] - kept.grid.lowerCorner(axis)) /
+          kept.grid.resolution;
       return static_cast<std::uint32_t>(edges);
     };
     const std::uint64_t key = io::mortonKey({position(0), position(1), position(2)});
     const bool is_kept = std::binary_search(kept.keys.begin(), kept.keys.end(), key);
-    ASSERT_EQ(std::isfinite((*cloud)[i].x), is_kept);
-    EXPECT_TRUE(!is_kept || (*cloud)[i].getVector3fMap() == was.getVector3fMap());
+    const pcl::PointXYZ& was = before[frame.cloudIndex(point)];
+    const pcl::PointXYZ& is = (*cloud)[frame.cloudIndex(point)];
+    ASSERT_EQ(std::isfinite(is.x), is_kept);
+    EXPECT_TRUE(!is_kept || is.getVector3fMap() == was.getVector3fMap());
     gone += is_kept ? 0 : 1;
   }
   EXPECT_EQ(removed.removed, gone);
+}
+
+TEST(DecodedCloudOutliers, PointsOfOneRowKeepTheirOrder)
+{
+  std::mt19937_64 random(5);
+  io::test::PointContent content;
+  content.width = 5000;
+  content.height = 1;
+  content.has_fields = false;
+  content.colour_bits = 0;
+  const io::VoxelFrame frame = io::test::pointFrame(random, content);
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  io::detail::fillCloud(frame, cloud);
+  const pcl::PointCloud<pcl::PointXYZI> before = cloud;
+  VoxelOutlierRemoval scores(countSettings());
+  std::vector<float> log_odds;
+  ASSERT_TRUE(scores.score(frame, log_odds).ok());
+  VoxelOutlierRemovalSettings settings = countSettings();
+  settings.min_log_odds = log_odds[log_odds.size() / 2];
+  VoxelOutlierRemoval removal(settings);
+  const auto removed = removeOutliers(cloud, frame, removal);
+  ASSERT_TRUE(removed.ok()) << removed.message();
+  std::vector<bool> is_kept(before.size());
+  std::size_t point = 0;
+  for (std::size_t voxel = 0; voxel < frame.size(); ++voxel)
+    for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i)
+      is_kept[frame.cloudIndex(point++)] = log_odds[voxel] >= settings.min_log_odds;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (is_kept[i]) {
+      ASSERT_LT(next, cloud.size());
+      EXPECT_EQ(cloud[next].getVector3fMap(), before[i].getVector3fMap());
+      EXPECT_EQ(cloud[next++].intensity, before[i].intensity);
+    }
+  EXPECT_EQ(cloud.size(), next);
+  EXPECT_EQ(cloud.width, next);
+  EXPECT_EQ(removed.removed, before.size() - next);
+  EXPECT_GT(removed.removed, 100u);
+  EXPECT_GT(next, 100u);
 }
 
 TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)

@@ -4,7 +4,6 @@
  * \brief VoxelOutlierRemoval with the unit Rays, against the formula of
  * doc/outlier_removal.md computed voxel by voxel.
  */
-#include "support/image_frames.h"
 #include "support/outlier_frames.h"
 
 #include <gtest/gtest.h>
@@ -336,54 +335,47 @@ TEST(RayOutlierRemoval, FlakesGoAndSurfacesStayFromTheFirstFrameOn)
   }
 }
 
-/** \brief A frame with the image of a lidar that turns, which is tilted. */
+/** \brief A frame with the points of a lidar that turns, which is tilted. */
 io::VoxelFrame
-imageFrame(std::mt19937_64& random, double edge)
+lidarFrame(std::mt19937_64& random, double edge)
 {
   io::VoxelFrame frame = randomFrame(random, edge, Counts::Points);
-  frame.image = io::test::spinningImage(64, 16, 7);
-  io::RayPose& pose = frame.image.rays.pose;
-  pose.origin = {std::int64_t{50} << 16, (std::int64_t{60} << 16) + 3000, -70000};
-  constexpr std::int64_t one = 1 << 30;
-  pose.vectors = {
-      {{one * 6 / 10, 0, -one * 8 / 10}, {0, one, 0}, {one * 8 / 10, 0, one * 6 / 10}}};
-  std::uint32_t pixel = 0;
+  io::FramePoints& points = frame.points;
+  points.sensor = io::SpinningSensor{
+      {50.0, 60.25, -1.5}, {0.8, 0.0, 0.6}, 6.283185307179586 / 64.0, 0.03};
   for (std::size_t i = 0; i < frame.size(); ++i) {
     frame.point_counts[i] = 1 + frame.point_counts[i] % 3;
-    for (std::uint32_t point = 0; point < frame.point_counts[i]; ++point)
-      frame.image.pixels.push_back(pixel++);
+    const io::VoxelPosition at = io::voxelPosition(frame.keys[i]);
+    for (std::uint32_t point = 0; point < frame.point_counts[i]; ++point) {
+      points.indices.push_back(static_cast<std::uint32_t>(points.indices.size()));
+      points.positions.push_back({frame.grid.centre(0, at.x),
+                                  frame.grid.centre(1, at.y),
+                                  frame.grid.centre(2, at.z)});
+      points.intensities.push_back(frame.intensities[i]);
+    }
   }
-  frame.image.height = 1 + pixel / 64;
-  frame.image.rays.rows.resize(frame.image.height, frame.image.rays.rows[0]);
-  frame.image.depths.assign(pixel, 100);
+  points.width = 64;
+  points.height = 1 + static_cast<std::uint32_t>(points.indices.size() / 64);
+  EXPECT_TRUE(io::isConsistent(frame));
   return frame;
 }
 
-/** \brief The lidar of the image of imageFrame(). */
+/** \brief The sensor of a lidarFrame() in the world. */
 Lidar
 lidarOf(const io::VoxelFrame& frame)
 {
+  const io::SpinningSensor& sensor = frame.points.sensor.value();
   Lidar lidar;
-  lidar.up = {0.8, 0.0, 0.6};
-  constexpr double turn = 6.283185307179586;
-  lidar.azimuth_step = turn / 64.0;
-  std::vector<double> steps;
-  const auto& rows = frame.image.rays.rows;
-  for (std::size_t row = 1; row < 16; ++row)
-    steps.push_back(
-        std::atan(static_cast<double>(rows[row].rise) / rows[row].run) -
-        std::atan(static_cast<double>(rows[row - 1].rise) / rows[row - 1].run));
-  std::sort(steps.begin(), steps.end());
-  lidar.elevation_step = steps[steps.size() / 2];
+  lidar.up = sensor.up;
+  lidar.azimuth_step = sensor.azimuth_step;
+  lidar.elevation_step = sensor.elevation_step;
   for (std::size_t axis = 0; axis < 3; ++axis)
     lidar.position[axis] =
-        (static_cast<double>(frame.image.rays.pose.origin[axis]) / 65536.0 +
-         frame.grid.first_index[axis]) *
-        frame.grid.resolution;
+        (sensor.origin[axis] + frame.grid.first_index[axis]) * frame.grid.resolution;
   return lidar;
 }
 
-TEST(RayOutlierRemoval, AutomaticTakesTheRaysOfTheImage)
+TEST(RayOutlierRemoval, AutomaticTakesTheRaysOfTheSensor)
 {
   for (const double edge : {0.005, 0.1}) {
     std::mt19937_64 random(37);
@@ -393,7 +385,7 @@ TEST(RayOutlierRemoval, AutomaticTakesTheRaysOfTheImage)
     std::vector<float> log_odds;
     EXPECT_TRUE(removal.score(frame, log_odds).ok());
     EXPECT_EQ(removal.unit(), DensityUnit::Voxels);
-    const io::VoxelFrame first = imageFrame(random, edge);
+    const io::VoxelFrame first = lidarFrame(random, edge);
     const Lidar lidar = lidarOf(first);
     expectScores(removal, first, lidar, Counts::Points);
     // A frame without has the rays of the last one, wherever its grid begins.
@@ -407,7 +399,7 @@ TEST(RayOutlierRemoval, AutomaticTakesTheRaysOfTheImage)
   }
 }
 
-TEST(RayOutlierRemoval, ImagesReplaceTheSettings)
+TEST(RayOutlierRemoval, SensorsOfFramesReplaceTheSettings)
 {
   std::mt19937_64 random(38);
   Lidar other;
@@ -415,8 +407,8 @@ TEST(RayOutlierRemoval, ImagesReplaceTheSettings)
   VoxelOutlierRemoval removal(settingsOf(other, Counts::None));
   const io::VoxelFrame frame = randomFrame(random, 0.1, Counts::Points);
   expectScores(removal, frame, other, Counts::Points);
-  const io::VoxelFrame with_image = imageFrame(random, 0.1);
-  expectScores(removal, with_image, lidarOf(with_image), Counts::Points);
+  const io::VoxelFrame with_sensor = lidarFrame(random, 0.1);
+  expectScores(removal, with_sensor, lidarOf(with_sensor), Counts::Points);
 }
 
 TEST(RayOutlierRemoval, OtherFramesChooseOtherUnits)
@@ -428,17 +420,16 @@ TEST(RayOutlierRemoval, OtherFramesChooseOtherUnits)
     EXPECT_TRUE(removal.score(frame, log_odds).ok());
     return removal.unit();
   };
-  const io::VoxelFrame frame = imageFrame(random, 0.1);
+  const io::VoxelFrame frame = lidarFrame(random, 0.1);
   EXPECT_EQ(unitOf(frame), DensityUnit::Rays);
   io::VoxelFrame camera = frame;
-  camera.image = io::test::planarImage(64, 16);
+  camera.points.sensor.reset();
   EXPECT_EQ(unitOf(camera), DensityUnit::Voxels);
   io::VoxelFrame one_column = frame;
-  one_column.image.rays.turns.clear();
+  one_column.points.sensor->azimuth_step = 0.0;
   EXPECT_EQ(unitOf(one_column), DensityUnit::Voxels);
   io::VoxelFrame one_ring = frame;
-  for (io::RayRow& row : one_ring.image.rays.rows)
-    row.rise = row.run = 1 << 24;
+  one_ring.points.sensor->elevation_step = 0.0;
   EXPECT_EQ(unitOf(one_ring), DensityUnit::Voxels);
   io::VoxelFrame with_model = frame;
   with_model.intensity_scale.offset = 0.0f;
@@ -449,6 +440,27 @@ TEST(RayOutlierRemoval, OtherFramesChooseOtherUnits)
                                             with_model.intensity_scale);
   ASSERT_TRUE(with_model.depth_model);
   EXPECT_EQ(unitOf(with_model), DensityUnit::Faces);
+}
+
+TEST(RayOutlierRemoval, FramesOfPointsGetTheirVoxels)
+{
+  std::mt19937_64 random(42);
+  io::VoxelFrame with_voxels = lidarFrame(random, 0.1);
+  io::VoxelFrame frame = with_voxels;
+  frame.keys.clear();
+  frame.intensities.clear();
+  frame.point_counts.clear();
+  std::shuffle(frame.points.positions.begin(), frame.points.positions.end(), random);
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = 4.0f;
+  VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval other_removal(settings);
+  const std::size_t removed = removal.filter(with_voxels).removed;
+  EXPECT_GT(removed, 0u);
+  EXPECT_EQ(other_removal.filter(frame).removed, removed);
+  EXPECT_EQ(frame.keys, with_voxels.keys);
+  EXPECT_EQ(frame.point_counts, with_voxels.point_counts);
+  EXPECT_TRUE(io::isConsistent(frame));
 }
 
 } // namespace
