@@ -182,9 +182,9 @@ private:
   {
     source_.describe(statistics_);
     const io::VoxelFrame& frame = encoder_->frame();
-    const bool has_image = encoder_->statistics().coding.has_image;
-    statistics_.decoded_width = has_image ? frame.cloudWidth() : frame.pointCount();
-    statistics_.decoded_height = has_image ? frame.cloudHeight() : 1;
+    const bool has_points = encoder_->statistics().coding.has_points;
+    statistics_.decoded_width = has_points ? frame.cloudWidth() : frame.pointCount();
+    statistics_.decoded_height = has_points ? frame.cloudHeight() : 1;
     statistics_.decoded_doubles = frame.grid.needsDoubles();
     statistics_.decoded_fields.assign(frame.fields.begin(), frame.fields.end());
   }

@@ -208,7 +208,7 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
   settings.resolution = 0.001;
   settings.keep_point_counts = true;
   using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
-  const auto has_image = [&] {
+  const auto has_points = [&] {
     Compressor compressor(settings);
     std::vector<std::uint8_t> bytes;
     EXPECT_TRUE(compressor.encodePointCloud(cloud, bytes).ok());
@@ -218,12 +218,12 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
     EXPECT_EQ(received->size(), cloud->size());
     EXPECT_EQ(received->height, 1u);
     EXPECT_TRUE(received->is_dense);
-    return compressor.statistics().coding.has_image;
+    return compressor.statistics().coding.has_points;
   };
-  EXPECT_TRUE(has_image());
+  EXPECT_TRUE(has_points());
   for (PointXYZIRT& point : *cloud)
     point.ring = 5;
-  EXPECT_FALSE(has_image());
+  EXPECT_FALSE(has_points());
 }
 
 } // namespace

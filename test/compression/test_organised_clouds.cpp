@@ -96,4 +96,73 @@ TEST(OrganisedClouds, OfCoarseVoxelsAreRowsOfPoints)
   }
 }
 
+TEST(OrganisedClouds, VoxelsAreMadeWhereTheyAreAskedFor)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_point_counts = true;
+  settings.colour_bits = 8;
+  for (const bool retains_octree : {false, true}) {
+    settings.retain_octree = retains_octree;
+    using Compressor =
+        OctreePointCloudIntensityCompression<pcl::PointXYZRGB, NoIntensity>;
+    const auto sent = wallCloud(true);
+    std::stringstream stream;
+    Compressor compressor(settings);
+    ASSERT_TRUE(compressor.encodePointCloud(sent, stream).ok());
+    Compressor::PointCloudPtr cloud;
+    ASSERT_TRUE(compressor.decodePointCloud(stream, cloud).ok());
+    const VoxelFrame& frame = compressor.voxelFrame();
+    EXPECT_TRUE(isConsistent(frame));
+    EXPECT_GT(frame.size(), 5000u);
+    EXPECT_EQ(&compressor.voxelFrame(), &frame);
+    std::size_t points = 0;
+    for (const pcl::PointXYZRGB& point : *cloud)
+      points += std::isfinite(point.x) ? 1 : 0;
+    ASSERT_EQ(frame.pointCount(), points);
+    std::size_t point = 0;
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
+      const VoxelPosition at = voxelPosition(frame.keys[voxel]);
+      for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i) {
+        const pcl::PointXYZRGB& of_cloud = (*cloud)[frame.cloudIndex(point++)];
+        ASSERT_NEAR(of_cloud.x, frame.grid.centre(0, at.x), 0.000501);
+        ASSERT_NEAR(of_cloud.y, frame.grid.centre(1, at.y), 0.000501);
+        ASSERT_NEAR(of_cloud.z, frame.grid.centre(2, at.z), 0.000501);
+      }
+    }
+    EXPECT_EQ(compressor.getLeafCount(), retains_octree ? frame.size() : 0u);
+  }
+}
+
+TEST(OrganisedClouds, PointsHaveTheirOwnIntensities)
+{
+  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZI>);
+  for (const pcl::PointXYZRGB& point : *wallCloud(true)) {
+    pcl::PointXYZI with_intensity;
+    with_intensity.getVector3fMap() = point.getVector3fMap();
+    with_intensity.intensity = static_cast<float>(cloud->size() * 37 % 256);
+    cloud->push_back(with_intensity);
+  }
+  cloud->width = 120;
+  cloud->height = 90;
+  cloud->is_dense = false;
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_point_counts = true;
+  settings.intensity_bits = 8;
+  using Compressor =
+      OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
+  std::stringstream stream;
+  Compressor compressor(settings);
+  ASSERT_TRUE(compressor.encodePointCloud(cloud, stream).ok());
+  Compressor::PointCloudPtr received;
+  ASSERT_TRUE(compressor.decodePointCloud(stream, received).ok());
+  ASSERT_EQ(received->height, 90u);
+  const float step = compressor.voxelFrame().intensity_scale.step;
+  for (std::size_t i = 0; i < cloud->size(); ++i)
+    if (std::isfinite((*cloud)[i].x)) {
+      ASSERT_NEAR((*received)[i].intensity, (*cloud)[i].intensity, 0.501f * step) << i;
+    }
+}
+
 } // namespace

@@ -261,6 +261,55 @@ TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
   }
 }
 
+/** \brief A camera's cloud of 60 rows and 80 columns. */
+pcl::PCLPointCloud2
+organisedWall()
+{
+  pcl::PointCloud<pcl::PointXYZ> cloud(80, 60);
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    const float depth = 2.0f + 0.001f * static_cast<float>(i % 80 + i % 3);
+    cloud[i].getVector3fMap() =
+        Eigen::Vector3f{0.01f * (static_cast<float>(i % 80) - 40.0f) * depth,
+                        0.01f * (static_cast<float>(i / 80) - 30.0f) * depth,
+                        depth};
+  }
+  pcl::PCLPointCloud2 message;
+  pcl::toPCLPointCloud2(cloud, message);
+  return message;
+}
+
+TEST(CloudTransport, PointsOfASensorNeedNoVoxelsUnlessNoiseIsRemoved)
+{
+  CloudSender sender;
+  ASSERT_EQ(sender.setParameters({{"resolution", 0.005},
+                                  {"keep_point_counts", true},
+                                  {"intensity", std::string("count")},
+                                  {"i_frame_rate", std::int64_t{1}}}),
+            "");
+  const pcl::PCLPointCloud2 cloud = organisedWall();
+  CloudReceiver receiver;
+  VoxelFrame points;
+  ASSERT_TRUE(receiver.receive(encoded(sender, cloud), Time(0), points).ok());
+  ASSERT_EQ(points.pointCount(), 4800u);
+  EXPECT_EQ(points.cloudWidth(), 80u);
+  EXPECT_EQ(points.cloudHeight(), 60u);
+  EXPECT_EQ(points.size(), 0u);
+  EXPECT_EQ(receiver.health().stream.kept_voxels, receiver.health().stream.voxels);
+  EXPECT_EQ(sender.health().node.decoded_width, 80u);
+  EXPECT_EQ(sender.health().node.decoded_height, 60u);
+
+  NoiseSettings noise;
+  noise.outlier_removal.emplace();
+  noise.outlier_removal->min_log_odds = -100.0f;
+  receiver.setNoise(noise);
+  VoxelFrame kept;
+  ASSERT_TRUE(receiver.receive(encoded(sender, cloud), Time(0), kept).ok());
+  EXPECT_TRUE(pcl_ext::io::isConsistent(kept));
+  EXPECT_GT(kept.size(), 1000u);
+  EXPECT_EQ(kept.pointCount(), 4800u);
+  EXPECT_EQ(receiver.health().stream.kept_voxels, kept.size());
+}
+
 TEST(CloudTransport, CloudsThatCannotBeEncodedHaveAReason)
 {
   CloudSender sender;

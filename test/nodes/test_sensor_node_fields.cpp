@@ -224,14 +224,24 @@ TEST(SensorNodeFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
     FrameDecoder decoder;
     const VoxelFrame frame =
         decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
-    EXPECT_TRUE(node.statistics().frame.coding.has_image);
-    EXPECT_EQ(frame.image.height, 8u);
+    EXPECT_TRUE(node.statistics().frame.coding.has_points);
+    EXPECT_TRUE(frame.points.sensor.has_value());
     EXPECT_EQ(frame.cloudWidth(), 4000u);
     EXPECT_EQ(frame.cloudHeight(), 1u);
-    EXPECT_EQ(frame.fields.size(), keeps_time ? 1u : 0u);
-    // Times of a row have its number.
-    for (std::size_t i = 0; keeps_time && i < 4000; ++i)
-      EXPECT_EQ(frame.fields[0].numbers[i] / 1000, frame.image.pixels[i] / 500);
+    EXPECT_EQ(node.statistics().decoded_width, 4000u);
+    ASSERT_EQ(frame.fields.size(), keeps_time ? 1u : 0u);
+    // Times tell which point of the sent cloud it is.
+    for (std::size_t i = 0; keeps_time && i < 4000; ++i) {
+      const std::uint64_t time = frame.fields[0].numbers[i];
+      const std::size_t sent = time / 1000 * 500 + time % 1000;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        float coordinate = 0.0f;
+        std::memcpy(&coordinate,
+                    cloud.data.data() + sent * cloud.point_step + 4 + 4 * axis,
+                    sizeof(coordinate));
+        ASSERT_NEAR(frame.points.positions[i][axis], coordinate, 0.000501);
+      }
+    }
   }
 }
 

@@ -68,7 +68,7 @@ inline void
 addFields(std::mt19937_64& random, VoxelFrame& frame)
 {
   for (std::uint32_t& count : frame.point_counts)
-    count = frame.image.hasPixels() ? count : 1 + count % 3;
+    count = 1 + count % 3;
   frame.fields.clear();
   frame.viewpoint = {-3, 5, 7};
   const auto add = [&](const char* name, FieldType type, double step, auto number_of) {
