@@ -4,7 +4,6 @@
 #include "recording/mcap_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
-#include "support/image_frames.h"
 #include "support/recorded_streams.h"
 #include "support/test_memory.h"
 
@@ -329,48 +328,6 @@ TEST(Recordings, DecompressedChunksAreKeptUpToABound)
   for (const McapEntry& entry : reader.index())
     ASSERT_TRUE(reader.read(entry, message).ok());
   EXPECT_LT(use.live(), 6 * chunk_bytes);
-}
-
-TEST(Recordings, MessagesOfOrganisedCloudsHaveTheirRowsAndColumns)
-{
-  const TestFolder folder;
-  RecordingWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap").ok());
-  std::size_t stream = 0;
-  ASSERT_TRUE(writer.addStream({"camera", "", {}}, stream).ok());
-  std::mt19937_64 random(3);
-  io::FrameEncoder encoder(io::StreamFormat::Version1, 2);
-  io::FrameDecoder decoder;
-  std::vector<std::pair<std::size_t, std::size_t>> sizes;
-  for (int i = 0; i < 4; ++i) {
-    io::VoxelFrame frame =
-        io::test::imageFrame(random, io::test::planarImage(48, 32), 9);
-    if (i >= 2)
-      frame.image = io::PointImage();
-    const io::test::Bytes bytes = io::test::encoded(encoder, frame);
-    ASSERT_TRUE(writer.append(stream, Time(i), bytes.data(), bytes.size()).ok());
-    io::VoxelFrame decoded;
-    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), decoded).ok());
-    sizes.emplace_back(decoded.cloudWidth(), decoded.cloudHeight());
-    const io::FrameDescription description =
-        io::describeFrame(bytes.data(), bytes.size());
-    EXPECT_EQ(description.points, decoded.pointCount());
-  }
-  EXPECT_EQ(sizes[1], std::make_pair(std::size_t{48}, std::size_t{32}));
-  EXPECT_EQ(sizes[3].second, 1u);
-  ASSERT_TRUE(writer.finish().ok());
-  McapReader mcap;
-  ASSERT_TRUE(mcap.open(folder / "a.mcap").ok());
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    McapMessage message;
-    PointCloudMessage cloud;
-    ASSERT_TRUE(mcap.read(mcap.index()[i], message).ok());
-    ASSERT_TRUE(
-        readPointCloud(message.bytes.data(), message.bytes.size(), true, cloud).ok());
-    EXPECT_EQ(std::make_pair(std::size_t{cloud.width}, std::size_t{cloud.height}),
-              sizes[i]);
-    EXPECT_EQ(cloud.is_dense, sizes[i].second == 1);
-  }
 }
 
 TEST(Recordings, MessagesDescribeTheDecodedCloud)
