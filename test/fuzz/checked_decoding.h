@@ -36,7 +36,8 @@ requireReason(const io::CompressionStatus& status, const io::VoxelFrame& frame)
 {
   require(!status.ok() && !status.message().empty());
   require(frame.keys.empty() && frame.intensities.empty() && frame.colours.empty() &&
-          frame.point_counts.empty() && frame.fieldValueCount() == 0);
+          frame.point_counts.empty() && frame.fieldValueCount() == 0 &&
+          !frame.points.areThere());
 }
 
 /** \brief Requires what isConsistent() checks, once more, and the small limits. */

@@ -12,7 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 
 namespace pcl_ext {
 namespace tools {
@@ -36,9 +39,60 @@ writeWithViewpoint(const std::string& path,
   ASSERT_EQ(pcl::io::savePCDFileBinary(path, cloud), 0);
 }
 
+/** \brief What a camera of 60 rows and 80 columns sees of a wall, some points missing. */
+pcl::PointCloud<pcl::PointXYZI>
+organisedWall()
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud(80, 60);
+  for (std::uint32_t i = 0; i < cloud.size(); ++i) {
+    const float depth = 2.0f + 0.001f * static_cast<float>(i % 80 + i % 3);
+    cloud[i].x = 0.01f * (static_cast<float>(i % 80) - 40.0f) * depth;
+    cloud[i].y = 0.01f * (static_cast<float>(i / 80) - 30.0f) * depth;
+    cloud[i].z = i % 11 == 5 ? std::numeric_limits<float>::quiet_NaN() : depth;
+    cloud[i].intensity = static_cast<float>(i * 37 % 200);
+  }
+  cloud.is_dense = false;
+  return cloud;
+}
+
 } // namespace
 
 using ProgramKept = ProgramTest;
+
+TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
+{
+  const pcl::PointCloud<pcl::PointXYZI> sent = organisedWall();
+  std::filesystem::create_directory(folder / "wall");
+  ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "wall/0.pcd", sent), 0);
+  expectRun("encode wall -o x.mcap -r 0.002 --law native --keep-point-counts");
+  expectRun("decode x.mcap -o out");
+  expectRun("decode x.mcap -o bright --min-intensity 100");
+  const pcl::PointCloud<pcl::PointXYZI> received = readCloud(folder / "out/000000.pcd");
+  const pcl::PointCloud<pcl::PointXYZI> bright =
+      readCloud(folder / "bright/000000.pcd");
+  for (const auto* cloud : {&received, &bright}) {
+    ASSERT_EQ(cloud->width, 80u);
+    ASSERT_EQ(cloud->height, 60u);
+  }
+  std::size_t removed = 0;
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    ASSERT_EQ(std::isfinite(received[i].x), std::isfinite(sent[i].z)) << i;
+    if (!std::isfinite(sent[i].z)) {
+      EXPECT_FALSE(std::isfinite(bright[i].x));
+      continue;
+    }
+    ASSERT_LE((received[i].getVector3fMap() - sent[i].getVector3fMap())
+                  .lpNorm<Eigen::Infinity>(),
+              0.0010002f);
+    ASSERT_NEAR(received[i].intensity, sent[i].intensity, 0.5f);
+    removed += std::isfinite(bright[i].x) ? 0 : 1;
+    if (std::isfinite(bright[i].x)) {
+      EXPECT_EQ(bright[i].intensity, received[i].intensity);
+    }
+  }
+  EXPECT_GT(removed, 1000u);
+  EXPECT_LT(removed, 4000u);
+}
 
 TEST_F(ProgramKept, ViewpointsOfPcdFiles)
 {
