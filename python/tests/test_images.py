@@ -80,3 +80,26 @@ def test_rings_of_unorganised_points_take_fewer_bytes():
     assert np.bincount(decoded["ring"]).tolist() == 16 * [400]
     of_rings = np.array([decoded["z"][decoded["ring"] == i].mean() for i in range(16)])
     np.testing.assert_array_less(0, np.diff(of_rings))
+
+
+def test_points_have_their_own_intensities_and_outliers_are_missing():
+    image = depth_image()
+    points = np.zeros(image.shape, [*((axis, "f4") for axis in "xyz"), ("intensity", "f4")])
+    for axis in "xyz":
+        points[axis] = image[axis]
+    points["intensity"] = np.random.default_rng(7).integers(0, 200, image.shape)
+    frame = pcl_ext.Encoder(0.001, law="native", keep_point_counts=True).encode(points)
+    decoder = pcl_ext.Decoder()
+    decoded = decoder.decode(frame)
+    there = ~np.isnan(points["x"])
+    np.testing.assert_allclose(decoded["intensity"][there], points["intensity"][there], atol=0.5)
+    scores = pcl_ext.OutlierRemoval("voxels").score(decoder)
+    np.testing.assert_array_equal(np.isnan(scores), ~there)
+    least = float(np.nanmedian(scores))
+    removal = pcl_ext.OutlierRemoval("voxels", min_log_odds=least)
+    kept = pcl_ext.Decoder().decode(frame, outliers=removal)
+    stays = scores >= least
+    assert kept.shape == decoded.shape
+    assert 0 < stays.sum() < there.sum()
+    np.testing.assert_array_equal(np.isnan(kept["x"]), ~stays)
+    np.testing.assert_array_equal(kept[stays], decoded[stays])
