@@ -2,6 +2,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "support/float_values.h"
+#include "support/point_frames.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -122,6 +123,36 @@ TEST(IntensityThreshold, ThresholdsOutsideTheScaleRemoveNothingOrAll)
     }
   }
   expectFiltered(pcl_ext::io::test::emptyFrame(4), 10.0f);
+}
+
+TEST(IntensityThreshold, FramesOfPointsGetVoxelsWhereAnyMayBeRemoved)
+{
+  std::mt19937_64 random(3);
+  for (const std::uint32_t height : {1u, 32u}) {
+    pcl_ext::io::test::PointContent content;
+    content.height = height;
+    const VoxelFrame frame = pcl_ext::io::test::frameOfPoints(random, content);
+    VoxelFrame with_voxels = frame;
+    pcl_ext::io::setVoxels(with_voxels);
+    const std::size_t removed = removeVoxelsBelow(with_voxels, 100.0f);
+    EXPECT_GT(removed, 0u);
+    EXPECT_GT(with_voxels.size(), 0u);
+    VoxelFrame filtered = frame;
+    EXPECT_EQ(removeVoxelsBelow(filtered, 100.0f), removed);
+    expectSameFrame(filtered, with_voxels);
+    EXPECT_TRUE(isConsistent(filtered));
+    VoxelFrame kept = pcl_ext::io::test::emptyFrame(2);
+    EXPECT_EQ(removeVoxelsBelow(frame, 100.0f, kept), removed);
+    expectSameFrame(kept, with_voxels);
+    filtered = frame;
+    EXPECT_EQ(removeVoxelsBelow(filtered, 0.0f), 0u);
+    expectSameFrame(filtered, frame);
+    // Memory that is reused keeps no points.
+    const VoxelFrame voxels = randomFrame(random, 5, 200);
+    removeVoxelsBelow(voxels, 3.0f, kept);
+    EXPECT_TRUE(isConsistent(kept));
+    EXPECT_FALSE(kept.points.areThere());
+  }
 }
 
 } // namespace

@@ -141,6 +141,11 @@ TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
   frame.point_counts.assign(frame.size(), 2);
   EXPECT_EQ(filter.filter(frame).code(), TemporalFilterCode::HasPointCounts);
   EXPECT_EQ(frame.size(), flatWall().size());
+  VoxelFrame of_points = scene({});
+  of_points.points.width = of_points.points.height = 1;
+  of_points.points.indices = {0};
+  of_points.points.positions = {{0.0, 0.0, 0.0}};
+  EXPECT_EQ(filter.filter(of_points).code(), TemporalFilterCode::HasPointCounts);
   EXPECT_EQ(filter.rememberedVoxels(), 0u);
 }
 

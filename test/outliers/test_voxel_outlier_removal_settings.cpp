@@ -189,6 +189,17 @@ TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)
   io::VoxelFrame with_counts = frame;
   with_counts.has_point_counts = true;
   with_counts.point_counts.assign(frame.size(), 2);
+  io::VoxelFrame of_points = frame;
+  of_points.clearVoxels();
+  of_points.points.width = static_cast<std::uint32_t>(frame.size());
+  of_points.points.height = 1;
+  for (std::uint32_t i = 0; i < frame.size(); ++i) {
+    const io::VoxelPosition at = io::voxelPosition(frame.keys[i]);
+    of_points.points.indices.push_back(i);
+    of_points.points.positions.push_back({frame.grid.centre(0, at.x),
+                                          frame.grid.centre(1, at.y),
+                                          frame.grid.centre(2, at.z)});
+  }
   for (const auto& [unit, judges_frame, judges_counts] :
        {std::tuple(DensityUnit::Automatic, true, true),
         std::tuple(DensityUnit::Faces, false, false),
@@ -202,8 +213,10 @@ TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)
     };
     EXPECT_EQ(statusOf(frame).code(),
               judges_frame ? OutlierRemovalCode::Ok : OutlierRemovalCode::NoDensities);
-    EXPECT_EQ(statusOf(with_counts).code(),
-              judges_counts ? OutlierRemovalCode::Ok : OutlierRemovalCode::NoDensities);
+    for (const io::VoxelFrame* const counted : {&with_counts, &of_points})
+      EXPECT_EQ(statusOf(*counted).code(),
+                judges_counts ? OutlierRemovalCode::Ok
+                              : OutlierRemovalCode::NoDensities);
   }
   VoxelOutlierRemoval removal(settingsOf(DensityUnit::Points));
   EXPECT_EQ(
