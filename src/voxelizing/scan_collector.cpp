@@ -73,8 +73,7 @@ ScanCollector::collect(PointBatches& points,
   contents.colours = settings_.colour_bits > 0 && points.hasColours();
   contents.box = settings_.bounding_box;
   contents.fields = &fields;
-  if (!sensor_pose.matrix().allFinite() || !SensorCloudReader::hasOrder(points) ||
-      !reader_.read(points, contents, cloud_))
+  if (!sensor_pose.matrix().allFinite() || !reader_.read(points, contents, cloud_))
     return false;
   statistics = cloud_.statistics;
   statistics.resolution = grid_.resolution;
@@ -130,6 +129,8 @@ ScanCollector::setLayout(PointBatches& points,
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
+    if (cloud_.rings.empty() && !findRings(sensor_pose, is_i_frame_due))
+      return false;
     if (!columns_.find(
             cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
       return false;
@@ -141,6 +142,31 @@ ScanCollector::setLayout(PointBatches& points,
   setGrid(points, sensor_pose, is_i_frame_due);
   scan.grid = grid_;
   scan.is_on_lattice = coordinate_step_ > 0.0;
+  return true;
+}
+
+/** \brief Finds the rings of a cloud without any, from the elevations of its points. */
+bool
+ScanCollector::findRings(const WorldPose& sensor_pose, bool is_i_frame_due)
+{
+  // Most such clouds have no rings, and looking for them takes time.
+  constexpr unsigned int untried_clouds = 15;
+  if (untried_clouds_ > 0) {
+    --untried_clouds_;
+    return false;
+  }
+  const WorldPose to_sensor = sensor_pose.inverse();
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(cloud_.size());
+  for (const std::array<double, 3>& position : cloud_.positions)
+    points.push_back(to_sensor *
+                     Eigen::Vector3d(position[0], position[1], position[2]));
+  if ((is_i_frame_due || elevations_.count() == 0) && !elevations_.learn(points)) {
+    untried_clouds_ = untried_clouds;
+    return false;
+  }
+  for (const Eigen::Vector3d& point : points)
+    cloud_.rings.push_back(elevations_.rowOf(point));
   return true;
 }
 

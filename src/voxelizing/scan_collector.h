@@ -9,6 +9,7 @@
 #include <pcl_ext/status.h>
 
 #include "codec/scan/scan_frame.h"
+#include "voxelizing/elevation_rows.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/scan_columns.h"
@@ -61,6 +62,9 @@ private:
   mostPixels(const FieldCollector& fields) const;
 
   bool
+  findRings(const WorldPose& sensor_pose, bool is_i_frame_due);
+
+  bool
   setLayout(PointBatches& points,
             const FieldCollector& fields,
             const WorldPose& sensor_pose,
@@ -88,6 +92,8 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
+  ElevationRows elevations_;
+  unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
   ScanColumns columns_;
   SensorRays rays_;
   IntensityQuantiser quantiser_;

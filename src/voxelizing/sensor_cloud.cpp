@@ -47,16 +47,6 @@ clear(SensorCloud& cloud, std::size_t field_count)
 } // namespace
 
 bool
-SensorCloudReader::hasOrder(const PointBatches& points)
-{
-  const ImageSize size = points.imageSize();
-  if (isImage(size))
-    return size.width <= scan::most_side && size.height <= scan::most_side &&
-           std::uint64_t{size.width} * size.height <= scan::most_pixels;
-  return findRing(points.fields()).has_value();
-}
-
-bool
 SensorCloudReader::read(PointBatches& points,
                         const Contents& contents,
                         SensorCloud& cloud)
@@ -64,6 +54,9 @@ SensorCloudReader::read(PointBatches& points,
   contents_ = contents;
   clear(cloud, contents.fields->selected().size());
   cloud.image = isImage(points.imageSize()) ? points.imageSize() : ImageSize();
+  if (cloud.image.width > scan::most_side || cloud.image.height > scan::most_side ||
+      std::uint64_t{cloud.image.width} * cloud.image.height > scan::most_pixels)
+    return false;
   ring_ = cloud.image.width > 0 ? std::nullopt : findRing(points.fields());
   cloud.positions.reserve(points.size());
   first_ = 0;
@@ -114,7 +107,7 @@ SensorCloudReader::readBatch(const PointView& points,
       if (cloud.rings.back() >= scan::most_side)
         return false;
     }
-    else {
+    else if (pixel_count > 0) {
       const std::size_t pixel =
           points.pixels != nullptr ? points.pixels[i] : first_ + i;
       if (pixel >= pixel_count ||

@@ -20,9 +20,9 @@ namespace io {
 /** \brief The usable points of a cloud that has a sensor's order, in the order of the
  * cloud. */
 struct SensorCloud {
-  ImageSize image;                   ///< columns and rows; without any there are rings
-  std::vector<std::uint32_t> pixels; ///< with an image; ascending
-  std::vector<std::uint32_t> rings;  ///< else; below most_side
+  ImageSize image;                   ///< columns and rows, if it has any
+  std::vector<std::uint32_t> pixels; ///< then; ascending
+  std::vector<std::uint32_t> rings;  ///< else, if it has any; below most_side
   std::vector<std::array<double, 3>> positions;    ///< world coordinates, metres
   std::vector<double> intensities;                 ///< if they are asked for
   CommonStep intensity_step;                       ///< of these
@@ -37,7 +37,7 @@ struct SensorCloud {
   }
 };
 
-/** \brief Reads clouds that have rows and columns, or a field `ring`. */
+/** \brief Reads clouds, with their rows and columns or their field `ring`. */
 class SensorCloudReader {
 public:
   /** \brief What to read of each point. */
@@ -48,13 +48,9 @@ public:
     const FieldCollector* fields = nullptr;
   };
 
-  /** \brief Whether a cloud has an order that may be coded. */
-  static bool
-  hasOrder(const PointBatches& points);
-
   /** \brief Reads a cloud.
    * \param[in,out] cloud its memory is reused
-   * \return false if it has no order, as points share a pixel or have no row
+   * \return false if it has rows and columns, or rings, that are no such ones
    */
   bool
   read(PointBatches& points, const Contents& contents, SensorCloud& cloud);

@@ -1,0 +1,42 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/version.h>
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Finds the rows of a spinning sensor whose lasers are at a few elevations, from
+ * where points are. */
+class ElevationRows {
+public:
+  /** \brief Learns the elevations.
+   * \param[in] points in the coordinates of the sensor, metres
+   * \return false if they are not at a few ones
+   */
+  bool
+  learn(const std::vector<Eigen::Vector3d>& points);
+
+  /** \brief Number of rows; 0 before learn() found some. */
+  std::uint32_t
+  count() const
+  {
+    return static_cast<std::uint32_t>(ends_.size());
+  }
+
+  /** \brief The row of a point, the lowest one being 0: that of the nearest elevation. */
+  std::uint32_t
+  rowOf(const Eigen::Vector3d& point) const;
+
+private:
+  std::vector<double> ends_; // slopes between the rows; the last one is infinite
+};
+
+} // namespace io
+} // namespace pcl_ext
