@@ -14,13 +14,15 @@ from invalid_frame import require
 
 _SLOTS = 4096
 _LEAST_STATE = 1 << 15
+FOUR_STATES = 1024
+"""Streams of so many symbols have four states, shorter ones one."""
 
 
 class RansDecoder:
     """Reads symbols that own slots; symbol i uses state i mod S."""
 
     def __init__(self, source: bytes, length: int) -> None:
-        count = 1 if length < 1024 else 4
+        count = 1 if length < FOUR_STATES else 4
         require(
             len(source) >= 4 * count and len(source) % 2 == 0,
             "the rANS stream is cut off",

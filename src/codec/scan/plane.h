@@ -163,9 +163,8 @@ private:
     const std::uint32_t low = std::min(around.left, around.up);
     const std::uint32_t high = std::max(around.left, around.up);
     const std::uint32_t mean = (low + high) / 2;
-    const std::uint32_t corner = around.up_left != no_number ? around.up_left : mean;
-    const std::uint32_t right =
-        around.up_right != no_number ? around.up_right : around.up;
+    const std::uint32_t corner = isNumber(around.up_left) ? around.up_left : mean;
+    const std::uint32_t right = isNumber(around.up_right) ? around.up_right : around.up;
     gradient = distance(around.left, corner) + distance(around.up, corner) +
                distance(right, around.up);
     const std::uint32_t edge = corner >= high  ? low
