@@ -150,7 +150,10 @@ ScanCoder::encode(bool is_i_frame,
   depths_.assign(frame.pixelCount(), no_number);
   for (std::size_t point = 0; point < frame.pixels.size(); ++point)
     depths_[frame.pixels[point]] = frame.depths[point];
-  if (!frame.pixels.empty()) {
+  if (frame.pixels.empty()) {
+    depths_.clear(); // the next frame has nothing before it
+  }
+  else {
     PlaneWriter planes(work_, plane_bytes_, bytes);
     codePlaces(planes, is_i_frame, frame);
     end_of_places = bytes.size();
@@ -174,7 +177,7 @@ ScanCoder::decode(bool is_i_frame,
   changes_fields_ = point_count > 0 && !frame.fields.empty();
   depths_.clear();
   if (point_count == 0) {
-    depths_.assign(frame.pixelCount(), no_number);
+    depths_.clear(); // the next frame has nothing before it
     return begin == end;
   }
   PlaneReader planes(work_, begin, end);
@@ -189,6 +192,8 @@ void
 ScanCoder::learn() noexcept
 {
   past_.swap(depths_);
+  past_width_ = width_;
+  past_columns_.swap(columns_);
   if (changes_fields_)
     fields_.learn();
   changes_fields_ = false;
@@ -199,6 +204,7 @@ ScanCoder::releaseMemory()
 {
   fields_.releaseMemory();
   depths_ = std::vector<std::uint32_t>();
+  aligned_past_ = std::vector<std::uint32_t>();
   values_ = std::vector<std::uint32_t>();
   steps_ = std::vector<std::array<std::int32_t, 3>>();
   work_ = SymbolWorkspace();
@@ -215,8 +221,11 @@ ScanCoder::codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame)
   bool are_many = 6 * frame.beside.size() > frame.pixels.size();
   if (!planes.codeFlag(are_many))
     return false;
-  const std::uint32_t* const past =
-      is_i_frame || past_.size() != frame.pixelCount() ? nullptr : past_.data();
+  if (frame.rays.shape == RayShape::Spinning && !codeColumns(planes, frame))
+    return false;
+  width_ = frame.width;
+  columns_ = frame.rays.columns;
+  const std::uint32_t* const past = is_i_frame ? nullptr : alignPast(frame.height);
   if (!planes.codePlane([&](auto& coding) {
         PlanePass<std::decay_t<decltype(coding)>> pass(
             {frame.width, frame.height, depths_}, 0, past);
@@ -235,8 +244,33 @@ ScanCoder::codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame)
   if constexpr (PlanesT::is_decoder)
     if (!areNear(frame.beside))
       return false;
-  return frame.rays.shape == RayShape::Planar ||
-         (codeColumns(planes, frame) && codeTurns(planes, frame));
+  return frame.rays.shape == RayShape::Planar || codeTurns(planes, frame);
+}
+
+/** \brief The depths of the frame before, in the columns whose angles are nearest to those
+ * of the frame, as both turn in the same direction; null: there are none. */
+const std::uint32_t*
+ScanCoder::alignPast(std::size_t height)
+{
+  if (past_.empty() || past_.size() != past_width_ * height)
+    return nullptr;
+  if (past_columns_ == columns_)
+    return past_width_ == width_ ? past_.data() : nullptr;
+  if (past_columns_.empty())
+    return nullptr;
+  const auto distance = [&](std::size_t past, std::size_t column) {
+    return std::abs(std::int64_t{past_columns_[past]} - columns_[column]);
+  };
+  aligned_past_.resize(width_ * height);
+  std::size_t past = 0;
+  for (std::size_t column = 0; column < width_; ++column) {
+    while (past + 1 < past_width_ &&
+           distance(past + 1, column) <= distance(past, column))
+      ++past;
+    for (std::size_t row = 0; row < height; ++row)
+      aligned_past_[row * width_ + column] = past_[row * past_width_ + past];
+  }
+  return aligned_past_.data();
 }
 
 /** \brief Codes intensities and colours. */

@@ -86,11 +86,20 @@ private:
              std::uint32_t first,
              const ValueT& value);
 
-  std::vector<std::uint32_t> past_; // depths of the frame before, of all pixels
+  const std::uint32_t*
+  alignPast(std::size_t height);
+
+  // Of the frame before: depths of all pixels, and its columns' angles.
+  std::vector<std::uint32_t> past_;
+  std::uint32_t past_width_ = 0;
+  std::vector<std::int32_t> past_columns_;
   ScanFields fields_;
   bool changes_fields_ = false;
   // Of the current frame; members so that their memory is reused.
   std::vector<std::uint32_t> depths_;
+  std::uint32_t width_ = 0;
+  std::vector<std::int32_t> columns_;
+  std::vector<std::uint32_t> aligned_past_; // in the columns of the frame
   std::vector<std::uint32_t> values_;
   std::vector<std::array<std::int32_t, 3>> steps_;
   SymbolWorkspace work_;
