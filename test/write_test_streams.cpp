@@ -11,7 +11,7 @@
  */
 #include "support/forged_frames.h"
 #include "support/golden_streams.h"
-#include "support/image_frames.h"
+#include "support/scan_frames.h"
 
 #include <algorithm>
 #include <fstream>
@@ -150,8 +150,8 @@ invalidFrames()
       changed(step_of_256,
               static_cast<std::size_t>(step_place - step_of_256.begin()) + 8,
               {0, 0});
-  // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 an image, 0x80
-  // 0x08 a pose, 0x80 0x10 what is reserved, 0x80 0x40 what is not known.
+  // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 a scan, 0x80
+  // 0x08 a placement, 0x80 0x10 what is reserved, 0x80 0x40 what is not known.
   const auto withContent = [&](std::uint8_t high) {
     return changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, high});
   };
@@ -172,14 +172,17 @@ invalidFrames()
   cut_off.header.has_depth_model = true;
   cut_off.payload.resize(depth_model_size - 1);
 
-  const VoxelFrame image = imageFrame(random, planarImage(48, 32), 8);
-  FrameEncoder image_encoder(StreamFormat::Version1, 100, Effort::Balanced);
-  const Parts parts_with_image = takeApart(encoded(image_encoder, image));
-  const auto withImage = [&](auto change) {
-    Parts changed_parts = parts_with_image;
-    change(changed_parts.header.image);
+  scan::ScanFrame scan = makeLidar();
+  fireOddRowsFirst(scan);
+  addPoints(scan, 1);
+  FrameEncoder scan_encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  const Parts parts_with_scan = takeApart(encoded(scan_encoder, scan));
+  const auto withScan = [&](auto change) {
+    Parts changed_parts = parts_with_scan;
+    change(changed_parts.header.scan);
     return putTogether(changed_parts);
   };
+  using scan::ScanLayout;
 
   return {
       {"ends_in_header", Bytes(i_frame.begin(), i_frame.begin() + 20)},
@@ -211,10 +214,10 @@ invalidFrames()
          header.has_frame_id = true;
          header.frame_id = std::string(1025, 'x');
        })},
-      {"pose_of_an_i_frame", withContent(0x08)},
+      {"placement_of_an_i_frame", withContent(0x08)},
       {"reserved_content", withContent(0x10)},
       {"unknown_content", withContent(0x40)},
-      {"image_without_point_counts", withContent(0x04)},
+      {"scan_without_point_counts", withContent(0x04)},
       {"no_fields", withField([](Header& header) { header.fields.clear(); })},
       {"too_many_fields", withField([](Header& header) {
          header.fields.resize(most_fields + 1, header.fields.front());
@@ -242,13 +245,13 @@ invalidFrames()
       {"fields_without_supplement", withField([](Header&) {})},
       {"points_of_fields_without_end", points_of_fields},
       {"points_of_fields_that_overflow", withPointsThatOverflow()},
-      {"image_without_columns", withImage([](PointImage& i) { i.width = 0; })},
+      {"scan_without_columns", withScan([](ScanLayout& s) { s.width = 0; })},
       {"too_many_pixels",
-       withImage([](PointImage& i) { i.width = i.height = 1 << 13; })},
-      {"rays_too_steep", withImage([](PointImage& i) {
-         i.rays.pose.vectors[0][2] = (std::int64_t{1} << 46) + 1;
-       })},
-      {"image_with_other_rows", withImage([](PointImage& i) { --i.height; })}};
+       withScan([](ScanLayout& s) { s.width = s.height = 1 << 13; })},
+      {"scan_too_steep", withScan([](ScanLayout& s) { s.rays.rows[0].run = 1 << 30; })},
+      {"scan_with_rows_twice",
+       withScan([](ScanLayout& s) { s.firing_order[0] = s.firing_order[1]; })},
+      {"scan_with_other_rows", withScan([](ScanLayout& s) { --s.height; })}};
 }
 
 bool

@@ -129,7 +129,7 @@ ScanCollector::setLayout(PointBatches& points,
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
-    if (cloud_.rings.empty() && !findRings(sensor_pose, is_i_frame_due))
+    if (!ScanColumns::areRows(cloud_.rings) && !findRings(sensor_pose, is_i_frame_due))
       return false;
     if (!columns_.find(
             cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
@@ -138,7 +138,8 @@ ScanCollector::setLayout(PointBatches& points,
     for (std::size_t point = 0; point < cloud_.size(); ++point)
       pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
   }
-  orderPoints(scan);
+  if (!orderPoints(scan))
+    return false;
   setGrid(points, sensor_pose, is_i_frame_due);
   scan.grid = grid_;
   scan.is_on_lattice = coordinate_step_ > 0.0;
@@ -165,26 +166,36 @@ ScanCollector::findRings(const WorldPose& sensor_pose, bool is_i_frame_due)
     untried_clouds_ = untried_clouds;
     return false;
   }
+  cloud_.rings.clear();
   for (const Eigen::Vector3d& point : points)
     cloud_.rings.push_back(elevations_.rowOf(point));
   return true;
 }
 
-/** \brief Puts the points in the order of their pixels. */
-void
+/** \brief Puts the points in the order of their pixels.
+ * \return false if some share one
+ */
+bool
 ScanCollector::orderPoints(const scan::ScanFrame& scan)
 {
   order_.resize(pixels_.size());
   std::iota(order_.begin(), order_.end(), 0u);
-  if (std::is_sorted(pixels_.begin(), pixels_.end()))
-    return;
+  const auto is_not_below = [](std::uint32_t one, std::uint32_t next) {
+    return one >= next;
+  };
+  if (std::adjacent_find(pixels_.begin(), pixels_.end(), is_not_below) == pixels_.end())
+    return true;
   by_pixel_.assign(scan.pixelCount(), no_point);
-  for (std::uint32_t point = 0; point < pixels_.size(); ++point)
+  for (std::uint32_t point = 0; point < pixels_.size(); ++point) {
+    if (by_pixel_[pixels_[point]] != no_point)
+      return false;
     by_pixel_[pixels_[point]] = point;
+  }
   order_.clear();
   for (const std::uint32_t point : by_pixel_)
     if (point != no_point)
       order_.push_back(point);
+  return true;
 }
 
 /** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else

@@ -74,7 +74,7 @@ private:
   void
   setGrid(PointBatches& points, const WorldPose& sensor_pose, bool is_i_frame_due);
 
-  void
+  bool
   orderPoints(const scan::ScanFrame& scan);
 
   bool

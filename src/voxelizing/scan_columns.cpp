@@ -21,17 +21,21 @@ constexpr std::size_t least_points = 64;
 } // namespace
 
 bool
+ScanColumns::areRows(const std::vector<std::uint32_t>& rings)
+{
+  const auto highest = std::max_element(rings.begin(), rings.end());
+  return highest != rings.end() && *highest > 0 && *highest < most_rings;
+}
+
+bool
 ScanColumns::find(const SensorCloud& cloud,
                   const WorldPose& to_sensor,
                   bool may_refit,
                   std::uint64_t most_pixels,
                   scan::ScanLayout& layout)
 {
-  std::uint32_t rings = 0;
-  for (const std::uint32_t ring : cloud.rings)
-    rings = std::max(rings, ring + 1);
-  if (rings < 2 || rings > most_rings)
-    return false;
+  const std::uint32_t rings =
+      *std::max_element(cloud.rings.begin(), cloud.rings.end()) + 1;
   const bool is_first = ring_count_ == 0 || rings > ring_count_;
   if (may_refit || is_first) {
     ring_count_ = rings;

@@ -20,8 +20,12 @@ namespace io {
  * azimuths. */
 class ScanColumns {
 public:
+  /** \brief Whether rings are numbers of the rows of a sensor. */
+  static bool
+  areRows(const std::vector<std::uint32_t>& rings);
+
   /** \brief Finds the columns of a cloud.
-   * \param[in] cloud with rings
+   * \param[in] cloud with rings that are rows
    * \param[in] to_sensor world -> sensor, metres
    * \param[in] may_refit learn the order of the rings again, or the columns of a turn
    * \param[in] most_pixels that the scan may have

@@ -102,16 +102,12 @@ SensorCloudReader::readBatch(const PointView& points,
       ++cloud.statistics.points_outside_box;
       continue;
     }
-    if (rings) {
+    if (rings)
       cloud.rings.push_back(rings->row(i));
-      if (cloud.rings.back() >= scan::most_side)
-        return false;
-    }
     else if (pixel_count > 0) {
       const std::size_t pixel =
           points.pixels != nullptr ? points.pixels[i] : first_ + i;
-      if (pixel >= pixel_count ||
-          (!cloud.pixels.empty() && pixel <= cloud.pixels.back()))
+      if (pixel >= pixel_count)
         return false;
       cloud.pixels.push_back(static_cast<std::uint32_t>(pixel));
     }

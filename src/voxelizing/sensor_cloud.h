@@ -20,13 +20,13 @@ namespace io {
 /** \brief The usable points of a cloud that has a sensor's order, in the order of the
  * cloud. */
 struct SensorCloud {
-  ImageSize image;                   ///< columns and rows, if it has any
-  std::vector<std::uint32_t> pixels; ///< then; ascending
-  std::vector<std::uint32_t> rings;  ///< else, if it has any; below most_side
-  std::vector<std::array<double, 3>> positions;    ///< world coordinates, metres
-  std::vector<double> intensities;                 ///< if they are asked for
-  CommonStep intensity_step;                       ///< of these
-  std::vector<std::uint32_t> colours;              ///< likewise, as PointView::colours
+  ImageSize image;                              ///< columns and rows, if it has any
+  std::vector<std::uint32_t> pixels;            ///< then
+  std::vector<std::uint32_t> rings;             ///< else, if it has any; or most_side
+  std::vector<std::array<double, 3>> positions; ///< world coordinates, metres
+  std::vector<double> intensities;              ///< if they are asked for
+  CommonStep intensity_step;                    ///< of these
+  std::vector<std::uint32_t> colours;           ///< likewise, as PointView::colours
   std::vector<std::vector<std::uint64_t>> numbers; ///< of each selected field
   VoxelizationStatistics statistics;
 
@@ -50,7 +50,7 @@ public:
 
   /** \brief Reads a cloud.
    * \param[in,out] cloud its memory is reused
-   * \return false if it has rows and columns, or rings, that are no such ones
+   * \return false if it has too many rows or columns, or pixels outside of these
    */
   bool
   read(PointBatches& points, const Contents& contents, SensorCloud& cloud);

@@ -5,7 +5,7 @@
  * or impossible counts of it.
  */
 #include "support/forged_frames.h"
-#include "support/image_frames.h"
+#include "support/scan_frames.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -162,116 +162,123 @@ TEST(ForgedContents, OfFieldsAreRefused)
   expectRefusedWith(changes, first, frame);
 }
 
-TEST(ForgedContents, OfImagesAreRefused)
+/** \brief A scan of a camera or a lidar, and the frame that it is decoded to. */
+scan::ScanFrame
+scanOf(bool is_camera, unsigned int seed)
 {
-  std::mt19937_64 random(7);
+  scan::ScanFrame frame = is_camera ? makeCamera() : makeLidar();
+  if (!is_camera)
+    fireOddRowsFirst(frame);
+  addPoints(frame, seed);
+  return frame;
+}
+
+TEST(ForgedContents, OfScansAreRefused)
+{
   constexpr std::int32_t beyond_one = (1 << 30) + 1;
-  constexpr std::int64_t far_away = (std::int64_t{1} << 38) + 1;
-  constexpr std::int64_t steep = std::int64_t{1} << 46;
-  using ImageChange = std::function<void(PointImage&)>;
-  const std::vector<ImageChange> of_all = {
-      [](PointImage& i) { i.width = 0; },
-      [](PointImage& i) { i.width = 0xffffffff; },
-      [](PointImage& i) { i.width = i.height = 1 << 13; },
-      [](PointImage& i) { ++i.width; },
-      [](PointImage& i) { i.height = 0; },
-      [](PointImage& i) { --i.height; },
-      [](PointImage& i) { i.rays.pose.origin[1] = far_away; },
-      [](PointImage& i) {
-        i.rays.pose.origin[2] = std::numeric_limits<std::int64_t>::min();
-      },
-      [](PointImage& i) { i.rays = RayModel(); }};
-  const std::vector<ImageChange> of_cameras = {
-      [](PointImage& i) { i.rays.pose.vectors[0][2] = steep + 1; },
-      [](PointImage& i) { i.rays.pose.vectors[1][0] = steep / i.width + 1; },
-      [](PointImage& i) { i.rays.pose.vectors[2][1] = -steep / i.height - 1; },
-      [](PointImage& i) {
-        i.rays.pose.vectors[0][0] = i.rays.pose.vectors[1][0] = steep / i.width;
-        i.rays.pose.vectors[2][0] = steep / i.height;
-      },
-      [](PointImage& i) {
-        i.rays.pose.vectors[1][1] = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int32_t beyond_step = (1 << 29) + 1;
+  constexpr std::int64_t far_away = (std::int64_t{1} << 42) + 1;
+  constexpr std::int64_t steep = std::int64_t{1} << 45;
+  using scan::ScanLayout;
+  using ScanChange = std::function<void(ScanLayout&)>;
+  const std::vector<ScanChange> of_all = {
+      [](ScanLayout& s) { s.width = 0; },
+      [](ScanLayout& s) { s.width = 0xffffffff; },
+      [](ScanLayout& s) { s.width = s.height = 1 << 13; },
+      [](ScanLayout& s) { ++s.width; },
+      [](ScanLayout& s) { s.height = 0; },
+      [](ScanLayout& s) { --s.height; },
+      [](ScanLayout& s) { s.order = scan::PointOrder{3}; },
+      [](ScanLayout& s) { s.rays.pose.origin[1] = far_away; },
+      [](ScanLayout& s) {
+        s.rays.pose.origin[2] = std::numeric_limits<std::int64_t>::min();
       }};
-  const std::vector<ImageChange> of_lidars = {
-      [=](PointImage& i) { i.rays.pose.vectors[2][1] = beyond_one; },
-      [](PointImage& i) {
-        i.rays.turns[0] = {1 << 30, 1 << 16};
+  const std::vector<ScanChange> of_cameras = {
+      [](ScanLayout& s) { s.order = scan::PointOrder::ColumnByColumn; },
+      [](ScanLayout& s) { s.rays.pose.vectors[0][2] = steep + 1; },
+      [](ScanLayout& s) { s.rays.pose.vectors[1][0] = steep / s.width + 1; },
+      [](ScanLayout& s) { s.rays.pose.vectors[2][1] = -steep / s.height - 1; },
+      [](ScanLayout& s) {
+        s.rays.pose.vectors[0][0] = s.rays.pose.vectors[1][0] = steep / s.width;
+        s.rays.pose.vectors[2][0] = steep / s.height;
       },
-      [](PointImage& i) { i.rays.turns.pop_back(); },
-      [](PointImage& i) { i.rays.rows.pop_back(); },
-      [](PointImage& i) { i.rays.rows[3].cosine = i.rays.rows[3].sine = 1 << 30; },
-      [=](PointImage& i) { i.rays.rows[0].run = beyond_one; },
-      [=](PointImage& i) { i.rays.rows[1].rise = -beyond_one; },
-      [=](PointImage& i) { i.rays.rows[2].along = beyond_one; },
-      [=](PointImage& i) { i.rays.rows[3].across = -beyond_one; },
-      [=](PointImage& i) { i.rays.rows[4].up = beyond_one; }};
+      [](ScanLayout& s) {
+        s.rays.pose.vectors[1][1] = std::numeric_limits<std::int64_t>::min();
+      }};
+  const std::vector<ScanChange> of_lidars = {
+      [](ScanLayout& s) { s.firing_order[0] = s.firing_order[1]; },
+      [](ScanLayout& s) { s.firing_order[3] = 8; },
+      [=](ScanLayout& s) { s.rays.pose.vectors[2][1] = beyond_one; },
+      [](ScanLayout& s) { s.rays.motion.origin[1] = -far_away; },
+      [](ScanLayout& s) { s.rays.motion.vectors[1][2] = steep / s.width + 1; },
+      [](ScanLayout& s) {
+        s.rays.turns[0] = {1 << 30, 1 << 16};
+      },
+      [](ScanLayout& s) { s.rays.turns.clear(); },
+      [](ScanLayout& s) { s.rays.turns.resize(32, s.rays.turns[0]); },
+      [](ScanLayout& s) { s.rays.rows.pop_back(); },
+      [](ScanLayout& s) { s.rays.rows[3].cosine = s.rays.rows[3].sine = 1 << 30; },
+      [=](ScanLayout& s) { s.rays.rows[0].run = beyond_step; },
+      [=](ScanLayout& s) { s.rays.rows[1].rise = -beyond_step; },
+      [=](ScanLayout& s) { s.rays.rows[1].run = s.rays.rows[1].rise = 1 << 29; },
+      [=](ScanLayout& s) { s.rays.rows[2].along = beyond_one; },
+      [=](ScanLayout& s) { s.rays.rows[3].across = -beyond_one; },
+      [=](ScanLayout& s) { s.rays.rows[4].up = beyond_one; }};
   for (const bool is_camera : {true, false}) {
-    const VoxelFrame frame = is_camera
-                                 ? imageFrame(random, planarImage(48, 32), 8)
-                                 : imageFrame(random, spinningImage(48, 16, 8), 8);
+    const scan::ScanFrame scan = scanOf(is_camera, 7);
     FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-    const Bytes first = encoded(encoder, frame);
-    ASSERT_TRUE(encoder.statistics().has_image);
+    const Bytes first = encoded(encoder, scan);
     std::vector<Change> changes;
-    for (const auto& of_images : {of_all, is_camera ? of_cameras : of_lidars})
-      for (const ImageChange& change : of_images)
-        changes.push_back([change](Version1Header& h) { change(h.image); });
-    expectRefusedWith(changes, first, frame);
+    for (const auto& of_scans : {of_all, is_camera ? of_cameras : of_lidars})
+      for (const ScanChange& change : of_scans)
+        changes.push_back([change](Version1Header& h) { change(h.scan); });
+    changes.push_back([](Version1Header& h) { ++h.point_count; });
+    changes.push_back([](Version1Header& h) { h.point_count = 0; });
+    changes.push_back([](Version1Header& h) { h.content.has_point_counts = false; });
+    changes.push_back([](Version1Header& h) { h.content.refinement_levels = 2; });
+    changes.push_back([](Version1Header& h) { h.has_depth_model = true; });
+    expectRefusedWith(changes, first, frameOf(scan));
   }
 }
 
-TEST(ForgedContents, OfPointsAtASensorOutsideTheGridAreRefused)
+TEST(ForgedContents, OfPlacementsAreRefused)
 {
-  std::mt19937_64 random(9);
-  PointImage image = planarImage(48, 32);
-  image.has_points_at_sensor = true;
-  VoxelFrame frame = imageFrame(random, image, 8);
-  addPointsAtSensor(random, frame);
   FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  const Parts good = takeApart(encoded(encoder, frame));
-  ASSERT_TRUE(good.header.content.has_image);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (const std::int64_t position : {-1, 256}) {
-      Parts parts = good;
-      parts.header.image.rays.pose.origin[axis] = position * (1 << 16);
-      VoxelFrame back;
-      FrameDecoder decoder;
-      EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Corrupt);
-    }
-}
-
-TEST(ForgedContents, OfRayPosesAreRefused)
-{
-  std::mt19937_64 random(8);
-  PointImage image = spinningImage(48, 16, 8);
-  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  const VoxelFrame frame = imageFrame(random, image, 8);
-  const Bytes first = encoded(encoder, frame);
-  image.rays.pose.origin[0] += 1000;
-  const VoxelFrame next = imageFrame(random, image, 8);
-  const Bytes second = encoded(encoder, next);
+  const Bytes first = encoded(encoder, scanOf(false, 8));
+  scan::ScanFrame moved = scanOf(false, 9);
+  moved.rays.pose.origin[0] += 1000;
+  const VoxelFrame next = frameOf(moved);
+  const Bytes second = encoded(encoder, moved);
   const Parts good = takeApart(second);
-  ASSERT_TRUE(good.header.ray_pose);
+  ASSERT_TRUE(good.header.placement);
   const std::uint32_t checksum = takeApart(first).checksum;
   const auto answer_to = [&](const Parts& parts) {
     return answerTo(putTogether(parts, checksum), first, {second}, {next});
   };
   EXPECT_EQ(answer_to(good), CompressionCode::Ok);
   constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
-  for (const std::int64_t number : {(std::int64_t{1} << 38) + 1, least}) {
+  for (const std::int64_t number : {(std::int64_t{1} << 42) + 1, least}) {
     Parts parts = good;
-    parts.header.ray_pose->origin[2] = number;
+    parts.header.placement->pose.origin[2] = number;
     EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
     parts = good;
-    parts.header.ray_pose->vectors[1][1] = number;
+    parts.header.placement->pose.vectors[1][1] = number;
+    EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
+    parts = good;
+    parts.header.placement->motion.vectors[1][1] = number;
     EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
   }
-  // In a frame without an image, and in an I-frame.
+  for (const std::uint32_t width : {0u, 89u, 1u << 16, (1u << 16) + 1}) {
+    Parts parts = good;
+    parts.header.placement->width = width;
+    EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
+  }
+  // In a frame without a scan, and in an I-frame.
   Parts parts = good;
-  parts.header.content.has_image = false;
+  parts.header.content.has_scan = false;
   EXPECT_EQ(answer_to(parts), CompressionCode::Corrupt);
   parts = takeApart(first);
-  parts.header.ray_pose = good.header.ray_pose;
+  parts.header.placement = good.header.placement;
   VoxelFrame back;
   FrameDecoder decoder;
   EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Corrupt);

@@ -7,7 +7,7 @@
  * was, and neither takes more memory than it may.
  */
 #include "support/forged_frames.h"
-#include "support/image_frames.h"
+#include "support/scan_frames.h"
 #include "support/supplement_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -40,7 +40,8 @@ enum class HostileContent {
   RoomOf16BitsWithDepths,
   ColouredRoom,
   FieldsOfVoxels,
-  Image,
+  ScanOfCamera,
+  ScanOfLidar,
   FineVoxels,
   FewVoxels
 };
@@ -69,7 +70,8 @@ hostileKinds(StreamFormat format)
       {Content::RoomOf16BitsWithDepths, "RoomOf16BitsWithDepths"},
       {Content::ColouredRoom, "ColouredRoom"},
       {Content::FieldsOfVoxels, "FieldsOfVoxels"},
-      {Content::Image, "Image"},
+      {Content::ScanOfCamera, "ScanOfCamera"},
+      {Content::ScanOfLidar, "ScanOfLidar"},
       {Content::FineVoxels, "FineVoxels"},
       {Content::FewVoxels, "FewVoxels"}};
   std::vector<HostileKind> kinds;
@@ -110,17 +112,37 @@ hostileFrames(HostileContent content)
       continue;
     }
     frames.push_back(content == Content::FineVoxels ? fineFrame(random, 8)
-                     : content == Content::Image
-                         ? imageFrame(random, planarImage(40, 24), 8)
-                         : room.next());
+                                                    : room.next());
     if (content == Content::ColouredRoom)
       addColours(random, 5, frames.back());
     if (content == Content::ColouredRoom || content == Content::FineVoxels)
       addPointCounts(random, frames.back());
-    if (content == Content::FieldsOfVoxels || content == Content::Image)
+    if (content == Content::FieldsOfVoxels)
       addFields(random, frames.back());
   }
   return frames;
+}
+
+bool
+isOfScans(HostileContent content)
+{
+  return content == HostileContent::ScanOfCamera ||
+         content == HostileContent::ScanOfLidar;
+}
+
+std::vector<scan::ScanFrame>
+hostileScans(HostileContent content)
+{
+  std::vector<scan::ScanFrame> scans;
+  for (unsigned int i = 0; i < 4; ++i) {
+    const bool is_camera = content == HostileContent::ScanOfCamera;
+    scans.push_back(is_camera ? makeCamera() : makeLidar());
+    if (!is_camera)
+      fireOddRowsFirst(scans.back());
+    addPoints(scans.back(), i, !is_camera, is_camera ? 40 : 5);
+    addFields(scans.back(), i);
+  }
+  return scans;
 }
 
 /** \brief Same voxels, at the same places except for a micrometre. */
@@ -144,14 +166,24 @@ class HostileBytes : public testing::TestWithParam<HostileKind> {
 protected:
   static constexpr std::size_t replaced = 2;
 
-  HostileBytes() : frames_(hostileFrames(GetParam().content))
+  HostileBytes()
   {
     FrameEncoder encoder(GetParam().format, 100, GetParam().effort);
-    for (const VoxelFrame& frame : frames_) {
+    const auto add = [&](const auto& frame) {
       if (bytes_.size() == replaced && GetParam().is_i_frame)
         encoder.requestIFrame();
       bytes_.push_back(encoded(encoder, frame));
+    };
+    if (!isOfScans(GetParam().content)) {
+      frames_ = hostileFrames(GetParam().content);
+      for (const VoxelFrame& frame : frames_)
+        add(frame);
     }
+    else
+      for (const scan::ScanFrame& scan : hostileScans(GetParam().content)) {
+        frames_.push_back(frameOf(scan));
+        add(scan);
+      }
     begin();
   }
 

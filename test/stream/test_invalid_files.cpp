@@ -56,10 +56,10 @@ const std::vector<InvalidFile> files{
     {"grid_off_the_lattice", CompressionCode::Corrupt, "grid outside the lattice"},
     {"symbols_of_17_bits", CompressionCode::Corrupt, "invalid intensity scale"},
     {"long_frame_id", CompressionCode::Corrupt, "frame_id too long"},
-    {"pose_of_an_i_frame", CompressionCode::Corrupt, "invalid content"},
+    {"placement_of_an_i_frame", CompressionCode::Corrupt, "invalid content"},
     {"reserved_content", CompressionCode::Corrupt, "invalid content"},
     {"unknown_content", CompressionCode::Corrupt, "invalid content"},
-    {"image_without_point_counts", CompressionCode::Corrupt, "invalid content"},
+    {"scan_without_point_counts", CompressionCode::Corrupt, "invalid content"},
     {"no_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
     {"too_many_fields", CompressionCode::Corrupt, "number of fields outside 1 to 64"},
     {"field_without_name", CompressionCode::Corrupt, "invalid field"},
@@ -79,12 +79,11 @@ const std::vector<InvalidFile> files{
     {"points_of_fields_that_overflow",
      CompressionCode::Corrupt,
      "the supplement does not decode"},
-    {"image_without_columns", CompressionCode::Corrupt, "invalid image"},
-    {"too_many_pixels", CompressionCode::Corrupt, "invalid image"},
-    {"rays_too_steep", CompressionCode::Corrupt, "invalid rays"},
-    {"image_with_other_rows",
-     CompressionCode::Corrupt,
-     "the supplement does not decode"}};
+    {"scan_without_columns", CompressionCode::Corrupt, "invalid scan"},
+    {"too_many_pixels", CompressionCode::Corrupt, "invalid scan"},
+    {"scan_too_steep", CompressionCode::Corrupt, "invalid scan"},
+    {"scan_with_rows_twice", CompressionCode::Corrupt, "invalid scan"},
+    {"scan_with_other_rows", CompressionCode::Corrupt, "invalid scan"}};
 
 TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {

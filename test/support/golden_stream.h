@@ -5,10 +5,12 @@
  */
 #pragma once
 
+#include "codec/scan/scan_frame.h"
 #include "support/voxel_frames.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <iomanip>
 #include <optional>
 #include <sstream>
@@ -20,9 +22,10 @@ namespace io {
 namespace test {
 
 struct GoldenFrame {
-  VoxelFrame frame;
+  VoxelFrame frame; ///< of a scan its points
   std::optional<FrameStamp> stamp;
   std::optional<Effort> begins_sender = std::nullopt; ///< a new encoder begins with it
+  std::optional<scan::ScanFrame> scan = std::nullopt; ///< coded in place of voxels
 };
 
 /** \brief A frame on its way to the decoder. */
@@ -106,28 +109,42 @@ public:
   }
 };
 
-/** \brief The same of the size of the image and the pixels and depths of points. */
-class ImageChecksum : public Checksum {
+/** \brief The same of points: width and height of their cloud, and of each point its index,
+ * the bits of its position, its intensity and its colour. */
+class PointChecksum : public Checksum {
 public:
-  explicit ImageChecksum(const PointImage& image)
+  explicit PointChecksum(const VoxelFrame& frame)
   {
-    add(image.width);
-    add(image.height);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-      add(image.pixels[i]);
-      add(image.depths[i]);
+    const FramePoints& points = frame.points;
+    add(points.width);
+    add(points.height);
+    for (std::size_t i = 0; i < points.indices.size(); ++i) {
+      add(points.indices[i]);
+      for (const double coordinate : points.positions[i]) {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &coordinate, sizeof(bits));
+        add(bits);
+      }
+      if (frame.hasIntensities())
+        add(points.intensities[i]);
+      if (frame.colour_bits > 0)
+        for (const std::uint8_t channel :
+             {points.colours[i].r, points.colours[i].g, points.colours[i].b})
+          add(channel);
     }
   }
 };
 
 /** \brief What checksums.txt has of a frame, except for the name of its stream and
- * whether it is an I-frame: number of voxels, checksum, stamp and frame_id or -, and with
- * fields the checksum of these, and with an image that of it. */
+ * whether it is an I-frame: number of voxels or points, checksum, stamp and frame_id or -,
+ * and with fields the checksum of these, and with points that of them. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {
   std::ostringstream line;
-  line << frame.frame.size() << ' ' << std::hex << std::setw(16) << std::setfill('0')
+  const VoxelFrame& voxels = frame.frame;
+  line << (voxels.points.areThere() ? voxels.pointCount() : voxels.size()) << ' '
+       << std::hex << std::setw(16) << std::setfill('0')
        << VoxelChecksum(frame.frame).value() << std::dec << ' ';
   if (frame.stamp)
     line << frame.stamp->stamp << " '" << frame.stamp->frame_id << '\'';
@@ -136,9 +153,9 @@ lineOf(const GoldenFrame& frame)
   if (frame.frame.fieldValueCount() > 0)
     line << " fields " << std::hex << std::setw(16) << std::setfill('0')
          << FieldChecksum(frame.frame).value();
-  if (frame.frame.image.hasPixels())
-    line << " image " << std::hex << std::setw(16) << std::setfill('0')
-         << ImageChecksum(frame.frame.image).value();
+  if (frame.frame.points.areThere())
+    line << " points " << std::hex << std::setw(16) << std::setfill('0')
+         << PointChecksum(frame.frame).value();
   return line.str();
 }
 
@@ -163,7 +180,8 @@ sent(const GoldenStream& stream)
           StreamFormat::Version1, stream.i_frame_rate, *frame.begins_sender);
     if (stream.sendings.empty())
       sendings.push_back({frames.size()});
-    frames.push_back(encoded(*encoder, frame.frame, frame.stamp));
+    frames.push_back(frame.scan ? encoded(*encoder, *frame.scan, frame.stamp)
+                                : encoded(*encoder, frame.frame, frame.stamp));
     result.are_i_frames.push_back(encoder->statistics().is_i_frame);
   }
   for (const Sending& sending : sendings) {

@@ -10,8 +10,8 @@
 #include "support/changing_frames.h"
 #include "support/golden_disorder.h"
 #include "support/golden_fields.h"
-#include "support/golden_images.h"
 #include "support/golden_rare_cases.h"
+#include "support/golden_scans.h"
 #include "support/golden_stream.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
@@ -303,8 +303,8 @@ goldenStreams()
   }
   // What one effort has, or all have in common.
   streams.push_back(goldenSpread("fast_spread", Effort::Fast));
-  streams.push_back(goldenImages("fast_images", Effort::Fast));
-  streams.push_back(goldenMovingImages("balanced_images", Effort::Balanced));
+  streams.push_back(goldenScans("fast_scans", Effort::Fast));
+  streams.push_back(goldenMovingScans("balanced_scans", Effort::Balanced));
   streams.push_back(goldenOctants("fast_octants", Effort::Fast));
   streams.push_back(goldenStill("small_still", Effort::Small));
   streams.push_back(goldenChanges("fast_changes", Effort::Fast, ChangingFrames(8)));

@@ -143,10 +143,11 @@ walk(std::mt19937_64& random, unsigned int changes, VoxelFrame& frame)
   setVoxels(random, keys, frame);
 }
 
-/** \brief The bytes of a frame that the encoder is expected to take. */
-inline Bytes
+/** \brief The bytes of a frame, voxels or a scan, that the encoder is expected to take. */
+template <class FrameT>
+Bytes
 encoded(FrameEncoder& encoder,
-        const VoxelFrame& frame,
+        const FrameT& frame,
         const std::optional<FrameStamp>& stamp = std::nullopt)
 {
   Bytes bytes;

@@ -3,6 +3,7 @@
 #include "codec/scan/point_places.h"
 #include "codec/scan/scan_coder.h"
 #include "codec/scan/symbol_table.h"
+#include "support/scan_frames.h"
 #include "voxelizing/scan_locator.h"
 
 #include <gtest/gtest.h>
@@ -15,102 +16,9 @@
 #include <vector>
 
 using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
 
 namespace {
-
-/** \brief A camera of 40 x 30 pixels in the middle of a grid of 1 mm. */
-scan::ScanFrame
-makeCamera()
-{
-  scan::ScanFrame frame;
-  frame.grid.resolution = 0.001;
-  frame.grid.depth = 20;
-  frame.grid.first_index = {-(1 << 19), -(1 << 19), -(1 << 19)};
-  frame.width = 40;
-  frame.height = 30;
-  frame.intensity_scale.bits = 0;
-  frame.rays.pose.origin.fill(std::int64_t{1} << (19 + 16));
-  // x and y of a step of depth of 1 mm: from -0.4 and -0.3, 0.02 a pixel.
-  const auto fixed = [](double number) {
-    return static_cast<std::int64_t>(std::ldexp(number, 40));
-  };
-  frame.rays.pose.vectors = {{{fixed(-0.4), fixed(-0.3), fixed(1.0)},
-                              {fixed(0.02), 0, 0},
-                              {0, fixed(0.02), 0}}};
-  return frame;
-}
-
-/** \brief A lidar of 8 rows and 90 columns of 4 degrees that moves along x by 2 mm from a
- * column to the next. */
-scan::ScanFrame
-makeLidar()
-{
-  constexpr double pi = 3.14159265358979323846;
-  scan::ScanFrame frame = makeCamera();
-  frame.width = 90;
-  frame.height = 8;
-  scan::ScanRays& rays = frame.rays;
-  rays.shape = RayShape::Spinning;
-  rays.pose.vectors = {};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    rays.pose.vectors[axis][axis] = 1 << 30;
-  rays.motion.origin = {std::int64_t{2} << 32, 0, 0};
-  for (int bit = 0; bit < 7; ++bit)
-    rays.turns.push_back(
-        {static_cast<std::int32_t>(std::ldexp(std::cos(std::ldexp(pi / 180, bit)), 30)),
-         static_cast<std::int32_t>(
-             std::ldexp(std::sin(std::ldexp(pi / 180, bit)), 30))});
-  for (std::int32_t column = 0; column < 90; ++column)
-    rays.columns.push_back(4 * column % 128);
-  for (int row = 0; row < 8; ++row)
-    rays.rows.push_back({1 << 30,
-                         0,
-                         static_cast<std::int32_t>(std::ldexp(0.98, 24)),
-                         static_cast<std::int32_t>(std::ldexp(0.02 * row, 24)),
-                         30 << 16,
-                         -20 * (1 << 16),
-                         40 << 16});
-  return frame;
-}
-
-/** \brief Adds a point to about three of four pixels: on a surface with steps, with noise,
- * some at the sensor, with intensities and colours.
- * \param[in] beside_every one of so many points is beside its ray
- */
-void
-addPoints(scan::ScanFrame& frame,
-          unsigned int seed,
-          bool is_turned = false,
-          std::uint32_t beside_every = 40)
-{
-  std::mt19937 random(seed);
-  const auto below = [&random](std::uint32_t end) {
-    return static_cast<std::uint32_t>(random() % end);
-  };
-  frame.intensity_scale.bits = 12;
-  frame.colour_bits = 7;
-  for (std::uint32_t pixel = 0; pixel < frame.pixelCount(); ++pixel) {
-    if (below(4) == 0)
-      continue;
-    const std::uint32_t column = pixel % frame.width;
-    frame.pixels.push_back(pixel);
-    frame.depths.push_back(below(50) == 0 ? scan::at_sensor
-                                          : 2000 + 3 * column +
-                                                (column > 20 ? 5000 : 0) + below(4));
-    if (frame.depths.back() != scan::at_sensor && below(beside_every) == 0)
-      frame.beside.push_back(
-          {pixel,
-           {static_cast<std::int32_t>(below(7)) - 3,
-            scan::most_steps - 1 - static_cast<std::int32_t>(below(9)),
-            -scan::most_steps + 1}});
-    if (is_turned)
-      frame.turns.push_back(static_cast<std::int32_t>(below(3)) - 1);
-    frame.intensities.push_back(static_cast<std::uint16_t>(below(4096)));
-    frame.colours.push_back({static_cast<std::uint8_t>(below(128)),
-                             static_cast<std::uint8_t>(below(128)),
-                             static_cast<std::uint8_t>(below(128))});
-  }
-}
 
 /** \brief What a decoder is given of a frame. */
 scan::ScanFrame
@@ -262,7 +170,7 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
   std::array<double, 3> place{524288.0, 524288.0, 524288.0};
   if (frame.depths[point] == scan::at_sensor)
     return place;
-  if (frame.rays.shape == RayShape::Planar) {
+  if (frame.rays.shape == scan::RayShape::Planar) {
     place[0] += depth * (-0.4 + 0.02 * column);
     place[1] += depth * (-0.3 + 0.02 * row);
     place[2] += depth;
@@ -280,11 +188,11 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
 TEST(PointPlaces, AreOnTheRays)
 {
   for (scan::ScanFrame frame : {makeCamera(), makeLidar()}) {
-    addPoints(frame, 9, frame.rays.shape == RayShape::Spinning);
+    addPoints(frame, 9, frame.rays.shape == scan::RayShape::Spinning);
     frame.beside.clear();
     scan::PointPlaces places(frame);
     for (std::size_t point = 0; point < frame.pixels.size(); ++point) {
-      const Triple place = places.next();
+      const scan::Triple place = places.next();
       const std::array<double, 3> expected = placeOf(frame, point);
       for (std::size_t axis = 0; axis < 3; ++axis)
         ASSERT_NEAR(
@@ -306,7 +214,7 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
   ScanLocator locator(frame);
   std::vector<std::array<double, 3>> positions;
   for (std::size_t point = 0; point < points.pixels.size(); ++point) {
-    const Triple place = places.next();
+    const scan::Triple place = places.next();
     std::array<double, 3> position;
     for (std::size_t axis = 0; axis < 3; ++axis)
       position[axis] = std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
@@ -323,7 +231,7 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
   EXPECT_EQ(frame.turns, points.turns);
   scan::PointPlaces located(frame);
   for (const std::array<double, 3>& position : positions) {
-    const Triple place = located.next();
+    const scan::Triple place = located.next();
     for (std::size_t axis = 0; axis < 3; ++axis)
       ASSERT_NEAR(std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
                       frame.grid.lowerCorner(axis),

@@ -1,0 +1,274 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Frames of points in the order of their sensor.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "codec/scan/point_places.h"
+#include "stream/frame_encoder.h"
+#include "support/scan_frames.h"
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief The points of a scan in the order of their cloud. */
+std::vector<std::size_t>
+orderOf(const scan::ScanFrame& scan)
+{
+  std::vector<std::size_t> order(scan.pixels.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (scan.order != scan::PointOrder::ColumnByColumn)
+    return order;
+  const auto place_of = [&](std::size_t point) {
+    const auto rank = std::find(scan.firing_order.begin(),
+                                scan.firing_order.end(),
+                                scan.pixels[point] / scan.width) -
+                      scan.firing_order.begin();
+    return scan.pixels[point] % scan.width * std::size_t{scan.height} +
+           static_cast<std::size_t>(rank);
+  };
+  std::sort(order.begin(), order.end(), [&](std::size_t one, std::size_t other) {
+    return place_of(one) < place_of(other);
+  });
+  return order;
+}
+
+void
+expectPoints(const VoxelFrame& frame, const scan::ScanFrame& scan)
+{
+  const bool is_organised = scan.order == scan::PointOrder::Organised;
+  EXPECT_EQ(frame.cloudWidth(), is_organised ? scan.width : scan.pixels.size());
+  EXPECT_EQ(frame.cloudHeight(), is_organised ? scan.height : 1);
+  EXPECT_TRUE(frame.grid == scan.grid);
+  ASSERT_EQ(frame.pointCount(), scan.pixels.size());
+  std::vector<scan::Triple> places;
+  scan::PointPlaces next(scan);
+  for (std::size_t point = 0; point < scan.pixels.size(); ++point)
+    places.push_back(next.next());
+  const std::vector<std::size_t> order = orderOf(scan);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t point = order[i];
+    ASSERT_EQ(frame.cloudIndex(i), is_organised ? scan.pixels[point] : i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double edges =
+          scan.is_on_lattice
+              ? 0.5 + std::floor(
+                          std::ldexp(static_cast<double>(places[point][axis]), -32))
+              : std::ldexp(static_cast<double>(places[point][axis]), -32);
+      ASSERT_NEAR(frame.points.positions[i][axis],
+                  scan.grid.lowerCorner(axis) + edges * scan.grid.resolution,
+                  1e-6 * scan.grid.resolution);
+    }
+    if (scan.intensity_scale.bits > 0) {
+      ASSERT_EQ(frame.points.intensities[i], scan.intensities[point]);
+    }
+    if (scan.colour_bits > 0) {
+      ASSERT_TRUE(frame.points.colours[i] == scan.colours[point]);
+    }
+    for (std::size_t k = 0; k < scan.fields.size(); ++k)
+      for (std::size_t value = 0; value < scan.fields[k].count; ++value)
+        ASSERT_EQ(frame.fields[k].numbers[i * scan.fields[k].count + value],
+                  scan.fields[k].numbers[point * scan.fields[k].count + value]);
+  }
+}
+
+class Scans : public testing::TestWithParam<Effort> {};
+
+TEST_P(Scans, ComeBack)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  for (unsigned int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(i);
+    scan::ScanFrame scan = i / 6 % 2 == 0 ? makeCamera() : makeLidar();
+    if (i / 6 == 1)
+      fireOddRowsFirst(scan);
+    if (i / 6 == 2)
+      scan.is_on_lattice = true;
+    if (i / 6 == 3)
+      scan.order = scan::PointOrder::RowByRow;
+    if (i % 6 == 5) {
+      scan.intensity_scale.bits = 12;
+      scan.colour_bits = 7;
+    }
+    else
+      addPoints(scan, i, i / 6 % 2 == 1, i % 6 == 4 ? 4 : 40);
+    if (i >= 12)
+      addFields(scan, i);
+    const Bytes bytes = encoded(encoder, scan);
+    EXPECT_TRUE(encoder.statistics().has_points);
+    EXPECT_EQ(encoder.statistics().is_i_frame, i % 6 == 0 || i % 6 == 4);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    EXPECT_EQ(decoder.statistics().has_points, true);
+    EXPECT_EQ(decoder.statistics().voxels, scan.pixels.size());
+    EXPECT_TRUE(back.keys.empty());
+    expectPoints(back, scan);
+  }
+}
+
+TEST_P(Scans, HaveVoxelsOnDemand)
+{
+  scan::ScanFrame scan = makeCamera();
+  addPoints(scan, 1);
+  addFields(scan, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  FrameDecoder decoder;
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, encoded(encoder, scan), back), CompressionCode::Ok);
+  EXPECT_TRUE(isConsistent(back));
+  EXPECT_FALSE(back.keys.empty());
+  // Points far beside their rays are outside of the grid.
+  EXPECT_LT(back.pointCount(), scan.pixels.size());
+  EXPECT_GT(back.pointCount(), scan.pixels.size() * 9 / 10);
+}
+
+TEST_P(Scans, OthersTakeAnIFrame)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  unsigned int seed = 0;
+  const auto is_i_frame = [&](scan::ScanFrame scan) {
+    addPoints(scan, ++seed);
+    scan.rays.columns.resize(scan.rays.columns.empty() ? 0 : scan.width);
+    encoded(encoder, scan);
+    return encoder.statistics().is_i_frame;
+  };
+  scan::ScanFrame lidar = makeLidar();
+  EXPECT_TRUE(is_i_frame(lidar));
+  EXPECT_FALSE(is_i_frame(lidar));
+  // The sensor moves, and turns.
+  lidar.rays.pose.origin[0] += 99;
+  lidar.rays.motion.origin[0] += 99;
+  lidar.width -= 2;
+  EXPECT_FALSE(is_i_frame(lidar));
+  ++lidar.rays.rows[7].up;
+  EXPECT_TRUE(is_i_frame(lidar));
+  EXPECT_FALSE(is_i_frame(lidar));
+  lidar.order = scan::PointOrder::RowByRow;
+  EXPECT_TRUE(is_i_frame(lidar));
+  fireOddRowsFirst(lidar);
+  EXPECT_TRUE(is_i_frame(lidar));
+  std::swap(lidar.firing_order[0], lidar.firing_order[1]);
+  EXPECT_TRUE(is_i_frame(lidar));
+  lidar.grid.resolution *= 2.0;
+  EXPECT_TRUE(is_i_frame(lidar));
+  EXPECT_FALSE(is_i_frame(lidar));
+  scan::ScanFrame camera = makeCamera();
+  EXPECT_TRUE(is_i_frame(camera));
+  EXPECT_FALSE(is_i_frame(camera));
+  camera.is_on_lattice = true;
+  EXPECT_TRUE(is_i_frame(camera));
+  camera.width -= 2;
+  EXPECT_TRUE(is_i_frame(camera));
+}
+
+TEST_P(Scans, AndVoxelsTakeTurns)
+{
+  std::mt19937_64 random(2);
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  for (unsigned int i = 0; i < 9; ++i) {
+    VoxelFrame back;
+    if (i / 3 % 2 == 0) {
+      scan::ScanFrame scan = makeCamera();
+      addPoints(scan, i);
+      addFields(scan, i);
+      ASSERT_EQ(decoded(decoder, encoded(encoder, scan), back), CompressionCode::Ok);
+      expectPoints(back, scan);
+    }
+    else {
+      VoxelFrame frame = randomFrame(random, 7, 500);
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+      expectSameFrame(back, frame);
+      EXPECT_FALSE(back.points.areThere());
+    }
+    EXPECT_EQ(encoder.statistics().is_i_frame, i % 3 == 0);
+  }
+}
+
+TEST_P(Scans, OfStillSensorsHaveShortHeaders)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  scan::ScanFrame scan = makeLidar();
+  addPoints(scan, 1);
+  std::array<std::size_t, 3> header_bytes{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (i == 2)
+      scan.rays.pose.origin[1] += 5;
+    encoded(encoder, scan);
+    header_bytes[i] = encoder.statistics().header_bytes;
+  }
+  EXPECT_LT(header_bytes[1], 24u);
+  EXPECT_LT(header_bytes[1] + 20, header_bytes[2]);
+  EXPECT_LT(header_bytes[2], header_bytes[0]);
+}
+
+TEST_P(Scans, ThatAreLostAreMissed)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  std::vector<Bytes> frames;
+  std::vector<scan::ScanFrame> scans;
+  for (unsigned int i = 0; i < 6; ++i) {
+    scans.push_back(makeLidar());
+    addPoints(scans.back(), i);
+    frames.push_back(encoded(encoder, scans.back()));
+  }
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, frames[0], back), CompressionCode::Ok);
+  for (const std::size_t i : {2u, 3u})
+    EXPECT_EQ(decoded(decoder, frames[i], back), CompressionCode::MissingReference);
+  for (const std::size_t i : {4u, 5u}) {
+    ASSERT_EQ(decoded(decoder, frames[i], back), CompressionCode::Ok);
+    expectPoints(back, scans[i]);
+  }
+}
+
+TEST_P(Scans, OfManyPixelsTakeBytes)
+{
+  // 2^24 pixels with a point are what decoders take for some bytes, and not for fewer.
+  scan::ScanFrame scan = makeCamera();
+  scan.width = scan.height = 1 << 12;
+  for (const std::size_t side : {1u, 2u})
+    for (std::int64_t& change : scan.rays.pose.vectors[side])
+      change /= 1024;
+  scan.pixels = {77};
+  scan.depths = {1000};
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, encoded(encoder, scan), back), CompressionCode::Ok);
+  expectPoints(back, scan);
+  DecoderLimits limits;
+  limits.max_points = (1 << 24) - 1;
+  FrameDecoder strict(limits);
+  FrameEncoder again(StreamFormat::Version1, 4, GetParam());
+  EXPECT_EQ(decoded(strict, encoded(again, scan), back),
+            CompressionCode::LimitExceeded);
+}
+
+INSTANTIATE_TEST_SUITE_P(,
+                         Scans,
+                         testing::ValuesIn(all_efforts),
+                         [](const auto& effort) { return nameOf(effort.param); });
+
+} // namespace

@@ -1,0 +1,43 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief What clouds take as voxels, whatever order they have.
+ */
+#pragma once
+
+#include <pcl_ext/compression/cloud_encoder.h>
+
+#include "stream/frame_encoder.h"
+#include "support/voxel_frames.h"
+
+#include <cstddef>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+/** \brief A stream of clouds that are coded as voxels. */
+class UnorderedClouds {
+public:
+  explicit UnorderedClouds(const EncoderSettings& settings)
+  : voxelizer_(settings, IntensityUnit::None)
+  , encoder_(settings.format, settings.i_frame_rate, settings.effort)
+  {}
+
+  /** \brief Bytes of a cloud. */
+  std::size_t
+  encode(const PointView& cloud, const WorldPose& pose)
+  {
+    VoxelFrame frame;
+    EXPECT_TRUE(voxelizer_.voxelize(cloud, pose, frame).ok());
+    return encoded(encoder_, frame).size();
+  }
+
+private:
+  CloudEncoder voxelizer_;
+  FrameEncoder encoder_;
+};
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext
