@@ -2,6 +2,8 @@
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/filters/lidar_clouds.h>
 
+#include "codec/scan/scan_frame.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -224,8 +226,8 @@ fitImage(const std::vector<MeasuredPoint>& points,
     width = std::max(width, columns[i] + 1.0);
     height = std::max(height, ring + 1.0);
   }
-  const double most_columns = image.width > 0 ? image.width : io::most_image_side;
-  const double most_rows = image.height > 0 ? image.height : io::most_image_side;
+  const double most_columns = image.width > 0 ? image.width : io::scan::most_side;
+  const double most_rows = image.height > 0 ? image.height : io::scan::most_side;
   if (width > most_columns || height > most_rows) {
     std::ostringstream what;
     what.imbue(std::locale::classic());
@@ -237,11 +239,11 @@ fitImage(const std::vector<MeasuredPoint>& points,
     image.width = static_cast<std::uint32_t>(width);
   if (image.height == 0)
     image.height = static_cast<std::uint32_t>(height);
-  if (std::uint64_t{image.width} * image.height > io::most_image_pixels)
+  if (std::uint64_t{image.width} * image.height > io::scan::most_pixels)
     return {PreprocessingCode::InvalidLayout,
             std::to_string(image.width) + " columns and " +
                 std::to_string(image.height) + " rows are more than " +
-                std::to_string(io::most_image_pixels) + " pixels"};
+                std::to_string(io::scan::most_pixels) + " pixels"};
   return {};
 }
 
