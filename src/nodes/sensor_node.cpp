@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "bytes/exceptions.h"
@@ -10,6 +11,7 @@
 #include <chrono>
 #include <memory>
 #include <utility>
+#include <vector>
 
 namespace pcl_ext {
 namespace nodes {
@@ -103,7 +105,7 @@ private:
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
-    noteFrame();
+    noteFrame(bytes);
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }
@@ -178,15 +180,23 @@ private:
 
   /** \brief Sets the statistics of the last frame. */
   void
-  noteFrame()
+  noteFrame(const std::vector<std::uint8_t>& bytes)
   {
     source_.describe(statistics_);
-    const io::VoxelFrame& frame = encoder_->frame();
-    const bool has_points = encoder_->statistics().coding.has_points;
-    statistics_.decoded_width = has_points ? frame.cloudWidth() : frame.pointCount();
-    statistics_.decoded_height = has_points ? frame.cloudHeight() : 1;
-    statistics_.decoded_doubles = frame.grid.needsDoubles();
-    statistics_.decoded_fields.assign(frame.fields.begin(), frame.fields.end());
+    const io::ImageSize size = encoder_->decodedSize();
+    statistics_.decoded_width = size.width;
+    statistics_.decoded_height = size.height;
+    const io::CodedFrameStatistics& coding = encoder_->statistics().coding;
+    if (!coding.has_points) {
+      const io::VoxelFrame& frame = encoder_->frame();
+      statistics_.decoded_doubles = frame.grid.needsDoubles();
+      statistics_.decoded_fields.assign(frame.fields.begin(), frame.fields.end());
+    }
+    else if (coding.is_i_frame) { // P-frames have the same, and frame() makes voxels
+      io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
+      statistics_.decoded_doubles = frame.grid.needsDoubles();
+      statistics_.decoded_fields = std::move(frame.fields);
+    }
   }
 
   void

@@ -57,8 +57,8 @@ sortByTime(pcl::PCLPointCloud2& cloud, const OrderFields& fields = {});
  * \param[in] fields one value a point, any datatype
  * \return Ok, or why the cloud was left as it is: MissingField; InvalidField (as for
  * sortByTime(), rings that are no row, two points of the same ring and time, times that
- * differ within columns); InvalidLayout (of the cloud, or more columns, rows or pixels
- * than io::most_image_side and io::most_image_pixels)
+ * differ within columns); InvalidLayout (of the cloud, or more than 65,536 columns or
+ * rows, or 2^24 pixels)
  */
 PCL_EXT_EXPORT PreprocessingStatus
 arrangeByRing(pcl::PCLPointCloud2& cloud,
