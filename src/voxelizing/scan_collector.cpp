@@ -262,12 +262,15 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   };
   constexpr double growth = 1.1;
   constexpr double least_growth = 0.01;
+  const bool has_many_more = cloud_.size() > 2 * fitted_points_;
   if (append_all() &&
-      (!refits || share_beside() <= growth * fitted_share_ + least_growth))
+      (!refits ||
+       (!has_many_more && share_beside() <= growth * fitted_share_ + least_growth)))
     return true;
   if (!rays_.fit(cloud_, columns_, sensor_pose, grid_, scan) || !append_all())
     return false;
   fitted_share_ = share_beside();
+  fitted_points_ = cloud_.size();
   return true;
 }
 

@@ -99,7 +99,8 @@ private:
   IntensityQuantiser quantiser_;
   VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
   double coordinate_step_ = 0.0;
-  double fitted_share_ = 0.0; // of points beside the rays that were fitted
+  double fitted_share_ = 0.0;     // of points beside the rays that were fitted
+  std::size_t fitted_points_ = 0; // that they were fitted to
   // Of the current cloud; members so that their memory is reused.
   SensorCloud cloud_;
   std::vector<std::uint32_t> pixels_; // of points, in the order of the cloud

@@ -23,8 +23,8 @@ constexpr std::size_t least_points = 64;
 bool
 ScanColumns::areRows(const std::vector<std::uint32_t>& rings)
 {
-  const auto highest = std::max_element(rings.begin(), rings.end());
-  return highest != rings.end() && *highest > 0 && *highest < most_rings;
+  const auto [lowest, highest] = std::minmax_element(rings.begin(), rings.end());
+  return lowest != rings.end() && *lowest != *highest && *highest < most_rings;
 }
 
 bool
