@@ -11,9 +11,9 @@ from byte_reader import from_zigzag
 from invalid_frame import require
 from scan_symbols import NUMBER_SYMBOLS, SymbolReader
 
-NO_STEPS = 1 << 30
+NO_STEPS = 1 << 29
 """The number of 0 steps, turns, and steps of an angle from column to column."""
-_NUMBERS = 1 << 31
+_NUMBERS = 1 << 30
 _NO_POINT, _AT_SENSOR, _BESIDE = 72, 73, 74
 _BESIDE_CONTEXT = 168
 _RUN_CONTEXT = 172
@@ -22,7 +22,7 @@ Steps = Tuple[int, int, int]
 
 
 def _highest_bit(number: int) -> int:
-    return max(number.bit_length() - 1, 0)
+    return number.bit_length() - 1
 
 
 @dataclass(frozen=True)
@@ -74,13 +74,11 @@ class _Plane:
         corner = middle if up_left is None else up_left
         right = up if up_right is None else up_right
         edge = min(max(low + high - corner, low), high)
-        slope = abs(right - corner) // 4
-        mean = middle + (slope if right > corner else -slope)
-        mean = high if mean < 0 else min(max(mean, low), high)
+        mean = min(max(middle + ((right - corner) >> 2), low), high)
         candidates = (edge, mean) if past is None else (edge, mean, past)
         best = min(range(len(candidates)), key=lambda i: self._costs[i])
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
-        context = self._inner_context(pixel, gradient % (1 << 32))
+        context = self._inner_context(pixel, gradient)
         return _Expectation(candidates[best], candidates, context)
 
     def _outer_context(self, pixel: int, past: Optional[int]) -> int:
@@ -91,9 +89,9 @@ class _Plane:
     def _inner_context(self, pixel: int, gradient: int) -> int:
         left, up, _, up_right = self._pixels_around(pixel)
         places = [place for place in (left, up, up_right) if place is not None]
-        error = sum(self._errors.get(place, 0) for place in places) % (1 << 32)
-        of_gradient = _highest_bit((gradient + 1) % (1 << 32))
-        of_error = _highest_bit((error + 1) % (1 << 32))
+        error = sum(self._errors.get(place, 0) for place in places)
+        of_gradient = _highest_bit(gradient + 1)
+        of_error = _highest_bit(error + 1)
         if gradient == 0:
             relation = 0
         elif of_gradient + 2 < of_error:
@@ -108,8 +106,7 @@ class _Plane:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
         for i, candidate in enumerate(expected.candidates):
-            difference = min(abs(candidate - number), 1 << 29)
-            gain = 64 * _highest_bit(2 * difference + 1)
+            gain = 64 * _highest_bit(2 * abs(candidate - number) + 1)
             self._costs[i] += gain - self._costs[i] // 64
 
 

@@ -18,7 +18,7 @@ namespace {
 /** \brief Numbers of a difference of 0 between colour channels, between the angles of
  * columns, and of points on their rays. */
 constexpr std::uint32_t zero_difference = std::uint32_t{1} << 8;
-constexpr std::uint32_t zero_off = std::uint32_t{1} << 30;
+constexpr std::uint32_t zero_off = number_end / 2;
 
 /** \brief Appends planes: of each the size in bytes, and its stream of symbols. */
 class PlaneWriter {
