@@ -119,10 +119,15 @@ def _error_class(error: int) -> int:
     return 2 * k + (odd >> (k - 1)) % 2
 
 
+def _unsigned(symbols: SymbolReader, symbol: int) -> int:
+    """u of a symbol that was read."""
+    require(symbol < NUMBER_SYMBOLS, "a symbol is not that of a number")
+    return symbols.number_of(symbol)
+
+
 def _number(symbols: SymbolReader, expected: int, symbol: int) -> int:
     """A number whose symbol was read."""
-    require(symbol < NUMBER_SYMBOLS, "a symbol is not that of a number")
-    number = expected + from_zigzag(symbols.number_of(symbol))
+    number = expected + from_zigzag(_unsigned(symbols, symbol))
     require(0 <= number < _NUMBERS, "a number of a plane is out of its range")
     return number
 
@@ -178,9 +183,9 @@ class DepthReader:
         end = first + 1
         while end < row_end and self._plane.around(end)[3] is None:
             end += 1
-        u = self._symbols.number_of_run(_RUN_CONTEXT)
+        u = _unsigned(self._symbols, self._symbols.symbol(_RUN_CONTEXT))
+        require(u <= end - first, "a run is too long")
         length = u - 1 if u else end - first
-        require(length <= end - first, "a run is too long")
         if first % self._width > 0 and first - 1 in self.at_sensor:
             self.at_sensor.update(dict.fromkeys(range(first, first + length)))
         return length

@@ -226,12 +226,15 @@ private:
     }
     NumberParts parts = partsOf(first + run == end ? 0 : run + 1);
     parts.symbol = coding.code(run_context, parts.symbol);
+    if (parts.symbol >= number_symbol_count)
+      return no_number;
     std::uint32_t coded = parts.symbol;
-    if (parts.symbol >= exact_numbers && parts.symbol < number_symbol_count)
+    if (coded >= exact_numbers)
       coded =
           numberOf(parts.symbol, coding.codeBits(lowBitsOf(parts.symbol), parts.low));
     run = coded == 0 ? end - first : coded - 1;
-    if (CodingT::is_decoder && run > end - first)
+    // One of all pixels is coded as 0.
+    if (CodingT::is_decoder && coded > end - first)
       return no_number;
     std::fill(errors_.begin() + first, errors_.begin() + first + run, 0);
     if constexpr (CodingT::is_decoder)
