@@ -301,8 +301,12 @@ ScanCoder::codeSteps(PlanesT& planes, FrameT& frame)
       return false;
   if constexpr (PlanesT::is_decoder)
     for (std::size_t point = 0; point < steps_.size(); ++point)
-      if (steps_[point] != std::array<std::int32_t, 3>{})
+      if (steps_[point] != std::array<std::int32_t, 3>{}) {
+        // Points at the sensor have no steps of their own, either.
+        if (frame.depths[point] == at_sensor)
+          return false;
         frame.beside.push_back({frame.pixels[point], steps_[point]});
+      }
   return true;
 }
 
