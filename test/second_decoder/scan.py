@@ -141,6 +141,11 @@ class _ScanReader:
             all(abs(n) < _MOST_STEPS for of_point in steps for n in of_point),
             "a point is too far beside its ray",
         )
+        for pixel, of_point in zip(self._pixels, steps):
+            require(
+                pixel in reader.depths or not any(of_point),
+                "a point at the sensor has steps",
+            )
         return [reader.depths.get(pixel) for pixel in self._pixels], steps
 
     def _angles(self) -> List[int]:

@@ -11,9 +11,9 @@ from byte_reader import from_zigzag
 from invalid_frame import require
 from scan_symbols import NUMBER_SYMBOLS, SymbolReader
 
-NO_STEPS = 1 << 30
+NO_STEPS = 1 << 29
 """The number of 0 steps, turns, and steps of an angle from column to column."""
-_NUMBERS = 1 << 31
+_NUMBERS = 1 << 30
 _NO_POINT, _AT_SENSOR, _BESIDE = 72, 73, 74
 _BESIDE_CONTEXT = 168
 _RUN_CONTEXT = 172
@@ -22,7 +22,7 @@ Steps = Tuple[int, int, int]
 
 
 def _highest_bit(number: int) -> int:
-    return max(number.bit_length() - 1, 0)
+    return number.bit_length() - 1
 
 
 @dataclass(frozen=True)
@@ -74,13 +74,11 @@ class _Plane:
         corner = middle if up_left is None else up_left
         right = up if up_right is None else up_right
         edge = min(max(low + high - corner, low), high)
-        slope = abs(right - corner) // 4
-        mean = middle + (slope if right > corner else -slope)
-        mean = high if mean < 0 else min(max(mean, low), high)
+        mean = min(max(middle + ((right - corner) >> 2), low), high)
         candidates = (edge, mean) if past is None else (edge, mean, past)
         best = min(range(len(candidates)), key=lambda i: self._costs[i])
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
-        context = self._inner_context(pixel, gradient % (1 << 32))
+        context = self._inner_context(pixel, gradient)
         return _Expectation(candidates[best], candidates, context)
 
     def _outer_context(self, pixel: int, past: Optional[int]) -> int:
@@ -91,9 +89,9 @@ class _Plane:
     def _inner_context(self, pixel: int, gradient: int) -> int:
         left, up, _, up_right = self._pixels_around(pixel)
         places = [place for place in (left, up, up_right) if place is not None]
-        error = sum(self._errors.get(place, 0) for place in places) % (1 << 32)
-        of_gradient = _highest_bit((gradient + 1) % (1 << 32))
-        of_error = _highest_bit((error + 1) % (1 << 32))
+        error = sum(self._errors.get(place, 0) for place in places)
+        of_gradient = _highest_bit(gradient + 1)
+        of_error = _highest_bit(error + 1)
         if gradient == 0:
             relation = 0
         elif of_gradient + 2 < of_error:
@@ -108,8 +106,7 @@ class _Plane:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
         for i, candidate in enumerate(expected.candidates):
-            difference = min(abs(candidate - number), 1 << 29)
-            gain = 64 * _highest_bit(2 * difference + 1)
+            gain = 64 * _highest_bit(2 * abs(candidate - number) + 1)
             self._costs[i] += gain - self._costs[i] // 64
 
 
@@ -122,10 +119,15 @@ def _error_class(error: int) -> int:
     return 2 * k + (odd >> (k - 1)) % 2
 
 
+def _unsigned(symbols: SymbolReader, symbol: int) -> int:
+    """u of a symbol that was read."""
+    require(symbol < NUMBER_SYMBOLS, "a symbol is not that of a number")
+    return symbols.number_of(symbol)
+
+
 def _number(symbols: SymbolReader, expected: int, symbol: int) -> int:
     """A number whose symbol was read."""
-    require(symbol < NUMBER_SYMBOLS, "a symbol is not that of a number")
-    number = expected + from_zigzag(symbols.number_of(symbol))
+    number = expected + from_zigzag(_unsigned(symbols, symbol))
     require(0 <= number < _NUMBERS, "a number of a plane is out of its range")
     return number
 
@@ -181,9 +183,9 @@ class DepthReader:
         end = first + 1
         while end < row_end and self._plane.around(end)[3] is None:
             end += 1
-        u = self._symbols.number_of_run(_RUN_CONTEXT)
+        u = _unsigned(self._symbols, self._symbols.symbol(_RUN_CONTEXT))
+        require(u <= end - first, "a run is too long")
         length = u - 1 if u else end - first
-        require(length <= end - first, "a run is too long")
         if first % self._width > 0 and first - 1 in self.at_sensor:
             self.at_sensor.update(dict.fromkeys(range(first, first + length)))
         return length

@@ -57,11 +57,6 @@ class SymbolReader:
         size = (symbol - _EXACT) // 2 + 3
         return (2 + symbol % 2) << size | self._bits(size)
 
-    def number_of_run(self, context: int) -> int:
-        """u of a run, of which all symbols are numbers."""
-        symbol = self.symbol(context)
-        return symbol if symbol >= NUMBER_SYMBOLS else self.number_of(symbol)
-
     def _bits(self, size: int) -> int:
         bits = 0
         while size > 0:

@@ -18,8 +18,9 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-/** \brief Numbers of a plane are below it. */
-constexpr std::uint32_t number_end = std::uint32_t{1} << 31;
+/** \brief Numbers of a plane are below it, so that no sum of three of their distances
+ * wraps. */
+constexpr std::uint32_t number_end = std::uint32_t{1} << 30;
 
 /** \brief In the place of a number: a pixel without a point. */
 constexpr std::uint32_t no_number = ~std::uint32_t{0};
@@ -170,9 +171,11 @@ private:
     const std::uint32_t edge = corner >= high  ? low
                                : corner <= low ? high
                                                : low + high - corner;
-    const auto slope = static_cast<std::int32_t>(right - corner) / 4;
-    return {
-        edge, std::clamp(mean + static_cast<std::uint32_t>(slope), low, high), past};
+    const std::int32_t slope = static_cast<std::int32_t>(right - corner) >> 2;
+    const std::int32_t sloped = std::clamp(static_cast<std::int32_t>(mean) + slope,
+                                           static_cast<std::int32_t>(low),
+                                           static_cast<std::int32_t>(high));
+    return {edge, static_cast<std::uint32_t>(sloped), past};
   }
 
   Source
@@ -188,8 +191,7 @@ private:
         std::uint32_t number)
   {
     for (std::size_t source = 0; source < (has_past ? 3u : 2u); ++source) {
-      const std::uint32_t cost = highestBit(
-          2 * std::min(distance(expected[source], number), number_end / 4) + 1);
+      const std::uint32_t cost = highestBit(2 * distance(expected[source], number) + 1);
       costs_[source] += 64 * cost - costs_[source] / 64;
     }
   }
@@ -224,12 +226,15 @@ private:
     }
     NumberParts parts = partsOf(first + run == end ? 0 : run + 1);
     parts.symbol = coding.code(run_context, parts.symbol);
+    if (parts.symbol >= number_symbol_count)
+      return no_number;
     std::uint32_t coded = parts.symbol;
-    if (parts.symbol >= exact_numbers && parts.symbol < number_symbol_count)
+    if (coded >= exact_numbers)
       coded =
           numberOf(parts.symbol, coding.codeBits(lowBitsOf(parts.symbol), parts.low));
     run = coded == 0 ? end - first : coded - 1;
-    if (CodingT::is_decoder && run > end - first)
+    // One of all pixels is coded as 0.
+    if (CodingT::is_decoder && coded > end - first)
       return no_number;
     std::fill(errors_.begin() + first, errors_.begin() + first + run, 0);
     if constexpr (CodingT::is_decoder)

@@ -18,7 +18,7 @@ namespace {
 /** \brief Numbers of a difference of 0 between colour channels, between the angles of
  * columns, and of points on their rays. */
 constexpr std::uint32_t zero_difference = std::uint32_t{1} << 8;
-constexpr std::uint32_t zero_off = std::uint32_t{1} << 30;
+constexpr std::uint32_t zero_off = number_end / 2;
 
 /** \brief Appends planes: of each the size in bytes, and its stream of symbols. */
 class PlaneWriter {
@@ -384,8 +384,12 @@ ScanCoder::codeSteps(PlanesT& planes, FrameT& frame)
       return false;
   if constexpr (PlanesT::is_decoder)
     for (std::size_t point = 0; point < steps_.size(); ++point)
-      if (steps_[point] != std::array<std::int32_t, 3>{})
+      if (steps_[point] != std::array<std::int32_t, 3>{}) {
+        // Points at the sensor have no steps of their own, either.
+        if (frame.depths[point] == at_sensor)
+          return false;
         frame.beside.push_back({frame.pixels[point], steps_[point]});
+      }
   return true;
 }
 

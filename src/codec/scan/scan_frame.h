@@ -91,7 +91,7 @@ struct ScanFrame : ScanLayout {
   /** \brief Of each point of a spinning sensor how far its ray is turned from that of its
    * pixel, see ScanRays::turns; empty: none is. */
   std::vector<std::int32_t> turns;
-  /** \brief Points that are not at the places of their depths, by pixel. */
+  /** \brief Points that are not at the places of their depths, by pixel; none at_sensor. */
   std::vector<PointBesideRay> beside;
 
   IntensityScale intensity_scale;         ///< bits 0: no intensities
