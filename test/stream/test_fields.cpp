@@ -175,50 +175,80 @@ INSTANTIATE_TEST_SUITE_P(,
                          ::testing::ValuesIn(all_efforts),
                          [](const auto& instance) { return nameOf(instance.param); });
 
-TEST_P(Fields, OfPointsComeBackExactlyWithTheirVoxels)
+/** \brief All that a point has, to be compared; flags are three values. */
+struct SentPoint {
+  std::tuple<double, std::uint16_t, std::int8_t, std::array<int, 3>, float> values;
+  std::array<double, 3> position;
+
+  bool
+  operator<(const SentPoint& other) const
+  {
+    return values < other.values;
+  }
+};
+
+TEST_P(Fields, OfPointsComeBackExactlyWithTheirPoints)
 {
   settings_.fields = {{all_fields}};
   for (unsigned int seed = 0; seed < 4; ++seed) {
     const std::vector<LidarPoint> points = turnOf(seed);
     ASSERT_TRUE(send(points).ok());
     ASSERT_EQ(decoded_.fields.size(), 5u);
-    // All that a point has, as bytes; flags are three values.
-    using Values = std::
-        tuple<Index, std::uint16_t, std::int8_t, std::array<int, 3>, float, double>;
-    std::vector<Values> sent;
+    std::vector<SentPoint> sent;
     for (const LidarPoint& point : points)
       if (std::isfinite(point.x))
-        sent.push_back({voxelOf(point, settings_.resolution),
-                        point.ring,
-                        point.label,
-                        {point.flags[0], point.flags[1], point.flags[2]},
-                        point.intensity,
-                        point.time});
-    std::vector<Values> received;
-    const std::vector<Index> voxels = voxelsOf(decoded_);
-    for (std::size_t i = 0; i < voxels.size(); ++i) {
-      LidarPoint point{};
-      fieldValue(field("ring"), field("ring").numbers[i], &point.ring);
-      fieldValue(field("label"), field("label").numbers[i], &point.label);
-      for (std::size_t k = 0; k < 3; ++k)
-        fieldValue(field("flags"), field("flags").numbers[3 * i + k], &point.flags[k]);
-      fieldValue(field("intensity"), field("intensity").numbers[i], &point.intensity);
-      fieldValue(field("time"), field("time").numbers[i], &point.time);
-      received.push_back({voxels[i],
-                          point.ring,
-                          point.label,
-                          {point.flags[0], point.flags[1], point.flags[2]},
-                          point.intensity,
-                          point.time});
-    }
+        sent.push_back({{point.time,
+                         point.ring,
+                         point.label,
+                         {point.flags[0], point.flags[1], point.flags[2]},
+                         point.intensity},
+                        {point.x, point.y, point.z}});
+    std::vector<SentPoint> received;
+    forEachPoint(
+        decoded_,
+        [&](std::size_t i, double x, double y, double z, float, const VoxelColour&) {
+          LidarPoint point{};
+          fieldValue(field("ring"), field("ring").numbers[i], &point.ring);
+          fieldValue(field("label"), field("label").numbers[i], &point.label);
+          for (std::size_t k = 0; k < 3; ++k)
+            fieldValue(
+                field("flags"), field("flags").numbers[3 * i + k], &point.flags[k]);
+          fieldValue(
+              field("intensity"), field("intensity").numbers[i], &point.intensity);
+          fieldValue(field("time"), field("time").numbers[i], &point.time);
+          received.push_back({{point.time,
+                               point.ring,
+                               point.label,
+                               {point.flags[0], point.flags[1], point.flags[2]},
+                               point.intensity},
+                              {x, y, z}});
+        });
     std::sort(sent.begin(), sent.end());
     std::sort(received.begin(), received.end());
-    EXPECT_EQ(received, sent);
-    // The points of a voxel ascend with the first field.
-    for (std::size_t i = 1; i < voxels.size(); ++i)
-      EXPECT_TRUE(voxels[i] != voxels[i - 1] ||
-                  field("ring").numbers[i] >= field("ring").numbers[i - 1]);
+    ASSERT_EQ(received.size(), sent.size());
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+      ASSERT_EQ(received[i].values, sent[i].values);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        ASSERT_NEAR(received[i].position[axis],
+                    sent[i].position[axis],
+                    0.5001 * settings_.resolution);
+    }
   }
+}
+
+TEST_P(Fields, OfPointsOfAVoxelAscendWithTheFirstOne)
+{
+  settings_.fields = {{all_fields}};
+  encoder_.emplace(settings_, IntensityUnit::Points); // without which they are scans
+  const std::vector<LidarPoint> points = turnOf(0);
+  ASSERT_TRUE(encoder_->encode(viewOf(points), {}, bytes_).ok());
+  ASSERT_TRUE(decoder_.decode(bytes_.data(), bytes_.size(), decoded_).ok());
+  ASSERT_FALSE(decoded_.points.areThere());
+  const std::vector<Index> voxels = voxelsOf(decoded_);
+  ASSERT_EQ(voxels.size(), decoded_.pointCount());
+  for (std::size_t i = 1; i < voxels.size(); ++i)
+    EXPECT_TRUE(voxels[i] != voxels[i - 1] ||
+                field("ring").numbers[i] >= field("ring").numbers[i - 1]);
 }
 
 TEST_P(Fields, OfVoxelsAreMeansAndOfIntegersTheMostFrequent)
