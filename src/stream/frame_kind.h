@@ -27,8 +27,8 @@ struct IFrameReasons {
   bool
   any() const
   {
-    return is_requested || is_scheduled || has_other_content || has_long_history ||
-           repeats_fine_voxels;
+    return is_requested || is_scheduled || has_other_content || has_far_stamp ||
+           has_long_history || repeats_fine_voxels;
   }
 };
 
