@@ -160,7 +160,7 @@ readScanTable(ByteSource& source, ScanLayout& layout)
   if (source.failure() != ByteSource::Failure::None)
     return {};
   if (width > scan::most_side || height > scan::most_side ||
-      (flags & ~known_flags) != 0)
+      width * height > scan::most_pixels || (flags & ~known_flags) != 0)
     return corruptFrame("invalid scan");
   layout.width = static_cast<std::uint32_t>(width);
   layout.height = static_cast<std::uint32_t>(height);
