@@ -12,7 +12,7 @@ class FrameStatistics(NamedTuple):
     frame_number: int = 0  #: number of the frame in the stream
     is_i_frame: bool = False  #: decodes without any other frame
     is_of_changes: bool = False  #: has only what changed since the frame before
-    has_image: bool = False  #: points are coded along the rays of their sensor
+    has_points: bool = False  #: coded as points in the order of their sensor
     voxels: int = 0  #: occupied voxels, after all filters
     bytes: int = 0  #: the whole frame
     header_bytes: int = 0  #: of these: header

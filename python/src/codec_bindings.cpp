@@ -32,7 +32,7 @@ asDict(const io::CodedFrameStatistics& coding)
   return py::dict("frame_number"_a = coding.frame_number,
                   "is_i_frame"_a = coding.is_i_frame,
                   "is_of_changes"_a = coding.is_of_changes,
-                  "has_image"_a = coding.has_image,
+                  "has_points"_a = coding.has_points,
                   "voxels"_a = coding.voxels,
                   "bytes"_a = coding.bytes,
                   "header_bytes"_a = coding.header_bytes,

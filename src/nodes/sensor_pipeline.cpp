@@ -8,6 +8,7 @@
 #include "nodes/left_out.h"
 #include "nodes/sensor_node_settings.h"
 
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -220,9 +221,13 @@ makeEncoder(const SensorNodeSettings& settings)
       settings.compression.resolution,
       settings.sensor,
       [](const auto& model) { return std::decay_t<decltype(model)>::unit; });
-  io::CloudEncoder::NoiseRemoval noise_removal;
+  // None where the rate control turns none on, as scans have no voxels to remove.
+  std::optional<io::CloudEncoder::NoiseRemoval> noise_removal;
   if (settings.outlier_removal)
-    noise_removal.min_log_odds = settings.outlier_removal->min_log_odds;
+    noise_removal.emplace().min_log_odds = settings.outlier_removal->min_log_odds;
+  else if (settings.compression.max_rate > 0.0 ||
+           settings.compression.max_encode_ms > 0.0)
+    noise_removal.emplace();
   return io::CloudEncoder(
       codecSettings(settings), unit, depthLaw(settings), noise_removal);
 }

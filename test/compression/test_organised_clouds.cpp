@@ -137,7 +137,8 @@ TEST(OrganisedClouds, VoxelsAreMadeWhereTheyAreAskedFor)
 TEST(OrganisedClouds, PointsHaveTheirOwnIntensities)
 {
   pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZI>);
-  for (const pcl::PointXYZRGB& point : *wallCloud(true)) {
+  const auto coloured = wallCloud(true);
+  for (const pcl::PointXYZRGB& point : *coloured) {
     pcl::PointXYZI with_intensity;
     with_intensity.getVector3fMap() = point.getVector3fMap();
     with_intensity.intensity = static_cast<float>(cloud->size() * 37 % 256);

@@ -283,7 +283,6 @@ TEST(CloudTransport, PointsOfASensorNeedNoVoxelsUnlessNoiseIsRemoved)
   CloudSender sender;
   ASSERT_EQ(sender.setParameters({{"resolution", 0.005},
                                   {"keep_point_counts", true},
-                                  {"intensity", std::string("count")},
                                   {"i_frame_rate", std::int64_t{1}}}),
             "");
   const pcl::PCLPointCloud2 cloud = organisedWall();

@@ -274,7 +274,13 @@ TEST(DecodedCloudOutliers, PointsOfOneRowKeepTheirOrder)
   std::vector<float> log_odds;
   ASSERT_TRUE(scores.score(frame, log_odds).ok());
   VoxelOutlierRemovalSettings settings = countSettings();
-  settings.min_log_odds = log_odds[log_odds.size() / 2];
+  std::vector<float> sorted = log_odds;
+  std::sort(sorted.begin(), sorted.end());
+  // Between two, as the filter compares before it takes the logarithm.
+  const auto middle =
+      std::upper_bound(sorted.begin(), sorted.end(), sorted[sorted.size() / 2] + 1e-3f);
+  ASSERT_NE(middle, sorted.end());
+  settings.min_log_odds = (*middle + *(middle - 1)) / 2.0f;
   VoxelOutlierRemoval removal(settings);
   const auto removed = removeOutliers(cloud, frame, removal);
   ASSERT_TRUE(removed.ok()) << removed.message();

@@ -124,9 +124,6 @@ public:
   {
     PointView& view = opened.view;
     view = pointViewOf(cloud_);
-    if (cloud_.isOrganized() &&
-        std::size_t{cloud_.width} * cloud_.height == cloud_.size())
-      view.image = {cloud_.width, cloud_.height};
     const IntensityModelT model = this->modelOfStep();
     if (IntensityModelT::unit != IntensityUnit::None &&
         !counts_points<IntensityModelT> && !cloud_.empty() &&
@@ -137,6 +134,9 @@ public:
           [this](std::size_t i) { return nativeIntensity(cloud_[i], 0.0f); },
           intensities_,
           view);
+    if (cloud_.isOrganized() &&
+        std::size_t{cloud_.width} * cloud_.height == cloud_.size())
+      view.image = {cloud_.width, cloud_.height};
     // With the points the field ring, too, whose order they may have.
     const IntensityCompressionSettings& settings = this->streams().settings();
     if (!settings.fields.empty() || settings.keep_point_counts)
