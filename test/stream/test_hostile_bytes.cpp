@@ -372,8 +372,10 @@ TEST_P(HostilePayloads, FlipsAreRefusedOrFrames)
     takeForged(parts);
   }
   // The last state of rANS shows most of what is wrong, but is no checksum. Within
-  // coarse voxels any bits are positions.
-  if (isFast() && GetParam().content != HostileContent::FineVoxels) {
+  // coarse voxels any bits are positions, and the low bits of large steps beside a ray
+  // any steps.
+  if (isFast() && GetParam().content != HostileContent::FineVoxels &&
+      !isOfScans(GetParam().content)) {
     EXPECT_GT(10 * refused_, 9 * rounds);
   }
   expectUnharmed();

@@ -294,7 +294,7 @@ TEST_P(OrganisedClouds, OfStillScenesTakeNextToNothing)
   for (int i = 0; i < 16; ++i) {
     const std::size_t bytes = expectCloud(encoder, decoder, cloud);
     EXPECT_TRUE(encoder.statistics().coding.has_points);
-    EXPECT_TRUE(i == 0 || bytes < 200);
+    EXPECT_TRUE(i == 0 || bytes < 300) << bytes;
   }
 }
 
