@@ -47,7 +47,7 @@ class _Plane:
         self.numbers: Dict[int, int] = {}
 
     def _pixels_around(self, pixel: int) -> List[Optional[int]]:
-        """Left, up, up-left and up-right, None for what is outside the image."""
+        """Left, up, up-left and up-right, None for what is outside the scan."""
         column = pixel % self._width
         above = pixel - self._width
         left = pixel - 1 if column > 0 else None
