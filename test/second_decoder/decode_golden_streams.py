@@ -7,10 +7,10 @@ An implementation of the documents alone: decoding the voxels and points that th
 library's encoder was given shows that the documents are complete. Each line of
 checksums.txt is a frame: stream, I or P, number of voxels or of the points of a scan,
 checksum of the voxels (hexadecimal), stamp and frame_id or -, with fields the checksum
-of their numbers, and of a scan that of its points. The first frame of each stream must be refused when it is
-cut off, when a bit is inverted, and when it is missing. The stream "disorder" has other
-bytes between its frames, and frames that must be refused. Ends with 1 at the first
-difference.
+of their numbers, and of a scan that of its points. The first frame of each stream must
+be refused when it is cut off, when a bit is inverted, and when it is missing. The stream
+"disorder" has other bytes between its frames, and frames that must be refused. Ends with
+1 at the first difference.
 """
 
 import struct
