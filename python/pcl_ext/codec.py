@@ -478,9 +478,9 @@ class Decoder:
         Returns
         -------
         Cloud or None
-            One point at the centre of each voxel, or, if the frame has them, in rows and
-            columns, with x, y, z of NaN where there is no point: a structured array with x,
-            y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
+            One point at the centre of each voxel, or, if the frame has its points, these in
+            the order of their sensor, in rows and columns if they had them, with x, y, z of
+            NaN where there is no point: a structured array with x, y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
             intensity (float32) if the stream has it, r, g, b (uint8) if it has colours, and
             the further fields that it keeps, in the dtypes and the unit that they had; those
             of several values for each point have shape (N, values). A field that is called
