@@ -18,7 +18,7 @@ constexpr std::size_t bin_count = 9000; // from straight down to straight up
  * coordinates are rounded; metres. Without points that are near some rows have none. */
 constexpr double nearest_points[] = {0.5, 1.0, 2.0, 4.0};
 
-constexpr std::size_t least_points = 1024;
+constexpr std::size_t least_far_points = 1024;
 constexpr std::size_t most_rows = 256;
 
 /** \brief A row has more than one of so many points of an average row. */
@@ -71,7 +71,7 @@ findGroups(const std::vector<Eigen::Vector3d>& points, double nearest)
     ++bins[std::min(static_cast<std::size_t>(std::max(place, 0.0)), bin_count - 1)];
     ++counted;
   }
-  if (counted < least_points)
+  if (counted < least_far_points)
     return {};
   std::vector<Group> groups = groupsOf(bins);
   const std::size_t fewest =

@@ -16,7 +16,7 @@ constexpr std::size_t most_pixels_of_point = 6;
 constexpr std::uint32_t most_rings = 1024;
 
 /** \brief With fewer points there is nothing to learn the order of rings from. */
-constexpr std::size_t least_points = 64;
+constexpr std::size_t least_ordered_points = 64;
 
 } // namespace
 
@@ -39,7 +39,7 @@ ScanColumns::find(const SensorCloud& cloud,
   const bool is_first = ring_count_ == 0 || rings > ring_count_;
   if (may_refit || is_first) {
     ring_count_ = rings;
-    if (cloud.size() >= least_points || is_first)
+    if (cloud.size() >= least_ordered_points || is_first)
       firings_.learn(cloud.rings, rings);
   }
   are_firings_ = findFirings(cloud, most_pixels);

@@ -20,7 +20,7 @@ constexpr std::uint32_t sampled_columns = 96;
 constexpr double nearest = 0.3;
 
 /** \brief Motions are not followed with fewer points. */
-constexpr std::size_t least_points = 256;
+constexpr std::size_t least_moving_points = 256;
 
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
@@ -264,7 +264,7 @@ followMotion(const std::vector<PixelPoint>& points,
     point.place(fit.motion);
     last_column = std::max(last_column, point.column);
   }
-  if (samples.size() < least_points)
+  if (samples.size() < least_moving_points)
     return;
   std::vector<double> columns(last_column + std::size_t{1});
   constexpr int rounds = 4;

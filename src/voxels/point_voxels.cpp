@@ -125,6 +125,8 @@ setVoxels(VoxelFrame& frame)
   arrange(entries, 1, frame.points.colours);
   for (FrameField& field : frame.fields)
     arrange(entries, field.count, field.numbers);
+  if (frame.points.height == 1)
+    closeGaps(frame.points);
   frame.has_point_counts = true;
   frame.intensities.clear();
   frame.colours.clear();

@@ -8,12 +8,12 @@ namespace io {
 
 /** \brief Sets the voxels of a frame that has its points, if it has none: with the mean
  * intensity and colour of their points. Points and fields are put in the order of the
- * voxels; points outside the grid are left out. */
+ * voxels; points outside the grid are left out, without gaps in a single row. */
 PCL_EXT_CODEC_EXPORT void
 setVoxels(VoxelFrame& frame);
 
-/** \brief Numbers the points of a cloud of one row, which has no missing points, anew in
- * their order, after some were removed. */
+/** \brief Numbers the points of a cloud of one row anew in their order, after some were
+ * removed, as it has no missing points. */
 PCL_EXT_CODEC_EXPORT void
 closeGaps(FramePoints& points);
 

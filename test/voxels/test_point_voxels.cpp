@@ -204,6 +204,31 @@ TEST(PointVoxels, PointsOutsideTheGridAreLeftOut)
   EXPECT_TRUE(isConsistent(points));
 }
 
+TEST(PointVoxels, ARowHasNoGapsWherePointsAreOutsideTheGrid)
+{
+  std::mt19937_64 random(4);
+  VoxelFrame frame = frameOfPoints(random, {40, 1});
+  for (std::uint32_t i = 0; i < 40; ++i)
+    if (i % 4 == 1)
+      frame.points.positions[i][2] = 1e9;
+  setVoxels(frame);
+  EXPECT_TRUE(isConsistent(frame));
+  EXPECT_EQ(frame.cloudWidth(), 30u);
+  EXPECT_EQ(frame.pointCount(), 30u);
+  EXPECT_TRUE(frame.isDense());
+  const FrameField& index = frame.fields[0]; // where each point was
+  for (std::size_t point = 0; point < 30; ++point)
+    EXPECT_EQ(frame.points.indices[point],
+              3 * (index.numbers[point] / 4) + (index.numbers[point] % 4 + 1) / 2);
+
+  for (std::array<double, 3>& position : frame.points.positions)
+    position[0] = -1e9;
+  frame.keys.clear();
+  setVoxels(frame);
+  EXPECT_TRUE(isConsistent(frame));
+  EXPECT_EQ(frame.cloudSize(), 0u);
+}
+
 TEST(PointVoxels, FramesWithoutPointsStay)
 {
   std::mt19937_64 random(4);

@@ -11,7 +11,6 @@ namespace scan {
 
 namespace {
 
-constexpr std::int64_t fixed_one = std::int64_t{1} << 30;
 /** \brief Steps of depth have up to 32 edges, so that the last depth is 2^29 edges
  * away. */
 constexpr std::int64_t most_step = 32;
@@ -41,8 +40,8 @@ areWithin(const NumbersT& numbers, std::int64_t most)
 bool
 isDirection(std::int64_t cosine, std::int64_t sine)
 {
-  return isWithin(cosine, fixed_one) && isWithin(sine, fixed_one) &&
-         cosine * cosine + sine * sine <= fixed_one * (fixed_one + 2);
+  return isWithin(cosine, direction_length) && isWithin(sine, direction_length) &&
+         cosine * cosine + sine * sine <= direction_length * (direction_length + 2);
 }
 
 bool
@@ -82,9 +81,10 @@ isSpinning(const ScanLayout& layout)
 {
   constexpr std::size_t most_turns = 31; // an angle is below 2^31 steps
   const ScanRays& rays = layout.rays;
-  return std::all_of(rays.pose.vectors.begin(),
-                     rays.pose.vectors.end(),
-                     [](const Triple& axis) { return areWithin(axis, fixed_one); }) &&
+  return std::all_of(
+             rays.pose.vectors.begin(),
+             rays.pose.vectors.end(),
+             [](const Triple& axis) { return areWithin(axis, direction_length); }) &&
          areWithin(rays.motion.origin, farthest_motion) &&
          std::all_of(rays.motion.vectors.begin(),
                      rays.motion.vectors.end(),

@@ -5,12 +5,6 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-namespace {
-
-constexpr std::int64_t fixed_one = std::int64_t{1} << 30;
-
-} // namespace
-
 ScanRayReader::ScanRayReader(const ScanRays& rays, std::uint32_t width) : rays_(rays)
 {
   if (rays_.shape == RayShape::Planar)
@@ -23,7 +17,7 @@ ScanRayReader::ScanRayReader(const ScanRays& rays, std::uint32_t width) : rays_(
 ScanRayReader::Direction
 ScanRayReader::sum(const Direction& first, const Direction& second)
 {
-  constexpr std::int64_t half = fixed_one / 2;
+  constexpr std::int64_t half = direction_length / 2;
   return {(first.cosine * second.cosine - first.sine * second.sine + half) >> 30,
           (first.sine * second.cosine + first.cosine * second.sine + half) >> 30};
 }
@@ -31,7 +25,7 @@ ScanRayReader::sum(const Direction& first, const Direction& second)
 ScanRayReader::Direction
 ScanRayReader::directionOf(std::int32_t steps) const
 {
-  Direction direction{fixed_one, 0};
+  Direction direction{direction_length, 0};
   const auto size =
       static_cast<std::uint32_t>(steps < 0 ? -std::int64_t{steps} : steps);
   for (std::size_t bit = 0; bit < rays_.turns.size(); ++bit)

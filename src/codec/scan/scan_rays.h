@@ -15,6 +15,9 @@ namespace scan {
 /** \brief Numbers of x, y and z. */
 using Triple = std::array<std::int64_t, 3>;
 
+/** \brief A length of 1 in the unit of directions, 2^-30. */
+constexpr std::int64_t direction_length = std::int64_t{1} << 30;
+
 /** \brief The ray of a pixel: the point at depth n is at start + n * step, edges from the
  * grid's lowest corner in units of 2^-32. */
 struct Ray {

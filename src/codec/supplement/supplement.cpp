@@ -145,11 +145,9 @@ SupplementCoder::codeAttributes(Coder& coder,
       (!content.hasVoxels() || codeIntensities(coding, frame)) &&
       (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
       (content.colour_bits == 0 || codeColours(coding, parameters, frame)) &&
-      (!content.has_fields || (arePoints(frame.point_counts, parameters.point_count) &&
-                               fields_.code(coding,
-                                            parameters.is_i_frame,
-                                            parameters.viewpoint,
-                                            frame)));
+      (!content.has_fields ||
+       (arePoints(frame.point_counts, parameters.point_count) &&
+        fields_.code(coding, parameters.is_i_frame, parameters.viewpoint, frame)));
   coder = coding.coder();
   return is_whole;
 }

@@ -86,7 +86,7 @@ test("the limit of values is that of the decoder", async () => {
 });
 
 test("each field of the golden streams has as many values as voxels", async () => {
-  const names = (await streamNames("golden/")).filter((name) => /fields|images|colours/.test(name));
+  const names = (await streamNames("golden/")).filter((name) => /fields|scans|colours/.test(name));
   const found = new Set();
   for (const name of names) {
     const decoder = (await loadCodec()).createDecoder();
