@@ -78,7 +78,10 @@ class _Plane:
         candidates = (edge, mean) if past is None else (edge, mean, past)
         best = min(range(len(candidates)), key=lambda i: self._costs[i])
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
-        context = self._inner_context(pixel, gradient)
+        if self._pasts is not None and past is None:
+            context = self._outer_context(pixel, past)
+        else:
+            context = self._inner_context(pixel, gradient)
         return _Expectation(candidates[best], candidates, context)
 
     def _outer_context(self, pixel: int, past: Optional[int]) -> int:
