@@ -133,9 +133,12 @@ class Encoder:
     colour_bits : int
         Bits of a colour channel, 1 to 8; 0: none. Without effect on clouds without colours.
     keep_point_counts : bool
-        Also code the number of points of each voxel: as many are decoded, at its centre,
-        and with their rows and columns where that takes fewer bytes. A field ring of
-        unorganised lidar clouds makes frames smaller, whether it is kept or not.
+        Keep all points. Clouds that have the order of a sensor come back in it, each
+        coordinate within half the edge and with intensities and colours of their own,
+        where that takes at most 5 % more bytes: those with rows and columns, with a
+        field ring, whether it is kept or not, or with points at the elevations of a
+        lidar's lasers. Of others as many points as there were are at the centre of each
+        voxel.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
@@ -262,12 +265,12 @@ class Encoder:
         Parameters
         ----------
         xyz : array_like
-            float32 or float64 of shape (N, 3) or (rows, columns, 3), metres; or a structured
-            array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
-            b (uint8), as `Decoder.decode` returns it, and further fields. Points that are
-            not finite are left out, and so are fields that the encoder does not keep, with
-            a warning. Rows and columns are kept with keep_point_counts where that saves
-            bytes.
+            float32 or float64 of shape (N, 3) or (rows, columns, 3), metres; or a
+            structured array with fields x, y, z, and maybe intensity, rgb or rgba (as
+            in PCL), or r, g, b (uint8), as `Decoder.decode` returns it, and further
+            fields. Points that are not finite are left out, and so are fields that the
+            encoder does not keep, with a warning. Rows and columns are kept with
+            keep_point_counts where that hardly takes more bytes.
             May be empty, read-only, of any strides: x, y, z side by side are not copied.
             float64 is not rounded, for coordinates such as those of maps. Must not be
             changed during the call.
@@ -475,9 +478,9 @@ class Decoder:
         Returns
         -------
         Cloud or None
-            One point at the centre of each voxel, or, if the frame has them, in rows and
-            columns, with x, y, z of NaN where there is no point: a structured array with x,
-            y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
+            One point at the centre of each voxel, or, if the frame has its points, these in
+            the order of their sensor, in rows and columns if they had them, with x, y, z of
+            NaN where there is no point: a structured array with x, y, z (metres, float32, or float64 in frames that reach more than 2**20 voxels from the origin),
             intensity (float32) if the stream has it, r, g, b (uint8) if it has colours, and
             the further fields that it keeps, in the dtypes and the unit that they had; those
             of several values for each point have shape (N, values). A field that is called

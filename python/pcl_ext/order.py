@@ -31,8 +31,8 @@ def sort_by_time(
 ) -> NDArray[Any]:
     """Sorts points as a lidar measured them: by time, those of the same time by ring.
 
-    Decoded clouds, whose points are in the order of their voxels, get that of the sensor
-    back, if these fields were kept (`Encoder(fields=...)`).
+    Decoded clouds whose points are in the order of their voxels, or row by row, get
+    that of the sensor back, if these fields were kept (`Encoder(fields=...)`).
 
     Parameters
     ----------

@@ -35,8 +35,8 @@ class OutlierRemoval:
         What voxels are judged by. "points": counts of depth cameras (law "count"); "faces":
         the laws "quadratic" and "linear"; "rays": lidars, for snow; "voxels":
         native intensities, or none, and lidars that stand still; "automatic": "faces" from
-        the first frame on that has a depth model, else "rays" from the first one on that has
-        the rows and columns of a lidar, else "voxels". See `unit`.
+        the first frame on that has a depth model, else "rays" from the first one on that is
+        the scan of a lidar, else "voxels". See `unit`.
     min_log_odds : float
         Voxels of lower log-odds of surface against noise are removed; natural logarithm.
         0 removes 79 to 90 % of a depth camera's noise at 4 cm; higher values remove more,
@@ -49,7 +49,7 @@ class OutlierRemoval:
         Of "faces": intensity of a voxel face that is completely covered, 255.
     sensor_position : (float, float, float), optional
         Of "rays": where the lidar is, metres, in the coordinates of the cloud; the origin.
-        Frames with rows and columns of a lidar have it themselves, and the angles.
+        Frames that are scans of a lidar have it themselves, and the angles.
     azimuth_step, elevation_step : float, optional
         Of "rays": angles between rays of a row and between rows, radians, 0.0001 to 1;
         0.0035 and 0.007, which are 0.2 and 0.4 degrees. Need be right to 30 %.

@@ -236,11 +236,11 @@ addPoints(EncoderSettingTable& table)
       {"keep_point_counts",
        &S::keep_point_counts,
        {},
-       "Send the number of points of each voxel, so that a decoded cloud has as many; "
-       "version1 only.",
+       "Keep all points, in the order of their sensor where that hardly takes more "
+       "bytes, else at the centres of their voxels; version1 only.",
        {"--keep-point-counts",
         "",
-        "keep all points, and rows and columns where that is smaller",
+        "keep all points, in the sensor's order where that hardly takes more",
         OptionGroup::Cloud},
        {}});
   table.push_back(

@@ -3,7 +3,6 @@
 
 #include "codec/frame_failures.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -166,12 +165,15 @@ readScanTable(ByteSource& source, ScanLayout& layout)
   layout.height = static_cast<std::uint32_t>(height);
   layout.order = static_cast<PointOrder>(flags & order_mask);
   layout.is_on_lattice = (flags & lattice_flag) != 0;
-  for (std::uint64_t row = 0;
-       layout.order == PointOrder::ColumnByColumn && row < height &&
+  for (std::uint64_t rank = 0;
+       layout.order == PointOrder::ColumnByColumn && rank < height &&
        source.failure() == ByteSource::Failure::None;
-       ++row)
-    layout.firing_order.push_back(static_cast<std::uint16_t>(
-        std::min<std::uint64_t>(source.varint(), scan::most_side - 1)));
+       ++rank) {
+    const std::uint64_t row = source.varint();
+    if (row >= height)
+      return corruptFrame("invalid scan");
+    layout.firing_order.push_back(static_cast<std::uint16_t>(row));
+  }
   layout.rays.shape =
       (flags & spinning_flag) != 0 ? RayShape::Spinning : RayShape::Planar;
   readPose(source, layout.rays.pose);

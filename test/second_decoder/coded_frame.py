@@ -50,10 +50,6 @@ class Voxels:
     point_counts: List[int] = field(default_factory=list)
     fields: List[List[int]] = field(default_factory=list)
     """Of each field the numbers of all points."""
-    pixels: List[int] = field(default_factory=list)
-    """Of all points, row * width + column; none without an image."""
-    depths: List[int] = field(default_factory=list)
-    """Of all points, along the rays of their pixels."""
 
 
 def counts_of_symbols(symbols: List[int], excess: Callable[[], int]) -> List[int]:

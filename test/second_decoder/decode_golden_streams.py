@@ -3,16 +3,17 @@
 
     python3 decode_golden_streams.py test/data/golden
 
-An implementation of the documents alone: decoding the voxels that the library's encoder
-was given shows that the documents are complete. Each line of checksums.txt is a frame:
-stream, I or P, number of voxels, checksum of the voxels (hexadecimal), stamp and
-frame_id or -, with fields the checksum of their numbers, and with an image that of its
-size and of pixels and depths. The first frame of each stream must be refused when it is
-cut off, when a bit is inverted, and when it is missing. The stream "disorder" has other
-bytes between its frames, and frames that must be refused. Ends with 1 at the first
-difference.
+An implementation of the documents alone: decoding the voxels and points that the
+library's encoder was given shows that the documents are complete. Each line of
+checksums.txt is a frame: stream, I or P, number of voxels or of the points of a scan,
+checksum of the voxels (hexadecimal), stamp and frame_id or -, with fields the checksum
+of their numbers, and of a scan that of its points. The first frame of each stream must
+be refused when it is cut off, when a bit is inverted, and when it is missing. The stream
+"disorder" has other bytes between its frames, and frames that must be refused. Ends with
+1 at the first difference.
 """
 
+import struct
 import sys
 from pathlib import Path
 from typing import Dict, List
@@ -21,6 +22,7 @@ from byte_reader import ByteReader
 from companded_scale import LEAST_COUNTS, edges, middle_number
 from frame_decoder import Frame, FrameDecoder
 from invalid_frame import InvalidFrame
+from scan_points import CloudPoints
 
 
 def voxel_checksum(frame: Frame) -> int:
@@ -41,12 +43,14 @@ def voxel_checksum(frame: Frame) -> int:
     return fnv(numbers)
 
 
-def image_checksum(frame: Frame) -> int:
-    """The checksum of the image's size and of pixel and depth of each point."""
-    assert frame.image is not None
-    numbers = [frame.image.width, frame.image.height]
-    for of_point in zip(frame.voxels.pixels, frame.voxels.depths):
-        numbers += of_point
+def point_checksum(points: CloudPoints) -> int:
+    """The checksum of the size of a cloud, and of what its points have, but fields."""
+    numbers = [points.width, points.height]
+    for i, (index, position) in enumerate(zip(points.indices, points.positions)):
+        numbers += [index, *struct.unpack("<3Q", struct.pack("<3d", *position))]
+        numbers += points.symbols[i : i + 1]
+        for colour in points.colours[i : i + 1]:
+            numbers += colour
     return fnv(numbers)
 
 
@@ -65,12 +69,15 @@ def line_of(name: str, frame: Frame) -> str:
     stamp = "-"
     if frame.stamp is not None:
         stamp = f"{frame.stamp} '{frame.frame_id.decode()}'"
-    voxels, checksum = len(frame.voxels.keys), voxel_checksum(frame)
+    count, numbers, points = len(frame.voxels.keys), frame.voxels.fields, ""
+    if frame.points is not None:
+        count, numbers = len(frame.points.indices), frame.points.fields
+        points = f" points {point_checksum(frame.points):016x}"
     fields = ""
-    if any(frame.voxels.fields):
-        fields = f" fields {fnv([n for field in frame.voxels.fields for n in field]):016x}"
-    image = "" if frame.image is None else f" image {image_checksum(frame):016x}"
-    return f"{name} {kind} {voxels} {checksum:016x} {stamp}{fields}{image}"
+    if any(numbers):
+        fields = f" fields {fnv([n for of_field in numbers for n in of_field]):016x}"
+    checksum = voxel_checksum(frame)
+    return f"{name} {kind} {count} {checksum:016x} {stamp}{fields}{points}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:

@@ -46,11 +46,11 @@ def _towards_zero(dividend: int, divisor: int) -> int:
 
 
 class WideReader:
-    """Wide numbers of a field, or of the image."""
+    """Wide numbers of a field."""
 
-    def __init__(self, reader: NumberReader, owner: object) -> None:
+    def __init__(self, reader: NumberReader, index: int) -> None:
         self._reader = reader
-        self._owner = owner
+        self._index = index
 
     def bit(self) -> int:
         return self._reader.bits(1)
@@ -76,7 +76,7 @@ class WideReader:
         return from_zigzag(self.wide(*lengths))
 
     def _nibble(self, *context: object) -> int:
-        model = self._reader.models.nibble("wide", self._owner, *context)
+        model = self._reader.models.nibble("wide", self._index, *context)
         return model.read(self._reader.rans)
 
 
@@ -143,7 +143,8 @@ class FieldMemory:
         default_factory=lambda: DirectionTable(_ELEVATIONS)
     )
     past: Dict[int, int] = field(default_factory=dict)
-    """By key: number of the voxel's first point in the last frame with voxels."""
+    """By key: number of the voxel's first point in the last frame with voxels; in scans
+    by pixel."""
 
     def copy(self) -> "FieldMemory":
         return FieldMemory(
@@ -186,7 +187,7 @@ class Points:
 
 
 class PixelPoints(Points):
-    """Points of an image: keys are pixels, row * width + column."""
+    """Points of a scan: keys are pixels, row * width + column."""
 
     def __init__(self, pixels: Sequence[int], width: int) -> None:
         self.keys = pixels

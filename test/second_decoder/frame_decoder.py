@@ -1,7 +1,7 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Frames of a stream one after the other, and what is kept between them.
 
-doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
+doc/bitstream.md, "Payload", "State of a decoder" and "What a decoder may refuse".
 """
 
 from dataclasses import dataclass, replace
@@ -23,8 +23,10 @@ from frame_header import (
     require_checksum,
 )
 from frame_order import FrameOrder
-from image_header import Image, require_pose
 from invalid_frame import InvalidFrame, require
+from scan import ScanLayout, ScanMemory, decode_scan
+from scan_header import ORGANISED, ScanTable
+from scan_points import CloudPoints, cloud_of
 from supplement import SupplementMemory, decode_supplement
 
 MOST_BYTES = 16 << 20
@@ -47,6 +49,7 @@ class Kept:
     memory: Union[ContextMemory, FastMemory]
     supplement_memory: SupplementMemory
     changes_memory: ChangesMemory
+    scan_memory: ScanMemory
 
 
 def _memory_at_start(effort: int) -> Union[ContextMemory, FastMemory]:
@@ -64,7 +67,9 @@ class Frame:
     stamp: Optional[int]
     frame_id: bytes
     voxels: Voxels
-    image: Optional[Image]
+    """None of a scan."""
+    points: Optional[CloudPoints] = None
+    """Of a scan."""
 
 
 class FrameDecoder:
@@ -92,8 +97,8 @@ class FrameDecoder:
         kept = self._with_header(header)
         content = kept.content
         points = header.point_count if content.has_point_counts else header.voxel_count
-        if content.image and content.image.is_organised:
-            points = content.image.pixel_count
+        if content.scan and content.scan.order == ORGANISED:
+            points = content.scan.pixel_count
         values = points * sum(field.value_count for field in content.fields)
         require(values <= MOST_FIELD_VALUES, "there are too many values of fields")
         frame = self._with_payload(header, kept, payload)
@@ -139,6 +144,7 @@ class FrameDecoder:
                 _memory_at_start(header.effort),
                 SupplementMemory(),
                 ChangesMemory(),
+                ScanMemory(),
             )
         kept = self._frame_before(header)
         require(header.effort == kept.effort, "a P-frame has another effort")
@@ -151,18 +157,16 @@ class FrameDecoder:
                 has_intensities=has_intensities,
                 fields=kept.content.fields,
                 viewpoint=kept.content.viewpoint,
-                image=kept.content.image,
-                has_pose=False,
+                scan=kept.content.scan,
+                has_placement=False,
             )
             == kept.content,
             "a P-frame has another content",
         )
         content = kept.content
-        if header.pose is not None:
-            assert content.image is not None
-            image = replace(content.image, pose=header.pose)
-            require_pose(image)
-            content = replace(content, image=image)
+        if header.placement is not None:
+            assert content.scan is not None
+            content = replace(content, scan=content.scan.placed(header.placement))
         return replace(
             kept,
             number=header.number,
@@ -187,6 +191,8 @@ class FrameDecoder:
         unpadded = payload_size - header.padding_size
         require(not any(payload[unpadded:]), "padding has other bytes than 0")
         payload = payload[:unpadded]
+        if kept.content.scan is not None:
+            return self._with_scan(header, kept, kept.content.scan, payload)
         model = kept.depth_model
         if header.has_depth_model:
             require(
@@ -196,9 +202,7 @@ class FrameDecoder:
             model = read_depth_model(reader)
             payload = payload[reader.at :]
             require(
-                kept.content.has_intensities
-                and not kept.content.levels
-                and not kept.content.image,
+                kept.content.has_intensities and not kept.content.levels,
                 "a depth model without intensities",
             )
         require(header.supplement_size <= len(payload), "the supplement is too large")
@@ -207,12 +211,9 @@ class FrameDecoder:
         require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
         levels = kept.content.levels
         coded_count = header.coarse_voxel_count if levels else header.voxel_count
-        if kept.content.image:
-            coded_count = 0
         require(bool(coded_count) or not payload, "a frame without voxels has a payload")
-        is_supplemented = bool(levels or kept.content.image)
-        has_intensities = kept.content.has_intensities and not is_supplemented
-        has_points = kept.content.has_point_counts and not is_supplemented
+        has_intensities = kept.content.has_intensities and not levels
+        has_points = kept.content.has_point_counts and not levels
         symbol_bits = POINT_SYMBOL_BITS if has_points else 0
         coded = CodedFrame(
             header.is_i_frame,
@@ -256,8 +257,35 @@ class FrameDecoder:
         )
         return self._frame(header, kept, voxels)
 
+    def _with_scan(
+        self, header: FrameHeader, kept: Kept, table: ScanTable, payload: bytes
+    ) -> Frame:
+        layout = ScanLayout(
+            table.width,
+            table.height,
+            table.is_spinning,
+            header.point_count,
+            kept.scale.bits,
+            kept.content.colour_bits,
+            kept.content.fields,
+        )
+        scan, scan_memory = decode_scan(
+            payload, layout, header.is_i_frame, kept.scan_memory
+        )
+        self._kept = replace(
+            kept, scan_memory=scan_memory, changes_memory=ChangesMemory()
+        )
+        value_counts = [described.value_count for described in kept.content.fields]
+        points = cloud_of(scan, table, kept.grid, value_counts)
+        return self._frame(header, kept, Voxels([], []), points)
+
     @staticmethod
-    def _frame(header: FrameHeader, kept: Kept, voxels: Voxels) -> Frame:
+    def _frame(
+        header: FrameHeader,
+        kept: Kept,
+        voxels: Voxels,
+        points: Optional[CloudPoints] = None,
+    ) -> Frame:
         return Frame(
             header.is_i_frame,
             header.number,
@@ -266,5 +294,5 @@ class FrameDecoder:
             None if header.stamp is None else kept.stamp,
             kept.frame_id,
             voxels,
-            kept.content.image,
+            points,
         )

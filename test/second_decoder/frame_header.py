@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
 from byte_reader import ByteReader
-from image_header import Image, Pose, read_image, read_pose
 from invalid_frame import InvalidFrame, require
+from scan_header import Placement, ScanTable, read_placement, read_scan_table
 
 MAGIC = b"PCXI"
 VERSION = 1
@@ -22,8 +22,8 @@ CHECKED_FROM = 9
 _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
-_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS, _IMAGE, _POSE = 32, 64, 128, 256, 512, 1024
-_RESERVED, _PADDING = 2048, 4096
+_COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS = 32, 64, 128, 256
+_SCAN, _PLACEMENT, _RESERVED, _PADDING = 512, 1024, 2048, 4096
 
 
 @dataclass(frozen=True)
@@ -52,18 +52,18 @@ class Content:
     fields: Tuple[Field, ...] = ()
     """These and the viewpoint are an I-frame's."""
     viewpoint: Tuple[int, int, int] = (0, 0, 0)
-    has_image: bool = False
-    image: Optional[Image] = None
+    has_scan: bool = False
+    scan: Optional[ScanTable] = None
     """An I-frame's."""
-    has_pose: bool = False
-    """A P-frame has a pose of its image's rays."""
+    has_placement: bool = False
+    """A P-frame has a placement of its scan."""
     has_padding: bool = False
     """Of this frame alone."""
 
     @property
     def has_supplement(self) -> bool:
-        return bool(
-            self.levels or self.colour_bits or self.has_fields or self.has_image
+        return not self.has_scan and bool(
+            self.levels or self.colour_bits or self.has_fields
         )
 
 
@@ -107,12 +107,13 @@ class FrameHeader:
     content: Content
     grid: Optional[Grid]
     scale: Optional[IntensityScale]
-    pose: Optional[Pose]
+    placement: Optional[Placement]
     """A P-frame's, if it is another one than before."""
     stamp: Optional[int]
     """The stamp in an I-frame, its change in a P-frame."""
     frame_id: Optional[bytes]
     voxel_count: int
+    """Of a scan that of its points."""
     coarse_voxel_count: int
     point_count: int
     payload_size: int
@@ -146,12 +147,12 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         "the content is an I-frame's",
     )
     require(
-        not field & _IMAGE or (field & _POINT_COUNTS and not field & 31),
-        "an image is without numbers of points or with a refinement",
+        not field & _SCAN or (field & _POINT_COUNTS and not field & 31),
+        "a scan is without numbers of points or with a refinement",
     )
     require(
-        not field & _POSE or (field & _IMAGE and not is_i_frame),
-        "a pose is not that of a P-frame's image",
+        not field & _PLACEMENT or (field & _SCAN and not is_i_frame),
+        "a placement is not that of a P-frame's scan",
     )
     return Content(
         field & 31,
@@ -159,8 +160,8 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         bool(field & _POINT_COUNTS),
         not field & _NO_INTENSITIES,
         bool(field & _FIELDS),
-        has_image=bool(field & _IMAGE),
-        has_pose=bool(field & _POSE),
+        has_scan=bool(field & _SCAN),
+        has_placement=bool(field & _PLACEMENT),
         has_padding=bool(field & _PADDING),
     )
 
@@ -228,6 +229,9 @@ def read_header(reader: ByteReader) -> FrameHeader:
         "a frame of changes has a depth model or a content",
     )
     content = _content(reader, is_i_frame) if flags & _CONTENT else Content()
+    require(
+        not content.has_scan or not flags & _DEPTH_MODEL, "a scan has a depth model"
+    )
     grid = scale = None
     if is_i_frame:
         grid = _grid(reader, bool(flags & _ORIGIN))
@@ -240,9 +244,9 @@ def read_header(reader: ByteReader) -> FrameHeader:
         if content.has_fields:
             fields = _fields(reader)
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
-        if content.has_image:
-            content = replace(content, image=read_image(reader))
-    pose = read_pose(reader) if content.has_pose else None
+        if content.has_scan:
+            content = replace(content, scan=read_scan_table(reader))
+    placement = read_placement(reader) if content.has_placement else None
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else reader.svarint()
@@ -252,7 +256,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
         size = reader.varint()
         require(size <= 1024, "the frame_id is too long")
         frame_id = reader.bytes(size)
-    voxel_count = reader.varint()
+    voxel_count = 0 if content.has_scan else reader.varint()
     coarse_voxel_count = reader.varint() if content.levels else 0
     require(coarse_voxel_count <= voxel_count, "there are more coarse voxels than voxels")
     require(
@@ -260,6 +264,8 @@ def read_header(reader: ByteReader) -> FrameHeader:
         "voxels are in no coarse voxel",
     )
     point_count = reader.varint() if content.has_point_counts else 0
+    if content.has_scan:
+        voxel_count = point_count
     payload_size = reader.varint()
     supplement_size = reader.varint() if content.has_supplement else 0
     require(supplement_size <= payload_size, "the supplement is too large")
@@ -277,7 +283,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
         content,
         grid,
         scale,
-        pose,
+        placement,
         stamp,
         frame_id,
         voxel_count,

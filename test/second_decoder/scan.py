@@ -1,17 +1,20 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The points of a scan, in the order of the sensor.
 
-doc/bitstream_scan.md, "Order".
+doc/bitstream_scan.md, "Order" and "Past".
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Dict, List, Optional, Tuple
 
 from byte_reader import ByteReader
-from image_header import Vector
+from fields import FieldMemory, PixelPoints, decode_field
+from frame_header import Field
 from invalid_frame import require
+from scan_header import Vector
 from scan_plane import NO_STEPS, DepthReader, read_values
 from scan_rays import Places, ScanRays
+from supplement_numbers import Models, NumberReader
 
 _DEPTHS = 1 << 24
 _MOST_STEPS = 1 << 28
@@ -34,6 +37,7 @@ class ScanLayout:
     """0 without intensities."""
     colour_bits: int = 0
     """0 without colours."""
+    fields: Tuple[Field, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -59,10 +63,34 @@ class Scan:
     points: List[ScanPoint]
     angles: List[int] = field(default_factory=list)
     """Of the columns of a spinning sensor."""
+    fields: List[List[int]] = field(default_factory=list)
+    """Of each field the numbers of all points."""
 
-    def pasts(self) -> Dict[int, int]:
-        """Depths by pixel, for the next frame."""
-        return {p.pixel: p.depth for p in self.points if p.depth is not None}
+    def pasts(self, width: int, angles: List[int]) -> Optional[Dict[int, int]]:
+        """Depths by pixel for the next frame, with its width and the angles of its
+        columns; None: it has no pasts."""
+        depths = {p.pixel: p.depth for p in self.points if p.depth is not None}
+        if angles == self.angles:
+            return depths if width == self.layout.width else None
+        columns = self._nearest_columns(angles)
+        pasts = {}
+        for pixel in range(width * self.layout.height):
+            row, column = divmod(pixel, width)
+            depth = depths.get(row * self.layout.width + columns[column])
+            if depth is not None:
+                pasts[pixel] = depth
+        return pasts
+
+    def _nearest_columns(self, angles: List[int]) -> List[int]:
+        """The column for each of the next frame, which never go back."""
+        own = self.angles
+        columns = []
+        p = 0
+        for angle in angles:
+            while p + 1 < len(own) and abs(own[p + 1] - angle) <= abs(own[p] - angle):
+                p += 1
+            columns.append(p)
+        return columns
 
     def places(self, rays: ScanRays) -> List[Vector]:
         """Where the points are from the grid's lowest corner, edges in 2^-32."""
@@ -79,18 +107,33 @@ class Scan:
         ]
 
 
+@dataclass(frozen=True)
+class ScanMemory:
+    """What is kept from frame to frame since the last I-frame."""
+
+    before: Optional[Scan] = None
+    """The last frame; None if that had no points."""
+    models: Models = field(default_factory=Models)
+    """Of fields."""
+    fields: Tuple[FieldMemory, ...] = ()
+    """One of each; none before the first frame with points."""
+
+
 class _ScanReader:
-    """Reads the parts of a frame one after the other."""
+    """Reads the planes of a frame one after the other."""
 
     def __init__(self, source: bytes, layout: ScanLayout) -> None:
         self._reader = ByteReader(source)
         self._layout = layout
         self._pixels: List[int] = []
 
-    def read(self, pasts: Optional[Dict[int, int]]) -> Scan:
+    def read(self, before: Optional[Scan]) -> Tuple[Scan, bytes]:
+        """The points without fields, and the bytes of these."""
         layout = self._layout
-        depths, steps = self._depths_and_steps(pasts)
+        has_steps = self._flag()
         angles = self._angles() if layout.is_spinning else []
+        pasts = None if before is None else before.pasts(layout.width, angles)
+        depths, steps = self._depths_and_steps(has_steps, pasts)
         turns = len(self._pixels) * [0]
         if layout.is_spinning and self._flag():
             turns = [number - NO_STEPS for number in self._values(NO_STEPS)]
@@ -101,9 +144,9 @@ class _ScanReader:
         colours: List[Optional[Colour]] = len(self._pixels) * [None]
         if layout.colour_bits:
             colours = [*self._colours()]
-        require(not self._reader.rest(), "bytes are left behind the scan")
-        points = zip(self._pixels, depths, turns, steps, symbols, colours)
-        return Scan(layout, [ScanPoint(*point) for point in points], angles)
+        of_points = zip(self._pixels, depths, turns, steps, symbols, colours)
+        points = [ScanPoint(*point) for point in of_points]
+        return Scan(layout, points, angles), self._reader.rest()
 
     def _flag(self) -> bool:
         (flag,) = self._reader.numbers("B")
@@ -117,10 +160,9 @@ class _ScanReader:
         return read_values(self._plane(), self._layout.width, self._pixels, first)
 
     def _depths_and_steps(
-        self, pasts: Optional[Dict[int, int]]
+        self, has_steps: bool, pasts: Optional[Dict[int, int]]
     ) -> Tuple[List[Optional[int]], List[Vector]]:
         size = self._layout.width, self._layout.height
-        has_steps = self._flag()
         reader = DepthReader(self._plane(), size, pasts, not has_steps)
         reader.read()
         require(
@@ -177,15 +219,36 @@ class _ScanReader:
         )
 
 
-def decode_scan(source: bytes, layout: ScanLayout, before: Optional[Scan]) -> Scan:
-    """The points of a frame.
+def _read_fields(
+    source: bytes, scan: Scan, models: Models, memory: Tuple[FieldMemory, ...]
+) -> List[List[int]]:
+    """The numbers of all fields; changes models and memory."""
+    layout = scan.layout
+    reader = NumberReader(source, layout.point_count, models)
+    points = PixelPoints([point.pixel for point in scan.points], layout.width)
+    numbers = [
+        decode_field(reader, described, index, points, memory[index])
+        for index, described in enumerate(layout.fields)
+    ]
+    reader.require_end()
+    return numbers
 
-    before: the last frame that had points; None in an I-frame
-    """
-    if before is None:
-        return _ScanReader(source, layout).read(None)
-    require(
-        (layout.width, layout.height) == (before.layout.width, before.layout.height),
-        "a P-frame has another size than the frame before",
-    )
-    return _ScanReader(source, layout).read(before.pasts())
+
+def decode_scan(
+    source: bytes, layout: ScanLayout, is_i_frame: bool, memory: ScanMemory
+) -> Tuple[Scan, ScanMemory]:
+    """The points of a frame and the memory after it; `memory` stays as it is."""
+    if is_i_frame:
+        memory = ScanMemory()
+    if layout.point_count == 0:
+        require(not source, "a frame without points has a payload")
+        return Scan(layout, []), replace(memory, before=None)
+    scan, rest = _ScanReader(source, layout).read(memory.before)
+    if not layout.fields:
+        require(not rest, "bytes are left behind the scan")
+        return scan, replace(memory, before=scan)
+    models = memory.models.copy()
+    of_fields = memory.fields or tuple(FieldMemory() for _ in layout.fields)
+    of_fields = tuple(of_field.copy() for of_field in of_fields)
+    scan = replace(scan, fields=_read_fields(rest, scan, models, of_fields))
+    return scan, ScanMemory(scan, models, of_fields)

@@ -47,7 +47,7 @@ class _Plane:
         self.numbers: Dict[int, int] = {}
 
     def _pixels_around(self, pixel: int) -> List[Optional[int]]:
-        """Left, up, up-left and up-right, None for what is outside the image."""
+        """Left, up, up-left and up-right, None for what is outside the scan."""
         column = pixel % self._width
         above = pixel - self._width
         left = pixel - 1 if column > 0 else None
@@ -78,7 +78,10 @@ class _Plane:
         candidates = (edge, mean) if past is None else (edge, mean, past)
         best = min(range(len(candidates)), key=lambda i: self._costs[i])
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
-        context = self._inner_context(pixel, gradient)
+        if self._pasts is not None and past is None:
+            context = self._outer_context(pixel, past)
+        else:
+            context = self._inner_context(pixel, gradient)
         return _Expectation(candidates[best], candidates, context)
 
     def _outer_context(self, pixel: int, past: Optional[int]) -> int:

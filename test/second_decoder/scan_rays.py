@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Dict, List, Optional, Tuple
 
-from image_header import Direction, Pose, Row, Vector
+from scan_header import Direction, Pose, Row, Vector
 
 Ray = Tuple[List[int], List[int]]
 """P and S."""

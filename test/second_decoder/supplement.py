@@ -2,7 +2,7 @@
 """The supplement: voxels within cells, and what the content has of voxels and points.
 
 doc/bitstream_supplement.md; each class of this file holds one of its sections. Sections
-"Numbers", "Image" and "Fields" are in supplement_numbers.py, image.py and fields.py.
+"Numbers" and "Fields" are in supplement_numbers.py and fields.py.
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,10 +10,8 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from byte_reader import ByteReader
 from coded_frame import Voxels
-from fields import FieldMemory, PixelPoints, Points, decode_field
+from fields import FieldMemory, Points, decode_field
 from frame_header import Content, FrameHeader
-from image import ImagePoint, ImageReader
-from image_header import Image
 from invalid_frame import require
 from morton import neighbours
 from supplement_numbers import Models, NumberReader
@@ -33,8 +31,6 @@ class SupplementMemory:
     """By key: the mean colour in sixteenths, and the frames since the voxel's last."""
     fields: Tuple[FieldMemory, ...] = ()
     """One of each field; none before the first frame with voxels."""
-    image_pasts: Dict[int, int] = field(default_factory=dict)
-    """Sixteenths of depths by pixel."""
 
 
 class RefinementReader:
@@ -171,39 +167,6 @@ class ColourReader:
             found[key] = self._voxel(key, near)
         return list(found.values())
 
-    def read_image(self, voxels: Voxels, width: int) -> List[Colour]:
-        """The colours where the voxels are those of an image."""
-        of_pixel: Dict[int, int] = {}
-        first_pixels = []
-        pixels = iter(voxels.pixels)
-        for voxel, count in enumerate(voxels.point_counts):
-            of_voxel = [next(pixels) for _ in range(count)]
-            first_pixels.append((of_voxel[0], voxel))
-            of_pixel.update((pixel, voxel) for pixel in of_voxel)
-        found: Dict[int, Colour] = {}
-        for pixel, voxel in sorted(first_pixels):
-            column = pixel % width
-            beside = (
-                of_pixel.get(pixel - 1) if column else None,
-                of_pixel.get(pixel - width),
-                of_pixel.get(pixel - width - 1) if column else None,
-            )
-            left, up, corner = (None if v is None else found[v] for v in beside)
-            found[voxel] = self._colour(0, self._near(left, up, corner))
-        return [colour for _, colour in sorted(found.items())]
-
-    def _near(
-        self, left: Optional[Colour], up: Optional[Colour], corner: Optional[Colour]
-    ) -> Sequence[int]:
-        left, up = left or up, up or left
-        if left is None or up is None:
-            return self._last
-        near = []
-        for one, other, plane in zip(left, up, corner or up):
-            low, high = sorted((one, other))
-            near.append(16 * min(max(one + other - plane, low), high))
-        return near
-
     def _voxel(self, key: int, near: Sequence[int]) -> Colour:
         if key not in self._means:
             return self._colour(0, near)
@@ -253,20 +216,6 @@ def _next_means(
     return after
 
 
-def _voxels_of(points: Sequence[ImagePoint]) -> Voxels:
-    """Voxels of the points of an image, which are in the order of their voxels."""
-    counts: Dict[int, int] = {}
-    for point in points:
-        counts[point.key] = counts.get(point.key, 0) + 1
-    return Voxels(
-        list(counts),
-        [],
-        point_counts=list(counts.values()),
-        pixels=[point.pixel for point in points],
-        depths=[point.depth for point in points],
-    )
-
-
 class SupplementReader:
     """Reads the supplement of one frame with voxels."""
 
@@ -287,17 +236,14 @@ class SupplementReader:
         self._means = memory.means
         self._fields = memory.fields or tuple(FieldMemory() for _ in content.fields)
         self._fields = tuple(of_field.copy() for of_field in self._fields)
-        self._image_pasts = memory.image_pasts
 
     def read(self, voxels: Voxels, symbol_bits: int) -> Voxels:
         content = self._content
         count = self._header.voxel_count
         if content.levels:
             voxels = self._read_refinement(voxels.keys)
-        elif content.image:
-            voxels = self._read_image(content.image)
         reader = self._number_reader(self._source.rest())
-        if (content.levels or content.image) and symbol_bits:
+        if content.levels and symbol_bits:
             symbols = _read_intensities(reader, count, symbol_bits)
             voxels = replace(voxels, symbols=symbols)
         if content.levels and content.has_point_counts:
@@ -312,18 +258,13 @@ class SupplementReader:
 
     def memory(self) -> SupplementMemory:
         """That after the frame."""
-        return SupplementMemory(
-            self._models, self._means, self._fields, self._image_pasts
-        )
+        return SupplementMemory(self._models, self._means, self._fields)
 
     def _number_reader(self, source: bytes) -> NumberReader:
         return NumberReader(source, self._header.voxel_count, self._models)
 
-    def _first_stream(self) -> NumberReader:
-        return self._number_reader(self._source.bytes(self._source.varint()))
-
     def _read_refinement(self, cells: Sequence[int]) -> Voxels:
-        reader = self._first_stream()
+        reader = self._number_reader(self._source.bytes(self._source.varint()))
         refinement = RefinementReader(
             reader, self._content.levels, self._header.effort
         )
@@ -331,27 +272,11 @@ class SupplementReader:
         reader.require_end()
         return Voxels(keys, [])
 
-    def _read_image(self, image: Image) -> Voxels:
-        reader = self._first_stream()
-        image_reader = ImageReader(reader, image, self._depth, self._image_pasts)
-        points = image_reader.read(self._header.point_count)
-        reader.require_end()
-        self._image_pasts = image_reader.next_pasts()
-        voxels = _voxels_of(sorted(points, key=lambda p: (p.key, p.pixel)))
-        require(
-            len(voxels.keys) == self._header.voxel_count,
-            "points of pixels have more or fewer voxels than said",
-        )
-        return voxels
-
     def _read_colours(self, reader: NumberReader, voxels: Voxels) -> List[Colour]:
         keys = voxels.keys
-        image = self._content.image
         is_refined = bool(self._content.levels)
-        tracked = {} if is_refined or image else self._means
+        tracked = {} if is_refined else self._means
         colour_reader = ColourReader(reader, self._content.colour_bits, tracked)
-        if image:
-            return colour_reader.read_image(voxels, image.width)
         colours = colour_reader.read(keys, None if is_refined else self._depth)
         if not is_refined:
             self._means = _next_means(self._means, keys, colours)
@@ -368,20 +293,9 @@ class SupplementReader:
         points = Points(
             voxels.keys, voxels.point_counts, self._depth, content.viewpoint
         )
-        if content.image:
-            points = PixelPoints(sorted(voxels.pixels), content.image.width)
-        fields = [
+        return [
             decode_field(reader, described, index, points, self._fields[index])
             for index, described in enumerate(content.fields)
-        ]
-        if not content.image:
-            return fields
-        places = {pixel: place for place, pixel in enumerate(points.keys)}
-        order = [places[pixel] for pixel in voxels.pixels]
-        sizes = [described.value_count for described in content.fields]
-        return [
-            [n for i in order for n in numbers[size * i : size * (i + 1)]]
-            for size, numbers in zip(sizes, fields)
         ]
 
 

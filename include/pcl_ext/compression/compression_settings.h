@@ -177,18 +177,25 @@ struct StreamSettings {
    * not coded, about which the status of each coloured cloud warns unless this is 0. */
   unsigned int colour_bits = 6;
 
-  /** \brief Code the number of points of each voxel, so that a decoded cloud has as
-   * many points as the encoded one: each of them at its voxel's centre, and with its
-   * voxel's intensity, which for sums is that of all of them. Points are coded along the
-   * rays of their sensor where that takes fewer bytes and the cloud has rows and columns,
-   * or a field `ring` (see PointView::image). Version1 only. */
+  /** \brief Keep all points, so that a decoded cloud has as many as the encoded one.
+   *
+   * A cloud that has the order of a sensor, see PointView::image, is coded as a scan
+   * where that takes at most 5 % more bytes than voxels do. Its points come back in the
+   * order of the cloud, each coordinate within half an edge, with intensities and
+   * colours of their own. For intensities of sums, and where noise is removed, there
+   * are voxels only.
+   *
+   * Otherwise the number of points of each voxel is coded: each of them comes back at
+   * its voxel's centre, and with its voxel's intensity, which for sums is that of all
+   * of them. Version1 only. */
   bool keep_point_counts = false;
 
   /** \brief Further fields to keep, as ring, time or label of a lidar: with
-   * keep_point_counts of each point, else one value of a voxel, which is the mean, or of
-   * integers the most frequent. Exact, or rounded to a step. The points of a voxel are
-   * in the order of the first field. At most 64 with 4096 values a point, each named
-   * once. Version1 only, and not with temporal_filter. */
+   * keep_point_counts of each point, else one value of a voxel, which is the mean, or
+   * of integers the most frequent. Exact, or rounded to a step. The points of a voxel
+   * are in the order of the first field, those of a scan in that of the cloud. At most
+   * 64 with 4096 values a point, each named once. Version1 only, and not with
+   * temporal_filter. */
   std::vector<FieldSetting> fields;
 };
 

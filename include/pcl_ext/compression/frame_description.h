@@ -29,11 +29,12 @@ struct FrameDescription {
   bool is_i_frame = false;        ///< decodes without any other frame
   bool is_of_changes = false;     ///< a P-frame that has only what changed
   Effort effort = Effort::Fast;   ///< Version1 only
-  /** \brief Occupied voxels; of the published layout only in I-frames. */
+  /** \brief Occupied voxels; of the published layout only in I-frames. Of a scan, which
+   * does not tell them, as many as points. */
   std::size_t voxels = 0;
-  /** \brief Points in the voxels: as many as voxels, unless these have numbers of points.
-   * The decoded cloud has so many or, if the stream's is_organised is set, all of the
-   * image's, of which the others are missing ones. */
+  /** \brief Points in the voxels: as many as voxels, unless these have numbers of
+   * points. The decoded cloud has so many or, if the stream's is_organised is set, all
+   * pixels of the scan, of which the others are missing ones. */
   std::size_t points = 0;
 
   VoxelGrid grid;                       ///< I-frames only
@@ -41,7 +42,7 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
-  ImageSize image;                      ///< that points are coded as; I-frames only
+  ImageSize image;                      ///< of a scan: columns, rows; I-frames only
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one

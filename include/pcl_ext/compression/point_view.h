@@ -22,7 +22,7 @@ struct FieldView {
   std::size_t stride = 0;       ///< bytes from one point to the next
 };
 
-/** \brief Columns and rows of an image; without columns there is none. */
+/** \brief Columns and rows of a cloud or an image; without columns it has none. */
 struct ImageSize {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -47,10 +47,13 @@ struct PointView {
   /** \brief Further fields, of which those are kept that StreamSettings::fields
    * names. */
   std::vector<FieldView> fields;
-  /** \brief Columns and rows of the image that a sensor made, if it has an order of
-   * points; with it points that are kept may come back in this order. Without it a field
-   * `ring`, the row of a lidar that turns, is used to find an image, with which points
-   * come back in the order of their voxels, in fewer bytes. */
+  /** \brief Columns and rows of a sensor's points, if they have any. Points that are
+   * kept (StreamSettings::keep_point_counts) come back in these, with missing ones,
+   * where the cloud is coded as a scan.
+   *
+   * Without them rows are those of a field `ring`, or are found where points are at the
+   * elevations of a lidar's lasers. Such points come back in the order of the cloud, if
+   * that is the one in which the sensor fires its lasers; else row by row. */
   ImageSize image;
   /** \brief Pixel of each point, row * width + column, all different; null: there are
    * as many points as pixels, in their order. */
@@ -78,9 +81,8 @@ public:
   virtual std::vector<FieldDescription>
   fields() const;
 
-  /** \brief Size of the image that the points are of, if they have one; then
-   * PointView::pixels says which, or they are all pixels, in their order. None without
-   * an override. */
+  /** \brief Columns and rows of the points, if they have any; then PointView::pixels
+   * says which, or they are all pixels, in their order. None without an override. */
   virtual ImageSize
   imageSize() const;
 

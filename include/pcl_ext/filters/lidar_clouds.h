@@ -34,8 +34,8 @@ struct OrderFields {
 };
 
 /** \brief Sorts points as a lidar measured them: by time, points of the same time by
- * ring. Decoded clouds, whose points are in the order of their voxels, get that of the
- * sensor back, if these fields were kept (StreamSettings::fields).
+ * ring. Decoded clouds whose points are in the order of their voxels, or row by row,
+ * get that of the sensor back, if these fields were kept (StreamSettings::fields).
  *
  * \param[in,out] cloud is unorganised afterwards; points with coordinates that are not
  * finite are removed

@@ -263,19 +263,28 @@ private:
       expectation.all = expect(around, past, gradient);
       expectation.number = expectation.all[bestSource(isNumber(past))];
       expectation.context =
-          contextOf(gradient, left_error + errors_[column] + errors_[column + 1]);
+          past_ != nullptr && !isNumber(past)
+              ? contextOfMissing(around, past)
+              : contextOf(gradient, left_error + errors_[column] + errors_[column + 1]);
       return expectation;
     }
     expectation.number = isNumber(around.left)       ? around.left
                          : isNumber(around.up)       ? around.up
                          : isNumber(around.up_right) ? around.up_right
                                                      : last_;
-    const std::size_t past_context = past_ == nullptr ? 0 : isNumber(past) ? 1 : 2;
-    expectation.context = 16 * past_context | (isNumber(around.left) ? 1u : 0u) |
-                          (isNumber(around.up) ? 2u : 0u) |
-                          (isNumber(around.up_left) ? 4u : 0u) |
-                          (isNumber(around.up_right) ? 8u : 0u);
+    expectation.context = contextOfMissing(around, past);
     return expectation;
+  }
+
+  /** \brief The context of a pixel that may well have no number: as some around it have
+   * none, or it had none in the frame before. */
+  std::size_t
+  contextOfMissing(const Around& around, std::uint32_t past) const
+  {
+    const std::size_t past_context = past_ == nullptr ? 0 : isNumber(past) ? 1 : 2;
+    return 16 * past_context | (isNumber(around.left) ? 1u : 0u) |
+           (isNumber(around.up) ? 2u : 0u) | (isNumber(around.up_left) ? 4u : 0u) |
+           (isNumber(around.up_right) ? 8u : 0u);
   }
 
   template <bool is_depths>

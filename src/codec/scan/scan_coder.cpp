@@ -147,6 +147,7 @@ ScanCoder::encode(bool is_i_frame,
   const std::size_t begin = bytes.size();
   std::size_t end_of_places = begin;
   changes_fields_ = !frame.pixels.empty() && !frame.fields.empty();
+  forgets_fields_ = is_i_frame && !changes_fields_;
   depths_.assign(frame.pixelCount(), no_number);
   for (std::size_t point = 0; point < frame.pixels.size(); ++point)
     depths_[frame.pixels[point]] = frame.depths[point];
@@ -175,11 +176,10 @@ ScanCoder::decode(bool is_i_frame,
 {
   frame.clearPoints();
   changes_fields_ = point_count > 0 && !frame.fields.empty();
+  forgets_fields_ = is_i_frame && !changes_fields_;
   depths_.clear();
-  if (point_count == 0) {
-    depths_.clear(); // the next frame has nothing before it
+  if (point_count == 0) // the next frame has nothing before it
     return begin == end;
-  }
   PlaneReader planes(work_, begin, end);
   if (!codePlaces(planes, is_i_frame, frame) || frame.pixels.size() != point_count ||
       !codeAttributes(planes, frame))
@@ -196,7 +196,10 @@ ScanCoder::learn() noexcept
   past_columns_.swap(columns_);
   if (changes_fields_)
     fields_.learn();
+  if (forgets_fields_)
+    fields_.reset();
   changes_fields_ = false;
+  forgets_fields_ = false;
 }
 
 void

@@ -95,6 +95,7 @@ private:
   std::vector<std::int32_t> past_columns_;
   ScanFields fields_;
   bool changes_fields_ = false;
+  bool forgets_fields_ = false;
   // Of the current frame; members so that their memory is reused.
   std::vector<std::uint32_t> depths_;
   std::uint32_t width_ = 0;

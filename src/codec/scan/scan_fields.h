@@ -36,6 +36,13 @@ public:
     fields_.learn();
   }
 
+  /** \brief Forgets all frames. */
+  void
+  reset() noexcept
+  {
+    fields_.reset();
+  }
+
   void
   releaseMemory();
 

@@ -90,6 +90,33 @@ TEST(ScanCoder, DepthsThatStayTakeFewBytes)
   EXPECT_LT(second.size(), first.size() * 7 / 10);
 }
 
+TEST(ScanCoder, FieldsBeginAnewAfterAnIFrameWithoutPoints)
+{
+  scan::ScanFrame frame = makeLidar();
+  addPoints(frame, 2, true);
+  addFields(frame, 2);
+  scan::ScanFrame empty = emptied(frame);
+  empty.fields = frame.fields;
+  for (FrameField& field : empty.fields)
+    field.numbers.clear();
+  scan::ScanCoder encoder;
+  std::vector<std::uint8_t> bytes;
+  encoder.encode(true, frame, bytes);
+  bytes.clear();
+  encoder.encode(true, empty, bytes);
+  EXPECT_TRUE(bytes.empty());
+  encoder.encode(false, frame, bytes);
+
+  scan::ScanCoder late_decoder; // has not seen the first frame
+  scan::ScanFrame decoded = empty;
+  ASSERT_TRUE(late_decoder.decode(true, bytes.data(), bytes.data(), 0, decoded));
+  late_decoder.learn();
+  ASSERT_TRUE(late_decoder.decode(
+      false, bytes.data(), bytes.data() + bytes.size(), frame.pixels.size(), decoded));
+  for (std::size_t field = 0; field < frame.fields.size(); ++field)
+    EXPECT_EQ(decoded.fields[field].numbers, frame.fields[field].numbers);
+}
+
 TEST(ScanCoder, OtherBytesAreNoScanOrAnotherOne)
 {
   scan::ScanFrame frame = makeLidar();

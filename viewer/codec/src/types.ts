@@ -220,7 +220,7 @@ export interface FrameDescription {
  * "faces" for the quadratic law of intensity, "points" for counts of depth cameras,
  * "rays" for snow, rain and dust in frames of lidars, "voxels" for native intensities or
  * none; "automatic" is "faces" from the first frame with a depth model on, else "rays" from
- * the first frame on that has the rows and columns of a lidar, else "voxels". */
+ * the first frame on that is the scan of a lidar, else "voxels". */
 export type DensityUnit = (typeof densityUnits)[number];
 
 /** Names of DensityUnit, in its order. */
@@ -231,8 +231,8 @@ interface UnitSettings {
   /** Intensity of a completely covered voxel face, until a frame has a depth model. Finite,
    * above 0; default: 255. */
   readonly fullIntensity?: number;
-  /** Position of the lidar in the coordinates of the voxels, metres, finite; frames with
-   * rows and columns of a lidar have it themselves, and the angles. Default: [0, 0, 0]. */
+  /** Position of the lidar in the coordinates of the voxels, metres, finite; frames that
+   * are scans of a lidar have it themselves, and the angles. Default: [0, 0, 0]. */
   readonly sensorPosition?: readonly [number, number, number];
   /** Angles between rays of a row, and between rows, radians, 0.0001 to 1. Default: 0.0035
    * and 0.007, which are 0.2 and 0.4 degrees. */

@@ -1,0 +1,208 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+"""What a frame header says of a scan: its size, the order of its points, and its rays.
+
+doc/bitstream.md, the tables of the scan and of the placement in "Frame header".
+"""
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import List, Tuple
+
+from byte_reader import ByteReader
+from invalid_frame import require
+
+ORGANISED, ROW_BY_ROW, COLUMN_BY_COLUMN = 0, 1, 2
+"""Orders of the points of a cloud."""
+_ORDER, _SPINNING, _LATTICE = 3, 4, 8
+_LONGEST_SIDE = 1 << 16
+_MOST_PIXELS = 1 << 24
+_UNIT = 1 << 30
+_HIGHEST_OF_PLANE = 1 << 45
+_MOST_STEP = 1 << 29
+"""Run and rise of a row."""
+_FARTHEST = 1 << 42
+_MOST_SPIN = 1 << 45
+_MOST_TURNS = 31
+
+Vector = Tuple[int, int, int]
+Direction = Tuple[int, int]
+"""Cosine and sine."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a spinning sensor."""
+
+    direction: Direction
+    run: int
+    rise: int
+    along: int
+    across: int
+    up: int
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where rays are, or how that changes from a column to the next."""
+
+    origin: Vector
+    vectors: Tuple[Vector, Vector, Vector]
+    """Planar: A, B and C; spinning: X, Y and Z."""
+
+
+NO_MOTION = Pose((0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
+
+
+@dataclass(frozen=True)
+class Placement:
+    """What P-frames may change."""
+
+    width: int
+    pose: Pose
+    motion: Pose = NO_MOTION
+
+
+@dataclass(frozen=True)
+class ScanTable:
+    """Size, order and rays of a scan."""
+
+    placement: Placement
+    height: int
+    order: int
+    is_spinning: bool
+    is_on_lattice: bool
+    firing_order: Tuple[int, ...] = ()
+    turns: Tuple[Direction, ...] = ()
+    rows: Tuple[Row, ...] = ()
+
+    @property
+    def width(self) -> int:
+        return self.placement.width
+
+    @property
+    def pixel_count(self) -> int:
+        return self.width * self.height
+
+    def placed(self, placement: Placement) -> "ScanTable":
+        """The table of a P-frame with a placement of its own."""
+        table = replace(self, placement=placement)
+        _require_size(table.width, table.height)
+        _require_rays(table)
+        return table
+
+
+def _require_size(width: int, height: int) -> None:
+    require(1 <= min(width, height), "the scan has no pixels")
+    require(max(width, height) <= _LONGEST_SIDE, "the scan is too wide or too high")
+    require(width * height <= _MOST_PIXELS, "the scan has too many pixels")
+
+
+def _require_length(vector: Vector, highest: int) -> None:
+    require(max(map(abs, vector)) <= highest, "a vector of the scan is too long")
+
+
+def _require_plane(placement: Placement, height: int) -> None:
+    a, b, c = placement.pose.vectors
+    width = placement.width
+    _require_length(a, _HIGHEST_OF_PLANE)
+    _require_length(b, _HIGHEST_OF_PLANE // width)
+    _require_length(c, _HIGHEST_OF_PLANE // height)
+    for column, row in product((0, width - 1), (0, height - 1)):
+        for i in range(3):
+            corner = a[i] + b[i] * column + c[i] * row
+            require(abs(corner) <= _HIGHEST_OF_PLANE, "a corner of the plane is too far")
+
+
+def _require_rays(table: ScanTable) -> None:
+    """Pose and motion are within their ranges."""
+    placement = table.placement
+    _require_length(placement.pose.origin, _FARTHEST)
+    if not table.is_spinning:
+        require(placement.motion == NO_MOTION, "a planar scan has a motion")
+        _require_plane(placement, table.height)
+        return
+    for axis in placement.pose.vectors:
+        _require_length(axis, _UNIT)
+    _require_length(placement.motion.origin, _FARTHEST)
+    for axis in placement.motion.vectors:
+        _require_length(axis, _MOST_SPIN // placement.width)
+
+
+def _vector(reader: ByteReader) -> Vector:
+    return reader.svarint(), reader.svarint(), reader.svarint()
+
+
+def _pose(reader: ByteReader) -> Pose:
+    origin = _vector(reader)
+    return Pose(origin, (_vector(reader), _vector(reader), _vector(reader)))
+
+
+def _motion(reader: ByteReader) -> Pose:
+    (has_motion,) = reader.numbers("B")
+    require(has_motion <= 1, "the byte before a motion is neither 0 nor 1")
+    return _pose(reader) if has_motion else NO_MOTION
+
+
+def _require_direction(cosine: int, sine: int) -> None:
+    require(max(abs(cosine), abs(sine)) <= _UNIT, "a cosine or sine is out of its range")
+    require(cosine**2 + sine**2 <= _UNIT * (_UNIT + 2), "a direction is too long")
+
+
+def _turns(reader: ByteReader) -> Tuple[Direction, ...]:
+    (count,) = reader.numbers("B")
+    require(1 <= count <= _MOST_TURNS, "the turns are none of 1..31")
+    turns: List[Direction] = []
+    for _ in range(count):
+        cosine, sine = reader.svarint(), reader.svarint()
+        _require_direction(cosine, sine)
+        turns.append((cosine, sine))
+    return tuple(turns)
+
+
+def _rows(reader: ByteReader, height: int) -> Tuple[Row, ...]:
+    rows: List[Row] = []
+    numbers = 7 * [0]
+    for _ in range(height):
+        numbers = [number + reader.svarint() for number in numbers]
+        cosine, sine, run, rise, *others = numbers
+        _require_direction(cosine, sine)
+        require(run**2 + rise**2 <= _MOST_STEP**2, "a step of depth is too long")
+        require(max(map(abs, others)) <= _UNIT, "a number of a row is out of its range")
+        rows.append(Row((cosine, sine), run, rise, *others))
+    return tuple(rows)
+
+
+def _firing_order(reader: ByteReader, height: int) -> Tuple[int, ...]:
+    rows = tuple(reader.varint() for _ in range(height))
+    require(sorted(rows) == list(range(height)), "the firing order lacks a row")
+    return rows
+
+
+def read_scan_table(reader: ByteReader) -> ScanTable:
+    width, height = reader.varint(), reader.varint()
+    (flags,) = reader.numbers("B")
+    _require_size(width, height)
+    require(flags <= _ORDER | _SPINNING | _LATTICE, "the flags of the scan are none")
+    order = flags & _ORDER
+    require(order <= COLUMN_BY_COLUMN, "the order of the points is unknown")
+    is_spinning = bool(flags & _SPINNING)
+    firing_order = _firing_order(reader, height) if order == COLUMN_BY_COLUMN else ()
+    pose = _pose(reader)
+    motion = _motion(reader) if is_spinning else NO_MOTION
+    table = ScanTable(
+        Placement(width, pose, motion),
+        height,
+        order,
+        is_spinning,
+        bool(flags & _LATTICE),
+        firing_order,
+        _turns(reader) if is_spinning else (),
+        _rows(reader, height) if is_spinning else (),
+    )
+    _require_rays(table)
+    return table
+
+
+def read_placement(reader: ByteReader) -> Placement:
+    """The placement of a P-frame; ScanTable.placed checks it."""
+    return Placement(reader.varint(), _pose(reader), _motion(reader))
