@@ -76,11 +76,13 @@ Bytes
 payloadOf(const VoxelFrame& frame)
 {
   FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
-  Parts parts = takeApart(encoded(encoder, frame));
-  // Without the padding that frames of so many points have.
-  parts.payload.resize(parts.payload.size() -
-                       static_cast<std::size_t>(parts.header.padding_size));
-  return parts.payload;
+  Bytes bytes = encoded(encoder, frame);
+  // Without the padding of frames with so many points, which is bytes of 0.
+  while (bytes.back() == 0)
+    bytes.pop_back();
+  return {bytes.begin() +
+              static_cast<std::ptrdiff_t>(encoder.statistics().header_bytes),
+          bytes.end()};
 }
 
 /** \brief Two voxels whose points are 19 modulo 2^32, as the header says, and a field of

@@ -47,7 +47,7 @@ def point_checksum(points: CloudPoints) -> int:
     """The checksum of the size of a cloud, and of what its points have, but fields."""
     numbers = [points.width, points.height]
     for i, (index, position) in enumerate(zip(points.indices, points.positions)):
-        numbers += [index, *struct.unpack("<3Q", struct.pack("<3d", *position))]
+        numbers += [index, *struct.unpack("<3I", struct.pack("<3f", *position))]
         numbers += points.symbols[i : i + 1]
         for colour in points.colours[i : i + 1]:
             numbers += colour

@@ -110,7 +110,8 @@ public:
 };
 
 /** \brief The same of points: width and height of their cloud, and of each point its index,
- * the bits of its position, its intensity and its colour. */
+ * the bits of its position as floats, its intensity and its colour. Not as doubles, whose
+ * last bits differ where processors have more of them than a double. */
 class PointChecksum : public Checksum {
 public:
   explicit PointChecksum(const VoxelFrame& frame)
@@ -120,8 +121,9 @@ public:
     add(points.height);
     for (std::size_t i = 0; i < points.indices.size(); ++i) {
       add(points.indices[i]);
-      for (const double coordinate : points.positions[i]) {
-        std::uint64_t bits = 0;
+      for (const double position : points.positions[i]) {
+        const auto coordinate = static_cast<float>(position);
+        std::uint32_t bits = 0;
         std::memcpy(&bits, &coordinate, sizeof(bits));
         add(bits);
       }
