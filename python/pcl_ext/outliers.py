@@ -131,7 +131,8 @@ class OutlierRemoval:
         numpy.ndarray
             float32, one for each point, in the shape of the cloud: natural logarithm of the
             odds of surface against noise; infinite where none is judged (see `status`), NaN
-            where a cloud of rows and columns has no point.
+            where a cloud of rows and columns has no point, or a point is too far away for a
+            voxel.
         """
         native = getattr(decoder, "_native", None)
         if not isinstance(native, _native.Decoder):

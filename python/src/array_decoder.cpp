@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <new>
+#include <utility>
 
 namespace pcl_ext {
 namespace python {
@@ -36,7 +37,7 @@ ArrayDecoder::Scores
 ArrayDecoder::score(OutlierFilter& outliers)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  io::setVoxels(frame_);
+  makeVoxels();
   const std::vector<float> log_odds = outliers.score(frame_);
   if (!frame_.has_point_counts || log_odds.size() != frame_.size())
     return {log_odds, 1, log_odds.size()};
@@ -49,6 +50,24 @@ ArrayDecoder::score(OutlierFilter& outliers)
     for (std::uint32_t i = 0; i < frame_.point_counts[voxel]; ++i)
       scores.log_odds[frame_.cloudIndex(point++)] = log_odds[voxel];
   return scores;
+}
+
+void
+ArrayDecoder::makeVoxels()
+{
+  if (!frame_.points.areThere() || !frame_.keys.empty())
+    return;
+  // Points outside the grid have no voxel, and a single row would close their gaps.
+  const std::uint32_t width = frame_.points.width;
+  io::FrameField places;
+  places.numbers.assign(frame_.points.indices.begin(), frame_.points.indices.end());
+  frame_.fields.push_back(std::move(places));
+  io::setVoxels(frame_);
+  frame_.points.width = width;
+  for (std::size_t i = 0; i < frame_.points.indices.size(); ++i)
+    frame_.points.indices[i] =
+        static_cast<std::uint32_t>(frame_.fields.back().numbers[i]);
+  frame_.fields.pop_back();
 }
 
 std::optional<io::FrameStamp>

@@ -44,7 +44,7 @@ public:
 
   /** \brief Log-odds of the points of a cloud. */
   struct Scores {
-    std::vector<float> log_odds; ///< NaN where an image has no point
+    std::vector<float> log_odds; ///< NaN where there is no point, or no voxel for it
     std::size_t rows = 1;
     std::size_t columns = 0;
   };
@@ -63,6 +63,11 @@ public:
   statistics() const;
 
 private:
+  /** \brief Makes voxels of a frame that has its points only, which stay where they are
+   * in the cloud that was returned. */
+  void
+  makeVoxels();
+
   mutable std::mutex mutex_;
   io::FrameDecoder decoder_;
   io::VoxelFrame frame_; // member so that its memory is reused

@@ -152,9 +152,55 @@ changeScale(io::IntensityScale& scale, Random& random)
 }
 
 inline void
+changePose(io::scan::RayPose& pose, Random& random)
+{
+  if (random.oneOf(2))
+    change(pose.origin[random.below(3)], random);
+  else
+    change(pose.vectors[random.below(3)][random.below(3)], random);
+}
+
+/** \brief Changes the size of a scan, the order of its points or its rays. */
+inline void
+changeScan(io::scan::ScanLayout& scan, Random& random)
+{
+  io::scan::ScanRays& rays = scan.rays;
+  switch (random.below(8)) {
+  case 0:
+    change(random.oneOf(2) ? scan.width : scan.height, random);
+    break;
+  case 1:
+    scan.order = static_cast<io::scan::PointOrder>(random.below(3));
+    break;
+  case 2:
+    scan.is_on_lattice = !scan.is_on_lattice;
+    break;
+  case 3:
+    if (!scan.firing_order.empty())
+      change(scan.firing_order[random.below(scan.firing_order.size())], random);
+    break;
+  case 4:
+    if (!rays.turns.empty())
+      change(rays.turns[random.below(rays.turns.size())][random.below(2)], random);
+    break;
+  case 5:
+    if (!rays.rows.empty()) {
+      io::scan::RayRow& row = rays.rows[random.below(rays.rows.size())];
+      change(random.oneOf(2) ? row.run : row.across, random);
+    }
+    break;
+  case 6:
+    changePose(rays.motion, random);
+    break;
+  default:
+    changePose(rays.pose, random);
+  }
+}
+
+inline void
 changeContent(io::Version1Header& header, Random& random)
 {
-  switch (random.below(8)) {
+  switch (random.below(9)) {
   case 0:
     header.content.refinement_levels = static_cast<unsigned int>(random.below(22));
     break;
@@ -175,6 +221,9 @@ changeContent(io::Version1Header& header, Random& random)
     break;
   case 6:
     change(header.padding_size, random);
+    break;
+  case 7:
+    header.content.has_scan = !header.content.has_scan;
     break;
   default:
     change(header.supplement_size, random);
@@ -242,7 +291,13 @@ changeVersion1(RowFrame& frame, Random& random)
     return;
   }
   const std::size_t kind = random.below(8);
-  if (kind < 3)
+  if (kind < 2)
+    changeHeader(*parts, random);
+  else if (kind == 2 && parts->header.placement)
+    changePose(parts->header.placement->pose, random);
+  else if (kind == 2 && parts->header.content.has_scan)
+    changeScan(parts->header.scan, random);
+  else if (kind == 2)
     changeHeader(*parts, random);
   else if (kind == 3 && parts->header.has_depth_model)
     changeDepthModel(parts->payload, random);

@@ -14,6 +14,7 @@
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "small_streams.h"
+#include "support/scan_frames.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -22,6 +23,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -193,6 +195,37 @@ writeSmallStreams(SeedWriter& writer)
   }
 }
 
+/** \brief Scans of a camera and of a lidar of a few points, as of the golden ones I-frames
+ * alone are small enough. The sensor moves. */
+void
+writeSmallScans(SeedWriter& writer)
+{
+  using namespace pcl_ext::io;
+  const auto write = [&writer](const std::string& name, const scan::ScanFrame& sensor) {
+    FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Fast);
+    Bytes stream;
+    Bytes frame;
+    for (unsigned int i = 0; i < 4; ++i) {
+      scan::ScanFrame scan = sensor;
+      scan.rays.pose.origin[0] += 1000 * (i / 2);
+      test::addPoints(scan, i, sensor.rays.shape == scan::RayShape::Spinning);
+      test::addFields(scan, i);
+      require(encoder.encode(scan, std::nullopt, frame).ok());
+      append(frame, stream);
+    }
+    writeParts("small_scans_" + name, stream, 100, writer);
+  };
+  scan::ScanFrame camera = test::makeCamera();
+  camera.width = 5;
+  camera.height = 4;
+  write("camera", camera);
+  scan::ScanFrame lidar = test::makeLidar();
+  test::fireOddRowsFirst(lidar);
+  lidar.width = 3;
+  lidar.rays.columns.resize(lidar.width);
+  write("lidar", lidar);
+}
+
 /** \brief Inputs of targets whose bytes are choices. */
 void
 writeChoices(SeedWriter& writer)
@@ -242,6 +275,7 @@ main(int argc, char** argv)
   for (const char* const folder : {"golden", "invalid"})
     writeFiles(data / folder, writer);
   writeSmallStreams(writer);
+  writeSmallScans(writer);
   writeChoices(writer);
   return writer.isGood() ? 0 : 1;
 }

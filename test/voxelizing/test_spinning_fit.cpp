@@ -105,7 +105,7 @@ locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)
   frame.grid.first_index = {-(1 << 15), -(1 << 15), -(1 << 15)};
   frame.width = 1800;
   frame.height = 8;
-  setSpinningRays(fit, pose, frame.grid, frame.width, frame.rays);
+  EXPECT_TRUE(setSpinningRays(fit, pose, frame.grid, frame));
   frame.rays.columns.resize(frame.width);
   for (const PixelPoint& point : points) {
     const Eigen::Vector3d still =
@@ -130,6 +130,7 @@ TEST(SpinningFit, PointsAreOnItsRays)
   const std::vector<PixelPoint> points = makeTurn(rows);
   const auto fit = fitSpinning(points, 8, 1800, 0.001);
   ASSERT_TRUE(fit.has_value());
+  EXPECT_FALSE(fit->has_motion);
   EXPECT_TRUE(fit->motion.velocity.isZero());
   const scan::ScanFrame frame = locate(*fit, points);
   EXPECT_EQ(frame.pixels.size(), points.size());
@@ -149,6 +150,20 @@ TEST(SpinningFit, FindsHowTheSensorMoved)
   EXPECT_DOUBLE_EQ(fit->depth_step, 0.004);
   const scan::ScanFrame frame = locate(*fit, points);
   EXPECT_LT(frame.beside.size(), points.size() / 20);
+}
+
+TEST(SpinningFit, FollowsHowTheSensorMoves)
+{
+  std::vector<std::uint32_t> rows;
+  auto fit = fitSpinning(
+      makeTurn(rows, {0.4, -0.1, 0.02}, {0.002, -0.001, 0.0}), 8, 1800, 0.001);
+  ASSERT_TRUE(fit.has_value());
+  ASSERT_TRUE(fit->has_motion);
+  const Eigen::Vector3d velocity(0.3, 0.2, 0.02);
+  const std::vector<PixelPoint> points = makeTurn(rows, velocity, {0.001, 0.001, 0.0});
+  followMotion(points, 1800, *fit);
+  EXPECT_LT((fit->motion.velocity - velocity).norm(), 0.001);
+  EXPECT_LT(locate(*fit, points).beside.size(), points.size() / 20);
 }
 
 TEST(SpinningFit, FewPointsAreNoLidar)
