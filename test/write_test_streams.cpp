@@ -76,10 +76,11 @@ Bytes
 payloadOf(const VoxelFrame& frame)
 {
   FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
-  const Bytes bytes = encoded(encoder, frame);
-  return {bytes.begin() +
-              static_cast<std::ptrdiff_t>(encoder.statistics().header_bytes),
-          bytes.end()};
+  Parts parts = takeApart(encoded(encoder, frame));
+  // Without the padding that frames of so many points have.
+  parts.payload.resize(parts.payload.size() -
+                       static_cast<std::size_t>(parts.header.padding_size));
+  return parts.payload;
 }
 
 /** \brief Two voxels whose points are 19 modulo 2^32, as the header says, and a field of

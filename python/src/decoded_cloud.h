@@ -18,7 +18,7 @@ namespace py = pybind11;
 /** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or
  * as float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as
  * float32, r, g, b as uint8, and further fields, which replace an intensity and a colour
- * of the same name. In rows and columns if the frame keeps these. */
+ * of the same name. In rows and columns if the frame has these. */
 class DecodedCloud {
 public:
   /** \brief Copies the voxels of a frame; does not need the GIL. */

@@ -32,10 +32,8 @@ class CloudPoints:
 
 def _coordinate(place: int, axis: int, grid: Grid, is_on_lattice: bool) -> float:
     first, origin = grid.first_index[axis], grid.origin[axis]
-    if is_on_lattice:
-        return (float(first + (place >> 32)) + 0.5) * grid.resolution + origin
-    unit = 2.0**-32 * grid.resolution
-    return float(place) * unit + (float(first) * grid.resolution + origin)
+    edges = float(place >> 32) + 0.5 if is_on_lattice else 2.0**-32 * float(place)
+    return (float(first) + edges) * grid.resolution + origin
 
 
 def _position(place: Vector, grid: Grid, is_on_lattice: bool) -> Position:

@@ -84,21 +84,20 @@ void
 setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& positions)
 {
   const VoxelGrid& grid = scan.grid;
-  std::array<double, 3> corner;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    corner[axis] = grid.lowerCorner(axis);
-  const double unit = 0x1p-32 * grid.resolution;
   PointPlaces places(scan);
   positions.resize(scan.pixels.size());
   for (std::array<double, 3>& position : positions) {
     const Triple place = places.next();
-    for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // In edges first, as that product is exact: machines that round a product and a
+      // sum at once compute the same, but for the origin of another lattice.
+      const double edges = scan.is_on_lattice
+                               ? static_cast<double>(place[axis] >> 32) + 0.5
+                               : 0x1p-32 * static_cast<double>(place[axis]);
       position[axis] =
-          scan.is_on_lattice
-              ? (static_cast<double>(grid.first_index[axis] + (place[axis] >> 32)) +
-                 0.5) * grid.resolution +
-                    grid.origin[axis]
-              : static_cast<double>(place[axis]) * unit + corner[axis];
+          (static_cast<double>(grid.first_index[axis]) + edges) * grid.resolution +
+          grid.origin[axis];
+    }
   }
 }
 
