@@ -54,6 +54,12 @@ public:
     return {};
   }
 
+  bool
+  removesNoise() const override
+  {
+    return cloud_.outliers != nullptr;
+  }
+
   void
   removeNoise(io::VoxelFrame& frame) override
   {

@@ -192,7 +192,7 @@ SensorSource::judgePoints()
 void
 SensorSource::removeNoise(io::VoxelFrame& frame)
 {
-  if (!filters_->outlier_removal || judges_points_)
+  if (!removesNoise())
     return;
   VoxelOutlierRemoval& removal = *filters_->outlier_removal;
   const Eigen::Vector3d sensor(sensor_to_world_->translation());

@@ -62,6 +62,12 @@ public:
   io::CompressionStatus
   open(io::OpenedCloud& opened) override;
 
+  bool
+  removesNoise() const override
+  {
+    return filters_->outlier_removal && !judges_points_;
+  }
+
   void
   removeNoise(io::VoxelFrame& frame) override;
 

@@ -42,6 +42,12 @@ private:
 
 CloudSource::~CloudSource() = default;
 
+bool
+CloudSource::removesNoise() const
+{
+  return false;
+}
+
 void
 CloudSource::removeNoise(VoxelFrame& /*frame*/)
 {}

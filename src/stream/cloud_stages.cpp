@@ -129,7 +129,7 @@ CloudStages::takeSettings(const EncoderSettings& settings,
   std::optional<ScanChoice> scan_choice;
   if (!voxelizer_ || !haveSameVoxels(taken, settings_)) {
     voxelizer.emplace(taken, unit_);
-    if (!noise_removal_ && ScanCollector::isPossible(taken, unit_)) {
+    if (ScanCollector::isPossible(taken, unit_)) {
       scans.emplace(taken, unit_);
       scan_choice.emplace(taken);
     }
@@ -213,7 +213,7 @@ CloudStages::encodeCloud(PointBatches& points,
     return status;
   const bool is_i_frame_due = encoder_.isIFrameDue();
   CompressionStatus status;
-  if (!scans_ || !scan_choice_->mayBeScan(is_i_frame_due) ||
+  if (!scans_ || source.removesNoise() || !scan_choice_->mayBeScan(is_i_frame_due) ||
       !scans_->collect(points,
                        contents_->fields(),
                        info.sensor_pose,

@@ -140,6 +140,11 @@ public:
   virtual CompressionStatus
   open(OpenedCloud& cloud) = 0;
 
+  /** \brief Whether removeNoise() may remove voxels of the cloud that is open, which then
+   * has to be coded as voxels; not without an override. */
+  virtual bool
+  removesNoise() const;
+
   /** \brief Removes noise from the voxels; none without an override. */
   virtual void
   removeNoise(VoxelFrame& frame);
