@@ -172,7 +172,7 @@ Version1Encoder::encode(bool is_i_frame,
   payload_.clear();
   const std::size_t geometry = state_.scanCoder().encode(is_i_frame, scan, payload_);
   const std::uint32_t checksum =
-      writeFrame({0,
+      writeFrame({header.voxel_count,
                   0,
                   std::max<std::uint64_t>(header.point_count, scan.pixelCount()),
                   fieldValuesOf(header, header.fields)},
