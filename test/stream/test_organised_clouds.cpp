@@ -304,7 +304,7 @@ TEST_P(OrganisedClouds, OfStillScenesTakeNextToNothing)
     first_bytes = i == 0 ? bytes.size() : first_bytes;
     // What is left of a scan are its tables.
     EXPECT_TRUE(encoder.statistics().coding.is_i_frame ||
-                8 * bytes.size() < first_bytes)
+                3 * bytes.size() < first_bytes)
         << i << ": " << bytes.size() << " of " << first_bytes;
   }
   EXPECT_LE(i_frames, 2u);

@@ -246,9 +246,13 @@ TEST_P(RingClouds, MayHavePointsAtTheSensor)
 
 TEST_P(RingClouds, GoOnBehindOneWithoutAnOrder)
 {
+  std::mt19937_64 random(22);
   RingCloud cloud = ringCloud(1);
   for (std::array<float, 3>& point : cloud.points)
-    point = {0.0f, 0.0f, 1.0f};
+    point = {uniform(random, -5.0f, 5.0f),
+             uniform(random, -5.0f, 5.0f),
+             uniform(random, -5.0f, 5.0f)};
+  std::fill(cloud.rings.begin(), cloud.rings.end(), std::int16_t{-1});
   expectCloud(ringCloud(0));
   expectCloud(cloud);
   EXPECT_FALSE(encoder_.statistics().coding.has_points);

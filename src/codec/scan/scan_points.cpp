@@ -83,9 +83,11 @@ sensorOf(const ScanRays& rays)
 void
 setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& positions)
 {
+  positions.resize(scan.pixels.size());
+  if (positions.empty()) // then there are no columns
+    return;
   const VoxelGrid& grid = scan.grid;
   PointPlaces places(scan);
-  positions.resize(scan.pixels.size());
   for (std::array<double, 3>& position : positions) {
     const Triple place = places.next();
     for (std::size_t axis = 0; axis < 3; ++axis) {
