@@ -92,11 +92,11 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
       fields += (fields.empty() ? "" : ", ") + field.name.substr(0, longest_name);
   if (count > most_named)
     fields += ", ...";
-  const std::string order =
-      cloud.height <= 1 ? ""
-      : settings.compression.keep_point_counts
-          ? "the rows and columns of the points are kept only where that saves bytes"
-          : "the rows and columns of the points are not kept";
+  const std::string order = cloud.height <= 1 ? ""
+                            : settings.compression.keep_point_counts
+                                ? "the rows and columns of the points are kept only "
+                                  "where that takes hardly more bytes"
+                                : "the rows and columns of the points are not kept";
   if (fields.empty())
     return order;
   return "fields that are left out: " + fields + (order.empty() ? "" : "; ") + order;

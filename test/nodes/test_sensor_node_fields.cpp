@@ -78,7 +78,7 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
   const pcl::PCLPointCloud2 cloud = lidarMessage();
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: beyond; the rows and columns of the points are "
-            "kept only where that saves bytes");
+            "kept only where that takes hardly more bytes");
   FrameDecoder decoder;
   const VoxelFrame frame =
       decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));

@@ -64,7 +64,10 @@ TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
   const pcl::PointCloud<pcl::PointXYZI> sent = organisedWall();
   std::filesystem::create_directory(folder / "wall");
   ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "wall/0.pcd", sent), 0);
-  expectRun("encode wall -o x.mcap -r 0.002 --law native --keep-point-counts");
+  const ProgramRun encoding =
+      run("encode wall -o x.mcap -r 0.002 --law native --keep-point-counts");
+  EXPECT_EQ(encoding.status, 0) << encoding.errors;
+  EXPECT_TRUE(hasPart(encoding.errors, "kept only where")) << encoding.errors;
   expectRun("decode x.mcap -o out");
   expectRun("decode x.mcap -o bright --min-intensity 100");
   const pcl::PointCloud<pcl::PointXYZI> received = readCloud(folder / "out/000000.pcd");
