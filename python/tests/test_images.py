@@ -1,5 +1,5 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-"""Arrays of rows and columns, which come back as such where that saves bytes."""
+"""Arrays of rows and columns, which come back as such where that takes hardly more bytes."""
 
 import numpy as np
 

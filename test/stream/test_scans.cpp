@@ -65,11 +65,10 @@ expectPoints(const VoxelFrame& frame, const scan::ScanFrame& scan)
     const std::size_t point = order[i];
     ASSERT_EQ(frame.cloudIndex(i), is_organised ? scan.pixels[point] : i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double edges =
-          scan.is_on_lattice
-              ? 0.5 + std::floor(
-                          std::ldexp(static_cast<double>(places[point][axis]), -32))
-              : std::ldexp(static_cast<double>(places[point][axis]), -32);
+      const std::int64_t place = places[point][axis];
+      const double edges = scan.is_on_lattice
+                               ? 0.5 + static_cast<double>(place >> 32)
+                               : std::ldexp(static_cast<double>(place), -32);
       ASSERT_NEAR(frame.points.positions[i][axis],
                   scan.grid.lowerCorner(axis) + edges * scan.grid.resolution,
                   1e-6 * scan.grid.resolution);
