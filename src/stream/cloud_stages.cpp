@@ -225,7 +225,8 @@ CloudStages::encodeCloud(PointBatches& points,
   else if (status.ok())
     status = encodeScan(points, info, bytes);
   if (status.ok() && scan_choice_ &&
-      scan_choice_->follow(encoder_.statistics(), voxelization_.points_used))
+      (scan_choice_->follow(encoder_.statistics(), voxelization_.points_used) ||
+       scans_->wantsOtherRays()))
     encoder_.requestIFrame();
   return status;
 }

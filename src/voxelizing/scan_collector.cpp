@@ -68,6 +68,7 @@ ScanCollector::collect(PointBatches& points,
 {
   scan.clearPoints();
   status = CompressionStatus();
+  wants_other_rays_ = false;
   SensorCloudReader::Contents contents;
   contents.intensities = unit_ != IntensityUnit::None;
   contents.colours = settings_.colour_bits > 0 && points.hasColours();

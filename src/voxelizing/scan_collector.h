@@ -54,6 +54,14 @@ public:
           VoxelizationStatistics& statistics,
           CompressionStatus& status);
 
+  /** \brief Whether the rays of before fit the last cloud much worse than the one that they
+   * were found in, so that the next frame had better be an I-frame. */
+  bool
+  wantsOtherRays() const
+  {
+    return wants_other_rays_;
+  }
+
   void
   releaseMemory();
 
@@ -101,6 +109,7 @@ private:
   double coordinate_step_ = 0.0;
   double fitted_share_ = 0.0;     // of points beside the rays that were fitted
   std::size_t fitted_points_ = 0; // that they were fitted to
+  bool wants_other_rays_ = false;
   // Of the current cloud; members so that their memory is reused.
   SensorCloud cloud_;
   std::vector<std::uint32_t> pixels_; // of points, in the order of the cloud
