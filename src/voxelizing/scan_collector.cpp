@@ -264,10 +264,14 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   constexpr double growth = 1.1;
   constexpr double least_growth = 0.01;
   const bool has_many_more = cloud_.size() > 2 * fitted_points_;
-  if (append_all() &&
-      (!refits ||
-       (!has_many_more && share_beside() <= growth * fitted_share_ + least_growth)))
-    return true;
+  if (append_all()) {
+    const double share = share_beside();
+    if (!refits || (!has_many_more && share <= growth * fitted_share_ + least_growth)) {
+      // Less than that is not worth an I-frame.
+      wants_other_rays_ = share > 1.5 * fitted_share_ + 0.2;
+      return true;
+    }
+  }
   if (!rays_.fit(cloud_, columns_, sensor_pose, grid_, scan) || !append_all())
     return false;
   fitted_share_ = share_beside();
