@@ -104,10 +104,14 @@ public:
   void
   check(const InputFrame& frame) override
   {
-    const io::VoxelGrid& grid = encoder_.voxelFrame().grid;
+    const io::VoxelFrame& voxels = encoder_.voxelFrame();
+    const io::VoxelGrid& grid = voxels.grid;
     pcl::Indices kept;
     pcl::removeNaNFromPointCloud(*decoded_, *positions_, kept);
-    checkPoints(*frame.positions, *positions_, {grid.origin, grid.resolution});
+    if (voxels.points.areThere())
+      checkPointsInOrder(*frame.positions, *positions_, grid.resolution);
+    else
+      checkPoints(*frame.positions, *positions_, {grid.origin, grid.resolution});
   }
 
 private:

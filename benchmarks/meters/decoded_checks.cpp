@@ -136,6 +136,25 @@ checkVoxels(const PositionCloud& points,
 }
 
 void
+checkPointsInOrder(const PositionCloud& points,
+                   const PositionCloud& decoded,
+                   double edge)
+{
+  bool are_near = points.size() == decoded.size();
+  for (std::size_t i = 0; are_near && i < points.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto expected = static_cast<double>(points[i].data[axis]);
+      const double rounding = std::abs(expected) * 0x1p-23;
+      are_near &= std::abs(static_cast<double>(decoded[i].data[axis]) - expected) <=
+                  edge / 2.0 + rounding;
+    }
+  if (!are_near)
+    throw std::runtime_error("of " + std::to_string(points.size()) + " points " +
+                             std::to_string(decoded.size()) +
+                             " were decoded, or some are too far away");
+}
+
+void
 checkPoints(const PositionCloud& points,
             const PositionCloud& decoded,
             const Lattice& lattice)

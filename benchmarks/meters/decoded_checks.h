@@ -50,6 +50,18 @@ checkPoints(const PositionCloud& points,
             const PositionCloud& decoded,
             const Lattice& lattice);
 
+/** \brief Checks that each coordinate is at most half an edge from that of the same point,
+ * but for the rounding of floats.
+ * \param[in] points what was encoded
+ * \param[in] decoded in the same order
+ * \param[in] edge metres
+ * \throws std::runtime_error if one is further
+ */
+void
+checkPointsInOrder(const PositionCloud& points,
+                   const PositionCloud& decoded,
+                   double edge);
+
 /** \brief Checks exactly that each decoded voxel has the sum of its points'
  * intensities.
  * \param[in] points what was encoded
