@@ -25,7 +25,7 @@ enum class Match { Some, All, NoPoints };
 Match
 matchMultiples(PointBatches& points, double step, double tolerance)
 {
-  const double most_steps = static_cast<double>(lattice_end) - 1.0;
+  const double most_lattice_steps = static_cast<double>(lattice_end) - 1.0;
   const double inverse = 1.0 / step;
   const double tolerated = tolerance / step;
   // Adding it rounds a number below 2^51 to the nearest whole one.
@@ -40,7 +40,7 @@ matchMultiples(PointBatches& points, double step, double tolerance)
       result = Match::All;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double steps = static_cast<double>(point[axis]) * inverse;
-        if (!(std::abs(steps) < most_steps &&
+        if (!(std::abs(steps) < most_lattice_steps &&
               std::abs(steps - ((steps + rounding) - rounding)) <= tolerated))
           return false;
       }
