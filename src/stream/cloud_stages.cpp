@@ -85,7 +85,10 @@ CloudStages::voxelize(const PointView& points,
   SingleBatch batch(points);
   if (CompressionStatus status = contents_->select(batch); !status.ok())
     return status;
-  return voxelizeBatches(batch, sensor_pose, frame);
+  CompressionStatus status = voxelizeBatches(batch, sensor_pose, frame);
+  if (voxelizer_->hasChanged())
+    encoder_.requestIFrame();
+  return status;
 }
 
 /** \brief Begins the rate control with settings; the stream goes on. */
@@ -240,6 +243,8 @@ CloudStages::encodeVoxels(PointBatches& points,
   if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
       !status.ok())
     return status;
+  if (voxelizer_->hasChanged())
+    encoder_.requestIFrame();
   source.removeNoise(frame_);
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())
@@ -257,20 +262,25 @@ CloudStages::encodeScan(PointBatches& points,
   filtering_ = TemporalFilterStatus();
   frame_.clearVoxels();
   is_scan_ = true;
-  const VoxelizationStatistics of_scan = voxelization_;
+  VoxelizationStatistics of_voxels;
+  const bool is_trial = scan_choice_->isTrial(encoder_.isIFrameDue());
+  if (is_trial) { // before the scan is coded, as voxels may be others if an I-frame is due
+    const VoxelizationStatistics of_scan = voxelization_;
+    if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
+        !status.ok())
+      return status;
+    of_voxels = std::exchange(voxelization_, of_scan);
+  }
   CompressionStatus status = encoder_.encode(scan_, info.stamp, bytes);
-  const bool is_i_frame = encoder_.statistics().is_i_frame;
-  if (!status.ok() || !scan_choice_->isTrial(is_i_frame))
+  if (!status.ok() || !is_trial)
     return status;
-  if (CompressionStatus voxelized = voxelizeBatches(points, info.sensor_pose, frame_);
-      !voxelized.ok())
-    return voxelized;
-  if (!scan_choice_->takesVoxels(frame_, bytes.size(), is_i_frame)) {
-    voxelization_ = of_scan;
+  if (!scan_choice_->takesVoxels(
+          frame_, bytes.size(), encoder_.statistics().is_i_frame)) {
     frame_.clearVoxels();
     return status;
   }
   is_scan_ = false;
+  voxelization_ = of_voxels;
   encoder_.dropLastFrame();
   return encoder_.encode(frame_, info.stamp, bytes);
 }
@@ -304,8 +314,6 @@ CloudStages::voxelizeBatches(PointBatches& points,
   // grow.
   voxelization_ =
       voxelizer_->voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
-  if (voxelizer_->hasChanged())
-    encoder_.requestIFrame();
   if (CompressionStatus status = contents_->collect(
           points, sensor_pose, settings_, voxelization_.points_used, frame);
       !status.ok())
