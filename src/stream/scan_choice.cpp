@@ -19,12 +19,13 @@ constexpr double most_growth = 1.25;
  * needs. */
 constexpr unsigned int trial_frames = 8;
 
-/** \brief Whether a scan takes hardly more bytes, as the order of points is worth a few
- * bytes. */
+/** \brief Whether scans take hardly more bytes, as the order of points is worth a few
+ * bytes. Even a scene that stands still takes some for each scan. */
 bool
-isScanBetter(std::size_t as_scan, std::size_t as_voxels)
+isScanBetter(std::size_t as_scan, std::size_t as_voxels, std::size_t frames)
 {
-  return 20 * as_scan <= 21 * as_voxels;
+  constexpr std::size_t bytes_of_order = 512;
+  return 20 * as_scan <= 21 * (as_voxels + bytes_of_order * frames);
 }
 
 } // namespace
@@ -42,7 +43,7 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
       wants_voxels_ = addPFrame(bytes, as_voxels);
     return false;
   }
-  is_scan_ = isScanBetter(bytes, as_voxels);
+  is_scan_ = isScanBetter(bytes, as_voxels, 1);
   tried_density_ = 0.0; // that of the frame
   const bool is_clear = std::max(bytes, as_voxels) > 2 * std::min(bytes, as_voxels);
   untried_i_frames_ = is_clear ? untried_i_frames : 0;
@@ -64,7 +65,8 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
   }
   if (trial.p_frames < trial_frames)
     return false;
-  is_scan_ = isScanBetter(trial.as_scan, trial.as_voxels);
+  is_scan_ = isScanBetter(
+      trial.as_scan, trial.as_voxels, trial_frames - trial_frames / 2);
   untried_i_frames_ = untried_i_frames;
   tried_density_ = 0.0;
   trial_.reset();

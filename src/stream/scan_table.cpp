@@ -19,11 +19,13 @@ using scan::RayShape;
 using scan::ScanLayout;
 using scan::ScanRays;
 
-// Of the byte after width and height; the order is in the lowest two bits.
+// Of the byte after width and height; the order is in the lowest two bits, the shape of
+// the rays in the next two.
 constexpr unsigned int order_mask = 3;
-constexpr unsigned int spinning_flag = 4;
-constexpr unsigned int lattice_flag = 8;
-constexpr unsigned int known_flags = order_mask | spinning_flag | lattice_flag;
+constexpr unsigned int shape_shift = 2;
+constexpr unsigned int shape_mask = 3;
+constexpr unsigned int lattice_flag = 16;
+constexpr unsigned int most_flags = 31;
 
 /** \brief The numbers of a row, in the order of the table. */
 constexpr std::array<std::int32_t RayRow::*, 7> row_numbers = {&RayRow::cosine,
@@ -136,14 +138,14 @@ writeScanTable(const ScanLayout& layout, ByteWriter& writer)
 {
   writer.varint(layout.width);
   writer.varint(layout.height);
-  const bool is_spinning = layout.rays.shape == RayShape::Spinning;
+  const auto shape = static_cast<unsigned int>(layout.rays.shape);
   writer.u8(static_cast<std::uint8_t>(static_cast<unsigned int>(layout.order) |
-                                      (is_spinning ? spinning_flag : 0u) |
+                                      shape << shape_shift |
                                       (layout.is_on_lattice ? lattice_flag : 0u)));
   for (const std::uint16_t row : layout.firing_order)
     writer.varint(row);
   writePose(layout.rays.pose, writer);
-  if (!is_spinning)
+  if (layout.rays.shape != RayShape::Spinning)
     return;
   writeMotion(layout.rays.motion, writer);
   writeSpinningRays(layout.rays, writer);
@@ -158,8 +160,8 @@ readScanTable(ByteSource& source, ScanLayout& layout)
   const std::uint8_t flags = source.u8();
   if (source.failure() != ByteSource::Failure::None)
     return {};
-  if (width > scan::most_side || height > scan::most_side ||
-      width * height > scan::most_pixels || (flags & ~known_flags) != 0)
+  if (width > scan::most_pixels || height > scan::most_pixels ||
+      width * height > scan::most_pixels || flags > most_flags)
     return corruptFrame("invalid scan");
   layout.width = static_cast<std::uint32_t>(width);
   layout.height = static_cast<std::uint32_t>(height);
@@ -174,8 +176,7 @@ readScanTable(ByteSource& source, ScanLayout& layout)
       return corruptFrame("invalid scan");
     layout.firing_order.push_back(static_cast<std::uint16_t>(row));
   }
-  layout.rays.shape =
-      (flags & spinning_flag) != 0 ? RayShape::Spinning : RayShape::Planar;
+  layout.rays.shape = static_cast<RayShape>(flags >> shape_shift & shape_mask);
   readPose(source, layout.rays.pose);
   if (layout.rays.shape == RayShape::Spinning) {
     readMotion(source, layout.rays.motion);
@@ -190,6 +191,7 @@ void
 writeScanPlacement(const ScanPlacement& placement, ByteWriter& writer)
 {
   writer.varint(placement.width);
+  writer.varint(placement.height);
   writePose(placement.pose, writer);
   writeMotion(placement.motion, writer);
 }
@@ -197,9 +199,11 @@ writeScanPlacement(const ScanPlacement& placement, ByteWriter& writer)
 void
 readScanPlacement(ByteSource& source, ScanPlacement& placement)
 {
-  const std::uint64_t width = source.varint();
-  // 0 is the width of no layout.
-  placement.width = width <= scan::most_side ? static_cast<std::uint32_t>(width) : 0;
+  for (std::uint32_t* const side : {&placement.width, &placement.height}) {
+    const std::uint64_t length = source.varint();
+    // 0 is a side of no layout.
+    *side = length <= scan::most_pixels ? static_cast<std::uint32_t>(length) : 0;
+  }
   readPose(source, placement.pose);
   readMotion(source, placement.motion);
 }

@@ -24,20 +24,21 @@ readScanTable(ByteSource& source, scan::ScanLayout& layout);
 /** \brief What a P-frame's header has of the layout, if it has changed. */
 struct ScanPlacement {
   std::uint32_t width = 0;
+  std::uint32_t height = 0;
   scan::RayPose pose;
   scan::RayPose motion; ///< of a spinning sensor
 
   bool
   operator!=(const ScanPlacement& other) const
   {
-    return width != other.width || pose != other.pose || motion != other.motion;
+    return width != other.width || height != other.height || pose != other.pose || motion != other.motion;
   }
 };
 
 inline ScanPlacement
 placementOf(const scan::ScanLayout& layout)
 {
-  return {layout.width, layout.rays.pose, layout.rays.motion};
+  return {layout.width, layout.height, layout.rays.pose, layout.rays.motion};
 }
 
 /** \brief Sets the placement of a layout, unchecked. */
@@ -45,6 +46,7 @@ inline void
 setPlacement(const ScanPlacement& placement, scan::ScanLayout& layout)
 {
   layout.width = placement.width;
+  layout.height = placement.height;
   layout.rays.pose = placement.pose;
   layout.rays.motion = placement.motion;
 }

@@ -326,7 +326,7 @@ Version1Decoder::completeHeader()
   state_.complete(header_);
   if (!header_.placement)
     return {};
-  if (!isConsistent(header_.scan))
+  if (!isConsistent(header_.scan) || !header_.scan.mayFollow(state_.scan))
     return corruptFrame("invalid placement of a scan");
   return checkPixelCount(header_.scan, frame_limits_);
 }

@@ -18,14 +18,15 @@ namespace io {
  * \param[in] may_be_larger looks for 0.1, 0.05, 0.02, 0.01 m, ... 0.0001 m, too, if at
  * least twice the resolution
  * \param[in] largest step to look for, metres
- * \return the step; 0 if there is none, or points are further than 2^20 steps from the
- * world's origin; NaN if no point is finite
+ * \param[in] most_steps coordinates are fewer from the world's origin, at most 2^50
+ * \return the step; 0 if there is none; NaN if no point is finite
  */
 double
 findCoordinateStep(PointBatches& points,
                    double resolution,
                    bool may_be_larger,
-                   double largest);
+                   double largest,
+                   double most_steps);
 
 } // namespace io
 } // namespace pcl_ext

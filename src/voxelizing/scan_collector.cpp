@@ -3,6 +3,7 @@
 
 #include "codec/frame_limits.h"
 #include "voxelizing/coordinate_step.h"
+#include "voxelizing/point_period.h"
 #include "voxelizing/scan_locator.h"
 #include "voxels/grid_fit.h"
 
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace pcl_ext {
 namespace io {
@@ -18,29 +20,44 @@ namespace {
 
 constexpr std::uint32_t no_point = ~std::uint32_t{0};
 
-/** \brief The part of the lattice around an origin. */
-VoxelGrid
-wholeLattice(double resolution, const std::array<double, 3>& origin)
+/** \brief Places are nearer to the origin of a lattice, edges. */
+constexpr double farthest_steps = 0x1p30;
+
+/** \brief How far a place is from another one on the axis where it is farthest, edges. */
+double
+farthestAxis(const std::array<double, 3>& one,
+             const std::array<double, 3>& other,
+             double edge)
 {
+  double farthest = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    farthest = std::max(farthest, std::abs(one[axis] - other[axis]) / edge);
+  return farthest;
+}
+
+/** \brief The grid around a place, or around the origin of its lattice if that is near.
+ * \return none if the place is too far away
+ */
+std::optional<VoxelGrid>
+gridAround(const std::array<double, 3>& place,
+           double resolution,
+           const std::array<double, 3>& origin)
+{
+  constexpr double near = 0x1p19;
+  const double distance = farthestAxis(place, origin, resolution);
+  if (!(distance < farthest_steps))
+    return std::nullopt;
   VoxelGrid grid;
   grid.resolution = resolution;
   grid.origin = origin;
   grid.depth = max_grid_depth;
-  grid.first_index.fill(-(1 << (max_grid_depth - 1)));
-  return grid;
-}
-
-bool
-isNear(const WorldPose& pose, const VoxelGrid& grid)
-{
-  constexpr double far = 0x1p19; // edges
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double distance =
-        pose.translation()[static_cast<Eigen::Index>(axis)] - grid.origin[axis];
-    if (!(std::abs(distance) < far * grid.resolution))
-      return false;
+    grid.first_index[axis] = -(1 << (max_grid_depth - 1));
+    if (distance >= near)
+      grid.origin[axis] +=
+          resolution * std::round((place[axis] - origin[axis]) / resolution);
   }
-  return true;
+  return grid;
 }
 
 } // namespace
@@ -81,10 +98,12 @@ ScanCollector::collect(PointBatches& points,
   statistics.voxels = cloud_.size();
   if (cloud_.size() == 0) // on the rays of the last one
     return !is_i_frame_due && scan.width > 0;
-  if (!setLayout(points, fields, sensor_pose, is_i_frame_due, scan))
+  if (!setGrid(points, sensor_pose, is_i_frame_due))
     return false;
-  const bool refits = is_i_frame_due || !rays_.areOf(scan);
-  if (!locate(sensor_pose, refits, scan))
+  scan.grid = grid_;
+  scan.is_on_lattice = coordinate_step_ > 0.0;
+  if (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
+      !locateFree(fields, sensor_pose, is_i_frame_due, scan))
     return false;
   statistics.resolution = grid_.resolution;
   statistics.intensities_out_of_range =
@@ -111,10 +130,24 @@ ScanCollector::mostPixels(const FieldCollector& fields) const
   return most;
 }
 
-/** \brief Sets the size, the order and the grid of a scan, and orders the points. */
+/** \brief Puts the points on rays, if they have rows and columns and there are rays. */
 bool
-ScanCollector::setLayout(PointBatches& points,
-                         const FieldCollector& fields,
+ScanCollector::locateOnRays(const FieldCollector& fields,
+                            const WorldPose& sensor_pose,
+                            bool is_i_frame_due,
+                            scan::ScanFrame& scan)
+{
+  // Without an I-frame there are none now if there were none before.
+  const bool is_free = scan.rays.shape == scan::RayShape::Free;
+  if ((is_free && !is_i_frame_due) ||
+      !setLayout(fields, sensor_pose, is_i_frame_due, scan))
+    return false;
+  return locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan);
+}
+
+/** \brief Sets the size and the order of a scan, and orders the points. */
+bool
+ScanCollector::setLayout(const FieldCollector& fields,
                          const WorldPose& sensor_pose,
                          bool is_i_frame_due,
                          scan::ScanFrame& scan)
@@ -139,11 +172,69 @@ ScanCollector::setLayout(PointBatches& points,
     for (std::size_t point = 0; point < cloud_.size(); ++point)
       pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
   }
-  if (!orderPoints(scan))
+  return orderPoints(scan);
+}
+
+/** \brief Puts the points where they are, without rays. */
+bool
+ScanCollector::locateFree(const FieldCollector& fields,
+                          const WorldPose& sensor_pose,
+                          bool is_i_frame_due,
+                          scan::ScanFrame& scan)
+{
+  scan.firing_order.clear();
+  scan.rays = scan::ScanRays();
+  scan.rays.shape = scan::RayShape::Free;
+  if (cloud_.image.width > 0) {
+    scan.order = scan::PointOrder::Organised;
+    scan.width = cloud_.image.width;
+    scan.height = cloud_.image.height;
+    pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
+  }
+  else {
+    if (is_i_frame_due || !scan.isSequence())
+      period_ = findPointPeriod(cloud_.positions, grid_.resolution);
+    const auto count = static_cast<std::uint32_t>(cloud_.size());
+    scan.order = scan::PointOrder::RowByRow;
+    scan.width = period_ > 0 ? std::min(period_, count) : count;
+    scan.height = (count + scan.width - 1) / scan.width;
+    pixels_.resize(count);
+    std::iota(pixels_.begin(), pixels_.end(), 0u);
+  }
+  if (scan.pixelCount() > mostPixels(fields) || !orderPoints(scan))
     return false;
-  setGrid(points, sensor_pose, is_i_frame_due);
-  scan.grid = grid_;
-  scan.is_on_lattice = coordinate_step_ > 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
+                          grid_.lowerCorner(axis)) /
+                         grid_.resolution;
+    // The origin is the sensor, or else the middle of the grid.
+    constexpr double farthest = 0x1p24;
+    const bool is_near = std::abs(edges) < farthest;
+    scan.rays.pose.origin[axis] =
+        is_near ? std::llround(edges * 0x1p16)
+                : std::int64_t{1} << (max_grid_depth - 1 + 16);
+  }
+  return isConsistent(scan) && appendAll(scan);
+}
+
+/** \brief Appends all points to a scan whose rays are given. */
+bool
+ScanCollector::appendAll(scan::ScanFrame& scan)
+{
+  scan.pixels.clear();
+  scan.depths.clear();
+  scan.turns.clear();
+  scan.beside.clear();
+  ScanLocator locator(scan);
+  const std::vector<std::int32_t>& turns = rays_.turns();
+  const bool has_turns =
+      !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
+  for (const std::uint32_t point : order_)
+    if (!locator.append(pixels_[point] / scan.width,
+                        pixels_[point] % scan.width,
+                        cloud_.positions[point],
+                        has_turns ? turns[point] : 0))
+      return false;
   return true;
 }
 
@@ -200,8 +291,10 @@ ScanCollector::orderPoints(const scan::ScanFrame& scan)
 }
 
 /** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else
- * that of the settings, or around the sensor. */
-void
+ * that of the settings, or the lattice of the origin.
+ * \return false if the points are too far away
+ */
+bool
 ScanCollector::setGrid(PointBatches& points,
                        const WorldPose& sensor_pose,
                        bool is_i_frame_due)
@@ -210,28 +303,35 @@ ScanCollector::setGrid(PointBatches& points,
     // Not changed to and fro, as a change takes an I-frame.
     const double largest =
         is_i_frame_due ? std::numeric_limits<double>::infinity() : coordinate_step_;
-    const double step = findCoordinateStep(
-        points, settings_.resolution, settings_.use_coordinate_step, largest);
+    const double step = findCoordinateStep(points,
+                                           settings_.resolution,
+                                           settings_.use_coordinate_step,
+                                           largest,
+                                           farthest_steps);
     if (!std::isnan(step))
       coordinate_step_ = step;
   }
   const double edge = coordinate_step_ > 0.0 ? coordinate_step_ : settings_.resolution;
-  const VoxelGrid held = grid_;
-  if (settings_.origin)
-    grid_ = wholeLattice(edge, *settings_.origin);
-  else if (coordinate_step_ > 0.0)
-    grid_ = wholeLattice(edge, {-edge / 2.0, -edge / 2.0, -edge / 2.0});
-  else {
-    grid_ = wholeLattice(edge, VoxelGrid().origin);
-    if (held.resolution == edge && isNear(sensor_pose, held))
-      grid_ = held;
-    else if (!isNear(sensor_pose, grid_))
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        grid_.origin[axis] =
-            edge *
-            std::round(sensor_pose.translation()[static_cast<Eigen::Index>(axis)] /
-                       edge);
-  }
+  std::array<double, 3> origin = settings_.origin.value_or(VoxelGrid().origin);
+  if (!settings_.origin && coordinate_step_ > 0.0)
+    origin.fill(-edge / 2.0);
+  // Around the sensor, unless points are in other coordinates.
+  constexpr double farthest = 0x1p24;
+  const std::array<double, 3>& first = cloud_.positions.front();
+  std::array<double, 3> place;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    place[axis] = sensor_pose.translation()[static_cast<Eigen::Index>(axis)];
+  if (!(farthestAxis(place, first, edge) < farthest))
+    place = first;
+  constexpr double near = 0x1p19;
+  if (grid_.resolution == edge && lattice_origin_ == origin &&
+      farthestAxis(place, grid_.origin, edge) < near)
+    return true;
+  const std::optional<VoxelGrid> grid = gridAround(place, edge, origin);
+  if (grid)
+    grid_ = *grid;
+  lattice_origin_ = origin;
+  return grid.has_value();
 }
 
 /** \brief Puts the points on rays.
@@ -241,21 +341,8 @@ bool
 ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan)
 {
   const auto append_all = [&] {
-    if (!rays_.areOf(scan) || !rays_.set(cloud_, columns_, sensor_pose, scan))
-      return false;
-    scan.pixels.clear();
-    scan.depths.clear();
-    scan.turns.clear();
-    scan.beside.clear();
-    ScanLocator locator(scan);
-    const std::vector<std::int32_t>& turns = rays_.turns();
-    for (const std::uint32_t point : order_)
-      if (!locator.append(pixels_[point] / scan.width,
-                          pixels_[point] % scan.width,
-                          cloud_.positions[point],
-                          turns.empty() ? 0 : turns[point]))
-        return false;
-    return true;
+    return rays_.areOf(scan) && rays_.set(cloud_, columns_, sensor_pose, scan) &&
+           appendAll(scan);
   };
   const auto share_beside = [&] {
     return static_cast<double>(scan.beside.size()) /

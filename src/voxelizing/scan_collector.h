@@ -16,14 +16,15 @@
 #include "voxelizing/sensor_cloud.h"
 #include "voxelizing/sensor_rays.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Makes scans of the clouds of one stream, if they have the order of a sensor and
- * are on its rays, or near them. */
+/** \brief Makes scans of the clouds of one stream: on the rays of a sensor if there are
+ * some, or near them, else as a sequence of points without rays. */
 class ScanCollector {
 public:
   /** \param[in] settings as accepted by checkSettings()
@@ -73,13 +74,24 @@ private:
   findRings(const WorldPose& sensor_pose, bool is_i_frame_due);
 
   bool
-  setLayout(PointBatches& points,
-            const FieldCollector& fields,
+  locateOnRays(const FieldCollector& fields,
+               const WorldPose& sensor_pose,
+               bool is_i_frame_due,
+               scan::ScanFrame& scan);
+
+  bool
+  setLayout(const FieldCollector& fields,
             const WorldPose& sensor_pose,
             bool is_i_frame_due,
             scan::ScanFrame& scan);
 
-  void
+  bool
+  locateFree(const FieldCollector& fields,
+             const WorldPose& sensor_pose,
+             bool is_i_frame_due,
+             scan::ScanFrame& scan);
+
+  bool
   setGrid(PointBatches& points, const WorldPose& sensor_pose, bool is_i_frame_due);
 
   bool
@@ -87,6 +99,9 @@ private:
 
   bool
   locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan);
+
+  bool
+  appendAll(scan::ScanFrame& scan);
 
   std::size_t
   setIntensities(bool may_refit, scan::ScanFrame& scan, std::size_t& vanished);
@@ -104,8 +119,10 @@ private:
   unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
   ScanColumns columns_;
   SensorRays rays_;
+  std::uint32_t period_ = 0; // of points without rays; 0: none
   IntensityQuantiser quantiser_;
   VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
+  std::array<double, 3> lattice_origin_{}; // that it is a part of
   double coordinate_step_ = 0.0;
   double fitted_share_ = 0.0;     // of points beside the rays that were fitted
   std::size_t fitted_points_ = 0; // that they were fitted to

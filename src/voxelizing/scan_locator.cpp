@@ -85,7 +85,13 @@ ScanLocator::append(std::uint32_t row,
   const std::uint32_t pixel = row * frame_.width + column;
   std::uint32_t depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
-  if (stepsBetween(sensor_, place, steps)) {
+  const bool is_at_sensor = !stepsBetween(sensor_, place, steps);
+  if (frame_.rays.shape == scan::RayShape::Free) {
+    depth = is_at_sensor && !frame_.isSequence() ? scan::at_sensor : 0;
+    if (!is_at_sensor)
+      frame_.beside.push_back({pixel, steps});
+  }
+  else if (!is_at_sensor) {
     const scan::Ray ray = rays_.at(column, turn);
     depth = nearestDepth(ray, place);
     if (stepsBetween(

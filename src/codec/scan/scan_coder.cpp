@@ -4,6 +4,7 @@
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
 #include "codec/scan/plane.h"
+#include "codec/scan/sequence.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -41,15 +42,16 @@ public:
 
   /** \brief Codes a plane.
    * \param[in] code called as code(coding)
+   * \param[in] contexts of its symbols
    */
   template <class CodeT>
   bool
-  codePlane(const CodeT& code)
+  codePlane(const CodeT& code, std::size_t contexts = plane_contexts)
   {
     SymbolEncoding coding(work_);
     code(coding);
     plane_.clear();
-    coding.finish(plane_contexts, plane_);
+    coding.finish(contexts, plane_);
     ByteWriter(bytes_).varint(plane_.size());
     bytes_.insert(bytes_.end(), plane_.begin(), plane_.end());
     return true;
@@ -81,7 +83,7 @@ public:
 
   template <class CodeT>
   bool
-  codePlane(const CodeT& code)
+  codePlane(const CodeT& code, std::size_t contexts = plane_contexts)
   {
     const auto left = static_cast<std::size_t>(end_ - next_);
     MemoryBuffer buffer(next_, left);
@@ -91,7 +93,7 @@ public:
         size > left - source.consumed())
       return false;
     next_ += source.consumed();
-    SymbolDecoding coding(next_, next_ + size, plane_contexts, work_);
+    SymbolDecoding coding(next_, next_ + size, contexts, work_);
     next_ += size;
     return coding.hasTables() && code(coding) && coding.isAtEnd();
   }
@@ -126,6 +128,14 @@ areNear(const std::vector<PointBesideRay>& points)
   });
 }
 
+bool
+areAtOrigin(const std::vector<std::uint32_t>& depths)
+{
+  return std::all_of(depths.begin(), depths.end(), [](std::uint32_t depth) {
+    return depth == 0 || depth == at_sensor;
+  });
+}
+
 /** \brief Codes the values of a plane that are there. */
 template <class PlanesT>
 bool
@@ -156,7 +166,7 @@ ScanCoder::encode(bool is_i_frame,
   }
   else {
     PlaneWriter planes(work_, plane_bytes_, bytes);
-    codePlaces(planes, is_i_frame, frame);
+    codePlaces(planes, is_i_frame, frame.pixels.size(), frame);
     end_of_places = bytes.size();
     codeAttributes(planes, frame);
   }
@@ -181,7 +191,8 @@ ScanCoder::decode(bool is_i_frame,
   if (point_count == 0) // the next frame has nothing before it
     return begin == end;
   PlaneReader planes(work_, begin, end);
-  if (!codePlaces(planes, is_i_frame, frame) || frame.pixels.size() != point_count ||
+  if (!codePlaces(planes, is_i_frame, point_count, frame) ||
+      frame.pixels.size() != point_count ||
       !codeAttributes(planes, frame))
     return false;
   return changes_fields_ ? fields_.decode(is_i_frame, planes.next(), end, frame)
@@ -217,8 +228,13 @@ ScanCoder::releaseMemory()
 /** \brief Codes where points are. The encoder has set depths_, the decoder does. */
 template <class PlanesT, class FrameT>
 bool
-ScanCoder::codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame)
+ScanCoder::codePlaces(PlanesT& planes,
+                      bool is_i_frame,
+                      std::uint64_t point_count,
+                      FrameT& frame)
 {
+  if (frame.rays.shape == RayShape::Free)
+    return codeFreePlaces(planes, point_count, frame);
   // Where many points are beside their rays, all are told how far, else each of these is.
   static const std::vector<PointBesideRay> none;
   bool are_many = 6 * frame.beside.size() > frame.pixels.size();
@@ -247,7 +263,69 @@ ScanCoder::codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame)
   if constexpr (PlanesT::is_decoder)
     if (!areNear(frame.beside))
       return false;
-  return frame.rays.shape == RayShape::Planar || codeTurns(planes, frame);
+  return frame.rays.shape != RayShape::Spinning || codeTurns(planes, frame);
+}
+
+/** \brief Codes where points without rays are. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeFreePlaces(PlanesT& planes, std::uint64_t point_count, FrameT& frame)
+{
+  width_ = frame.width;
+  columns_.clear();
+  if (!codeFreePixels(planes, point_count, frame))
+    return false;
+  steps_.clear();
+  std::vector<std::uint32_t> pixels; // of points that are not at the sensor
+  pixels.reserve(frame.pixels.size());
+  for (std::size_t point = 0; point < frame.pixels.size(); ++point)
+    if (frame.depths[point] == 0)
+      pixels.push_back(frame.pixels[point]);
+  if constexpr (!PlanesT::is_decoder)
+    setSteps(pixels, frame.beside);
+  else
+    steps_.resize(pixels.size());
+  if (!planes.codePlane(
+          [&](auto& coding) {
+            return SequencePass<std::decay_t<decltype(coding)>>(
+                       frame.width, pixels, steps_)
+                .code(coding);
+          },
+          sequence_contexts))
+    return false;
+  if constexpr (PlanesT::is_decoder)
+    for (std::size_t point = 0; point < pixels.size(); ++point)
+      if (steps_[point] != Steps{})
+        frame.beside.push_back({pixels[point], steps_[point]});
+  return true;
+}
+
+/** \brief Codes which pixels have points without rays, and which of these are at the
+ * sensor; of a sequence this is known. */
+template <class PlanesT, class FrameT>
+bool
+ScanCoder::codeFreePixels(PlanesT& planes, std::uint64_t point_count, FrameT& frame)
+{
+  if (!frame.isSequence()) {
+    static const std::vector<PointBesideRay> none;
+    return planes.codePlane([&](auto& coding) {
+      PlanePass<std::decay_t<decltype(coding)>> pass(
+          {frame.width, frame.height, depths_}, 0, nullptr);
+      if constexpr (!PlanesT::is_decoder)
+        return pass.codeDepths(coding, none);
+      else
+        return pass.codeDepths(coding, frame.beside) && frame.beside.empty() &&
+               takePoints(frame) && areAtOrigin(frame.depths);
+    });
+  }
+  if constexpr (PlanesT::is_decoder) {
+    if (point_count > frame.pixelCount() || point_count + frame.width <= frame.pixelCount())
+      return false;
+    depths_.assign(frame.pixelCount(), no_number);
+    std::fill_n(depths_.begin(), point_count, 0);
+    return takePoints(frame);
+  }
+  return true;
 }
 
 /** \brief The depths of the frame before, in the columns whose angles are nearest to those
@@ -363,19 +441,29 @@ ScanCoder::codeTurns(PlanesT& planes, FrameT& frame)
          });
 }
 
+/** \brief Sets how far points are from the places of their depths. */
+void
+ScanCoder::setSteps(const std::vector<std::uint32_t>& pixels,
+                    const std::vector<PointBesideRay>& beside)
+{
+  steps_.assign(pixels.size(), {});
+  std::size_t point = 0;
+  for (const PointBesideRay& next : beside) {
+    while (pixels[point] < next.pixel)
+      ++point;
+    steps_[point] = next.steps;
+  }
+}
+
 /** \brief Codes how far all points are from the places of their depths, axis by axis. */
 template <class PlanesT, class FrameT>
 bool
 ScanCoder::codeSteps(PlanesT& planes, FrameT& frame)
 {
-  steps_.assign(frame.pixels.size(), {});
-  if constexpr (!PlanesT::is_decoder) {
-    auto point = frame.pixels.begin();
-    for (const PointBesideRay& beside : frame.beside) {
-      point = std::lower_bound(point, frame.pixels.end(), beside.pixel);
-      steps_[static_cast<std::size_t>(point - frame.pixels.begin())] = beside.steps;
-    }
-  }
+  if constexpr (PlanesT::is_decoder)
+    steps_.assign(frame.pixels.size(), {});
+  else
+    setSteps(frame.pixels, frame.beside);
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (!codeValues(planes, frame, zero_off, [&](std::size_t point, auto& number) {
           if constexpr (PlanesT::is_decoder)

@@ -54,7 +54,18 @@ public:
 private:
   template <class PlanesT, class FrameT>
   bool
-  codePlaces(PlanesT& planes, bool is_i_frame, FrameT& frame);
+  codePlaces(PlanesT& planes,
+             bool is_i_frame,
+             std::uint64_t point_count,
+             FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeFreePlaces(PlanesT& planes, std::uint64_t point_count, FrameT& frame);
+
+  template <class PlanesT, class FrameT>
+  bool
+  codeFreePixels(PlanesT& planes, std::uint64_t point_count, FrameT& frame);
 
   template <class PlanesT, class FrameT>
   bool
@@ -70,6 +81,10 @@ private:
   template <class PlanesT, class FrameT>
   bool
   codeTurns(PlanesT& planes, FrameT& frame);
+
+  void
+  setSteps(const std::vector<std::uint32_t>& pixels,
+           const std::vector<PointBesideRay>& beside);
 
   template <class PlanesT, class FrameT>
   bool
@@ -102,7 +117,7 @@ private:
   std::vector<std::int32_t> columns_;
   std::vector<std::uint32_t> aligned_past_; // in the columns of the frame
   std::vector<std::uint32_t> values_;
-  std::vector<std::array<std::int32_t, 3>> steps_;
+  std::vector<std::array<std::int32_t, 3>> steps_; // of points, from their depths
   SymbolWorkspace work_;
   std::vector<std::uint8_t> plane_bytes_;
 };

@@ -34,7 +34,7 @@ struct PointBesideRay {
   std::array<std::int32_t, 3> steps;
 };
 
-/** \brief Most pixels of a scan, and most columns and rows. */
+/** \brief Most pixels of a scan, and most columns and rows of one that has rays. */
 constexpr std::uint32_t most_pixels = 1u << 24;
 constexpr std::uint32_t most_side = 1u << 16;
 
@@ -63,13 +63,21 @@ struct ScanLayout {
     return std::size_t{width} * height;
   }
 
+  /** \brief Whether points are a sequence without rays: they are in the first pixels, and
+   * none is missing before the last row. */
+  bool
+  isSequence() const
+  {
+    return rays.shape == RayShape::Free && order == PointOrder::RowByRow;
+  }
+
   /** \brief Whether a P-frame may have one layout after an I-frame with the other: the
-   * sensor moves, and spinning ones have other columns. */
+   * sensor moves, spinning ones have other columns, and sequences any size. */
   bool
   mayFollow(const ScanLayout& other) const
   {
-    return (width == other.width || rays.shape == RayShape::Spinning) &&
-           height == other.height && order == other.order &&
+    return (width == other.width || rays.shape == RayShape::Spinning || isSequence()) &&
+           (height == other.height || isSequence()) && order == other.order &&
            is_on_lattice == other.is_on_lattice && firing_order == other.firing_order &&
            rays.shape == other.rays.shape && rays.turns == other.rays.turns &&
            rays.rows == other.rays.rows;
@@ -91,7 +99,8 @@ struct ScanFrame : ScanLayout {
   /** \brief Of each point of a spinning sensor how far its ray is turned from that of its
    * pixel, see ScanRays::turns; empty: none is. */
   std::vector<std::int32_t> turns;
-  /** \brief Points that are not at the places of their depths, by pixel; none at_sensor. */
+  /** \brief Points that are not at the places of their depths, by pixel; none at_sensor.
+   * Without rays all depths are 0, at the origin. */
   std::vector<PointBesideRay> beside;
 
   IntensityScale intensity_scale;         ///< bits 0: no intensities

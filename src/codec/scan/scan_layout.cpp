@@ -118,15 +118,21 @@ isFiringOrder(const ScanLayout& layout)
 bool
 isConsistent(const ScanLayout& layout)
 {
-  if (layout.width < 1 || layout.height < 1 || layout.width > most_side ||
-      layout.height > most_side || layout.pixelCount() > most_pixels ||
+  const ScanRays& rays = layout.rays;
+  const std::uint32_t longest = layout.isSequence() ? most_pixels : most_side;
+  if (layout.width < 1 || layout.height < 1 || layout.width > longest ||
+      layout.height > longest || layout.pixelCount() > most_pixels ||
       layout.order > PointOrder::ColumnByColumn || !isFiringOrder(layout) ||
-      !areWithin(layout.rays.pose.origin, farthest_sensor))
+      !areWithin(rays.pose.origin, farthest_sensor))
     return false;
-  if (layout.rays.shape == RayShape::Planar)
-    return isPlane(layout) && layout.rays.motion == RayPose() &&
-           layout.rays.turns.empty() && layout.rays.rows.empty();
-  return layout.rays.shape == RayShape::Spinning && isSpinning(layout);
+  if (rays.shape == RayShape::Spinning)
+    return isSpinning(layout);
+  if (rays.motion != RayPose() || !rays.turns.empty() || !rays.rows.empty())
+    return false;
+  if (rays.shape == RayShape::Free)
+    return rays.pose.vectors == RayPose().vectors &&
+           layout.order != PointOrder::ColumnByColumn;
+  return rays.shape == RayShape::Planar && isPlane(layout);
 }
 
 } // namespace scan

@@ -7,7 +7,7 @@ namespace scan {
 
 ScanRayReader::ScanRayReader(const ScanRays& rays, std::uint32_t width) : rays_(rays)
 {
-  if (rays_.shape == RayShape::Planar)
+  if (rays_.shape != RayShape::Spinning)
     return;
   columns_.reserve(width);
   for (std::size_t column = 0; column < width; ++column)

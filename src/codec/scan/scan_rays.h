@@ -55,8 +55,9 @@ struct RayRow {
 
 /** \brief What kind of sensor measures along its rays. */
 enum class RayShape : std::uint8_t {
-  Planar = 0,  ///< a camera: depth along the optical axis
-  Spinning = 1 ///< a lidar that turns: rows are cones, columns are directions
+  Planar = 0,   ///< a camera: depth along the optical axis
+  Spinning = 1, ///< a lidar that turns: rows are cones, columns are directions
+  Free = 2      ///< no rays: points are whole edges from the origin
 };
 
 /** \brief Place and directions of rays: what changes as the sensor moves. */
@@ -124,8 +125,8 @@ public:
   Ray
   at(std::uint32_t column, std::int32_t turn) const
   {
-    return rays_.shape == RayShape::Planar ? planarRay(column)
-                                           : spinningRay(column, turn);
+    return rays_.shape == RayShape::Spinning ? spinningRay(column, turn)
+                                             : planarRay(column);
   }
 
 private:
