@@ -216,17 +216,24 @@ CloudStages::encodeCloud(PointBatches& points,
     return status;
   const bool is_i_frame_due = encoder_.isIFrameDue();
   CompressionStatus status;
-  if (!scans_ || source.removesNoise() || !scan_choice_->mayBeScan(is_i_frame_due) ||
-      !scans_->collect(points,
-                       contents_->fields(),
-                       info.sensor_pose,
-                       is_i_frame_due,
-                       scan_,
-                       voxelization_,
-                       status))
-    status = encodeVoxels(points, source, info, bytes);
-  else if (status.ok())
-    status = encodeScan(points, info, bytes);
+  const bool may_be_scan =
+      scans_ && !source.removesNoise() && scan_choice_->mayBeScan(is_i_frame_due);
+  if (may_be_scan && scans_->collect(points,
+                                     contents_->fields(),
+                                     info.sensor_pose,
+                                     is_i_frame_due,
+                                     scan_,
+                                     voxelization_,
+                                     status)) {
+    if (status.ok())
+      status = encodeScan(points, info, bytes);
+  }
+  else {
+    if (settings_.keep_order && !may_be_scan)
+      status = orderStatus("noise is removed, or intensities are those of voxels");
+    if (!settings_.keep_order || status.ok())
+      status = encodeVoxels(points, source, info, bytes);
+  }
   if (status.ok() && scan_choice_ &&
       (scan_choice_->follow(encoder_.statistics(), voxelization_.points_used) ||
        scans_->wantsOtherRays()))

@@ -122,6 +122,19 @@ checkFields(const std::vector<FieldSetting>& fields)
   return {};
 }
 
+/** \brief Refuses what has no points in order. */
+CompressionStatus
+checkOrder(const EncoderSettings& settings)
+{
+  if (!settings.keep_order)
+    return {};
+  if (!settings.keep_point_counts)
+    return invalid("keep_point_counts", "off", "on with {keep_order}");
+  if (settings.aggregation == Aggregation::Sum)
+    return invalid("aggregation", "sum", "another one with {keep_order}");
+  return {};
+}
+
 /** \brief Refuses what cannot be filtered over time. */
 CompressionStatus
 checkFilter(const EncoderSettings& settings)
@@ -196,6 +209,8 @@ checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& de
 {
   if (CompressionStatus status = checkEach(encoderSettingTable(), settings);
       !status.ok())
+    return status;
+  if (CompressionStatus status = checkOrder(settings); !status.ok())
     return status;
   if (CompressionStatus status = checkFilter(settings); !status.ok())
     return status;

@@ -24,7 +24,8 @@ public:
   bool
   mayBeScan(bool is_i_frame) const
   {
-    return is_scan_ || (is_i_frame && untried_i_frames_ == 0);
+    return is_scan_ || settings_.keep_order ||
+           (is_i_frame && untried_i_frames_ == 0);
   }
 
   /** \brief Whether the next cloud, of which there is a scan, is to be voxelized,
@@ -32,6 +33,8 @@ public:
   bool
   isTrial(bool is_i_frame) const
   {
+    if (settings_.keep_order)
+      return false;
     return is_i_frame ? untried_i_frames_ == 0 : trial_ != nullptr;
   }
 

@@ -6,6 +6,7 @@
 
 #include "codec/scan/scan_frame.h"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +16,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The field of the rows of a spinning sensor. */
-inline constexpr const char* ring_name = "ring";
+/** \brief Usual names of the field of the rows of a spinning sensor; the first one that
+ * there is counts. */
+inline constexpr std::array<const char*, 3> ring_names = {"ring", "channel", "line"};
 
 inline const FieldDescription&
 descriptionOf(const FieldDescription& field)
@@ -37,10 +39,10 @@ template <typename FieldT>
 std::optional<std::size_t>
 findRing(const std::vector<FieldT>& fields)
 {
-  for (std::size_t i = 0; i < fields.size(); ++i)
-    if (descriptionOf(fields[i]).name == ring_name &&
-        descriptionOf(fields[i]).count == 1)
-      return i;
+  for (const char* const name : ring_names)
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      if (descriptionOf(fields[i]).name == name && descriptionOf(fields[i]).count == 1)
+        return i;
   return std::nullopt;
 }
 

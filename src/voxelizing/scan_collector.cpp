@@ -12,6 +12,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <string>
 
 namespace pcl_ext {
 namespace io {
@@ -21,7 +22,7 @@ namespace {
 constexpr std::uint32_t no_point = ~std::uint32_t{0};
 
 /** \brief Places are nearer to the origin of a lattice, edges. */
-constexpr double farthest_steps = 0x1p30;
+constexpr double farthest_steps = 0x1p40;
 
 /** \brief How far a place is from another one on the axis where it is farthest, edges. */
 double
@@ -62,6 +63,13 @@ gridAround(const std::array<double, 3>& place,
 
 } // namespace
 
+CompressionStatus
+orderStatus(const char* reason)
+{
+  return {CompressionCode::InvalidInput,
+          std::string("the order of a cloud cannot be kept: ") + reason};
+}
+
 ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit)
 : settings_(settings), unit_(unit), quantiser_(settings, unit)
 {}
@@ -91,20 +99,25 @@ ScanCollector::collect(PointBatches& points,
   contents.colours = settings_.colour_bits > 0 && points.hasColours();
   contents.box = settings_.bounding_box;
   contents.fields = &fields;
-  if (!sensor_pose.matrix().allFinite() || !reader_.read(points, contents, cloud_))
+  if (!sensor_pose.matrix().allFinite())
     return false;
+  if (!reader_.read(points, contents, cloud_)) {
+    status = orderStatus("it has too many rows or columns");
+    return false;
+  }
   statistics = cloud_.statistics;
   statistics.resolution = grid_.resolution;
   statistics.voxels = cloud_.size();
   if (cloud_.size() == 0) // on the rays of the last one
     return !is_i_frame_due && scan.width > 0;
-  if (!setGrid(points, sensor_pose, is_i_frame_due))
-    return false;
+  const bool has_grid = setGrid(points, sensor_pose, is_i_frame_due);
   scan.grid = grid_;
   scan.is_on_lattice = coordinate_step_ > 0.0;
-  if (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
-      !locateFree(fields, sensor_pose, is_i_frame_due, scan))
+  if (!has_grid || (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
+                    !locateFree(fields, sensor_pose, is_i_frame_due, scan))) {
+    status = orderStatus("its points are too many, or too far from each other");
     return false;
+  }
   statistics.resolution = grid_.resolution;
   statistics.intensities_out_of_range =
       setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
@@ -172,7 +185,11 @@ ScanCollector::setLayout(const FieldCollector& fields,
     for (std::size_t point = 0; point < cloud_.size(); ++point)
       pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
   }
-  return orderPoints(scan);
+  if (!orderPoints(scan))
+    return false;
+  // Row by row they come back in another order than that of the cloud.
+  return !settings_.keep_order || scan.order != scan::PointOrder::RowByRow ||
+         std::is_sorted(order_.begin(), order_.end());
 }
 
 /** \brief Puts the points where they are, without rays. */
@@ -303,11 +320,8 @@ ScanCollector::setGrid(PointBatches& points,
     // Not changed to and fro, as a change takes an I-frame.
     const double largest =
         is_i_frame_due ? std::numeric_limits<double>::infinity() : coordinate_step_;
-    const double step = findCoordinateStep(points,
-                                           settings_.resolution,
-                                           settings_.use_coordinate_step,
-                                           largest,
-                                           farthest_steps);
+    const double step = findCoordinateStep(
+        points, settings_.resolution, true, largest, farthest_steps);
     if (!std::isnan(step))
       coordinate_step_ = step;
   }

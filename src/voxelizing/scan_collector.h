@@ -23,6 +23,10 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief The status of a cloud whose points are not coded in their order. */
+CompressionStatus
+orderStatus(const char* reason);
+
 /** \brief Makes scans of the clouds of one stream: on the rays of a sensor if there are
  * some, or near them, else as a sequence of points without rays. */
 class ScanCollector {
@@ -43,7 +47,8 @@ public:
    * \param[in] is_i_frame_due rays may change without another I-frame
    * \param[in,out] scan that of the last cloud; set to one of a consistent layout
    * \param[out] statistics counts of the points
-   * \param[out] status InvalidInput for fields that cannot be kept
+   * \param[out] status InvalidInput for fields that cannot be kept; or why there is no
+   * scan, if the cloud has points
    * \return false if there is none
    */
   bool

@@ -99,7 +99,7 @@ struct GridSettings {
    * take voxels of that edge, centred on the multiples: fewer bytes, and coordinates as
    * they were. Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice
    * the resolution. Not for shares of a voxel face, nor with an origin or a bounding
-   * box. Version1 only. */
+   * box. Version1 only. Points in order are always coded so, see keep_point_counts. */
   bool use_coordinate_step = false;
 };
 
@@ -189,6 +189,12 @@ struct StreamSettings {
    * its voxel's centre, and with its voxel's intensity, which for sums is that of all
    * of them. Version1 only. */
   bool keep_point_counts = false;
+
+  /** \brief Keep the order of the points, and the rows and columns of an organised cloud,
+   * whatever bytes that takes. A cloud whose order cannot be kept is not coded: one with
+   * more than 2^24 pixels or points, or with points 2^26 edges apart. Only with
+   * keep_point_counts; not for intensities of sums, nor where noise is removed. */
+  bool keep_order = false;
 
   /** \brief Further fields to keep, as ring, time or label of a lidar: with
    * keep_point_counts of each point, else one value of a voxel, which is the mean, or

@@ -306,6 +306,13 @@ private:
       around.up_left = around.up;
       around.up = around.up_right;
       around.up_right = column + 1 < plane_.width ? above[column + 1] : no_number;
+      if (!is_depths && plane_.height == 1 && column > 1) {
+        // There is no row above: what is further to the left is in its place.
+        around.up = numbers[column - 2];
+        around.up_left = around.left;
+        around.up_right = around.left;
+        errors_[column] = errors_[column - 2];
+      }
       if (is_depths && isNothing(around)) {
         const std::uint32_t run = codeRun(coding, around.left, above, numbers, column);
         if (coding.isOverrun() || run > plane_.width - column)
