@@ -3,9 +3,11 @@
 
 #include "codec/frame_failures.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -25,7 +27,8 @@ constexpr unsigned int order_mask = 3;
 constexpr unsigned int shape_shift = 2;
 constexpr unsigned int shape_mask = 3;
 constexpr unsigned int lattice_flag = 16;
-constexpr unsigned int most_flags = 31;
+constexpr unsigned int shift_flag = 32;
+constexpr unsigned int most_flags = 63;
 
 /** \brief The numbers of a row, in the order of the table. */
 constexpr std::array<std::int32_t RayRow::*, 7> row_numbers = {&RayRow::cosine,
@@ -131,6 +134,26 @@ readSpinningRays(ByteSource& source, ScanLayout& layout)
   }
 }
 
+/** \brief Reads a number of each row, as long as there are bytes.
+ * \return false if one is not below its end
+ */
+bool
+readRows(ByteSource& source,
+         std::uint32_t rows,
+         std::uint32_t end,
+         std::vector<std::uint16_t>& numbers)
+{
+  for (std::uint32_t row = 0;
+       row < rows && source.failure() == ByteSource::Failure::None;
+       ++row) {
+    const std::uint64_t number = source.varint();
+    if (number >= std::min(end, scan::most_side))
+      return false;
+    numbers.push_back(static_cast<std::uint16_t>(number));
+  }
+  return true;
+}
+
 } // namespace
 
 void
@@ -141,9 +164,12 @@ writeScanTable(const ScanLayout& layout, ByteWriter& writer)
   const auto shape = static_cast<unsigned int>(layout.rays.shape);
   writer.u8(static_cast<std::uint8_t>(static_cast<unsigned int>(layout.order) |
                                       shape << shape_shift |
-                                      (layout.is_on_lattice ? lattice_flag : 0u)));
+                                      (layout.is_on_lattice ? lattice_flag : 0u) |
+                                      (layout.row_shifts.empty() ? 0u : shift_flag)));
   for (const std::uint16_t row : layout.firing_order)
     writer.varint(row);
+  for (const std::uint16_t shift : layout.row_shifts)
+    writer.varint(shift);
   writePose(layout.rays.pose, writer);
   if (layout.rays.shape != RayShape::Spinning)
     return;
@@ -167,15 +193,12 @@ readScanTable(ByteSource& source, ScanLayout& layout)
   layout.height = static_cast<std::uint32_t>(height);
   layout.order = static_cast<PointOrder>(flags & order_mask);
   layout.is_on_lattice = (flags & lattice_flag) != 0;
-  for (std::uint64_t rank = 0;
-       layout.order == PointOrder::ColumnByColumn && rank < height &&
-       source.failure() == ByteSource::Failure::None;
-       ++rank) {
-    const std::uint64_t row = source.varint();
-    if (row >= height)
-      return corruptFrame("invalid scan");
-    layout.firing_order.push_back(static_cast<std::uint16_t>(row));
-  }
+  if (layout.order == PointOrder::ColumnByColumn &&
+      !readRows(source, layout.height, layout.height, layout.firing_order))
+    return corruptFrame("invalid scan");
+  if ((flags & shift_flag) != 0 &&
+      !readRows(source, layout.height, layout.width, layout.row_shifts))
+    return corruptFrame("invalid scan");
   layout.rays.shape = static_cast<RayShape>(flags >> shape_shift & shape_mask);
   readPose(source, layout.rays.pose);
   if (layout.rays.shape == RayShape::Spinning) {

@@ -78,7 +78,7 @@ distanceFromRays(const std::vector<PixelPoint>& points,
                  const VoxelGrid& grid,
                  const scan::ScanLayout& layout)
 {
-  scan::ScanRayReader reader(layout.rays, layout.width);
+  scan::ScanRayReader reader(layout.rays);
   std::vector<double> distances;
   for (const PixelPoint& point : points) {
     reader.moveTo(point.row);

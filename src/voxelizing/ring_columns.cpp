@@ -195,63 +195,61 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
   constexpr double least_shift = 1.0 / 256;
   const double columns = std::arg(sum) / two_pi;
   shift = std::abs(columns) < least_shift ? 0.0 : columns * step();
-  is_taken_.assign(std::size_t{count_} * phases_.size(), false);
-  misplaced_.clear();
+  turns_ = 1;
+  points_of_pixel_.assign(std::size_t{count_} * phases_.size(), 0);
+  at_sensor_.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!place(points[i], (azimuths_[i] - shift) / step() - first_column_))
-      misplaced_.push_back(i);
-  first_columns_.assign(phases_.size(), 0);
-  return std::all_of(misplaced_.begin(), misplaced_.end(), [&](std::size_t i) {
+    if (isAtSensor(points[i]))
+      at_sensor_.push_back(i);
+    else if (!place(points[i], (azimuths_[i] - shift) / step() - first_column_))
+      return false;
+  free_columns_.assign(phases_.size(), 0);
+  return std::all_of(at_sensor_.begin(), at_sensor_.end(), [&](std::size_t i) {
     return placeAnywhere(points[i]);
   });
 }
 
-/** \brief Gives a point a column, or a free one that is near.
+/** \brief Gives a point the column that is nearest, of the first turn that it is free in.
  * \param[in] column from the first one on
- * \return false if there is none, or the point is at the sensor
+ * \return false if there is none
  */
 bool
 RingColumns::place(PixelPoint& point, double column)
 {
-  constexpr std::int64_t farthest = 64;
+  constexpr std::uint32_t most_turns = 4;
   const std::int64_t count = count_;
-  if (isAtSensor(point) || !(std::abs(column) <= 2.0 * count_))
+  if (!(std::abs(column) <= 2.0 * count_))
     return false;
-  const std::int64_t nearest = std::llround(column);
-  for (std::int64_t distance = 0; distance <= farthest; ++distance)
-    for (const std::int64_t side : {nearest + distance, nearest - distance})
-      if (take(point, static_cast<std::uint32_t>((side % count + count) % count)))
-        return true;
-  return false;
+  const auto nearest =
+      static_cast<std::uint32_t>((std::llround(column) % count + count) % count);
+  const std::uint32_t turn =
+      points_of_pixel_[point.row * std::size_t{count_} + nearest]++;
+  point.column = turn * count_ + nearest;
+  turns_ = std::max(turns_, turn + 1);
+  return turn < most_turns;
 }
 
+/** \brief Gives a point at the sensor a free column, as it has no azimuth. */
 bool
 RingColumns::placeAnywhere(PixelPoint& point)
 {
-  std::uint32_t& column = first_columns_[point.row];
-  while (column < count_)
-    if (take(point, column++))
-      return true;
+  std::uint32_t& column = free_columns_[point.row];
+  for (; column < turns_ * count_; ++column) {
+    const std::uint32_t turn = column / count_;
+    if (points_of_pixel_[point.row * std::size_t{count_} + column % count_] > turn)
+      continue;
+    point.column = column++;
+    return true;
+  }
   return false;
-}
-
-bool
-RingColumns::take(PixelPoint& point, std::uint32_t column)
-{
-  const std::size_t pixel = std::size_t{point.row} * count_ + column;
-  if (is_taken_[pixel])
-    return false;
-  is_taken_[pixel] = true;
-  point.column = column;
-  return true;
 }
 
 void
 RingColumns::releaseMemory()
 {
   azimuths_ = std::vector<double>();
-  is_taken_ = std::vector<bool>();
-  misplaced_ = std::vector<std::size_t>();
+  points_of_pixel_ = std::vector<std::uint8_t>();
+  at_sensor_ = std::vector<std::size_t>();
 }
 
 } // namespace io

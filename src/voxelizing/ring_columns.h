@@ -25,11 +25,12 @@ public:
       std::uint32_t rows,
       std::uint64_t most_pixels);
 
-  /** \brief Sets the columns of points; of two at the same place one gets a free column
-   * nearby, those at the sensor, as drivers write missing ones, any.
+  /** \brief Sets the columns of points; a further one at the same place has that of
+   * another turn, as in scans that end behind their begin, and with several echoes; those
+   * at the sensor, as drivers write missing ones, have any.
    * \param[in,out] points as for fit(), of the same cloud or of one of the same sensor
    * \param[out] shift how far the columns are turned against those of fit(), radians
-   * \return false if a row has more points than columns, or rows are others
+   * \return false if there are too many at a place, or rows are others
    */
   bool
   assign(std::vector<PixelPoint>& points, double& shift);
@@ -48,6 +49,13 @@ public:
   count() const
   {
     return count_;
+  }
+
+  /** \brief How many times count() columns the last assign() took. */
+  std::uint32_t
+  turns() const
+  {
+    return turns_;
   }
 
   /** \brief Number of rows. */
@@ -78,9 +86,6 @@ private:
   bool
   placeAnywhere(PixelPoint& point);
 
-  bool
-  take(PixelPoint& point, std::uint32_t column);
-
   std::uint32_t count_ = 0;
   double columns_of_turn_ = 0.0;
   double first_column_ = 0.0; // from straight ahead on, where the cloud of fit() begins
@@ -90,9 +95,10 @@ private:
   double fitted_likeness_ = 0.0; // those of fit()
   // Of the current cloud; members so that their memory is reused.
   std::vector<double> azimuths_;
-  std::vector<bool> is_taken_;
-  std::vector<std::size_t> misplaced_;       // points
-  std::vector<std::uint32_t> first_columns_; // of rows, that may be free
+  std::uint32_t turns_ = 1;
+  std::vector<std::uint8_t> points_of_pixel_; // at a place of a turn
+  std::vector<std::size_t> at_sensor_;        // points
+  std::vector<std::uint32_t> free_columns_;   // of rows, that may be so
 };
 
 } // namespace io

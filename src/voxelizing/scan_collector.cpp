@@ -171,6 +171,7 @@ ScanCollector::setLayout(const FieldCollector& fields,
     scan.height = cloud_.image.height;
     scan.order = scan::PointOrder::Organised;
     scan.firing_order.clear();
+    scan.row_shifts.clear();
     if (scan.pixelCount() > most_pixels)
       return false;
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
@@ -181,6 +182,7 @@ ScanCollector::setLayout(const FieldCollector& fields,
     if (!columns_.find(
             cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
       return false;
+    scan.row_shifts.clear();
     pixels_.resize(cloud_.size());
     for (std::size_t point = 0; point < cloud_.size(); ++point)
       pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
@@ -200,6 +202,7 @@ ScanCollector::locateFree(const FieldCollector& fields,
                           scan::ScanFrame& scan)
 {
   scan.firing_order.clear();
+  scan.row_shifts.clear();
   scan.rays = scan::ScanRays();
   scan.rays.shape = scan::RayShape::Free;
   if (cloud_.image.width > 0) {
@@ -246,9 +249,10 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   const std::vector<std::int32_t>& turns = rays_.turns();
   const bool has_turns =
       !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
+  const std::uint32_t width = scan.rayColumns();
   for (const std::uint32_t point : order_)
-    if (!locator.append(pixels_[point] / scan.width,
-                        pixels_[point] % scan.width,
+    if (!locator.append(pixels_[point] / width,
+                        pixels_[point] % width,
                         cloud_.positions[point],
                         has_turns ? turns[point] : 0))
       return false;
@@ -355,8 +359,10 @@ bool
 ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan)
 {
   const auto append_all = [&] {
+    scan.width = scan.rayColumns();
+    scan.row_shifts.clear();
     return rays_.areOf(scan) && rays_.set(cloud_, columns_, sensor_pose, scan) &&
-           appendAll(scan);
+           isConsistent(scan) && appendAll(scan);
   };
   const auto share_beside = [&] {
     return static_cast<double>(scan.beside.size()) /

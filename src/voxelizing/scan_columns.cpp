@@ -55,7 +55,10 @@ ScanColumns::find(const SensorCloud& cloud,
       layout.firing_order[firings_.ranks()[ring]] = static_cast<std::uint16_t>(ring);
     return true;
   }
-  layout.width = by_azimuth_.count();
+  layout.width = by_azimuth_.count() * turns_;
+  if (layout.width > scan::most_side ||
+      std::uint64_t{layout.width} * by_azimuth_.rows() > most_pixels)
+    return false;
   layout.height = by_azimuth_.rows();
   layout.order = scan::PointOrder::RowByRow;
   return true;
@@ -103,6 +106,8 @@ ScanColumns::findByAzimuth(const SensorCloud& cloud,
   columns_.resize(points_.size());
   for (std::size_t point = 0; point < points_.size(); ++point)
     columns_[point] = points_[point].column;
+  // A wider scan is not narrowed again for each frame.
+  turns_ = may_refit ? by_azimuth_.turns() : std::max(by_azimuth_.turns(), turns_);
   return true;
 }
 

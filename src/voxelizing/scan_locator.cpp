@@ -56,7 +56,7 @@ nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 
 ScanLocator::ScanLocator(scan::ScanFrame& frame)
 : frame_(frame)
-, rays_(frame.rays, frame.width)
+, rays_(frame.rays)
 , sensor_(scan::sensorPlace(frame.rays.pose))
 , scale_(edge_units / frame.grid.resolution)
 {
@@ -82,7 +82,7 @@ ScanLocator::append(std::uint32_t row,
   }
   if (row != row_)
     rays_.moveTo(row_ = row);
-  const std::uint32_t pixel = row * frame_.width + column;
+  const std::uint32_t pixel = row * frame_.width + column + frame_.shiftOf(row);
   std::uint32_t depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
   const bool is_at_sensor = !stepsBetween(sensor_, place, steps);

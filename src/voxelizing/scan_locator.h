@@ -20,7 +20,8 @@ public:
   explicit ScanLocator(scan::ScanFrame& frame);
 
   /** \brief Appends a point.
-   * \param[in] row of its pixel, as column; pixels ascend
+   * \param[in] row of its pixel; pixels ascend
+   * \param[in] column of its ray
    * \param[in] position world coordinates, metres
    * \param[in] turn see ScanFrame::turns
    * \return false if it is 2^26 edges or more from the grid, or not finite

@@ -74,6 +74,7 @@ SensorRays::fit(const SensorCloud& cloud,
 {
   fitted_.reset();
   spinning_.reset();
+  shifts_.clear();
   layout_.width = layout.width;
   layout_.height = layout.height;
   layout_.order = layout.order;
@@ -124,7 +125,48 @@ SensorRays::set(const SensorCloud& cloud,
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;
   findAngles(cloud, columns, pose, frame.grid.resolution, frame);
+  shiftRows(frame);
   return true;
+}
+
+/** \brief Moves rows by the columns that their angle takes. */
+void
+SensorRays::shiftRows(scan::ScanFrame& frame)
+{
+  if (shifts_.empty())
+    shifts_ = findShifts(frame);
+  const std::uint16_t most = *std::max_element(shifts_.begin(), shifts_.end());
+  if (most == 0)
+    return;
+  frame.row_shifts = shifts_;
+  frame.width += most;
+}
+
+std::vector<std::uint16_t>
+SensorRays::findShifts(const scan::ScanFrame& frame) const
+{
+  const std::vector<std::int32_t>& angles = frame.rays.columns;
+  std::vector<std::int32_t> steps;
+  for (std::size_t column = 1; column < angles.size(); ++column)
+    steps.push_back(angles[column] - angles[column - 1]);
+  std::vector<std::uint16_t> none(frame.height);
+  if (steps.empty())
+    return none;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  if (*middle == 0)
+    return none;
+  std::vector<double> shifts;
+  for (const FittedRays::Row& row : spinning_->rows)
+    shifts.push_back(
+        std::round(std::remainder(row.angle, two_pi) / (*middle * spinning_->turn_step)));
+  const auto [least, most] = std::minmax_element(shifts.begin(), shifts.end());
+  // Wider scans take bytes for pixels without points.
+  if (*most - *least > 0.25 * frame.width)
+    return none;
+  for (std::size_t row = 0; row < shifts.size(); ++row)
+    none[row] = static_cast<std::uint16_t>(shifts[row] - *least);
+  return none;
 }
 
 /** \brief Sets the angle of each column to the middle of its points, and turns those that

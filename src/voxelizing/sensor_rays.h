@@ -65,9 +65,16 @@ private:
              double resolution,
              scan::ScanFrame& frame);
 
+  void
+  shiftRows(scan::ScanFrame& frame);
+
+  std::vector<std::uint16_t>
+  findShifts(const scan::ScanFrame& frame) const;
+
   scan::ScanLayout layout_;             // of the fit, without rays
   std::optional<FittedRays> fitted_;    // of a camera, or with columns a step apart
   std::optional<SpinningFit> spinning_; // of firings
+  std::vector<std::uint16_t> shifts_;   // of the rows of firings
   std::vector<std::int32_t> turns_;
   std::vector<double> angles_; // of points, in steps
 };

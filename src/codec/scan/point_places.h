@@ -24,7 +24,7 @@ class PointPlaces {
 public:
   /** \param[in] frame must not change meanwhile */
   explicit PointPlaces(const ScanFrame& frame)
-  : frame_(frame), rays_(frame.rays, frame.width)
+  : frame_(frame), rays_(frame.rays)
   {}
 
   /** \brief The place of the next point, edges from the grid's lowest corner in units of
@@ -40,9 +40,10 @@ public:
     if (depth != at_sensor) {
       while (pixel >= row_end_) {
         row_end_ += frame_.width;
+        row_begin_ = row_end_ - frame_.width + frame_.shiftOf(row_);
         rays_.moveTo(row_++);
       }
-      const Ray ray = rays_.at(pixel + frame_.width - row_end_, turn);
+      const Ray ray = rays_.at(pixel - row_begin_, turn);
       place = {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)};
     }
     if (beside_ < frame_.beside.size() && frame_.beside[beside_].pixel == pixel) {
@@ -58,6 +59,7 @@ private:
   ScanRayReader rays_;
   std::uint32_t row_ = 0;     // the next one
   std::uint32_t row_end_ = 0; // pixel after those of the current one
+  std::uint32_t row_begin_ = 0; // its first pixel that has a ray
   std::size_t point_ = 0;
   std::size_t beside_ = 0;
 };

@@ -244,7 +244,7 @@ ScanCoder::codePlaces(PlanesT& planes,
     return false;
   width_ = frame.width;
   columns_ = frame.rays.columns;
-  const std::uint32_t* const past = is_i_frame ? nullptr : alignPast(frame.height);
+  const std::uint32_t* const past = is_i_frame ? nullptr : alignPast(frame);
   if (!planes.codePlane([&](auto& coding) {
         PlanePass<std::decay_t<decltype(coding)>> pass(
             {frame.width, frame.height, depths_}, 0, past);
@@ -331,9 +331,9 @@ ScanCoder::codeFreePixels(PlanesT& planes, std::uint64_t point_count, FrameT& fr
 /** \brief The depths of the frame before, in the columns whose angles are nearest to those
  * of the frame, as both turn in the same direction; null: there are none. */
 const std::uint32_t*
-ScanCoder::alignPast(std::size_t height)
+ScanCoder::alignPast(const ScanLayout& layout)
 {
-  if (past_.empty() || past_.size() != past_width_ * height)
+  if (past_.empty() || past_.size() != std::size_t{past_width_} * layout.height)
     return nullptr;
   if (past_columns_ == columns_)
     return past_width_ == width_ ? past_.data() : nullptr;
@@ -342,14 +342,17 @@ ScanCoder::alignPast(std::size_t height)
   const auto distance = [&](std::size_t past, std::size_t column) {
     return std::abs(std::int64_t{past_columns_[past]} - columns_[column]);
   };
-  aligned_past_.resize(width_ * height);
+  aligned_past_.assign(std::size_t{width_} * layout.height, no_number);
   std::size_t past = 0;
-  for (std::size_t column = 0; column < width_; ++column) {
-    while (past + 1 < past_width_ &&
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    while (past + 1 < past_columns_.size() &&
            distance(past + 1, column) <= distance(past, column))
       ++past;
-    for (std::size_t row = 0; row < height; ++row)
-      aligned_past_[row * width_ + column] = past_[row * past_width_ + past];
+    for (std::uint32_t row = 0; row < layout.height; ++row) {
+      const std::uint32_t shift = layout.shiftOf(row);
+      aligned_past_[std::size_t{row} * width_ + column + shift] =
+          past_[std::size_t{row} * past_width_ + past + shift];
+    }
   }
   return aligned_past_.data();
 }
@@ -378,19 +381,24 @@ ScanCoder::codeAttributes(PlanesT& planes, FrameT& frame)
 }
 
 /** \brief Takes the points of a frame from its decoded depths.
- * \return false if some are too far away
+ * \return false if some are too far away, or in pixels without a ray
  */
 bool
 ScanCoder::takePoints(ScanFrame& frame) const
 {
-  for (std::size_t pixel = 0; pixel < depths_.size(); ++pixel) {
-    const std::uint32_t depth = depths_[pixel];
-    if (depth == no_number)
-      continue;
-    if (depth >= depth_end && depth != at_sensor)
-      return false;
-    frame.pixels.push_back(static_cast<std::uint32_t>(pixel));
-    frame.depths.push_back(depth);
+  const std::uint32_t columns = frame.rayColumns();
+  std::uint32_t pixel = 0;
+  for (std::uint32_t row = 0; row < frame.height; ++row) {
+    const std::uint32_t first = row * frame.width + frame.shiftOf(row);
+    for (const std::uint32_t end = pixel + frame.width; pixel < end; ++pixel) {
+      const std::uint32_t depth = depths_[pixel];
+      if (depth == no_number)
+        continue;
+      if ((depth >= depth_end && depth != at_sensor) || pixel - first >= columns)
+        return false;
+      frame.pixels.push_back(pixel);
+      frame.depths.push_back(depth);
+    }
   }
   return true;
 }
@@ -402,8 +410,8 @@ ScanCoder::codeColumns(PlanesT& planes, FrameT& frame)
 {
   auto& angles = frame.rays.columns;
   if constexpr (PlanesT::is_decoder)
-    angles.resize(frame.width);
-  values_.assign(frame.width, 0);
+    angles.resize(frame.rayColumns());
+  values_.assign(frame.rayColumns(), 0);
   std::uint32_t last = 0;
   if constexpr (!PlanesT::is_decoder)
     for (std::size_t column = 0; column < angles.size(); ++column) {
@@ -411,7 +419,7 @@ ScanCoder::codeColumns(PlanesT& planes, FrameT& frame)
       values_[column] = (angle - last + zero_off) % number_end;
       last = angle;
     }
-  if (!codePlane(planes, {frame.width, 1, values_}, zero_off))
+  if (!codePlane(planes, {frame.rayColumns(), 1, values_}, zero_off))
     return false;
   if constexpr (PlanesT::is_decoder)
     for (std::size_t column = 0; column < angles.size(); ++column) {

@@ -102,7 +102,7 @@ private:
              const ValueT& value);
 
   const std::uint32_t*
-  alignPast(std::size_t height);
+  alignPast(const ScanLayout& layout);
 
   // Of the frame before: depths of all pixels, and its columns' angles.
   std::vector<std::uint32_t> past_;

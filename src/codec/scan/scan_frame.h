@@ -7,6 +7,7 @@
 
 #include "codec/scan/scan_rays.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -55,7 +56,25 @@ struct ScanLayout {
   bool is_on_lattice = false;
   /** \brief With ColumnByColumn all rows, as their points come in each column. */
   std::vector<std::uint16_t> firing_order;
+  /** \brief With ColumnByColumn how many columns each row is moved to the right, so that
+   * points that are side by side in the world are so in the scan; empty: none is. */
+  std::vector<std::uint16_t> row_shifts;
   ScanRays rays; ///< without columns
+
+  std::uint32_t
+  shiftOf(std::uint32_t row) const
+  {
+    return row_shifts.empty() ? 0 : row_shifts[row];
+  }
+
+  /** \brief Number of the columns of rays: without those that only moved rows have. */
+  std::uint32_t
+  rayColumns() const
+  {
+    return row_shifts.empty()
+               ? width
+               : width - *std::max_element(row_shifts.begin(), row_shifts.end());
+  }
 
   std::size_t
   pixelCount() const
@@ -79,6 +98,7 @@ struct ScanLayout {
     return (width == other.width || rays.shape == RayShape::Spinning || isSequence()) &&
            (height == other.height || isSequence()) && order == other.order &&
            is_on_lattice == other.is_on_lattice && firing_order == other.firing_order &&
+           row_shifts == other.row_shifts &&
            rays.shape == other.rays.shape && rays.turns == other.rays.turns &&
            rays.rows == other.rays.rows;
   }

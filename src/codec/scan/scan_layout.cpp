@@ -99,12 +99,22 @@ isSpinning(const ScanLayout& layout)
          std::all_of(rays.rows.begin(), rays.rows.end(), isRow);
 }
 
+bool
+areShifts(const ScanLayout& layout)
+{
+  return layout.row_shifts.empty() ||
+         (layout.row_shifts.size() == layout.height &&
+          std::all_of(layout.row_shifts.begin(),
+                      layout.row_shifts.end(),
+                      [&](std::uint16_t shift) { return shift < layout.width; }));
+}
+
 /** \brief Whether rows are all there, once, where they have to be, and else none. */
 bool
 isFiringOrder(const ScanLayout& layout)
 {
   if (layout.order != PointOrder::ColumnByColumn)
-    return layout.firing_order.empty();
+    return layout.firing_order.empty() && layout.row_shifts.empty();
   std::vector<bool> is_there(layout.height);
   for (const std::uint16_t row : layout.firing_order)
     if (row < layout.height)
@@ -123,6 +133,7 @@ isConsistent(const ScanLayout& layout)
   if (layout.width < 1 || layout.height < 1 || layout.width > longest ||
       layout.height > longest || layout.pixelCount() > most_pixels ||
       layout.order > PointOrder::ColumnByColumn || !isFiringOrder(layout) ||
+      !areShifts(layout) ||
       !areWithin(rays.pose.origin, farthest_sensor))
     return false;
   if (rays.shape == RayShape::Spinning)

@@ -103,24 +103,29 @@ setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& position
   }
 }
 
-/** \brief The points in the order of their columns, each in the order of its rows. */
+/** \brief The points in the order of their columns of rays, each in the order of its
+ * rows. */
 std::vector<std::uint32_t>
 columnByColumn(const ScanFrame& scan)
 {
-  std::vector<std::uint32_t> begins(scan.width + std::size_t{1});
+  std::vector<std::uint32_t> begins(scan.rayColumns() + std::size_t{1});
   std::vector<std::uint32_t> row_begins(scan.height + std::size_t{1});
+  const auto column_of = [&](std::uint32_t pixel, std::uint32_t row) {
+    return pixel - row * scan.width - scan.shiftOf(row);
+  };
   for (const std::uint32_t pixel : scan.pixels) {
-    ++begins[pixel % scan.width + 1];
-    ++row_begins[pixel / scan.width + 1];
+    const std::uint32_t row = pixel / scan.width;
+    ++begins[column_of(pixel, row) + 1];
+    ++row_begins[row + 1];
   }
-  for (std::uint32_t column = 0; column < scan.width; ++column)
+  for (std::size_t column = 0; column + 1 < begins.size(); ++column)
     begins[column + 1] += begins[column];
   for (std::uint32_t row = 0; row < scan.height; ++row)
     row_begins[row + 1] += row_begins[row];
   std::vector<std::uint32_t> order(scan.pixels.size());
   for (const std::uint16_t row : scan.firing_order)
     for (std::uint32_t point = row_begins[row]; point < row_begins[row + 1u]; ++point)
-      order[begins[scan.pixels[point] % scan.width]++] = point;
+      order[begins[column_of(scan.pixels[point], row)]++] = point;
   return order;
 }
 

@@ -5,12 +5,12 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-ScanRayReader::ScanRayReader(const ScanRays& rays, std::uint32_t width) : rays_(rays)
+ScanRayReader::ScanRayReader(const ScanRays& rays) : rays_(rays)
 {
   if (rays_.shape != RayShape::Spinning)
     return;
-  columns_.reserve(width);
-  for (std::size_t column = 0; column < width; ++column)
+  columns_.reserve(rays.columns.size());
+  for (std::size_t column = 0; column < rays.columns.size(); ++column)
     columns_.push_back(columnAt(column));
 }
 

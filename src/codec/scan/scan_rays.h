@@ -107,10 +107,8 @@ struct ScanRays {
 /** \brief Computes the rays of a scan, row by row. */
 class ScanRayReader {
 public:
-  /** \param[in] rays must not change while they are read
-   * \param[in] width columns
-   */
-  ScanRayReader(const ScanRays& rays, std::uint32_t width);
+  /** \param[in] rays with their columns; must not change while they are read */
+  explicit ScanRayReader(const ScanRays& rays);
 
   /** \brief Goes to a row. */
   void
