@@ -263,7 +263,8 @@ class FrameDecoder:
         layout = ScanLayout(
             table.width,
             table.height,
-            table.is_spinning,
+            table.shape,
+            table.is_sequence,
             header.point_count,
             kept.scale.bits,
             kept.content.colour_bits,

@@ -11,13 +11,13 @@ from byte_reader import ByteReader
 from fields import FieldMemory, PixelPoints, decode_field
 from frame_header import Field
 from invalid_frame import require
-from scan_header import Vector
+from scan_header import FREE, SPINNING, Vector
 from scan_plane import NO_STEPS, DepthReader, read_values
+from scan_positions import MOST_STEPS, read_positions
 from scan_rays import Places, ScanRays
 from supplement_numbers import Models, NumberReader
 
 _DEPTHS = 1 << 24
-_MOST_STEPS = 1 << 28
 _NO_DIFFERENCE = 1 << 8
 """The number of red or blue that is as green is."""
 
@@ -31,13 +31,18 @@ class ScanLayout:
 
     width: int
     height: int
-    is_spinning: bool
+    shape: int
+    is_sequence: bool
     point_count: int
     symbol_bits: int = 0
     """0 without intensities."""
     colour_bits: int = 0
     """0 without colours."""
     fields: Tuple[Field, ...] = ()
+
+    @property
+    def size(self) -> Tuple[int, int]:
+        return self.width, self.height
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class ScanPoint:
     """None: at the sensor."""
     turn: int
     steps: Vector
-    """From the ray."""
+    """From the ray; free: from the sensor."""
     symbol: Optional[int]
     colour: Optional[Colour]
 
@@ -130,12 +135,16 @@ class _ScanReader:
     def read(self, before: Optional[Scan]) -> Tuple[Scan, bytes]:
         """The points without fields, and the bytes of these."""
         layout = self._layout
-        has_steps = self._flag()
-        angles = self._angles() if layout.is_spinning else []
-        pasts = None if before is None else before.pasts(layout.width, angles)
-        depths, steps = self._depths_and_steps(has_steps, pasts)
+        if layout.shape == FREE:
+            angles: List[int] = []
+            depths, steps = self._free_points()
+        else:
+            has_steps = self._flag()
+            angles = self._angles() if layout.shape == SPINNING else []
+            pasts = None if before is None else before.pasts(layout.width, angles)
+            depths, steps = self._depths_and_steps(has_steps, pasts)
         turns = len(self._pixels) * [0]
-        if layout.is_spinning and self._flag():
+        if layout.shape == SPINNING and self._flag():
             turns = [number - NO_STEPS for number in self._values(NO_STEPS)]
         symbols: List[Optional[int]] = len(self._pixels) * [None]
         if layout.symbol_bits:
@@ -157,13 +166,13 @@ class _ScanReader:
         return self._reader.bytes(self._reader.varint())
 
     def _values(self, first: int) -> List[int]:
-        return read_values(self._plane(), self._layout.width, self._pixels, first)
+        return read_values(self._plane(), self._layout.size, self._pixels, first)
 
-    def _depths_and_steps(
-        self, has_steps: bool, pasts: Optional[Dict[int, int]]
-    ) -> Tuple[List[Optional[int]], List[Vector]]:
-        size = self._layout.width, self._layout.height
-        reader = DepthReader(self._plane(), size, pasts, not has_steps)
+    def _read_depths(
+        self, pasts: Optional[Dict[int, int]], may_have_beside: bool
+    ) -> DepthReader:
+        """Reads which pixels have points, too."""
+        reader = DepthReader(self._plane(), self._layout.size, pasts, may_have_beside)
         reader.read()
         require(
             all(depth < _DEPTHS for depth in reader.depths.values()),
@@ -174,13 +183,34 @@ class _ScanReader:
             len(self._pixels) == self._layout.point_count,
             "other pixels than said have points",
         )
+        return reader
+
+    def _free_points(self) -> Tuple[List[Optional[int]], List[Vector]]:
+        """Depths, all 0 but those of points at the sensor, and positions."""
+        layout = self._layout
+        depths: Dict[int, int]
+        if layout.is_sequence:
+            self._pixels = list(range(layout.point_count))
+            depths = dict.fromkeys(self._pixels, 0)
+        else:
+            depths = self._read_depths(None, False).depths
+            require(not any(depths.values()), "a point without a ray has a depth")
+        away = [pixel for pixel in self._pixels if pixel in depths]
+        positions = dict(zip(away, read_positions(self._plane(), layout.width, away)))
+        steps = [positions.get(pixel, (0, 0, 0)) for pixel in self._pixels]
+        return [depths.get(pixel) for pixel in self._pixels], steps
+
+    def _depths_and_steps(
+        self, has_steps: bool, pasts: Optional[Dict[int, int]]
+    ) -> Tuple[List[Optional[int]], List[Vector]]:
+        reader = self._read_depths(pasts, not has_steps)
         steps = [reader.beside.get(pixel, (0, 0, 0)) for pixel in self._pixels]
         if has_steps:
             x, y, z = (self._values(NO_STEPS) for _ in range(3))
             of_points = zip(x, y, z)
             steps = [(i - NO_STEPS, j - NO_STEPS, k - NO_STEPS) for i, j, k in of_points]
         require(
-            all(abs(n) < _MOST_STEPS for of_point in steps for n in of_point),
+            all(abs(n) < MOST_STEPS for of_point in steps for n in of_point),
             "a point is too far beside its ray",
         )
         for pixel, of_point in zip(self._pixels, steps):
@@ -194,7 +224,8 @@ class _ScanReader:
         width = self._layout.width
         angles = []
         angle = 0
-        for number in read_values(self._plane(), width, range(width), NO_STEPS):
+        numbers = read_values(self._plane(), (width, 1), range(width), NO_STEPS)
+        for number in numbers:
             angle += number - NO_STEPS
             angles.append((angle + (1 << 31)) % (1 << 32) - (1 << 31))
         return angles
@@ -234,6 +265,12 @@ def _read_fields(
     return numbers
 
 
+def _require_full_rows(layout: ScanLayout) -> None:
+    """Refuses a sequence whose points are not in all of its rows."""
+    rows = -(-layout.point_count // layout.width)
+    require(rows == layout.height, "a sequence has other rows than its points fill")
+
+
 def decode_scan(
     source: bytes, layout: ScanLayout, is_i_frame: bool, memory: ScanMemory
 ) -> Tuple[Scan, ScanMemory]:
@@ -243,6 +280,8 @@ def decode_scan(
     if layout.point_count == 0:
         require(not source, "a frame without points has a payload")
         return Scan(layout, []), replace(memory, before=None)
+    if layout.is_sequence:
+        _require_full_rows(layout)
     scan, rest = _ScanReader(source, layout).read(memory.before)
     if not layout.fields:
         require(not rest, "bytes are left behind the scan")

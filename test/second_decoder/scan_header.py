@@ -13,7 +13,9 @@ from invalid_frame import require
 
 ORGANISED, ROW_BY_ROW, COLUMN_BY_COLUMN = 0, 1, 2
 """Orders of the points of a cloud."""
-_ORDER, _SPINNING, _LATTICE = 3, 4, 8
+PLANAR, SPINNING, FREE = 0, 1, 2
+"""Shapes of the rays."""
+_ORDER, _SHAPE_UNIT, _LATTICE = 3, 4, 16
 _LONGEST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 _UNIT = 1 << 30
@@ -47,10 +49,11 @@ class Pose:
 
     origin: Vector
     vectors: Tuple[Vector, Vector, Vector]
-    """Planar: A, B and C; spinning: X, Y and Z."""
+    """Planar: A, B and C; spinning: X, Y and Z; free: 0."""
 
 
-NO_MOTION = Pose((0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
+_NO_VECTORS = (0, 0, 0), (0, 0, 0), (0, 0, 0)
+NO_MOTION = Pose((0, 0, 0), _NO_VECTORS)
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ class Placement:
     """What P-frames may change."""
 
     width: int
+    height: int
     pose: Pose
     motion: Pose = NO_MOTION
 
@@ -67,9 +71,8 @@ class ScanTable:
     """Size, order and rays of a scan."""
 
     placement: Placement
-    height: int
     order: int
-    is_spinning: bool
+    shape: int
     is_on_lattice: bool
     firing_order: Tuple[int, ...] = ()
     turns: Tuple[Direction, ...] = ()
@@ -80,30 +83,56 @@ class ScanTable:
         return self.placement.width
 
     @property
+    def height(self) -> int:
+        return self.placement.height
+
+    @property
+    def is_spinning(self) -> bool:
+        return self.shape == SPINNING
+
+    @property
+    def is_free(self) -> bool:
+        return self.shape == FREE
+
+    @property
+    def is_sequence(self) -> bool:
+        """A free scan whose points are in the first pixels."""
+        return self.is_free and self.order == ROW_BY_ROW
+
+    @property
     def pixel_count(self) -> int:
         return self.width * self.height
 
     def placed(self, placement: Placement) -> "ScanTable":
         """The table of a P-frame with a placement of its own."""
         table = replace(self, placement=placement)
-        _require_size(table.width, table.height)
+        require(
+            self.is_sequence or self.height == table.height,
+            "a scan that is no sequence has another height",
+        )
+        require(
+            self.is_sequence or self.is_spinning or self.width == table.width,
+            "a scan that is neither a sequence nor spinning has another width",
+        )
+        _require_size(table)
         _require_rays(table)
         return table
 
 
-def _require_size(width: int, height: int) -> None:
-    require(1 <= min(width, height), "the scan has no pixels")
-    require(max(width, height) <= _LONGEST_SIDE, "the scan is too wide or too high")
-    require(width * height <= _MOST_PIXELS, "the scan has too many pixels")
+def _require_size(table: ScanTable) -> None:
+    longest = _MOST_PIXELS if table.is_sequence else _LONGEST_SIDE
+    require(1 <= min(table.width, table.height), "the scan has no pixels")
+    require(max(table.width, table.height) <= longest, "the scan is too wide or too high")
+    require(table.pixel_count <= _MOST_PIXELS, "the scan has too many pixels")
 
 
 def _require_length(vector: Vector, highest: int) -> None:
     require(max(map(abs, vector)) <= highest, "a vector of the scan is too long")
 
 
-def _require_plane(placement: Placement, height: int) -> None:
+def _require_plane(placement: Placement) -> None:
     a, b, c = placement.pose.vectors
-    width = placement.width
+    width, height = placement.width, placement.height
     _require_length(a, _HIGHEST_OF_PLANE)
     _require_length(b, _HIGHEST_OF_PLANE // width)
     _require_length(c, _HIGHEST_OF_PLANE // height)
@@ -118,8 +147,12 @@ def _require_rays(table: ScanTable) -> None:
     placement = table.placement
     _require_length(placement.pose.origin, _FARTHEST)
     if not table.is_spinning:
-        require(placement.motion == NO_MOTION, "a planar scan has a motion")
-        _require_plane(placement, table.height)
+        require(placement.motion == NO_MOTION, "a scan that is not spinning has a motion")
+    if table.shape == PLANAR:
+        _require_plane(placement)
+    if table.is_free:
+        require(placement.pose.vectors == _NO_VECTORS, "a free scan has vectors")
+    if not table.is_spinning:
         return
     for axis in placement.pose.vectors:
         _require_length(axis, _UNIT)
@@ -181,28 +214,37 @@ def _firing_order(reader: ByteReader, height: int) -> Tuple[int, ...]:
 def read_scan_table(reader: ByteReader) -> ScanTable:
     width, height = reader.varint(), reader.varint()
     (flags,) = reader.numbers("B")
-    _require_size(width, height)
-    require(flags <= _ORDER | _SPINNING | _LATTICE, "the flags of the scan are none")
+    require(flags < 2 * _LATTICE, "the flags of the scan are none")
     order = flags & _ORDER
     require(order <= COLUMN_BY_COLUMN, "the order of the points is unknown")
-    is_spinning = bool(flags & _SPINNING)
+    shape = flags % _LATTICE // _SHAPE_UNIT
+    require(shape <= FREE, "the shape of the rays is unknown")
+    require(
+        shape != FREE or order != COLUMN_BY_COLUMN, "a free scan is column by column"
+    )
+    # Before the firing order and rows, whose numbers the height tells.
+    is_sequence = shape == FREE and order == ROW_BY_ROW
+    require(is_sequence or height <= _LONGEST_SIDE, "the scan is too high")
+    is_spinning = shape == SPINNING
     firing_order = _firing_order(reader, height) if order == COLUMN_BY_COLUMN else ()
     pose = _pose(reader)
     motion = _motion(reader) if is_spinning else NO_MOTION
     table = ScanTable(
-        Placement(width, pose, motion),
-        height,
+        Placement(width, height, pose, motion),
         order,
-        is_spinning,
+        shape,
         bool(flags & _LATTICE),
         firing_order,
         _turns(reader) if is_spinning else (),
         _rows(reader, height) if is_spinning else (),
     )
+    _require_size(table)
     _require_rays(table)
     return table
 
 
 def read_placement(reader: ByteReader) -> Placement:
     """The placement of a P-frame; ScanTable.placed checks it."""
-    return Placement(reader.varint(), _pose(reader), _motion(reader))
+    return Placement(
+        reader.varint(), reader.varint(), _pose(reader), _motion(reader)
+    )

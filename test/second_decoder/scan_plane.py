@@ -9,7 +9,8 @@ from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 from byte_reader import from_zigzag
 from invalid_frame import require
-from scan_symbols import NUMBER_SYMBOLS, SymbolReader
+from scan_costs import Costs, highest_bit
+from scan_symbols import SymbolReader
 
 NO_STEPS = 1 << 29
 """The number of 0 steps, turns, and steps of an angle from column to column."""
@@ -19,10 +20,6 @@ _BESIDE_CONTEXT = 168
 _RUN_CONTEXT = 172
 
 Steps = Tuple[int, int, int]
-
-
-def _highest_bit(number: int) -> int:
-    return number.bit_length() - 1
 
 
 @dataclass(frozen=True)
@@ -37,12 +34,17 @@ class _Plane:
     """The numbers before a pixel, and what they tell about that."""
 
     def __init__(
-        self, width: int, first: int, pasts: Optional[Mapping[int, int]] = None
+        self,
+        width: int,
+        first: int,
+        pasts: Optional[Mapping[int, int]] = None,
+        is_one_row: bool = False,
     ) -> None:
         self._width = width
+        self._is_one_row = is_one_row
         self._last = first
         self._pasts = pasts
-        self._costs = [0, 0, 0]
+        self._costs = Costs(3)
         self._errors: Dict[int, int] = {}
         self.numbers: Dict[int, int] = {}
 
@@ -51,6 +53,8 @@ class _Plane:
         column = pixel % self._width
         above = pixel - self._width
         left = pixel - 1 if column > 0 else None
+        if self._is_one_row and column >= 2:
+            return [left, pixel - 2, left, left]
         if above < 0:
             return [left, None, None, None]
         up_left = above - 1 if column > 0 else None
@@ -76,7 +80,7 @@ class _Plane:
         edge = min(max(low + high - corner, low), high)
         mean = min(max(middle + ((right - corner) >> 2), low), high)
         candidates = (edge, mean) if past is None else (edge, mean, past)
-        best = min(range(len(candidates)), key=lambda i: self._costs[i])
+        best = self._costs.best(len(candidates))
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
         if self._pasts is not None and past is None:
             context = self._outer_context(pixel, past)
@@ -91,10 +95,12 @@ class _Plane:
 
     def _inner_context(self, pixel: int, gradient: int) -> int:
         left, up, _, up_right = self._pixels_around(pixel)
+        if self._is_one_row:
+            up_right = None
         places = [place for place in (left, up, up_right) if place is not None]
         error = sum(self._errors.get(place, 0) for place in places)
-        of_gradient = _highest_bit(gradient + 1)
-        of_error = _highest_bit(error + 1)
+        of_gradient = highest_bit(gradient + 1)
+        of_error = highest_bit(error + 1)
         if gradient == 0:
             relation = 0
         elif of_gradient + 2 < of_error:
@@ -108,9 +114,7 @@ class _Plane:
     def learn(self, pixel: int, expected: _Expectation, number: int) -> None:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
-        for i, candidate in enumerate(expected.candidates):
-            gain = 64 * _highest_bit(2 * abs(candidate - number) + 1)
-            self._costs[i] += gain - self._costs[i] // 64
+        self._costs.learn(expected.candidates, number)
 
 
 def _error_class(error: int) -> int:
@@ -118,29 +122,24 @@ def _error_class(error: int) -> int:
     if error == 0 or error >= 1536:
         return 23 if error else 0
     odd = 2 * error + 1
-    k = _highest_bit(odd)
+    k = highest_bit(odd)
     return 2 * k + (odd >> (k - 1)) % 2
-
-
-def _unsigned(symbols: SymbolReader, symbol: int) -> int:
-    """u of a symbol that was read."""
-    require(symbol < NUMBER_SYMBOLS, "a symbol is not that of a number")
-    return symbols.number_of(symbol)
 
 
 def _number(symbols: SymbolReader, expected: int, symbol: int) -> int:
     """A number whose symbol was read."""
-    number = expected + from_zigzag(_unsigned(symbols, symbol))
+    number = expected + from_zigzag(symbols.number_of(symbol))
     require(0 <= number < _NUMBERS, "a number of a plane is out of its range")
     return number
 
 
 def read_values(
-    source: bytes, width: int, pixels: Iterable[int], first: int
+    source: bytes, size: Tuple[int, int], pixels: Iterable[int], first: int
 ) -> List[int]:
-    """A plane with a number for each of some pixels."""
+    """A plane of a width and height with a number for each of some pixels."""
     symbols = SymbolReader(source)
-    plane = _Plane(width, first)
+    width, height = size
+    plane = _Plane(width, first, is_one_row=height == 1)
     for pixel in pixels:
         expected = plane.expect(pixel)
         symbol = symbols.symbol(expected.context)
@@ -186,7 +185,7 @@ class DepthReader:
         end = first + 1
         while end < row_end and self._plane.around(end)[3] is None:
             end += 1
-        u = _unsigned(self._symbols, self._symbols.symbol(_RUN_CONTEXT))
+        u = self._symbols.number_of(self._symbols.symbol(_RUN_CONTEXT))
         require(u <= end - first, "a run is too long")
         length = u - 1 if u else end - first
         if first % self._width > 0 and first - 1 in self.at_sensor:

@@ -64,7 +64,7 @@ def cloud_of(
     points = [scan.points[i] for i in order]
     placement = table.placement
     rays = ScanRays(
-        table.is_spinning, placement.pose, placement.motion, table.turns, table.rows
+        table.shape, placement.pose, placement.motion, table.turns, table.rows
     )
     places = scan.places(rays)
     is_organised = table.order == ORGANISED

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Dict, List, Optional, Tuple
 
-from scan_header import Direction, Pose, Row, Vector
+from scan_header import FREE, SPINNING, Direction, Pose, Row, Vector
 
 Ray = Tuple[List[int], List[int]]
 """P and S."""
@@ -18,7 +18,7 @@ Ray = Tuple[List[int], List[int]]
 class ScanRays:
     """What the frame header says of rays."""
 
-    is_spinning: bool
+    shape: int
     pose: Pose
     """At column 0."""
     motion: Pose
@@ -57,9 +57,9 @@ class Places:
     ) -> Vector:
         """The place of a point; without a depth it is at the sensor."""
         start, step = [o << 16 for o in self._rays.pose.origin], [0, 0, 0]
-        if depth is not None and self._rays.is_spinning:
+        if depth is not None and self._rays.shape == SPINNING:
             start, step = self._spinning(self._column(column), row, turn)
-        elif depth is not None:
+        elif depth is not None and self._rays.shape != FREE:
             step = self._planar(column, row)
         x, y, z = (
             start[i] + (depth or 0) * step[i] + (steps[i] << 32) for i in range(3)

@@ -11,25 +11,26 @@ from invalid_frame import require
 from rans import FOUR_STATES, NibbleModel, RansDecoder
 
 _CONTEXTS = 173
+POSITION_CONTEXTS = 252
 _SYMBOLS = 80
 _SLOTS = 4096
 _LARGEST_ENTRY = 12
 """Bits of one."""
 _EXACT = 16
 """Numbers below it are symbols."""
-NUMBER_SYMBOLS = 72
+_NUMBER_SYMBOLS = 72
 """Symbols of numbers are below it."""
 
 
 class SymbolReader:
     """Reads the stream of a plane."""
 
-    def __init__(self, source: bytes) -> None:
+    def __init__(self, source: bytes, contexts: int = _CONTEXTS) -> None:
         self._rans = RansDecoder(source, FOUR_STATES)
         self._widths = [NibbleModel() for _ in range(16)]
         self._starts = [self._table()]
         """Of each context where the slots of symbols start."""
-        for _ in range(1, _CONTEXTS):
+        for _ in range(1, contexts):
             has_table = self._rans.bits(1)
             self._starts.append(self._table() if has_table else self._starts[-1])
 
@@ -52,6 +53,7 @@ class SymbolReader:
 
     def number_of(self, symbol: int) -> int:
         """u of a symbol that was read; reads its low bits."""
+        require(symbol < _NUMBER_SYMBOLS, "a symbol is not that of a number")
         if symbol < _EXACT:
             return symbol
         size = (symbol - _EXACT) // 2 + 3
