@@ -24,7 +24,7 @@ constexpr unsigned int trial_frames = 8;
 bool
 isScanBetter(std::size_t as_scan, std::size_t as_voxels, std::size_t frames)
 {
-  constexpr std::size_t bytes_of_order = 512;
+  constexpr std::size_t bytes_of_order = 256;
   return 20 * as_scan <= 21 * (as_voxels + bytes_of_order * frames);
 }
 
@@ -65,8 +65,8 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
   }
   if (trial.p_frames < trial_frames)
     return false;
-  is_scan_ = isScanBetter(
-      trial.as_scan, trial.as_voxels, trial_frames - trial_frames / 2);
+  is_scan_ =
+      isScanBetter(trial.as_scan, trial.as_voxels, trial_frames - trial_frames / 2);
   untried_i_frames_ = untried_i_frames;
   tried_density_ = 0.0;
   trial_.reset();

@@ -114,7 +114,8 @@ ElevationRows::learn(const std::vector<Eigen::Vector3d>& points)
 std::uint32_t
 ElevationRows::rowOf(const Eigen::Vector3d& point) const
 {
-  const double distance = std::max(std::hypot(point.x(), point.y()), 1e-9);
+  const double square = point.x() * point.x() + point.y() * point.y();
+  const double distance = std::max(std::sqrt(square), 1e-9);
   return static_cast<std::uint32_t>(
       std::upper_bound(ends_.begin(), ends_.end() - 1, point.z() / distance) -
       ends_.begin());

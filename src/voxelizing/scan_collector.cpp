@@ -113,6 +113,7 @@ ScanCollector::collect(PointBatches& points,
   const bool has_grid = setGrid(points, sensor_pose, is_i_frame_due);
   scan.grid = grid_;
   scan.is_on_lattice = coordinate_step_ > 0.0;
+  was_free_ = scan.rays.shape == scan::RayShape::Free;
   if (!has_grid || (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
                     !locateFree(fields, sensor_pose, is_i_frame_due, scan))) {
     status = orderStatus("its points are too many, or too far from each other");
@@ -151,8 +152,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
                             scan::ScanFrame& scan)
 {
   // Without an I-frame there are none now if there were none before.
-  const bool is_free = scan.rays.shape == scan::RayShape::Free;
-  if ((is_free && !is_i_frame_due) ||
+  if ((was_free_ && !is_i_frame_due) ||
       !setLayout(fields, sensor_pose, is_i_frame_due, scan))
     return false;
   return locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan);
@@ -194,13 +194,18 @@ ScanCollector::setLayout(const FieldCollector& fields,
          std::is_sorted(order_.begin(), order_.end());
 }
 
-/** \brief Puts the points where they are, without rays. */
+/** \brief Puts the points where they are, without rays.
+ * \return false also if an I-frame would be needed that is not due: it may take more
+ * bytes than voxels
+ */
 bool
 ScanCollector::locateFree(const FieldCollector& fields,
                           const WorldPose& sensor_pose,
                           bool is_i_frame_due,
                           scan::ScanFrame& scan)
 {
+  if (!is_i_frame_due && !was_free_ && !settings_.keep_order)
+    return false;
   scan.firing_order.clear();
   scan.row_shifts.clear();
   scan.rays = scan::ScanRays();
@@ -230,9 +235,9 @@ ScanCollector::locateFree(const FieldCollector& fields,
     // The origin is the sensor, or else the middle of the grid.
     constexpr double farthest = 0x1p24;
     const bool is_near = std::abs(edges) < farthest;
-    scan.rays.pose.origin[axis] =
-        is_near ? std::llround(edges * 0x1p16)
-                : std::int64_t{1} << (max_grid_depth - 1 + 16);
+    scan.rays.pose.origin[axis] = is_near
+                                      ? std::llround(edges * 0x1p16)
+                                      : std::int64_t{1} << (max_grid_depth - 1 + 16);
   }
   return isConsistent(scan) && appendAll(scan);
 }
@@ -247,8 +252,7 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   scan.beside.clear();
   ScanLocator locator(scan);
   const std::vector<std::int32_t>& turns = rays_.turns();
-  const bool has_turns =
-      !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
+  const bool has_turns = !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
   const std::uint32_t width = scan.rayColumns();
   for (const std::uint32_t point : order_)
     if (!locator.append(pixels_[point] / width,
@@ -324,8 +328,8 @@ ScanCollector::setGrid(PointBatches& points,
     // Not changed to and fro, as a change takes an I-frame.
     const double largest =
         is_i_frame_due ? std::numeric_limits<double>::infinity() : coordinate_step_;
-    const double step = findCoordinateStep(
-        points, settings_.resolution, true, largest, farthest_steps);
+    const double step =
+        findCoordinateStep(points, settings_.resolution, true, largest, farthest_steps);
     if (!std::isnan(step))
       coordinate_step_ = step;
   }
@@ -339,9 +343,11 @@ ScanCollector::setGrid(PointBatches& points,
   std::array<double, 3> place;
   for (std::size_t axis = 0; axis < 3; ++axis)
     place[axis] = sensor_pose.translation()[static_cast<Eigen::Index>(axis)];
-  if (!(farthestAxis(place, first, edge) < farthest))
+  double near = 0x1p19;
+  if (!(farthestAxis(place, first, edge) < farthest)) {
     place = first;
-  constexpr double near = 0x1p19;
+    near = farthest; // any point may be the first one
+  }
   if (grid_.resolution == edge && lattice_origin_ == origin &&
       farthestAxis(place, grid_.origin, edge) < near)
     return true;

@@ -124,7 +124,8 @@ private:
   unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
   ScanColumns columns_;
   SensorRays rays_;
-  std::uint32_t period_ = 0; // of points without rays; 0: none
+  bool was_free_ = false;    // the scan before had no rays
+  std::uint32_t period_ = 0; // of its points; 0: none
   IntensityQuantiser quantiser_;
   VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
   std::array<double, 3> lattice_origin_{}; // that it is a part of

@@ -54,6 +54,33 @@ turnedPose(const WorldPose& pose, double shift)
   return turned;
 }
 
+/** \brief A point of a firing. */
+struct ColumnPoint {
+  double angle;    ///< from the direction that it was expected in, radians
+  double distance; ///< from the axis, metres
+};
+
+/** \param[in] column direction that is expected of its column
+ * \param[in] row how far its row is turned from that
+ */
+ColumnPoint
+columnPointOf(const Eigen::Vector3d& position,
+              const Eigen::Vector2d& column,
+              const Eigen::Vector2d& row)
+{
+  const double x = column.x() * row.x() - column.y() * row.y();
+  const double y = column.x() * row.y() + column.y() * row.x();
+  const double ahead = position.x() * x + position.y() * y;
+  const double left = position.y() * x - position.x() * y;
+  const double distance = std::sqrt(ahead * ahead + left * left);
+  // Mostly the arc tangent is next to its argument.
+  constexpr double small = 0.01;
+  if (std::abs(left) > small * ahead)
+    return {std::atan2(left, ahead), distance};
+  const double tangent = ahead > 0.0 ? left / ahead : 0.0;
+  return {tangent - tangent * tangent * tangent / 3.0, distance};
+}
+
 } // namespace
 
 bool
@@ -158,8 +185,8 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
     return none;
   std::vector<double> shifts;
   for (const FittedRays::Row& row : spinning_->rows)
-    shifts.push_back(
-        std::round(std::remainder(row.angle, two_pi) / (*middle * spinning_->turn_step)));
+    shifts.push_back(std::round(std::remainder(row.angle, two_pi) /
+                                (*middle * spinning_->turn_step)));
   const auto [least, most] = std::minmax_element(shifts.begin(), shifts.end());
   // Wider scans take bytes for pixels without points.
   if (*most - *least > 0.25 * frame.width)
@@ -181,39 +208,42 @@ SensorRays::findAngles(const SensorCloud& cloud,
   const SpinningFit& fit = *spinning_;
   const WorldPose to_sensor = pose.inverse();
   const double steps_of_turn = two_pi / fit.turn_step;
-  std::vector<double> distances(cloud.size());
-  angles_.resize(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[i]);
-    if (fit.has_motion)
-      position =
-          fit.motion.stillPosition(position, timeOf(columns.columns()[i], frame.width));
-    distances[i] = std::hypot(position.x(), position.y());
-    angles_[i] = columnAngle(fit.rows[cloud.rings[i]], position) / fit.turn_step;
-  }
+  std::vector<Eigen::Vector2d> row_directions;
+  for (const FittedRays::Row& row : fit.rows)
+    row_directions.emplace_back(std::cos(row.angle), std::sin(row.angle));
   frame.rays.columns.assign(frame.width, 0);
   turns_.assign(fit.has_turn_step ? cloud.size() : 0, 0);
-  std::vector<double> off; // from the first of a column
+  std::vector<ColumnPoint> points;
+  std::vector<double> off; // of a column's points, from the column before
   std::int32_t last = 0;
   for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
     const std::uint32_t column = columns.columns()[begin];
+    const double last_angle = last * fit.turn_step;
+    const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
+    points.clear();
     off.clear();
-    for (; end < cloud.size() && columns.columns()[end] == column; ++end)
-      if (distances[end] > 0.0)
-        off.push_back(std::remainder(angles_[end] - angles_[begin], steps_of_turn));
+    for (; end < cloud.size() && columns.columns()[end] == column; ++end) {
+      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[end]);
+      if (fit.has_motion)
+        position = fit.motion.stillPosition(position, timeOf(column, frame.width));
+      points.push_back(
+          columnPointOf(position, direction, row_directions[cloud.rings[end]]));
+      if (points.back().distance > 0.0)
+        off.push_back(points.back().angle);
+    }
     if (!off.empty()) {
       const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
       std::nth_element(off.begin(), middle, off.end());
-      // From the last one on, so that angles do not leap where a turn ends.
-      const double change =
-          std::remainder(angles_[begin] + *middle - last, steps_of_turn);
-      last += static_cast<std::int32_t>(std::llround(change));
+      last += static_cast<std::int32_t>(std::llround(*middle / fit.turn_step));
     }
     frame.rays.columns[column] = last;
+    const double moved = last * fit.turn_step - last_angle;
     for (std::size_t i = begin; fit.has_turn_step && i < end; ++i) {
-      const double turn = std::remainder(angles_[i] - last, steps_of_turn);
-      if (std::abs(turn) * fit.turn_step * distances[i] > 0.5 * resolution)
-        turns_[i] = static_cast<std::int32_t>(std::llround(turn));
+      const ColumnPoint& point = points[i - begin];
+      const double turn = point.angle - moved;
+      if (std::abs(turn) * point.distance > 0.5 * resolution)
+        turns_[i] = static_cast<std::int32_t>(
+            std::llround(std::remainder(turn / fit.turn_step, steps_of_turn)));
     }
   }
 }

@@ -76,7 +76,6 @@ private:
   std::optional<SpinningFit> spinning_; // of firings
   std::vector<std::uint16_t> shifts_;   // of the rows of firings
   std::vector<std::int32_t> turns_;
-  std::vector<double> angles_; // of points, in steps
 };
 
 } // namespace io

@@ -275,12 +275,6 @@ followMotion(const std::vector<PixelPoint>& points,
   }
 }
 
-double
-columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position)
-{
-  return std::atan2(position.y(), position.x()) - row.angle;
-}
-
 bool
 setSpinningRays(const SpinningFit& fit,
                 const WorldPose& sensor_pose,

@@ -50,10 +50,6 @@ followMotion(const std::vector<PixelPoint>& points,
 bool
 isSampled(std::uint32_t column, std::uint32_t column_count);
 
-/** \brief The angle of a point's column, radians, if it is on the ray of its row. */
-double
-columnAngle(const FittedRays::Row& row, const Eigen::Vector3d& position);
-
 /** \brief Sets the rays of a scan, but for the angles of columns.
  * \param[in] sensor_pose sensor -> grid, metres
  * \param[in,out] layout its size is given

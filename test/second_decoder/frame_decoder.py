@@ -265,6 +265,7 @@ class FrameDecoder:
             table.height,
             table.shape,
             table.is_sequence,
+            table.shifts,
             header.point_count,
             kept.scale.bits,
             kept.content.colour_bits,

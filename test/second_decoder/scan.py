@@ -33,12 +33,26 @@ class ScanLayout:
     height: int
     shape: int
     is_sequence: bool
+    shifts: Tuple[int, ...]
+    """Of rows, in columns; empty without."""
     point_count: int
     symbol_bits: int = 0
     """0 without intensities."""
     colour_bits: int = 0
     """0 without colours."""
     fields: Tuple[Field, ...] = ()
+
+    @property
+    def ray_columns(self) -> int:
+        return self.width - max(self.shifts, default=0)
+
+    def ray_of(self, pixel: int) -> Tuple[int, int]:
+        """Row and ray of a pixel."""
+        row, column = divmod(pixel, self.width)
+        return row, column - (self.shifts[row] if self.shifts else 0)
+
+    def pixel_of(self, row: int, ray: int) -> int:
+        return row * self.width + ray + (self.shifts[row] if self.shifts else 0)
 
     @property
     def size(self) -> Tuple[int, int]:
@@ -71,19 +85,19 @@ class Scan:
     fields: List[List[int]] = field(default_factory=list)
     """Of each field the numbers of all points."""
 
-    def pasts(self, width: int, angles: List[int]) -> Optional[Dict[int, int]]:
-        """Depths by pixel for the next frame, with its width and the angles of its
-        columns; None: it has no pasts."""
+    def pasts(self, layout: ScanLayout, angles: List[int]) -> Dict[int, int]:
+        """Depths by pixel for the next frame, with its layout and the angles of its
+        columns."""
         depths = {p.pixel: p.depth for p in self.points if p.depth is not None}
         if angles == self.angles:
-            return depths if width == self.layout.width else None
+            return depths
         columns = self._nearest_columns(angles)
         pasts = {}
-        for pixel in range(width * self.layout.height):
-            row, column = divmod(pixel, width)
-            depth = depths.get(row * self.layout.width + columns[column])
-            if depth is not None:
-                pasts[pixel] = depth
+        for row in range(layout.height):
+            for ray, nearest in enumerate(columns):
+                depth = depths.get(self.layout.pixel_of(row, nearest))
+                if depth is not None:
+                    pasts[layout.pixel_of(row, ray)] = depth
         return pasts
 
     def _nearest_columns(self, angles: List[int]) -> List[int]:
@@ -100,16 +114,11 @@ class Scan:
     def places(self, rays: ScanRays) -> List[Vector]:
         """Where the points are from the grid's lowest corner, edges in 2^-32."""
         places = Places(rays, self.angles)
-        return [
-            places.place(
-                point.pixel % self.layout.width,
-                point.pixel // self.layout.width,
-                point.depth,
-                point.turn,
-                point.steps,
-            )
-            for point in self.points
-        ]
+        found = []
+        for point in self.points:
+            row, ray = self.layout.ray_of(point.pixel)
+            found.append(places.place(ray, row, point.depth, point.turn, point.steps))
+        return found
 
 
 @dataclass(frozen=True)
@@ -141,7 +150,7 @@ class _ScanReader:
         else:
             has_steps = self._flag()
             angles = self._angles() if layout.shape == SPINNING else []
-            pasts = None if before is None else before.pasts(layout.width, angles)
+            pasts = None if before is None else before.pasts(layout, angles)
             depths, steps = self._depths_and_steps(has_steps, pasts)
         turns = len(self._pixels) * [0]
         if layout.shape == SPINNING and self._flag():
@@ -179,6 +188,11 @@ class _ScanReader:
             "a depth is out of its range",
         )
         self._pixels = sorted([*reader.depths, *reader.at_sensor])
+        rays = [self._layout.ray_of(pixel)[1] for pixel in self._pixels]
+        require(
+            all(0 <= ray < self._layout.ray_columns for ray in rays),
+            "a point is in a pixel without a ray",
+        )
         require(
             len(self._pixels) == self._layout.point_count,
             "other pixels than said have points",
@@ -221,7 +235,7 @@ class _ScanReader:
         return [reader.depths.get(pixel) for pixel in self._pixels], steps
 
     def _angles(self) -> List[int]:
-        width = self._layout.width
+        width = self._layout.ray_columns
         angles = []
         angle = 0
         numbers = read_values(self._plane(), (width, 1), range(width), NO_STEPS)

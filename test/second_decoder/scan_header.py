@@ -15,7 +15,7 @@ ORGANISED, ROW_BY_ROW, COLUMN_BY_COLUMN = 0, 1, 2
 """Orders of the points of a cloud."""
 PLANAR, SPINNING, FREE = 0, 1, 2
 """Shapes of the rays."""
-_ORDER, _SHAPE_UNIT, _LATTICE = 3, 4, 16
+_ORDER, _SHAPE_UNIT, _LATTICE, _SHIFTS = 3, 4, 16, 32
 _LONGEST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 _UNIT = 1 << 30
@@ -75,6 +75,8 @@ class ScanTable:
     shape: int
     is_on_lattice: bool
     firing_order: Tuple[int, ...] = ()
+    shifts: Tuple[int, ...] = ()
+    """Of rows, in columns; empty without."""
     turns: Tuple[Direction, ...] = ()
     rows: Tuple[Row, ...] = ()
 
@@ -98,6 +100,10 @@ class ScanTable:
     def is_sequence(self) -> bool:
         """A free scan whose points are in the first pixels."""
         return self.is_free and self.order == ROW_BY_ROW
+
+    @property
+    def ray_columns(self) -> int:
+        return self.width - max(self.shifts, default=0)
 
     @property
     def pixel_count(self) -> int:
@@ -124,6 +130,7 @@ def _require_size(table: ScanTable) -> None:
     require(1 <= min(table.width, table.height), "the scan has no pixels")
     require(max(table.width, table.height) <= longest, "the scan is too wide or too high")
     require(table.pixel_count <= _MOST_PIXELS, "the scan has too many pixels")
+    require(table.ray_columns >= 1, "a row is moved out of the scan")
 
 
 def _require_length(vector: Vector, highest: int) -> None:
@@ -211,10 +218,14 @@ def _firing_order(reader: ByteReader, height: int) -> Tuple[int, ...]:
     return rows
 
 
+def _shifts(reader: ByteReader, height: int) -> Tuple[int, ...]:
+    return tuple(reader.varint() for _ in range(height))
+
+
 def read_scan_table(reader: ByteReader) -> ScanTable:
     width, height = reader.varint(), reader.varint()
     (flags,) = reader.numbers("B")
-    require(flags < 2 * _LATTICE, "the flags of the scan are none")
+    require(flags < 2 * _SHIFTS, "the flags of the scan are none")
     order = flags & _ORDER
     require(order <= COLUMN_BY_COLUMN, "the order of the points is unknown")
     shape = flags % _LATTICE // _SHAPE_UNIT
@@ -227,6 +238,9 @@ def read_scan_table(reader: ByteReader) -> ScanTable:
     require(is_sequence or height <= _LONGEST_SIDE, "the scan is too high")
     is_spinning = shape == SPINNING
     firing_order = _firing_order(reader, height) if order == COLUMN_BY_COLUMN else ()
+    has_shifts = bool(flags & _SHIFTS)
+    require(not has_shifts or bool(firing_order), "rows of another order are moved")
+    shifts = _shifts(reader, height) if has_shifts else ()
     pose = _pose(reader)
     motion = _motion(reader) if is_spinning else NO_MOTION
     table = ScanTable(
@@ -235,6 +249,7 @@ def read_scan_table(reader: ByteReader) -> ScanTable:
         shape,
         bool(flags & _LATTICE),
         firing_order,
+        shifts,
         _turns(reader) if is_spinning else (),
         _rows(reader, height) if is_spinning else (),
     )

@@ -41,13 +41,17 @@ def _position(place: Vector, grid: Grid, is_on_lattice: bool) -> Position:
     return x, y, z
 
 
-def _order(pixels: Sequence[int], table: ScanTable) -> List[int]:
+def _order(scan: Scan, table: ScanTable) -> List[int]:
     """The points in the order of the cloud, as indices of those of the scan."""
-    order = list(range(len(pixels)))
+    order = list(range(len(scan.points)))
     if table.order == COLUMN_BY_COLUMN:
         ranks = {row: rank for rank, row in enumerate(table.firing_order)}
-        width = table.width
-        order.sort(key=lambda i: (pixels[i] % width, ranks[pixels[i] // width]))
+
+        def place(point: int) -> Tuple[int, int]:
+            row, ray = scan.layout.ray_of(scan.points[point].pixel)
+            return ray, ranks[row]
+
+        order.sort(key=place)
     return order
 
 
@@ -60,7 +64,7 @@ def cloud_of(
 ) -> CloudPoints:
     """The cloud of a scan, whose fields have so many values of a point."""
     pixels = [point.pixel for point in scan.points]
-    order = _order(pixels, table)
+    order = _order(scan, table)
     points = [scan.points[i] for i in order]
     placement = table.placement
     rays = ScanRays(

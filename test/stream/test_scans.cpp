@@ -35,12 +35,12 @@ orderOf(const scan::ScanFrame& scan)
   if (scan.order != scan::PointOrder::ColumnByColumn)
     return order;
   const auto place_of = [&](std::size_t point) {
-    const auto rank = std::find(scan.firing_order.begin(),
-                                scan.firing_order.end(),
-                                scan.pixels[point] / scan.width) -
-                      scan.firing_order.begin();
-    return scan.pixels[point] % scan.width * std::size_t{scan.height} +
-           static_cast<std::size_t>(rank);
+    const std::uint32_t row = scan.pixels[point] / scan.width;
+    const auto rank =
+        std::find(scan.firing_order.begin(), scan.firing_order.end(), row) -
+        scan.firing_order.begin();
+    const std::size_t ray = scan.pixels[point] % scan.width - scan.shiftOf(row);
+    return ray * scan.height + static_cast<std::size_t>(rank);
   };
   std::sort(order.begin(), order.end(), [&](std::size_t one, std::size_t other) {
     return place_of(one) < place_of(other);
@@ -122,6 +122,49 @@ TEST_P(Scans, ComeBack)
   }
 }
 
+TEST_P(Scans, WithoutRaysComeBack)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  for (unsigned int i = 0; i < 18; ++i) {
+    SCOPED_TRACE(i);
+    const bool is_organised = i / 6 == 2;
+    const std::uint32_t count = is_organised ? 600 : i % 6 == 5 ? 1 : 300 + i;
+    const std::uint32_t width = is_organised ? 30 : i / 6 == 1 ? 16 : count;
+    scan::ScanFrame scan = makeFreePoints(i, width, count, is_organised);
+    addFields(scan, i);
+    const Bytes bytes = encoded(encoder, scan);
+    // Sequences may have any size.
+    EXPECT_EQ(encoder.statistics().is_i_frame, i % 4 == 0);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    expectPoints(back, scan);
+  }
+}
+
+TEST_P(Scans, WithMovedRowsComeBack)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 30, GetParam());
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  for (unsigned int i = 0; i < 4; ++i) {
+    SCOPED_TRACE(i);
+    scan::ScanFrame scan = makeLidar();
+    fireOddRowsFirst(scan);
+    scan.width -= i;
+    scan.rays.columns.resize(scan.width);
+    moveRows(scan);
+    addPoints(scan, i, i % 2 == 1);
+    addFields(scan, i);
+    const Bytes bytes = encoded(encoder, scan);
+    EXPECT_EQ(encoder.statistics().is_i_frame, i == 0);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    expectPoints(back, scan);
+  }
+}
+
 TEST_P(Scans, HaveVoxelsOnDemand)
 {
   scan::ScanFrame scan = makeCamera();
@@ -164,6 +207,8 @@ TEST_P(Scans, OthersTakeAnIFrame)
   fireOddRowsFirst(lidar);
   EXPECT_TRUE(is_i_frame(lidar));
   std::swap(lidar.firing_order[0], lidar.firing_order[1]);
+  EXPECT_TRUE(is_i_frame(lidar));
+  moveRows(lidar);
   EXPECT_TRUE(is_i_frame(lidar));
   lidar.grid.resolution *= 2.0;
   EXPECT_TRUE(is_i_frame(lidar));

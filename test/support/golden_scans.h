@@ -57,6 +57,35 @@ goldenScans(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Points without rays, in one row, in several, and in rows and columns, with P-frames
+ * of other sizes; and scans of a lidar whose rows are moved. */
+inline GoldenStream
+goldenFreeScans(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 4, {}};
+  for (unsigned int i = 0; i < 9; ++i) {
+    const bool is_organised = i / 3 == 2;
+    const std::uint32_t count = is_organised ? 600 : 500 + 7 * i;
+    const std::uint32_t width = is_organised ? 30 : i / 3 == 1 ? 16 : count;
+    scan::ScanFrame frame = makeFreePoints(i, width, count, is_organised);
+    frame.is_on_lattice = i / 3 == 1;
+    if (i / 3 == 0)
+      addFields(frame, i);
+    stream.frames.push_back(goldenScan(frame));
+  }
+  for (unsigned int i = 0; i < 3; ++i) {
+    scan::ScanFrame frame = makeLidar();
+    fireOddRowsFirst(frame);
+    frame.width -= 2 * i;
+    frame.rays.columns.resize(frame.width);
+    moveRows(frame);
+    addPoints(frame, 40 + i, i == 1);
+    addFields(frame, i);
+    stream.frames.push_back(goldenScan(frame));
+  }
+  return stream;
+}
+
 /** \brief Scans of sensors that move, with points in the centres of voxels, of other
  * numbers of columns, and of one row and one column. */
 inline GoldenStream

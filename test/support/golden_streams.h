@@ -305,6 +305,7 @@ goldenStreams()
   streams.push_back(goldenSpread("fast_spread", Effort::Fast));
   streams.push_back(goldenScans("fast_scans", Effort::Fast));
   streams.push_back(goldenMovingScans("balanced_scans", Effort::Balanced));
+  streams.push_back(goldenFreeScans("small_scans", Effort::Small));
   streams.push_back(goldenOctants("fast_octants", Effort::Fast));
   streams.push_back(goldenStill("small_still", Effort::Small));
   streams.push_back(goldenChanges("fast_changes", Effort::Fast, ChangingFrames(8)));

@@ -9,6 +9,7 @@
 #include "codec/scan/scan_points.h"
 #include "voxels/point_voxels.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -73,7 +74,58 @@ makeLidar()
   return frame;
 }
 
-/** \brief Adds a point to about three of four pixels: on a surface with steps, with noise,
+/** \brief Moves each row of a lidar to the right by another number of columns. */
+inline void
+moveRows(scan::ScanFrame& frame)
+{
+  frame.row_shifts.clear();
+  for (std::uint32_t row = 0; row < frame.height; ++row)
+    frame.row_shifts.push_back(static_cast<std::uint16_t>(3 * row % 8));
+  frame.width += 7;
+}
+
+/** \brief Points without rays: a walk with leaps, some points at the sensor.
+ * \param[in] count of them; of an organised scan all its pixels, of which a few are empty
+ */
+inline scan::ScanFrame
+makeFreePoints(unsigned int seed,
+               std::uint32_t width,
+               std::uint32_t count,
+               bool is_organised)
+{
+  std::mt19937 random(seed);
+  const auto around_zero = [&random](std::int32_t most) {
+    const auto numbers = 2 * static_cast<std::uint32_t>(most) + 1;
+    return static_cast<std::int32_t>(random() % numbers) - most;
+  };
+  scan::ScanFrame frame = makeCamera();
+  frame.rays.shape = scan::RayShape::Free;
+  frame.rays.pose.vectors = {};
+  frame.order = is_organised ? scan::PointOrder::Organised : scan::PointOrder::RowByRow;
+  frame.width = width;
+  frame.height = (count + width - 1) / width;
+  std::array<std::int32_t, 3> steps = {4000, -3000, 1000};
+  for (std::uint32_t pixel = 0; pixel < count; ++pixel) {
+    if (is_organised && random() % 5 == 0)
+      continue;
+    const bool leaps = random() % 30 == 0;
+    for (std::int32_t& along : steps)
+      along = std::clamp(along + around_zero(leaps ? scan::most_steps - 1 : 9),
+                         -scan::most_steps + 1,
+                         scan::most_steps - 1);
+    const bool is_at_sensor = random() % 40 == 0;
+    frame.pixels.push_back(pixel);
+    frame.depths.push_back(is_at_sensor && is_organised ? scan::at_sensor : 0);
+    if (!is_at_sensor)
+      frame.beside.push_back({pixel, steps});
+  }
+  frame.intensity_scale.bits = 9;
+  for (std::size_t point = 0; point < frame.pixels.size(); ++point)
+    frame.intensities.push_back(static_cast<std::uint16_t>(random() % 512));
+  return frame;
+}
+
+/** \brief Adds a point to about three of four pixels that have a ray: on a surface with steps, with noise,
  * some at the sensor, with intensities and colours.
  * \param[in] beside_every one of so many points is beside its ray
  */
@@ -90,9 +142,10 @@ addPoints(scan::ScanFrame& frame,
   frame.intensity_scale.bits = 12;
   frame.colour_bits = 7;
   for (std::uint32_t pixel = 0; pixel < frame.pixelCount(); ++pixel) {
-    if (below(4) == 0)
-      continue;
     const std::uint32_t column = pixel % frame.width;
+    const std::uint32_t ray = column - frame.shiftOf(pixel / frame.width);
+    if (below(4) == 0 || ray >= frame.rayColumns())
+      continue;
     frame.pixels.push_back(pixel);
     frame.depths.push_back(below(50) == 0 ? scan::at_sensor
                                           : 2000 + 3 * column +
