@@ -108,17 +108,24 @@ ElevationRows::learn(const std::vector<Eigen::Vector3d>& points)
     ends_.push_back(
         slope_at(static_cast<double>(groups[i - 1].end + groups[i].begin) / 2.0));
   ends_.push_back(std::numeric_limits<double>::infinity());
+  next_rows_.assign(ends_.size(), 0);
+  last_row_ = 0;
   return true;
 }
 
 std::uint32_t
-ElevationRows::rowOf(const Eigen::Vector3d& point) const
+ElevationRows::nextRow(const Eigen::Vector3d& point)
 {
   const double square = point.x() * point.x() + point.y() * point.y();
-  const double distance = std::max(std::sqrt(square), 1e-9);
-  return static_cast<std::uint32_t>(
-      std::upper_bound(ends_.begin(), ends_.end() - 1, point.z() / distance) -
-      ends_.begin());
+  const double slope = point.z() / std::max(std::sqrt(square), 1e-9);
+  // Lasers mostly fire in the same order.
+  const std::uint32_t guess = next_rows_[last_row_];
+  if (slope < ends_[guess] && (guess == 0 || slope >= ends_[guess - 1]))
+    return last_row_ = guess;
+  const auto row = static_cast<std::uint32_t>(
+      std::upper_bound(ends_.begin(), ends_.end() - 1, slope) - ends_.begin());
+  next_rows_[last_row_] = row;
+  return last_row_ = row;
 }
 
 } // namespace io

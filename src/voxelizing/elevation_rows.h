@@ -30,12 +30,15 @@ public:
     return static_cast<std::uint32_t>(ends_.size());
   }
 
-  /** \brief The row of a point, the lowest one being 0: that of the nearest elevation. */
+  /** \brief The row of the next point of a cloud, the lowest one being 0: that of the
+   * nearest elevation. */
   std::uint32_t
-  rowOf(const Eigen::Vector3d& point) const;
+  nextRow(const Eigen::Vector3d& point);
 
 private:
   std::vector<double> ends_; // slopes between the rows; the last one is infinite
+  std::vector<std::uint32_t> next_rows_; // the row that came behind each one
+  std::uint32_t last_row_ = 0;
 };
 
 } // namespace io

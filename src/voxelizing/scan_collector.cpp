@@ -152,10 +152,22 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
                             scan::ScanFrame& scan)
 {
   // Without an I-frame there are none now if there were none before.
-  if ((was_free_ && !is_i_frame_due) ||
-      !setLayout(fields, sensor_pose, is_i_frame_due, scan))
+  if (was_free_ && !is_i_frame_due)
     return false;
-  return locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan);
+  if (untried_i_frames_ > 0) {
+    untried_i_frames_ -= is_i_frame_due ? 1 : 0;
+    return false;
+  }
+  if (setLayout(fields, sensor_pose, is_i_frame_due, scan) &&
+      locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan)) {
+    last_untried_ = 0;
+    return true;
+  }
+  // Looking for rays takes more time than a frame's coding.
+  constexpr unsigned int most_untried = 15;
+  if (is_i_frame_due)
+    untried_i_frames_ = last_untried_ = std::min(2 * last_untried_ + 1, most_untried);
+  return false;
 }
 
 /** \brief Sets the size and the order of a scan, and orders the points. */
@@ -274,18 +286,22 @@ ScanCollector::findRings(const WorldPose& sensor_pose, bool is_i_frame_due)
     return false;
   }
   const WorldPose to_sensor = sensor_pose.inverse();
-  std::vector<Eigen::Vector3d> points;
-  points.reserve(cloud_.size());
-  for (const std::array<double, 3>& position : cloud_.positions)
-    points.push_back(to_sensor *
-                     Eigen::Vector3d(position[0], position[1], position[2]));
-  if ((is_i_frame_due || elevations_.count() == 0) && !elevations_.learn(points)) {
-    untried_clouds_ = untried_clouds;
-    return false;
+  const auto in_sensor = [&to_sensor](const std::array<double, 3>& position) {
+    return to_sensor * Eigen::Vector3d(position[0], position[1], position[2]);
+  };
+  if (is_i_frame_due || elevations_.count() == 0) {
+    std::vector<Eigen::Vector3d> points;
+    points.reserve(cloud_.size());
+    for (const std::array<double, 3>& position : cloud_.positions)
+      points.emplace_back(in_sensor(position));
+    if (!elevations_.learn(points)) {
+      untried_clouds_ = untried_clouds;
+      return false;
+    }
   }
-  cloud_.rings.clear();
-  for (const Eigen::Vector3d& point : points)
-    cloud_.rings.push_back(elevations_.rowOf(point));
+  cloud_.rings.resize(cloud_.size());
+  for (std::size_t point = 0; point < cloud_.size(); ++point)
+    cloud_.rings[point] = elevations_.nextRow(in_sensor(cloud_.positions[point]));
   return true;
 }
 

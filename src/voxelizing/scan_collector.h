@@ -122,6 +122,9 @@ private:
   SensorCloudReader reader_;
   ElevationRows elevations_;
   unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
+  // I-frames that follow for which no rays are looked for, and how many were before.
+  unsigned int untried_i_frames_ = 0;
+  unsigned int last_untried_ = 0;
   ScanColumns columns_;
   SensorRays rays_;
   bool was_free_ = false;    // the scan before had no rays
