@@ -51,7 +51,7 @@ _FIELD_TYPES = {
 
 
 class CompressionWarning(UserWarning):
-    """Not all of a cloud is in its frame."""
+    """Not all of a cloud is in its frame, or not all of a frame in what is decoded."""
 
 
 # Limits of the library.
@@ -448,6 +448,7 @@ class Decoder:
             limits(max_voxels, max_frame_bytes, max_points, max_field_values)
         )
         self._status = Status()
+        self._has_warned = False
 
     def decode(
         self,
@@ -492,6 +493,13 @@ class Decoder:
         ------
         TypeError
             If `data` is not bytes.
+
+        Warns
+        -----
+        CompressionWarning
+            If a filter or `min_intensity` needs voxels of a frame that has its points, and some
+            of these are outside the grid of voxels: the first time. `status` has the message of
+            every frame.
         """
         cloud, code, message = self._native.decode(
             data,
@@ -500,6 +508,9 @@ class Decoder:
             native_filter(temporal_filter),
         )
         self._status = Status(code, message)
+        if cloud is not None and message and not self._has_warned:
+            self._has_warned = True
+            warnings.warn(message, CompressionWarning, stacklevel=2)
         return None if cloud is None else Cloud(cloud)
 
     @property

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -44,9 +45,48 @@ warn(std::size_t number,
   text.append(what).append(advice);
 }
 
+/** \brief A number that is not below another one, with two digits. */
+double
+roundedUp(double value)
+{
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return std::ceil(value / unit) * unit;
+}
+
+/** \brief Which setting keeps points that are outside the grid. */
+std::string
+adviceFor(const WiderGrid& wider,
+          double resolution,
+          const EncoderSettings& settings,
+          IntensityUnit unit)
+{
+  const double reach = (std::exp2(max_grid_depth) - 2.0) * resolution;
+  if (wider.width <= reach)
+    return settings.format == StreamFormat::Published
+               ? "set {bounding_box} around the points"
+               : "set {origin} amid the points";
+  const std::string text = "the cloud is " + numberOf(wider.width) +
+                           " m wide, a grid of voxels of " + numberOf(resolution) +
+                           " m at most " + numberOf(reach) + " m: use ";
+  const std::string box = "a {bounding_box} around the points to keep";
+  const double sufficient = roundedUp(wider.resolution);
+  if (sufficient > largest_resolution)
+    return text + box;
+  constexpr double most_coarsened = 16.0;
+  const bool may_coarsen = unit != IntensityUnit::Share &&
+                           !settings.coarsen_wide_clouds &&
+                           wider.resolution <= most_coarsened * settings.resolution;
+  return text + (may_coarsen ? "{coarsen_wide_clouds}, " : "") + "a {resolution} of " +
+         numberOf(sufficient) + " m or more, or " + box;
+}
+
 /** \brief Mentions points that were left out or changed. */
 void
-warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string& text)
+warnOfPoints(const VoxelizationStatistics& cloud,
+             const EncoderSettings& settings,
+             IntensityUnit unit,
+             const VoxelFit& fit,
+             std::string& text)
 {
   if (cloud.points_not_finite == cloud.points)
     warn(cloud.points,
@@ -55,10 +95,11 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
          text);
   warn(cloud.points_outside_grid,
        cloud.points,
-       "points are more than 2^20 voxels from the grid's origin and were left out: "
-       "use a larger {resolution}, or set ",
+       "points are more than 2^20 voxels from the grid's origin and were left out",
        text,
-       is_published ? "{bounding_box} around the points" : "{origin} amid the points");
+       fit.wider_grid
+           ? ": " + adviceFor(*fit.wider_grid, cloud.resolution, settings, unit)
+           : std::string());
   warn(cloud.points_outside_box,
        cloud.points,
        "points are outside the bounding box and were left out",
@@ -186,16 +227,15 @@ SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
-             bool is_coarsened,
+             const VoxelFit& fit,
              const LimitedCounts& counts)
 {
   std::string text;
-  if (is_coarsened)
+  if (fit.is_coarsened)
     text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
            " m: voxels of " + numberOf(statistics.voxelization.resolution) +
            " m were used";
-  warnOfPoints(
-      statistics.voxelization, settings.format == StreamFormat::Published, text);
+  warnOfPoints(statistics.voxelization, settings, unit, fit, text);
   warnOfIntensities(statistics.voxelization, settings, unit, text);
   warnOfLimits(limitedNumbers(statistics, settings, counts), text);
   return {text};

@@ -4,6 +4,7 @@
  * \brief Frames of points in the order of their sensor.
  */
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "codec/scan/point_places.h"
 #include "stream/frame_encoder.h"
@@ -19,12 +20,14 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::VoxelOutlierRemoval;
 
 /** \brief The points of a scan in the order of their cloud. */
 std::vector<std::size_t>
@@ -130,12 +133,37 @@ TEST_P(Scans, HaveVoxelsOnDemand)
   FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
   FrameDecoder decoder;
   VoxelFrame back;
-  ASSERT_EQ(decoded(decoder, encoded(encoder, scan), back), CompressionCode::Ok);
+  const Bytes bytes = encoded(encoder, scan);
+  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
+  ASSERT_TRUE(status.ok()) << status;
   EXPECT_TRUE(isConsistent(back));
   EXPECT_FALSE(back.keys.empty());
   // Points far beside their rays are outside of the grid.
   EXPECT_LT(back.pointCount(), scan.pixels.size());
   EXPECT_GT(back.pointCount(), scan.pixels.size() * 9 / 10);
+  const std::size_t outside = scan.pixels.size() - back.pointCount();
+  EXPECT_EQ(back.points.outside_grid, outside);
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_EQ(status.message().rfind(std::to_string(outside) + " points", 0), 0u)
+      << status;
+
+  decoder.setDecodesVoxels(false);
+  const Bytes next = encoded(encoder, scan);
+  EXPECT_FALSE(decoder.decode(next.data(), next.size(), back).hasWarning());
+  EXPECT_EQ(back.pointCount(), scan.pixels.size());
+  EXPECT_EQ(back.points.outside_grid, 0u);
+  // Whoever makes the voxels tells it.
+  VoxelFrame filtered = back;
+  VoxelOutlierRemoval removal;
+  const pcl_ext::OutlierRemovalStatus removed = removal.filter(filtered);
+  EXPECT_TRUE(removed.hasWarning());
+  EXPECT_NE(removed.message().find(std::to_string(outside) + " points"),
+            std::string::npos)
+      << removed;
+  EXPECT_EQ(filtered.points.outside_grid, outside);
+  VoxelFrame kept;
+  pcl_ext::removeVoxelsBelow(back, 1.0f, kept);
+  EXPECT_EQ(kept.points.outside_grid, outside);
 }
 
 TEST_P(Scans, OthersTakeAnIFrame)

@@ -114,6 +114,9 @@ struct StreamHealth {
   /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without
    * setOutlierRemoval(). */
   OutlierRemovalStatus outlier_removal;
+  /** \brief Points of scans that were left out when they got voxels, as they are outside
+   * the grid; see io::FramePoints::outside_grid. */
+  std::size_t points_outside_grid = 0;
   /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
    * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -30,6 +31,7 @@ struct EdgeTrial {
       noise; ///< share that would be removed, 0 to 1; none: not judged
   /** \brief By Effort; none: it was not tried. */
   std::array<std::optional<EffortTrial>, io::efforts.size()> efforts;
+  std::string points_outside_grid; ///< see describePointsOutsideGrid()
 };
 
 /** \brief What a choice must keep to. */

@@ -214,6 +214,7 @@ private:
       }
       trial.efforts[effort] =
           EffortTrial{8e-3 * frames.frame_bytes / trials.limits.period, frames.ms};
+      trial.points_outside_grid = describePointsOutsideGrid(frames.sums);
       trials.points = static_cast<double>(frames.sums.encoded_points) /
                       static_cast<double>(frames.sums.frames);
       trial.points_a_voxel =

@@ -272,12 +272,15 @@ advise(const AdviseOptions& options,
   const std::string fault = faultOf(trials, options.rate_text);
   if (!fault.empty())
     console.error(streams[number].name + ": " + fault);
+  const std::string& outside = trials.edges[trials.choice.edge].points_outside_grid;
+  if (!outside.empty())
+    console.error(outside);
   const std::string edge = textOf(trials.edges[trials.choice.edge].edge);
   const std::string effort = nameOf(io::efforts, trials.choice.effort);
   std::cout << "  " << printable(commandOf(options, streams, number, edge, effort))
             << "\n  " << printable(parametersOf(options.given, trials, edge, effort))
             << "\n\n";
-  return fault.empty();
+  return fault.empty() && outside.empty();
 }
 
 int

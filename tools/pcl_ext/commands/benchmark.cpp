@@ -102,6 +102,13 @@ public:
     return encoder_.law();
   }
 
+  /** \brief See describePointsOutsideGrid(). */
+  std::string
+  pointsOutsideGrid() const
+  {
+    return describePointsOutsideGrid(encoder_.sums());
+  }
+
 private:
   template <typename ActionT>
   void
@@ -206,6 +213,10 @@ benchmark(BenchmarkOptions options)
         console.advance();
       }
       report.rows.push_back(measured.row());
+      if (const std::string outside = measured.pointsOutsideGrid(); !outside.empty()) {
+        console.error(outside);
+        has_failures = true;
+      }
       const std::string law = nameOf(measured.law());
       if (report.law.find(law) == std::string::npos)
         report.law += (report.law.empty() ? "" : " and ") + law;

@@ -45,10 +45,14 @@ describeEncoded(const EncodedSums& sums,
   if (sums.all_points > sums.points)
     text += ", " + counted(sums.all_points - sums.points, "point") +
             " left out as not finite";
-  if (const std::size_t kept = sums.points - sums.point_outliers;
+  if (sums.points_outside_grid > 0)
+    text += ", " + counted(sums.points_outside_grid, "point") +
+            " left out outside the grid of voxels";
+  if (const std::size_t kept =
+          sums.points - sums.point_outliers - sums.points_outside_grid;
       kept > sums.encoded_points)
     text += ", " + counted(kept - sums.encoded_points, "point") +
-            " left out beyond box or grid";
+            " left out outside the box";
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
     text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";
@@ -133,6 +137,7 @@ toJson(const std::vector<std::string>& inputs,
                {"frames", summary.sums.frames},
                {"frame_bytes", summary.sums.bytes},
                {"failures", summary.failures},
+               {"points_outside_grid", summary.sums.points_outside_grid},
                {"streams", Json::array()},
                {"errors", Json::array()}};
   for (const std::string& input : inputs)

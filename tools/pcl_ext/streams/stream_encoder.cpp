@@ -68,7 +68,22 @@ EncodedSums::operator+=(const EncodedSums& part)
   if (warnings == 0)
     first_warning = part.first_warning;
   warnings += part.warnings;
+  if (frames_without_them == 0)
+    first_without_them = part.first_without_them;
+  points_outside_grid += part.points_outside_grid;
+  frames_without_them += part.frames_without_them;
   return *this;
+}
+
+std::string
+describePointsOutsideGrid(const EncodedSums& sums)
+{
+  if (sums.frames_without_them < 2)
+    return sums.first_without_them;
+  return sums.first_without_them + " (" +
+         counted(sums.frames_without_them - 1, "more frame") + " likewise, in all " +
+         counted(sums.points_outside_grid, "point") + " of " +
+         counted(sums.points, "point") + ")";
 }
 
 StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
@@ -137,6 +152,10 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     sums.warnings = 1;
     sums.first_warning = source + ": " + messageOf(status);
   }
+  if (sums.points_outside_grid > 0) {
+    sums.frames_without_them = 1;
+    sums.first_without_them = source + ": " + messageOf(status);
+  }
   last_cloud_ = sums;
   sums_ += last_cloud_;
   if (sums_.encoded_points == 0 && extent_.empty())
@@ -155,6 +174,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.all_points = points.points;
   sums.points = points.points - points.points_not_finite;
   sums.encoded_points = frame.voxelization.points_used;
+  sums.points_outside_grid = frame.voxelization.points_outside_grid;
   sums.voxels = frame.coding.voxels;
   sums.outliers = statistics.outliers_removed;
   if (statistics.judged_points)

@@ -36,13 +36,21 @@ struct EncodedSums {
   std::size_t moving_frames =
       0; ///< of a sensor that moves, which it leaves as they are
   std::size_t bytes = 0;
-  std::size_t point_bytes = 0; ///< of encoded points in the clouds
-  std::size_t warnings = 0;    ///< frames with one
-  std::string first_warning;   ///< with its frame
+  std::size_t point_bytes = 0;         ///< of encoded points in the clouds
+  std::size_t warnings = 0;            ///< frames with one
+  std::string first_warning;           ///< with its frame
+  std::size_t points_outside_grid = 0; ///< of voxels, and so left out
+  std::size_t frames_without_them = 0; ///< from which they are left out
+  std::string first_without_them;      ///< the warning of the first such frame
 
   EncodedSums&
   operator+=(const EncodedSums& part);
 };
+
+/** \brief A sentence on points that were left out, as they are outside the grid of
+ * voxels; empty if none were. */
+std::string
+describePointsOutsideGrid(const EncodedSums& sums);
 
 /** \brief Encodes the clouds of a stream. */
 class StreamEncoder {
