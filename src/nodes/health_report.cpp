@@ -174,8 +174,10 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
   report.add("points outside the grid", node.frame.voxelization.points_outside_grid);
   report.add("outliers removed", node.outliers_removed);
   report.add("points removed as outliers", node.points_removed);
-  report.add("voxels", node.frame.coding.voxels);
-  report.add("bytes per voxel", node.frame.bytesPerVoxel());
+  const bool has_points = node.frame.coding.has_points;
+  report.add(has_points ? "points in order" : "voxels", node.frame.coding.voxels);
+  report.add(has_points ? "bytes per point" : "bytes per voxel",
+             node.frame.bytesPerVoxel());
   if (node.rate_control.is_on) {
     report.add("rate control", node.rate_control.choice);
     report.add("rate control chose it as", node.rate_control.reason);

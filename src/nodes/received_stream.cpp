@@ -212,7 +212,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            const Clock& clock)
 {
   OutlierRemovalStatus outliers = removeOutliers(decoded);
-  removeVoxelsBelow(decoded, min_intensity_, kept_);
+  const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_, kept_);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   Time stamp = frame.stamp.value_or(Time(0));
@@ -232,8 +232,8 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     ++health_.frames_decoded;
     health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
-    health_.voxels = coding.voxels;
     health_.kept_voxels = hasPointsOnly(kept_) ? coding.voxels : kept_.size();
+    health_.voxels = health_.kept_voxels + removed_below + outliers.removed;
     health_.resolution = kept_.grid.resolution;
     health_.has_intensities = kept_.hasIntensities();
     health_.points_outside_grid += kept_.points.outside_grid;

@@ -167,9 +167,12 @@ warnOfLimits(const std::array<LimitedNumber, 5>& numbers, std::string& text)
   }
 }
 
-/** \brief Mentions intensities that the scale cannot hold. */
+/** \brief Mentions intensities that the scale cannot hold.
+ * \param[in] has_points they are those of points, else of voxels
+ */
 void
 warnOfIntensities(const VoxelizationStatistics& cloud,
+                  bool has_points,
                   const EncoderSettings& settings,
                   IntensityUnit unit,
                   std::string& text)
@@ -192,17 +195,18 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                  "scale them before"
                : "the published layout has 0 to 255; scale them before, or use "
                  "version 1";
+  const std::string what = has_points ? "points" : "voxels";
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
-       "voxels have an intensity beyond the scale and were set to its end: ",
+       what + " have an intensity beyond the scale and were set to its end: ",
        text,
        remedy);
   // Some are lost to rounding in any case.
   if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
-         "voxels have an intensity of less than half a step of the scale, which became "
-         "0: ",
+         what + " have an intensity of less than half a step of the scale, which "
+                "became 0: ",
          text,
          is_published
              ? "the published layout has whole numbers of 0 to 255; scale them "
@@ -236,7 +240,8 @@ frameWarning(const FrameStatistics& statistics,
            " m: voxels of " + numberOf(statistics.voxelization.resolution) +
            " m were used";
   warnOfPoints(statistics.voxelization, settings, unit, fit, text);
-  warnOfIntensities(statistics.voxelization, settings, unit, text);
+  warnOfIntensities(
+      statistics.voxelization, statistics.coding.has_points, settings, unit, text);
   warnOfLimits(limitedNumbers(statistics, settings, counts), text);
   return {text};
 }

@@ -429,6 +429,9 @@ TEST(ScansOfAStream, HavePointsWithoutVoxelsOfWhichTheStatusAndTheHealthTell)
     outside += frame.points.outside_grid;
     sendAndWait(node, "a", bytes);
     EXPECT_EQ(onlyHealth(node).points_outside_grid, outside);
+    // Nothing was removed.
+    EXPECT_EQ(onlyHealth(node).voxels, frame.size());
+    EXPECT_EQ(onlyHealth(node).kept_voxels, frame.size());
   }
   EXPECT_GT(outside, 0u);
   EXPECT_EQ(messages, expected);

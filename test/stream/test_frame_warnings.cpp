@@ -244,6 +244,25 @@ TEST(FrameWarnings, IntensitiesThatVanish)
                 "8 of 10 voxels have an intensity of less than half a step");
 }
 
+TEST(FrameWarnings, IntensitiesOfScansAreThoseOfPoints)
+{
+  FrameStatistics statistics;
+  statistics.voxelization.voxels = 10;
+  statistics.voxelization.intensities_out_of_range = 2;
+  statistics.voxelization.intensities_vanished = 8;
+  for (const bool has_points : {true, false}) {
+    statistics.coding.has_points = has_points;
+    const std::string text =
+        frameWarning(
+            statistics, IntensityCompressionSettings(), IntensityUnit::Native, {})
+            .withIds();
+    const std::string what = has_points ? " of 10 points have an intensity "
+                                        : " of 10 voxels have an intensity ";
+    EXPECT_NE(text.find('2' + what + "beyond"), std::string::npos) << text;
+    EXPECT_NE(text.find('8' + what + "of less"), std::string::npos) << text;
+  }
+}
+
 TEST(FrameWarnings, ColoursInThePublishedLayout)
 {
   const Points points{{0.0f, 0.0f, 1.0f, 3.0f}, {0.0f, 0.0f, 3.0f, 5.0f}};

@@ -29,8 +29,9 @@ struct FrameDescription {
   bool is_i_frame = false;        ///< decodes without any other frame
   bool is_of_changes = false;     ///< a P-frame that has only what changed
   Effort effort = Effort::Fast;   ///< Version1 only
+  bool has_points = false;        ///< a scan: points in the order of their sensor
   /** \brief Occupied voxels; of the published layout only in I-frames. Of a scan, which
-   * does not tell them, as many as points. */
+   * has none, as many as points. */
   std::size_t voxels = 0;
   /** \brief Points in the voxels: as many as voxels, unless these have numbers of
    * points. The decoded cloud has so many or, if the stream's is_organised is set, all
@@ -42,7 +43,7 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
-  ImageSize image;                      ///< of a scan: columns, rows; I-frames only
+  ImageSize scan;            ///< size of a scan: columns, rows; I-frames only
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one

@@ -106,9 +106,10 @@ struct StreamHealth {
   bool lacks_voxels = false;    ///< no frame was decoded since the last drop
   std::size_t i_frame_requests = 0; ///< frames whose wants_i_frame was set
   std::uint64_t bytes = 0;          ///< of all frames received
-  std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
-  std::size_t kept_voxels = 0;      ///< of these: after denoising
-  double resolution = 0.0;          ///< edge of these, metres; 0: no frame was decoded
+  /** \brief Of the last decoded frame, before denoising; points, if it has no voxels. */
+  std::size_t voxels = 0;
+  std::size_t kept_voxels = 0; ///< of these: after denoising
+  double resolution = 0.0;     ///< edge of these, metres; 0: no frame was decoded
   bool has_intensities = true; ///< the last decoded frame; else no threshold has effect
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
   /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without

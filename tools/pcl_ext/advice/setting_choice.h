@@ -24,9 +24,9 @@ struct EffortTrial {
 
 /** \brief A stream with voxels of one edge. */
 struct EdgeTrial {
-  double edge = 0.0; ///< metres
-  double points_a_voxel = 0.0;
-  double holes = 0.0; ///< share of the surfaces' points, 0 to 1
+  double edge = 0.0;           ///< metres
+  double points_a_voxel = 0.0; ///< 0: all points are in order, without voxels
+  double holes = 0.0;          ///< share of the surfaces' points, 0 to 1
   std::optional<double>
       noise; ///< share that would be removed, 0 to 1; none: not judged
   /** \brief By Effort; none: it was not tried. */

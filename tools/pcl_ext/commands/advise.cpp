@@ -68,10 +68,11 @@ printTable(const StreamTrials& trials)
     const auto mark = [&](bool is_chosen) {
       return i == choice.edge && is_chosen ? " *" : "";
     };
-    measuring::MarkdownTable::Row row = {textOf(trial.edge) + mark(true),
-                                         formatted(trial.points_a_voxel, 1),
-                                         percent(trial.holes),
-                                         trial.noise ? percent(*trial.noise) : "-"};
+    measuring::MarkdownTable::Row row = {
+        textOf(trial.edge) + mark(true),
+        trial.points_a_voxel > 0.0 ? formatted(trial.points_a_voxel, 1) : "in order",
+        percent(trial.holes),
+        trial.noise ? percent(*trial.noise) : "-"};
     for (const auto& [effort, name] : io::efforts) {
       const auto& tried = trial.efforts[static_cast<std::size_t>(effort)];
       row.push_back(

@@ -92,7 +92,7 @@ public:
   {
     BenchmarkRow row = row_;
     row.points = encoder_.sums().points;
-    row.voxels = encoder_.sums().voxels;
+    row.voxels = encoder_.sums().voxels + encoder_.sums().points_in_order;
     return row;
   }
 

@@ -142,7 +142,9 @@ private:
     std::string failure;
     const auto read = input_.read(item, frame_);
     if (input_.size() == 1)
-      console_.status("decoding " + counted(frame_.description.voxels, "voxel"));
+      console_.status("decoding " +
+                      counted(frame_.description.voxels,
+                              frame_.description.has_points ? "point" : "voxel"));
     io::CompressionStatus status;
     if (!read.ok())
       failure = read.message();

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "streams/stream_encoder.h"
 
+#include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
@@ -55,6 +56,9 @@ EncodedSums::operator+=(const EncodedSums& part)
   all_points += part.all_points;
   points += part.points;
   encoded_points += part.encoded_points;
+  points_in_order += part.points_in_order;
+  if (order.empty())
+    order = part.order;
   voxels += part.voxels;
   outliers += part.outliers;
   judged_by |= part.judged_by;
@@ -144,8 +148,13 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        "'; all points of a stream are in one coordinate frame, '" +
                        frame_id_ + "'";
   if (sums_.encoded_points == 0)
-    noteUnit(cloud, statistics.frame.voxelization, source);
+    noteUnit(cloud, statistics.frame, source);
   EncodedSums sums = sumsOf(statistics, bytes.size());
+  if (sums.points_in_order > 0 && sums_.order.empty()) {
+    const io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
+    if (frame.is_i_frame)
+      sums.order = inOrder(frame.scan, frame.is_organised);
+  }
   sums.point_bytes = sums.encoded_points * encoded.point_step;
   // What the rate control changes is told at the end.
   if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {
@@ -175,7 +184,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.points = points.points - points.points_not_finite;
   sums.encoded_points = frame.voxelization.points_used;
   sums.points_outside_grid = frame.voxelization.points_outside_grid;
-  sums.voxels = frame.coding.voxels;
+  (frame.coding.has_points ? sums.points_in_order : sums.voxels) = frame.coding.voxels;
   sums.outliers = statistics.outliers_removed;
   if (statistics.judged_points)
     sums.judged_points = sums.points;
@@ -202,8 +211,10 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
     return;
   node_->requestIFrame();
   throw std::runtime_error(
-      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
-      counted(statistics.frame.coding.bytes, "byte") +
+      "the frame has " +
+      counted(statistics.frame.coding.voxels,
+              statistics.frame.coding.has_points ? "point" : "voxel") +
+      " in " + counted(statistics.frame.coding.bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
       (options_.codec().keep_point_counts ? ", or leave out --keep-point-counts" : "") +
@@ -232,23 +243,25 @@ StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
 
 void
 StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
-                        const io::VoxelizationStatistics& statistics,
+                        const io::FrameStatistics& statistics,
                         const std::string& source)
 {
   // No sensor of this kind sees as far in metres, and points of one in millimetres are a
   // millimetre apart or more.
   constexpr float suspect_width = 1000.0f;
   constexpr std::size_t enough_points = 100;
-  if (statistics.points_used < enough_points ||
-      statistics.voxels < statistics.points_used - statistics.points_used / 50)
+  const std::size_t points = statistics.voxelization.points_used;
+  const bool has_points = statistics.coding.has_points;
+  if (points < enough_points ||
+      (!has_points && statistics.voxelization.voxels < points - points / 50))
     return;
   Eigen::Vector4f min;
   Eigen::Vector4f max;
   if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
     unit_remark_ = source + ": its points are between " + corner(min) + " and " +
                    corner(max) +
-                   ", and hardly two of them in a voxel: if that is in millimetres, "
-                   "--resolution 10 makes voxels of 1 cm";
+                   (has_points ? "" : ", and hardly two of them in a voxel") +
+                   ": if that is in millimetres, --resolution 10 is 1 cm";
 }
 
 void

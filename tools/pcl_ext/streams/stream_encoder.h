@@ -24,7 +24,9 @@ struct EncodedSums {
   double largest_edge = 0.0;       ///< of voxels, metres
   std::size_t all_points = 0;      ///< of the clouds
   std::size_t points = 0;          ///< finite ones of these
-  std::size_t encoded_points = 0;  ///< in voxels
+  std::size_t encoded_points = 0;  ///< in frames
+  std::size_t points_in_order = 0; ///< of these: in scans, which have no voxels
+  std::string order;               ///< of the first scan: see inOrder()
   std::size_t voxels = 0;
   std::size_t outliers = 0; ///< voxels that --remove-outliers removed
   /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
@@ -187,7 +189,7 @@ private:
 
   void
   noteUnit(const pcl::PCLPointCloud2& cloud,
-           const io::VoxelizationStatistics& statistics,
+           const io::FrameStatistics& statistics,
            const std::string& source);
 
   void
