@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
-// Without the frame_id.
-constexpr std::size_t most_header_bytes = 160;
+// Of most frames, without the frame_id.
+constexpr std::size_t usual_header_bytes = 160;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
@@ -427,7 +427,7 @@ writeVersion1Frame(const Version1Header& header,
 {
   const std::size_t begin = bytes.size();
   reserveAhead(bytes,
-               begin + most_header_bytes + header.frame_id.size() + payload.size());
+               begin + usual_header_bytes + header.frame_id.size() + payload.size());
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);

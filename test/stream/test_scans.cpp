@@ -279,6 +279,99 @@ TEST_P(Scans, ThatAreLostAreMissed)
   }
 }
 
+/** \brief A lidar whose header is as long as an encoder can make it: as many rows as there
+ * may be, with numbers that take five bytes each, and as many fields, of long names. */
+scan::ScanFrame
+lidarOfTheLongestHeader()
+{
+  scan::ScanFrame frame = makeLidar();
+  frame.width = 1;
+  frame.height = scan::most_side;
+  frame.order = scan::PointOrder::ColumnByColumn;
+  frame.grid.origin = {1.0, 2.0, 3.0};
+  frame.intensity_scale.bits = 8;
+  frame.intensity_scale.companded_range = 300;
+  frame.colour_bits = 8;
+  scan::ScanRays& rays = frame.rays;
+  constexpr std::int32_t unit = 1 << 30;
+  const auto most = [](int bits) { return std::int64_t{1} << bits; };
+  rays.pose.origin.fill(-most(42));
+  rays.motion.origin.fill(-most(42));
+  for (std::size_t i = 0; i < 3; ++i) {
+    rays.pose.vectors[i].fill(-most(30));
+    rays.motion.vectors[i].fill(-most(45));
+  }
+  rays.turns.assign(31, {-unit / 2, -unit / 2});
+  rays.columns = {0};
+  rays.rows.clear();
+  for (std::uint32_t row = 0; row < frame.height; ++row) {
+    const std::int32_t sign = row % 2 == 0 ? 1 : -1;
+    rays.rows.push_back({sign * (unit / 10 * 7),
+                         sign * (unit / 10 * 7),
+                         sign * (unit / 20 * 7),
+                         sign * (unit / 20 * 7),
+                         sign * unit,
+                         sign * unit,
+                         sign * unit});
+    frame.firing_order.push_back(static_cast<std::uint16_t>(row));
+  }
+  for (std::size_t i = 0; i < most_fields; ++i) {
+    FrameField field;
+    field.name = std::string(most_field_name_bytes - 2, 'n') + std::to_string(10 + i);
+    field.type = FieldType::Float64;
+    field.count = most_field_values / most_fields;
+    field.step = 0.1;
+    frame.fields.push_back(field);
+  }
+  return frame;
+}
+
+TEST(ScanHeaders, AreWithinTheirBound)
+{
+  const scan::ScanFrame scan = lidarOfTheLongestHeader();
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Fast);
+  const FrameStamp stamp{~std::uint64_t{0}, std::string(1024, 'f')};
+  const Bytes bytes = encoded(encoder, scan, stamp);
+  const std::size_t size = encoder.statistics().header_bytes;
+  EXPECT_LE(size, most_frame_header_bytes);
+  // Lower rows take a byte or two less in the firing order, and the counts of this frame
+  // are low.
+  EXPECT_GT(size + 16384 + 128 + 2048, most_frame_header_bytes);
+  const FrameDescription description =
+      describeFrame(bytes.data(), std::min(bytes.size(), most_frame_header_bytes));
+  EXPECT_TRUE(description.status.ok()) << description.status;
+  EXPECT_EQ(description.scan.height, scan.height);
+  EXPECT_EQ(description.fields.size(), most_fields);
+  EXPECT_EQ(description.frame_id, stamp.frame_id);
+  EXPECT_EQ(describeFrame(bytes.data(), size - 1).status.code(),
+            CompressionCode::Truncated);
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+}
+
+TEST(ScanHeaders, WithoutRowsAreWithin8192Bytes)
+{
+  scan::ScanFrame scan = lidarOfTheLongestHeader();
+  scan.rays = makeCamera().rays;
+  scan.order = scan::PointOrder::RowByRow;
+  scan.firing_order.clear();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    scan.rays.pose.vectors[2][axis] /= scan.height;
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Fast);
+  const FrameStamp stamp{~std::uint64_t{0}, std::string(1024, 'f')};
+  const Bytes bytes = encoded(encoder, scan, stamp);
+  EXPECT_LE(encoder.statistics().header_bytes, 8192u);
+  EXPECT_GT(encoder.statistics().header_bytes, 5900u);
+  // 38 more bytes a row.
+  scan.rays = makeLidar().rays;
+  scan.rays.columns = {0};
+  scan.height = 8;
+  const Bytes lidar = encoded(encoder, scan, stamp);
+  EXPECT_LE(encoder.statistics().header_bytes, 8192u + 8u * 38u);
+}
+
 TEST_P(Scans, OfManyPixelsTakeBytes)
 {
   // 2^24 pixels with a point are what decoders take for some bytes, and not for fewer.

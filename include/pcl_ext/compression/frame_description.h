@@ -19,6 +19,11 @@ namespace io {
 /** \addtogroup io
  * @{ */
 
+/** \brief Bytes that hold the header of any frame: 8192, and 38 for each of the rows, of
+ * which there are 65,536 at most, of the scan of a lidar. With 128 rows 13,056 bytes are
+ * enough. */
+constexpr std::size_t most_frame_header_bytes = 8192 + 38 * 65536;
+
 /** \brief What the header of a frame tells without the frames before it. */
 struct FrameDescription {
   /** \brief Ok, or that of frameSize(): no other member is valid then. */
@@ -59,8 +64,10 @@ struct FrameDescription {
 /** \brief Reads the header of the frame at the beginning of a buffer. The frame need
  * not be complete, and its checksum is not verified.
  * \param[in] bytes the first byte
- * \param[in] count number of bytes at hand; 8192 are enough for any header
+ * \param[in] count number of bytes at hand; most_frame_header_bytes are enough for any
+ * header, and 8192 for all but those of lidars' scans
  * \param[in] limits of the decoder that gets the frame
+ * \return Truncated if the bytes end within the header
  */
 PCL_EXT_CODEC_EXPORT FrameDescription
 describeFrame(const std::uint8_t* bytes,
