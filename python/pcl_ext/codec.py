@@ -296,7 +296,7 @@ class Encoder:
         ValueError, TypeError
             If an array has another type or shape, or a value is outside its range.
         Error
-            If the cloud cannot be encoded, as one of more than 2**24 voxels, or without a
+            If the cloud cannot be encoded, as one of more than 2**28 voxels, or without a
             field that is to be kept.
         MemoryError
             After which the next frame is an I-frame.
@@ -412,13 +412,14 @@ class Decoder:
     Parameters
     ----------
     max_voxels : int
-        Most voxels of a frame, up to 2**28; 120 bytes of memory for each, and 480 for
-        each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
+        Most voxels of a frame, or points of one that has these in order, up to 2**28; 120
+        bytes of memory for each (130 of a point), and 480 for each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
         for 64, or 8 blocks, too.
     max_frame_bytes : int
         Most bytes of a frame, and most bytes that are skipped to find one.
     max_points : int
-        Most points of a frame whose voxels have a number of points.
+        Most points of a frame whose voxels have a number of points; rows * columns of one
+        that has its points in order.
     max_field_values : int
         Most values of all further fields of a frame; 8 bytes of memory for each.
 

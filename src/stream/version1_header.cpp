@@ -328,7 +328,9 @@ checkFields(const Version1Header& header,
             "frame header: payload exceeds the limit of " +
                 std::to_string(decoder_limits.max_frame_bytes) + " bytes"};
   const FrameLimits limits = limitsOf(header, decoder_limits, bytes_before);
-  if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits.max_voxels);
+  const char* const what = header.content.has_scan ? "points in order" : "voxels";
+  if (CompressionStatus status =
+          checkVoxelCount(header.voxel_count, limits.max_voxels, what);
       !status.ok())
     return status;
   if (header.is_i_frame && header.content.has_scan)
