@@ -150,7 +150,8 @@ class Encoder:
         for each point. "all" leaves a colour out that `colour_bits` keeps. At most 64 fields
         with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
-        For clouds wider than 2**21 voxels double the resolution as often as needed.
+        For clouds wider than 2**21 voxels double the edge of a voxel as often as needed, up to
+        16-fold, instead of leaving points out.
     use_coordinate_step : bool
         For clouds whose coordinates are all multiples of a larger step, as whole
         millimetres, take voxels of that edge, centred on the multiples: fewer bytes, and

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "stream/frame_warnings.h"
 
+#include "bytes/exact_text.h"
 #include "codec/frame_limits.h"
 
 #include <algorithm>
@@ -45,14 +46,6 @@ warn(std::size_t number,
   text.append(what).append(advice);
 }
 
-/** \brief A number that is not below another one, with two digits. */
-double
-roundedUp(double value)
-{
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
-  return std::ceil(value / unit) * unit;
-}
-
 /** \brief Which setting keeps points that are outside the grid. */
 std::string
 adviceFor(const WiderGrid& wider,
@@ -74,6 +67,7 @@ adviceFor(const WiderGrid& wider,
     return text + box;
   constexpr double most_coarsened = 16.0;
   const bool may_coarsen = unit != IntensityUnit::Share &&
+                           settings.format == StreamFormat::Version1 &&
                            !settings.coarsen_wide_clouds &&
                            wider.resolution <= most_coarsened * settings.resolution;
   return text + (may_coarsen ? "{coarsen_wide_clouds}, " : "") + "a {resolution} of " +
