@@ -195,8 +195,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.held_voxels = frame.voxels_held;
   sums.moving_frames = frame.sensor_motion == io::SensorMotion::Moving ? 1 : 0;
   sums.bytes = bytes;
-  if (statistics.rate_control.is_on)
-    sums.largest_edge = frame.voxelization.resolution;
+  sums.largest_edge = frame.voxelization.resolution;
   return sums;
 }
 

@@ -21,7 +21,7 @@ namespace tools {
 struct EncodedSums {
   std::size_t frames = 0;
   std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
-  double largest_edge = 0.0;       ///< of voxels, metres
+  double largest_edge = 0.0;       ///< that was used, metres
   std::size_t all_points = 0;      ///< of the clouds
   std::size_t points = 0;          ///< finite ones of these
   std::size_t encoded_points = 0;  ///< in frames
