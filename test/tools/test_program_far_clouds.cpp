@@ -258,6 +258,45 @@ TEST_F(ProgramFarClouds, PointsBeyondTheGridAreToldWithWhatHoldsThem)
   const ProgramRun benchmark = run("benchmark wide -n 1 -e fast -r 0.0001");
   EXPECT_EQ(benchmark.status, 1);
   EXPECT_TRUE(hasPart(benchmark.errors, "82 of 291 points")) << benchmark.errors;
+  const ProgramRun advice = run("advise wide -e fast -r 0.0001");
+  EXPECT_EQ(advice.status, 1);
+  EXPECT_TRUE(hasPart(advice.errors, "82 of 291 points")) << advice.errors;
+}
+
+/** \brief An organised cloud of a depth camera. */
+pcl::PointCloud<pcl::PointXYZI>
+cameraCloud()
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud(80, 60);
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const float depth = 1.2f + 0.003f * static_cast<float>(column);
+      pcl::PointXYZI& point = cloud.at(column, row);
+      point.getVector3fMap() << (static_cast<float>(column) - 39.5f) / 61.0f * depth,
+          (static_cast<float>(row) - 28.0f) / 60.5f * depth, depth;
+      point.intensity = 9.0f;
+    }
+  return cloud;
+}
+
+TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)
+{
+  writeClouds("clouds", {cameraCloud(), cameraCloud()});
+  // Half of the points are outside the grid of voxels around that origin.
+  const ProgramRun encoded = expectRun("encode clouds -o x.pcxi -r 0.001 "
+                                       "--keep-point-counts --origin=1048.576,0,0");
+  EXPECT_TRUE(hasPart(encoded.output, "9,600 points in order, 80 x 60, edge 0.001 m"))
+      << encoded.output;
+  const ProgramRun all = expectRun("decode x.pcxi -o all");
+  EXPECT_TRUE(hasPart(all.output, "2 frames, 9,600 points")) << all.output;
+  const ProgramRun some = run("decode x.pcxi -o some --min-intensity 5");
+  EXPECT_EQ(some.status, 1);
+  EXPECT_TRUE(hasPart(some.output, "2 frames, 4,800 points")) << some.output;
+  EXPECT_TRUE(hasPart(some.errors,
+                      "frame 0: 2400 points of the scan are outside its grid of voxels "
+                      "and were left out: encode with a larger --resolution"))
+      << some.errors;
+  EXPECT_TRUE(hasPart(some.errors, "in all frames 4,800 points")) << some.errors;
 }
 
 TEST_F(ProgramFarClouds, PointsBeyondAnOriginAreToldThatAnotherOneHoldsThem)
