@@ -148,7 +148,8 @@ enum class CompressionCode {
   /** The frame was encoded or decoded. If hasWarning(), the message says how much of
    * the cloud is not in the frame and which setting helps: points outside of the grid
    * or the box or behind the sensor, intensities beyond the scale, colours; or that
-   * voxels became coarser. PCL's console shows each kind once. */
+   * voxels became coarser. Of a decoded scan: how many of its points have no voxel. PCL's
+   * console shows each kind once. */
   Ok,
   /** A setting is outside its range, or two contradict each other: correct the one that
    * the message names. */

@@ -48,7 +48,8 @@ class BagSummary:
     output : str
         The recording.
     status : str
-        "done"; "incomplete": it was written, but the input is damaged, or clouds failed;
+        "done"; "incomplete": it was written, but the input is damaged, clouds failed, or
+        points are outside the grid of voxels;
         "failed": nothing was written. Of a bag in a folder of bags also "interrupted".
     frames : int
         Of all streams.

@@ -51,7 +51,7 @@ _FIELD_TYPES = {
 
 
 class CompressionWarning(UserWarning):
-    """Not all of a cloud is in its frame."""
+    """Not all of a cloud is in its frame, or not all of a frame in what is decoded."""
 
 
 # Limits of the library.
@@ -150,7 +150,8 @@ class Encoder:
         for each point. "all" leaves a colour out that `colour_bits` keeps. At most 64 fields
         with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
-        For clouds wider than 2**21 voxels double the resolution as often as needed.
+        For clouds wider than 2**21 voxels double the edge of a voxel as often as needed, up to
+        16-fold, instead of leaving points out.
     use_coordinate_step : bool
         For clouds whose coordinates are all multiples of a larger step, as whole
         millimetres, take voxels of that edge, centred on the multiples: fewer bytes, and
@@ -296,7 +297,7 @@ class Encoder:
         ValueError, TypeError
             If an array has another type or shape, or a value is outside its range.
         Error
-            If the cloud cannot be encoded, as one of more than 2**24 voxels, or without a
+            If the cloud cannot be encoded, as one of more than 2**28 voxels, or without a
             field that is to be kept.
         MemoryError
             After which the next frame is an I-frame.
@@ -412,13 +413,14 @@ class Decoder:
     Parameters
     ----------
     max_voxels : int
-        Most voxels of a frame, up to 2**28; 120 bytes of memory for each, and 480 for
-        each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
+        Most voxels of a frame, or points of one that has these in order, up to 2**28; 120
+        bytes of memory for each (130 of a point), and 480 for each block of 4 x 4 x 4. A frame of more than 2**23, or 2**20 blocks, needs a byte
         for 64, or 8 blocks, too.
     max_frame_bytes : int
         Most bytes of a frame, and most bytes that are skipped to find one.
     max_points : int
-        Most points of a frame whose voxels have a number of points.
+        Most points of a frame whose voxels have a number of points; rows * columns of one
+        that has its points in order.
     max_field_values : int
         Most values of all further fields of a frame; 8 bytes of memory for each.
 
@@ -448,6 +450,7 @@ class Decoder:
             limits(max_voxels, max_frame_bytes, max_points, max_field_values)
         )
         self._status = Status()
+        self._has_warned = False
 
     def decode(
         self,
@@ -492,6 +495,13 @@ class Decoder:
         ------
         TypeError
             If `data` is not bytes.
+
+        Warns
+        -----
+        CompressionWarning
+            If a filter or `min_intensity` needs voxels of a frame that has its points, and some
+            of these are outside the grid of voxels: the first time. `status` has the message of
+            every frame.
         """
         cloud, code, message = self._native.decode(
             data,
@@ -500,6 +510,9 @@ class Decoder:
             native_filter(temporal_filter),
         )
         self._status = Status(code, message)
+        if cloud is not None and message and not self._has_warned:
+            self._has_warned = True
+            warnings.warn(message, CompressionWarning, stacklevel=2)
         return None if cloud is None else Cloud(cloud)
 
     @property

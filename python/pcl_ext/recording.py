@@ -20,6 +20,7 @@ from ._arguments import (
     whole_number,
 )
 from .cloud import Cloud
+from .codec import CompressionWarning
 from .frames import FrameField
 from .outliers import OutlierRemoval, removal
 from .status import Error, Status
@@ -112,6 +113,7 @@ class Recording:
             for name, frames, has_times, first, last, metadata in self._native.streams()
         ]
         self._status = Status()
+        self._has_warned = False
 
     def __enter__(self) -> Recording:
         return self
@@ -262,6 +264,11 @@ class Recording:
         ------
         IndexError, KeyError
             If there is no such frame or stream.
+
+        Warns
+        -----
+        CompressionWarning
+            As `Decoder.decode`, the first time of a recording.
         """
         index = self._index(stream)
         cloud, code, message = self._native.decode(
@@ -271,6 +278,9 @@ class Recording:
             least_intensity(min_intensity),
         )
         self._status = Status(code, message)
+        if cloud is not None and message and not self._has_warned:
+            self._has_warned = True
+            warnings.warn(message, CompressionWarning, stacklevel=2)
         return None if cloud is None else Cloud(cloud)
 
     def frame_at(self, stream: Union[int, str], time: float) -> Optional[int]:

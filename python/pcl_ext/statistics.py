@@ -13,7 +13,7 @@ class FrameStatistics(NamedTuple):
     is_i_frame: bool = False  #: decodes without any other frame
     is_of_changes: bool = False  #: has only what changed since the frame before
     has_points: bool = False  #: coded as points in the order of their sensor
-    voxels: int = 0  #: occupied voxels, after all filters
+    voxels: int = 0  #: occupied voxels, after all filters; its points, if has_points
     bytes: int = 0  #: the whole frame
     header_bytes: int = 0  #: of these: header
     occupancy_bytes: int = 0  #: of these: which voxels are occupied
@@ -28,7 +28,7 @@ class CloudStatistics(NamedTuple):
 
     resolution: float = 0.0  #: voxel edge that was used, metres
     points: int = 0  #: points of the cloud
-    points_used: int = 0  #: points that are in a voxel
+    points_used: int = 0  #: points that are in the frame
     points_not_finite: int = 0  #: a coordinate is NaN or infinite
     points_outside_box: int = 0  #: outside the bounding box
     points_outside_grid: int = 0  #: more than 2**20 voxels from the origin

@@ -26,6 +26,7 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
   try {
     denoising.apply(frame_);
     cloud.emplace(frame_);
+    status = io::statusOfVoxels(frame_); // which filters make
   }
   catch (const std::bad_alloc&) {
     return outOfMemoryStatus<io::CompressionStatus>();

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording_file.h"
 
+#include "voxels/point_voxels.h"
+
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -107,6 +109,7 @@ RecordingFile::decode(std::size_t stream,
   try {
     denoising.apply(frame_);
     cloud.emplace(frame_);
+    status = io::statusOfVoxels(frame_); // which filters make
   }
   catch (const std::bad_alloc&) {
     return outOfMemoryStatus<io::CompressionStatus>();

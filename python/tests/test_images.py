@@ -2,6 +2,7 @@
 """Arrays of rows and columns, which come back as such where that takes hardly more bytes."""
 
 import numpy as np
+import pytest
 
 import pcl_ext
 
@@ -80,9 +81,10 @@ def test_points_too_far_away_for_voxels_have_no_scores():
     points = rings()
     for axis in "xyz":
         points[axis][::100] *= 1000
-    frame = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all").encode(points)
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all")
+    frames = [encoder.encode(points) for _ in range(2)]
     decoder = pcl_ext.Decoder()
-    decoded = decoder.decode(frame)
+    decoded = decoder.decode(frames[0])
     assert decoded.shape == points.shape
     expected = points[decoded["number"]]
     for axis in "xyz":
@@ -90,7 +92,15 @@ def test_points_too_far_away_for_voxels_have_no_scores():
     is_far = decoded["number"] % 100 == 0
     scores = pcl_ext.OutlierRemoval("voxels").score(decoder)
     np.testing.assert_array_equal(np.isnan(scores), is_far)
-    kept = pcl_ext.Decoder().decode(frame, outliers=pcl_ext.OutlierRemoval("voxels"))
+    assert decoder.status.message == ""
+    outliers = pcl_ext.OutlierRemoval("voxels")
+    words = f"{is_far.sum()} points of the scan are outside its grid of voxels"
+    decoder = pcl_ext.Decoder()
+    with pytest.warns(pcl_ext.CompressionWarning, match=words) as warned:
+        kept = decoder.decode(frames[0], outliers=outliers)
+        assert decoder.decode(frames[1], outliers=outliers) is not None  # warns once
+    assert [warning.filename for warning in warned] == [__file__]
+    assert decoder.status.ok and decoder.status.message.startswith(words)
     assert not np.isnan(kept["x"]).any()
     assert len(kept) <= len(decoded) - is_far.sum()
 

@@ -166,6 +166,11 @@ private:
                         frame.status.message().c_str());
       return;
     }
+    if (frame.status.hasWarning())
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "A frame of %s: %s",
+                        frame.stream.c_str(),
+                        frame.status.message().c_str());
     if (stream.voxels.getNumSubscribers() == 0)
       return;
     sensor_msgs::PointCloud2 voxels;

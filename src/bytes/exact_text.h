@@ -40,5 +40,13 @@ exactText(NumberT number)
   return text;
 }
 
+/** \brief A number of two digits that is not below another one, which is above 0. */
+inline double
+roundedUp(double number)
+{
+  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
+  return std::ceil(number / unit) * unit;
+}
+
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -79,13 +79,13 @@ failedRead(const ByteSource& source, const std::string& part)
 }
 
 CompressionStatus
-checkVoxelCount(std::uint64_t count, std::size_t max_voxels)
+checkVoxelCount(std::uint64_t count, std::size_t max_voxels, const char* what)
 {
   if (count <= max_voxels)
     return {};
   return {CompressionCode::LimitExceeded,
-          "frame header: " + std::to_string(count) + " voxels exceed the limit of " +
-              std::to_string(max_voxels)};
+          "frame header: " + std::to_string(count) + ' ' + what +
+              " exceed the limit of " + std::to_string(max_voxels)};
 }
 
 CompressionStatus

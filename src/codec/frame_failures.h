@@ -52,9 +52,13 @@ tooMuchMemory(std::uint64_t bytes, std::size_t limit);
 CompressionStatus
 failedRead(const ByteSource& source, const std::string& part);
 
-/** \brief Checks the number of voxels that a header declares. */
+/** \brief Checks the number of voxels that a header declares, or of points of a scan.
+ * \param[in] what they are, in the plural
+ */
 CompressionStatus
-checkVoxelCount(std::uint64_t count, std::size_t max_voxels);
+checkVoxelCount(std::uint64_t count,
+                std::size_t max_voxels,
+                const char* what = "voxels");
 
 /** \brief Checks the voxel edge that a header declares. */
 CompressionStatus

@@ -297,7 +297,8 @@ CloudStreams::showStatistics(const char* title) const
     PCL_INFO("Compression ratio to 16 bytes a point: %.2f\n",
              members_->statistics.compressionRatio());
   }
-  PCL_INFO("Number of voxels: %zu\n", coding.voxels);
+  const char* const unit = coding.has_points ? "point" : "voxel";
+  PCL_INFO("Number of %ss: %zu\n", unit, coding.voxels);
   PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
            "%zu, attributes %zu)\n",
            coding.bytes,
@@ -305,7 +306,7 @@ CloudStreams::showStatistics(const char* title) const
            coding.occupancy_bytes,
            coding.intensity_bytes,
            coding.attribute_bytes);
-  PCL_INFO("Bytes per voxel: %.3f\n\n", members_->statistics.bytesPerVoxel());
+  PCL_INFO("Bytes per %s: %.3f\n\n", unit, members_->statistics.bytesPerVoxel());
 }
 
 } // namespace detail

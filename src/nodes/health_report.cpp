@@ -99,6 +99,10 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
     report.raise(
         HealthLevel::Warning,
         "Most voxels are removed as outliers: density_unit may not fit the sensor");
+  if (stream.points_outside_grid > before.stream.points_outside_grid)
+    report.raise(
+        HealthLevel::Warning,
+        "Points of scans are left out, as they are outside the grid of voxels");
   if (stream.voxels_outside_grid > 0)
     report.raise(HealthLevel::Warning,
                  "Voxels are too far from those of other streams to be merged");
@@ -140,6 +144,9 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
                  "Clouds are missing: lost on the way or dropped from the queue");
   if (node.clouds_refused > before.node.clouds_refused)
     report.raise(HealthLevel::Error, "Clouds are refused");
+  if (node.frame.voxelization.points_outside_grid > 0)
+    report.raise(HealthLevel::Warning,
+                 "Points are left out, as they are outside the grid of voxels");
   if (node.outliers_removed > node.frame.coding.voxels)
     report.raise(HealthLevel::Warning, "Most voxels are removed as outliers");
   if (node.points_removed > node.frame.voxelization.points_used)
@@ -164,10 +171,13 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
   report.add("points", node.preprocessing.points);
   report.add("points cropped", node.preprocessing.points_cropped);
   report.add("points not finite", node.preprocessing.points_not_finite);
+  report.add("points outside the grid", node.frame.voxelization.points_outside_grid);
   report.add("outliers removed", node.outliers_removed);
   report.add("points removed as outliers", node.points_removed);
-  report.add("voxels", node.frame.coding.voxels);
-  report.add("bytes per voxel", node.frame.bytesPerVoxel());
+  const bool has_points = node.frame.coding.has_points;
+  report.add(has_points ? "points in order" : "voxels", node.frame.coding.voxels);
+  report.add(has_points ? "bytes per point" : "bytes per voxel",
+             node.frame.bytesPerVoxel());
   if (node.rate_control.is_on) {
     report.add("rate control", node.rate_control.choice);
     report.add("rate control chose it as", node.rate_control.reason);
@@ -200,6 +210,7 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
   report.add("kept voxels", stream.kept_voxels);
   report.add("outliers removed", stream.outliers_removed);
   report.add("outlier removal", stream.outlier_removal.message());
+  report.add("points outside the grid", stream.points_outside_grid);
   report.add("voxels outside merged grid", stream.voxels_outside_grid);
   report.add("intensities reduced in merged grid", stream.intensities_reduced);
   report.add("resolution, m", stream.resolution);

@@ -6,6 +6,7 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"
+#include "voxels/point_voxels.h"
 
 #include <utility>
 
@@ -193,8 +194,10 @@ ReceivedStream::decode(const WaitingFrame& frame,
     decoded = io::VoxelFrame();
     kept_ = io::VoxelFrame();
   };
-  if (is_decoded)
+  if (is_decoded) {
     callOrCleanUp([&] { makeLatest(decoded, frame, start, clock); }, release);
+    status = io::statusOfVoxels(latest_); // filters make voxels, too
+  }
   // A failed frame may have taken more memory than any other needs.
   const bool is_too_large = !is_decoded && capacityOf(decoded) > capacity;
   if (memory.rule.shouldRelease(needed) || is_too_large)
@@ -209,7 +212,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            const Clock& clock)
 {
   OutlierRemovalStatus outliers = removeOutliers(decoded);
-  removeVoxelsBelow(decoded, min_intensity_, kept_);
+  const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_, kept_);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   Time stamp = frame.stamp.value_or(Time(0));
@@ -229,10 +232,11 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     ++health_.frames_decoded;
     health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
-    health_.voxels = coding.voxels;
     health_.kept_voxels = hasPointsOnly(kept_) ? coding.voxels : kept_.size();
+    health_.voxels = health_.kept_voxels + removed_below + outliers.removed;
     health_.resolution = kept_.grid.resolution;
     health_.has_intensities = kept_.hasIntensities();
+    health_.points_outside_grid += kept_.points.outside_grid;
     health_.outliers_removed = outliers.removed;
     health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;

@@ -49,5 +49,17 @@ judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used)
       "lidar, else Voxels"};
 }
 
+OutlierRemovalStatus
+withWarning(const OutlierRemovalStatus& status, const io::CompressionStatus& other)
+{
+  const std::string separator =
+      status.message().empty() || other.message().empty() ? "" : "; ";
+  OutlierRemovalStatus both(
+      status.code(),
+      SettingText{status.text().marked + separator + other.text().marked});
+  both.removed = status.removed;
+  return both;
+}
+
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

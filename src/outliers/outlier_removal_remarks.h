@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/status.h>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -21,6 +22,10 @@ noDensities(DensityUnit unit);
  */
 OutlierRemovalStatus
 judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used);
+
+/** \brief A status with a warning of another one, too. */
+OutlierRemovalStatus
+withWarning(const OutlierRemovalStatus& status, const io::CompressionStatus& other);
 
 } // namespace PCL_EXT_ABI
 } // namespace pcl_ext

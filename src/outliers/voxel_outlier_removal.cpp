@@ -57,6 +57,7 @@ public:
     OutlierRemovalStatus status = check(frame);
     if (!status.ok())
       return status;
+    const std::size_t outside_before = frame.points.outside_grid;
     io::setVoxels(frame);
     beginFrame();
     learn(frame);
@@ -64,6 +65,8 @@ public:
         std::exp((settings_.min_log_odds - score_.offset) / score_.weight);
     const std::size_t voxels = frame.size();
     status = judgement(frame, densityUnitOf(settings_.unit), densities_.unit());
+    if (frame.points.outside_grid > outside_before) // else the decoder has told it
+      status = withWarning(status, io::statusOfVoxels(frame));
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
       return !(evidence_[indexOf(coarse_voxels_[i])] < least);
     });

@@ -13,7 +13,8 @@ namespace recording {
 
 namespace {
 
-/** \brief Bytes that hold the header of any frame of version 1. */
+/** \brief Bytes that hold the header of most frames of version 1. Where they do not, more
+ * are read. */
 constexpr std::uint64_t header_bytes = 2048;
 
 /** \brief Bytes that may be read in vain to find the sizes of frames, for each byte of

@@ -37,7 +37,7 @@ isFileOfFrames(const std::string& path)
 struct WrittenStream {
   std::string name;
   PointCloudMessage message; // with the layout of the decoded clouds
-  io::ImageSize image;       // of organised clouds
+  io::ImageSize size;        // of organised clouds
   std::size_t channel = 0;
   std::uint32_t frames = 0;
   io::FrameChain chain; // of the recorded frames
@@ -190,15 +190,15 @@ RecordingWriter::Implementation::appendMessage(WrittenStream& stream,
                   frame.format == io::StreamFormat::Published,
               frame.colour_bits > 0,
               message);
-    stream.image = frame.is_organised ? frame.image : io::ImageSize();
+    stream.size = frame.is_organised ? frame.scan : io::ImageSize();
   }
   if (frame.frame_id && !frame.frame_id->empty())
     message.frame_id = *frame.frame_id;
   message.stamp = time;
-  const bool is_organised = stream.image.width > 0;
+  const bool is_organised = stream.size.width > 0;
   message.width =
-      is_organised ? stream.image.width : static_cast<std::uint32_t>(frame.points);
-  message.height = is_organised ? stream.image.height : 1;
+      is_organised ? stream.size.width : static_cast<std::uint32_t>(frame.points);
+  message.height = is_organised ? stream.size.height : 1;
   message.is_dense = !is_organised; // with missing points
   message.row_step = message.point_step * message.width;
   message.bytes.assign(bytes, bytes + size);

@@ -252,6 +252,8 @@ CloudStages::encodeVoxels(PointBatches& points,
     return status;
   if (voxelizer_->hasChanged())
     encoder_.requestIFrame();
+  if (scan_choice_ && voxelizer_->fit().wider_grid)
+    scan_choice_->takeScan(); // for the next cloud: it holds all points
   source.removeNoise(frame_);
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())
@@ -270,13 +272,20 @@ CloudStages::encodeScan(PointBatches& points,
   frame_.clearVoxels();
   is_scan_ = true;
   VoxelizationStatistics of_voxels;
-  const bool is_trial = scan_choice_->isTrial(encoder_.isIFrameDue());
+  bool is_trial = scan_choice_->isTrial(encoder_.isIFrameDue());
   if (is_trial) { // before the scan is coded, as voxels may be others if an I-frame is due
     const VoxelizationStatistics of_scan = voxelization_;
     if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
         !status.ok())
       return status;
     of_voxels = std::exchange(voxelization_, of_scan);
+    // Fewer bytes for fewer points, or coarser ones, are no result.
+    const VoxelFit fit = voxelizer_->fit();
+    if (fit.is_coarsened || fit.wider_grid) {
+      scan_choice_->takeScan();
+      is_trial = false;
+      frame_.clearVoxels();
+    }
   }
   CompressionStatus status = encoder_.encode(scan_, info.stamp, bytes);
   if (!status.ok() || !is_trial)
@@ -385,10 +394,12 @@ CloudStages::describeFrame()
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
       [&] {
-        return CompressionStatus(
-            CompressionCode::Ok,
-            frameWarning(
-                statistics_, settings_, unit_, voxelizer_->isCoarsened(), counts));
+        return CompressionStatus(CompressionCode::Ok,
+                                 frameWarning(statistics_,
+                                              settings_,
+                                              unit_,
+                                              is_scan_ ? VoxelFit() : voxelizer_->fit(),
+                                              counts));
       },
       [] { return CompressionStatus(); });
 }

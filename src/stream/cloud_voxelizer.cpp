@@ -35,6 +35,39 @@ doublingsForAll(PointBatches& points, double resolution)
   return doublings;
 }
 
+/** \brief The ends of the points that are to be in the grid. */
+CoordinateEnds
+endsInBox(PointBatches& points, const std::optional<BoundingBox>& box)
+{
+  CoordinateEnds ends = coordinateEnds(points);
+  for (std::size_t axis = 0; box && axis < 3; ++axis) {
+    ends.lowest[axis] = std::max(ends.lowest[axis], box->min[axis]);
+    ends.highest[axis] = std::min(ends.highest[axis], box->max[axis]);
+  }
+  return ends;
+}
+
+WiderGrid
+widerGridFor(PointBatches& points, const EncoderSettings& settings)
+{
+  const CoordinateEnds ends = endsInBox(points, settings.bounding_box);
+  const bool has_fixed_origin =
+      settings.origin || settings.format == StreamFormat::Published;
+  const std::array<double, 3> origin = settings.origin.value_or(VoxelGrid().origin);
+  WiderGrid wider;
+  double farthest = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    wider.width = std::max(wider.width, ends.highest[axis] - ends.lowest[axis]);
+    farthest = std::max({farthest,
+                         ends.highest[axis] - origin[axis],
+                         origin[axis] - ends.lowest[axis]});
+  }
+  // One voxel less, so that a point at the end is inside.
+  wider.resolution = has_fixed_origin ? farthest / (std::exp2(max_grid_depth - 1) - 1.0)
+                                      : wider.width / (std::exp2(max_grid_depth) - 2.0);
+  return wider;
+}
+
 } // namespace
 
 CloudVoxelizer::CloudVoxelizer(const EncoderSettings& settings, IntensityUnit unit)
@@ -56,6 +89,9 @@ CloudVoxelizer::voxelize(PointBatches& points,
   else
     voxelizeWide(points, frame);
   refitIntensities(points, frame);
+  wider_grid_.reset();
+  if (statistics_.points_outside_grid > 0)
+    wider_grid_ = widerGridFor(points, settings_);
   return statistics_;
 }
 

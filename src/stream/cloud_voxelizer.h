@@ -15,6 +15,18 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief What would hold all points of a cloud, some of which are outside the grid. */
+struct WiderGrid {
+  double width = 0.0;      ///< of the cloud, along its widest axis, metres
+  double resolution = 0.0; ///< edge of voxels with which no point is outside, metres
+};
+
+/** \brief How the voxels of a cloud suit it. */
+struct VoxelFit {
+  bool is_coarsened = false; ///< voxels are larger than set, as clouds are too wide
+  std::optional<WiderGrid> wider_grid; ///< none if no point is outside the grid
+};
+
 /** \brief Voxelizes the clouds of one stream with voxels that suit them: centred on the
  * steps that their coordinates are multiples of, or larger ones where clouds are too wide
  * for the grid. Other voxels than before need an I-frame. */
@@ -47,11 +59,11 @@ public:
     return has_changed_;
   }
 
-  /** \brief Whether voxels are larger than the settings say, as clouds are too wide. */
-  bool
-  isCoarsened() const
+  /** \brief How the voxels suit the last cloud. */
+  VoxelFit
+  fit() const
   {
-    return doublings_ > 0;
+    return {doublings_ > 0, wider_grid_};
   }
 
 private:
@@ -89,6 +101,7 @@ private:
   bool has_changed_ = false;
   bool may_refit_ = true;
   VoxelizationStatistics statistics_;
+  std::optional<WiderGrid> wider_grid_;
 };
 
 } // namespace io

@@ -30,12 +30,20 @@ checkBox(const BoundingBox& box, double resolution)
 {
   if (const auto fault = boxFault("bounding_box", box))
     return {CompressionCode::InvalidSettings, *fault};
+  double width = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if ((box.max[axis] - box.min[axis]) / resolution > std::exp2(max_grid_depth) - 1.0)
-      return invalid("bounding_box",
-                     std::to_string(box.max[axis] - box.min[axis]) + " m wide",
-                     "no wider than 2^21 - 1 voxels");
-  return {};
+    width = std::max(width, box.max[axis] - box.min[axis]);
+  const double most_voxels = std::exp2(max_grid_depth) - 1.0;
+  if (width / resolution <= most_voxels)
+    return {};
+  const double sufficient = roundedUp(width / most_voxels);
+  const std::string remedy =
+      sufficient <= largest_resolution
+          ? ", as with a {resolution} of " + exactText(sufficient)
+          : std::string();
+  return invalid("bounding_box",
+                 std::to_string(width) + " m wide",
+                 ("no wider than 2^21 - 1 voxels" + remedy).c_str());
 }
 
 /** \brief Checks that the box intersects the lattice of version 1. */

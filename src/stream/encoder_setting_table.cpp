@@ -135,11 +135,12 @@ addGrid(EncoderSettingTable& table)
   table.push_back({"coarsen_wide_clouds",
                    &S::coarsen_wide_clouds,
                    {},
-                   "Larger voxels for clouds wider than 2^21 of them, instead of "
-                   "leaving points out; not for quadratic and linear.",
+                   "Double the edge of a voxel as often as clouds wider than 2^21 of "
+                   "them need, up to 16-fold, instead of leaving points out; not for "
+                   "quadratic and linear.",
                    {"--coarsen",
                     "",
-                    "larger voxels for clouds wider than 2^21 of them",
+                    "up to 16 times larger voxels, for clouds wider than 2^21 of them",
                     OptionGroup::Cloud},
                    {}});
   table.push_back({"use_coordinate_step",

@@ -230,7 +230,7 @@ private:
     statistics.voxels = frame.points.areThere() ? frame.pointCount() : frame.size();
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
-    return {};
+    return statusOfVoxels(frame);
   }
 
   /** \brief Releases memory that recent frames did not need, and the history of a

@@ -35,6 +35,7 @@ describeVersion1(ByteSource& source,
   description.is_i_frame = header.is_i_frame;
   description.is_of_changes = header.is_of_changes;
   description.effort = header.effort;
+  description.has_points = header.content.has_scan;
   description.voxels = static_cast<std::size_t>(header.voxel_count);
   description.points = header.content.has_point_counts
                            ? static_cast<std::size_t>(header.point_count)
@@ -45,7 +46,7 @@ describeVersion1(ByteSource& source,
     description.colour_bits = header.content.colour_bits;
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
-    description.image = {header.scan.width, header.scan.height};
+    description.scan = {header.scan.width, header.scan.height};
     description.is_organised =
         header.content.has_scan && header.scan.order == scan::PointOrder::Organised;
     if (header.stamp)

@@ -1,10 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "stream/frame_warnings.h"
 
+#include "bytes/exact_text.h"
 #include "codec/frame_limits.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -44,9 +46,41 @@ warn(std::size_t number,
   text.append(what).append(advice);
 }
 
+/** \brief Which setting keeps points that are outside the grid. */
+std::string
+adviceFor(const WiderGrid& wider,
+          double resolution,
+          const EncoderSettings& settings,
+          IntensityUnit unit)
+{
+  const double reach = (std::exp2(max_grid_depth) - 2.0) * resolution;
+  if (wider.width <= reach)
+    return settings.format == StreamFormat::Published
+               ? "set {bounding_box} around the points"
+               : "set {origin} amid the points";
+  const std::string text = "the cloud is " + numberOf(wider.width) +
+                           " m wide, a grid of voxels of " + numberOf(resolution) +
+                           " m at most " + numberOf(reach) + " m: use ";
+  const std::string box = "a {bounding_box} around the points to keep";
+  const double sufficient = roundedUp(wider.resolution);
+  if (sufficient > largest_resolution)
+    return text + box;
+  constexpr double most_coarsened = 16.0;
+  const bool may_coarsen = unit != IntensityUnit::Share &&
+                           settings.format == StreamFormat::Version1 &&
+                           !settings.coarsen_wide_clouds &&
+                           wider.resolution <= most_coarsened * settings.resolution;
+  return text + (may_coarsen ? "{coarsen_wide_clouds}, " : "") + "a {resolution} of " +
+         numberOf(sufficient) + " m or more, or " + box;
+}
+
 /** \brief Mentions points that were left out or changed. */
 void
-warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string& text)
+warnOfPoints(const VoxelizationStatistics& cloud,
+             const EncoderSettings& settings,
+             IntensityUnit unit,
+             const VoxelFit& fit,
+             std::string& text)
 {
   if (cloud.points_not_finite == cloud.points)
     warn(cloud.points,
@@ -55,10 +89,11 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
          text);
   warn(cloud.points_outside_grid,
        cloud.points,
-       "points are more than 2^20 voxels from the grid's origin and were left out: "
-       "use a larger {resolution}, or set ",
+       "points are more than 2^20 voxels from the grid's origin and were left out",
        text,
-       is_published ? "{bounding_box} around the points" : "{origin} amid the points");
+       fit.wider_grid
+           ? ": " + adviceFor(*fit.wider_grid, cloud.resolution, settings, unit)
+           : std::string());
   warn(cloud.points_outside_box,
        cloud.points,
        "points are outside the bounding box and were left out",
@@ -126,9 +161,12 @@ warnOfLimits(const std::array<LimitedNumber, 5>& numbers, std::string& text)
   }
 }
 
-/** \brief Mentions intensities that the scale cannot hold. */
+/** \brief Mentions intensities that the scale cannot hold.
+ * \param[in] has_points they are those of points, else of voxels
+ */
 void
 warnOfIntensities(const VoxelizationStatistics& cloud,
+                  bool has_points,
                   const EncoderSettings& settings,
                   IntensityUnit unit,
                   std::string& text)
@@ -151,17 +189,18 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                  "scale them before"
                : "the published layout has 0 to 255; scale them before, or use "
                  "version 1";
+  const std::string what = has_points ? "points" : "voxels";
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
-       "voxels have an intensity beyond the scale and were set to its end: ",
+       what + " have an intensity beyond the scale and were set to its end: ",
        text,
        remedy);
   // Some are lost to rounding in any case.
   if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
-         "voxels have an intensity of less than half a step of the scale, which became "
-         "0: ",
+         what + " have an intensity of less than half a step of the scale, which "
+                "became 0: ",
          text,
          is_published
              ? "the published layout has whole numbers of 0 to 255; scale them "
@@ -186,17 +225,17 @@ SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
-             bool is_coarsened,
+             const VoxelFit& fit,
              const LimitedCounts& counts)
 {
   std::string text;
-  if (is_coarsened)
+  if (fit.is_coarsened)
     text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
            " m: voxels of " + numberOf(statistics.voxelization.resolution) +
            " m were used";
-  warnOfPoints(
-      statistics.voxelization, settings.format == StreamFormat::Published, text);
-  warnOfIntensities(statistics.voxelization, settings, unit, text);
+  warnOfPoints(statistics.voxelization, settings, unit, fit, text);
+  warnOfIntensities(
+      statistics.voxelization, statistics.coding.has_points, settings, unit, text);
   warnOfLimits(limitedNumbers(statistics, settings, counts), text);
   return {text};
 }

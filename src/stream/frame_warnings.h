@@ -6,6 +6,8 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/status.h>
 
+#include "stream/cloud_voxelizer.h"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -35,14 +37,14 @@ exceedsLimits(const FrameStatistics& statistics,
  * \param[in] statistics of the frame
  * \param[in] settings of its encoder
  * \param[in] unit unit of the point intensities
- * \param[in] is_coarsened whether voxels are larger since the cloud is wide
+ * \param[in] fit of its voxels
  * \param[in] counts of the frame
  */
 SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
-             bool is_coarsened,
+             const VoxelFit& fit,
              const LimitedCounts& counts = LimitedCounts());
 
 } // namespace io

@@ -54,6 +54,17 @@ public:
   bool
   follow(const CodedFrameStatistics& coded, std::size_t points);
 
+  /** \brief Takes scans, where there are some, until the next I-frame: voxels cannot hold
+   * all points. */
+  void
+  takeScan()
+  {
+    is_scan_ = true;
+    untried_i_frames_ = 0;
+    tried_density_ = 0.0;
+    trial_.reset();
+  }
+
   /** \brief Ends a trial without a result, as settings change. */
   void
   forgetTrial()

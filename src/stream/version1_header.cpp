@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
-// Without the frame_id.
-constexpr std::size_t most_header_bytes = 160;
+// Of most frames, without the frame_id.
+constexpr std::size_t usual_header_bytes = 160;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
@@ -328,7 +328,9 @@ checkFields(const Version1Header& header,
             "frame header: payload exceeds the limit of " +
                 std::to_string(decoder_limits.max_frame_bytes) + " bytes"};
   const FrameLimits limits = limitsOf(header, decoder_limits, bytes_before);
-  if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits.max_voxels);
+  const char* const what = header.content.has_scan ? "points in order" : "voxels";
+  if (CompressionStatus status =
+          checkVoxelCount(header.voxel_count, limits.max_voxels, what);
       !status.ok())
     return status;
   if (header.is_i_frame && header.content.has_scan)
@@ -427,7 +429,7 @@ writeVersion1Frame(const Version1Header& header,
 {
   const std::size_t begin = bytes.size();
   reserveAhead(bytes,
-               begin + most_header_bytes + header.frame_id.size() + payload.size());
+               begin + usual_header_bytes + header.frame_id.size() + payload.size());
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);

@@ -1,11 +1,13 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxels/point_voxels.h"
 
+#include "bytes/exceptions.h"
 #include "voxels/radix_sort.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -119,6 +121,7 @@ setVoxels(VoxelFrame& frame)
   if (!frame.points.areThere() || !frame.keys.empty())
     return;
   const std::vector<Entry> entries = entriesOf(frame);
+  frame.points.outside_grid += frame.points.indices.size() - entries.size();
   arrange(entries, 1, frame.points.indices);
   arrange(entries, 1, frame.points.positions);
   arrange(entries, 1, frame.points.intensities);
@@ -139,6 +142,24 @@ setVoxels(VoxelFrame& frame)
     sums.append(entries[point].key, frame);
     sums = PointSums();
   }
+}
+
+CompressionStatus
+statusOfVoxels(const VoxelFrame& frame)
+{
+  const std::size_t points = frame.points.outside_grid;
+  if (points == 0)
+    return {};
+  return callOrElse(
+      [points] {
+        return CompressionStatus(
+            CompressionCode::Ok,
+            SettingText{std::to_string(points) +
+                        " points of the scan are outside its grid of voxels and were "
+                        "left out: encode with a larger {resolution}, or decode the "
+                        "points without voxels, filters and thresholds"});
+      },
+      [] { return CompressionStatus(); });
 }
 
 void

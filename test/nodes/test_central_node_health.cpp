@@ -6,6 +6,7 @@
  */
 #include "support/forged_frames.h"
 #include "support/node_tests.h"
+#include "support/scan_frames.h"
 
 namespace {
 
@@ -403,6 +404,37 @@ TEST_F(BlockedStream, OtherStreamsAreNotAffected)
   EXPECT_EQ(recorder.outcomes("a"), ".");
   EXPECT_EQ(recorder.outcomes("b"), ".");
   EXPECT_EQ(node.health().at(1).frames_decoded, 1u);
+}
+
+TEST(ScansOfAStream, HavePointsWithoutVoxelsOfWhichTheStatusAndTheHealthTell)
+{
+  FakeClock clock;
+  std::vector<std::string> messages;
+  CentralNode node(settingsWith(clock), [&](const ReceivedFrame& frame) {
+    EXPECT_TRUE(frame.status.ok()) << frame.status;
+    messages.push_back(frame.status.message());
+  });
+  node.addStream("a");
+  FrameEncoder encoder(StreamFormat::Version1, 2, Effort::Fast);
+  FrameDecoder decoder;
+  std::size_t outside = 0;
+  std::vector<std::string> expected;
+  for (unsigned int i = 0; i < 3; ++i) {
+    auto scan = pcl_ext::io::test::makeCamera();
+    pcl_ext::io::test::addPoints(scan, i, false, i == 1 ? 1u << 30 : 40u);
+    const Bytes bytes = pcl_ext::io::test::encoded(encoder, scan);
+    VoxelFrame frame;
+    expected.push_back(decoder.decode(bytes.data(), bytes.size(), frame).message());
+    EXPECT_EQ(expected.back().empty(), i == 1);
+    outside += frame.points.outside_grid;
+    sendAndWait(node, "a", bytes);
+    EXPECT_EQ(onlyHealth(node).points_outside_grid, outside);
+    // Nothing was removed.
+    EXPECT_EQ(onlyHealth(node).voxels, frame.size());
+    EXPECT_EQ(onlyHealth(node).kept_voxels, frame.size());
+  }
+  EXPECT_GT(outside, 0u);
+  EXPECT_EQ(messages, expected);
 }
 
 } // namespace

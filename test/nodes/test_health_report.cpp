@@ -66,6 +66,12 @@ TEST(HealthReport, OfASender)
   expectLevel(report_of(now), HealthLevel::Error, "Clouds are refused");
   EXPECT_EQ(valueOf(report_of(now), "clouds refused"), "2");
   now = before;
+  now.node.frame.voxelization.points_outside_grid = 5;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Points are left out, as they are outside the grid of voxels");
+  EXPECT_EQ(valueOf(report_of(now), "points outside the grid"), "5");
+  now = before;
   now.node.frame.coding.voxels = 10;
   now.node.outliers_removed = 10;
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
@@ -172,6 +178,12 @@ TEST(HealthReport, OfAReceiver)
       "Most voxels are removed as outliers: density_unit may not fit the sensor");
   now.stream.outliers_removed = 500;
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  now.stream.points_outside_grid = 4;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Points of scans are left out, as they are outside the grid of voxels");
+  EXPECT_EQ(valueOf(report_of(now), "points outside the grid"), "4");
+  before.stream.points_outside_grid = 4; // those were before
   now.stream.voxels_outside_grid = 3;
   expectLevel(report_of(now),
               HealthLevel::Warning,

@@ -403,6 +403,12 @@ TEST(CompressionSettings, BoundingBoxMayBeUpToTheGridsWidth)
   settings.bounding_box = BoundingBox{{-50.0, -50.0, -50.0}, {50.0, 50.0, 50.0}};
   expectAccepted(&Settings::resolution, {0.001}, settings);
   expectRefused("bounding_box", &Settings::resolution, {0.00001}, settings);
+  settings.resolution = 0.00001;
+  EXPECT_EQ(checkSettings(settings).message(),
+            "bounding_box is 100.000000 m wide; it must be no wider than 2^21 - 1 "
+            "voxels, as with a resolution of 4.8e-05");
+  settings.resolution = 4.8e-5;
+  expectAccepted(settings);
 }
 
 TEST(CompressionSettings, SensorPoseMustBeFiniteAndRigid)

@@ -101,6 +101,74 @@ TEST(FrameWarnings, PointsOutsideTheGrid)
                 "2 of 3 points are more than 2^20 voxels from the grid's origin");
 }
 
+TEST(FrameWarnings, PointsOutsideTheGridTellWhatHoldsThem)
+{
+  // 290 m wide; a grid of voxels of 0.1 mm is 210 m wide.
+  Points points;
+  for (int i = -145; i <= 145; ++i)
+    points.push_back({static_cast<float>(i) + 0.00003f, 0.0f, 1.0f, 7.0f});
+  const IntensityCompressionSettings settings = settingsAt(1e-4);
+  const CompressionStatus status =
+      encode(settings, IntensityUnit::Native, viewOf(points));
+  expectWarning(status,
+                "82 of 291 points are more than 2^20 voxels from the grid's origin and "
+                "were left out: the cloud is 290 m wide, a grid of voxels of 0.0001 m "
+                "at most 209.715 m: use coarsen_wide_clouds, a resolution of 0.00014 m "
+                "or more, or a bounding_box around the points to keep");
+  EXPECT_EQ(status.message().find("origin amid"), std::string::npos) << status;
+  // Each of the three helps.
+  IntensityCompressionSettings other = settings;
+  other.resolution = 0.00014;
+  EXPECT_FALSE(encode(other, IntensityUnit::Native, viewOf(points)).hasWarning());
+  other = settings;
+  other.coarsen_wide_clouds = true;
+  const CompressionStatus coarsened =
+      encode(other, IntensityUnit::Native, viewOf(points));
+  EXPECT_EQ(coarsened.message().find("left out"), std::string::npos) << coarsened;
+  other = settings;
+  other.bounding_box = BoundingBox{{-100.0, -1.0, 0.0}, {100.0, 1.0, 2.0}};
+  EXPECT_EQ(encode(other, IntensityUnit::Native, viewOf(points))
+                .message()
+                .find("from the grid's origin"),
+            std::string::npos);
+  // Shares of a voxel's face do not coarsen.
+  EXPECT_EQ(encode(settings, IntensityUnit::Share, viewOf(points))
+                .message()
+                .find("coarsen_wide_clouds"),
+            std::string::npos);
+}
+
+TEST(FrameWarnings, PointsOutsideTheGridOfAnOriginTellThatAnotherOneHoldsThem)
+{
+  Points points;
+  for (int i = 0; i < 100; ++i)
+    points.push_back({50.00003f + static_cast<float>(i), 0.0f, 1.0f, 7.0f});
+  IntensityCompressionSettings settings = settingsAt(1e-4);
+  settings.origin = {0.0, 0.0, 0.0};
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
+                "45 of 100 points are more than 2^20 voxels from the grid's origin and "
+                "were left out: set origin amid the points");
+  settings.origin = {100.0, 0.0, 0.0};
+  EXPECT_FALSE(encode(settings, IntensityUnit::Native, viewOf(points)).hasWarning());
+  // Wider than the grid, and around an origin.
+  points.push_back({-150.0f, 0.0f, 1.0f, 7.0f});
+  settings.origin = {0.0, 0.0, 0.0};
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
+                "a resolution of 0.00015 m or more");
+  settings.resolution = 0.00015;
+  EXPECT_FALSE(encode(settings, IntensityUnit::Native, viewOf(points)).hasWarning());
+}
+
+TEST(FrameWarnings, PointsThatNoResolutionHoldsAreForABox)
+{
+  const Points points{
+      {0.0f, 0.0f, 1.0f, 7.0f}, {0.5f, 0.0f, 1.0f, 7.0f}, {1e30f, 0.0f, 1.0f, 7.0f}};
+  const CompressionStatus status =
+      encode(settingsAt(0.01), IntensityUnit::Native, viewOf(points));
+  expectWarning(status, "use a bounding_box around the points to keep");
+  EXPECT_EQ(status.message().find("resolution"), std::string::npos) << status;
+}
+
 TEST(FrameWarnings, PointsOutsideTheBox)
 {
   const Points points{{0.0f, 0.0f, 1.0f, 7.0f}, {0.0f, 0.0f, 3.0f, 7.0f}};
@@ -176,6 +244,25 @@ TEST(FrameWarnings, IntensitiesThatVanish)
                 "8 of 10 voxels have an intensity of less than half a step");
 }
 
+TEST(FrameWarnings, IntensitiesOfScansAreThoseOfPoints)
+{
+  FrameStatistics statistics;
+  statistics.voxelization.voxels = 10;
+  statistics.voxelization.intensities_out_of_range = 2;
+  statistics.voxelization.intensities_vanished = 8;
+  for (const bool has_points : {true, false}) {
+    statistics.coding.has_points = has_points;
+    const std::string text =
+        frameWarning(
+            statistics, IntensityCompressionSettings(), IntensityUnit::Native, {})
+            .withIds();
+    const std::string what = has_points ? " of 10 points have an intensity "
+                                        : " of 10 voxels have an intensity ";
+    EXPECT_NE(text.find('2' + what + "beyond"), std::string::npos) << text;
+    EXPECT_NE(text.find('8' + what + "of less"), std::string::npos) << text;
+  }
+}
+
 TEST(FrameWarnings, ColoursInThePublishedLayout)
 {
   const Points points{{0.0f, 0.0f, 1.0f, 3.0f}, {0.0f, 0.0f, 3.0f, 5.0f}};
@@ -199,8 +286,7 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
   IntensityCompressionSettings settings;
   const auto warning = [&] {
     const std::string text =
-        frameWarning(statistics, settings, IntensityUnit::None, false, counts)
-            .withIds();
+        frameWarning(statistics, settings, IntensityUnit::None, {}, counts).withIds();
     EXPECT_EQ(exceedsLimits(statistics, settings, counts), !text.empty());
     return text;
   };

@@ -220,7 +220,8 @@ protected:
     const MemoryUse memory_use;
     const CompressionStatus status = decoder_.decode(copy.get(), bytes.size(), back_);
     EXPECT_LE(memory_use.peak(), std::size_t{1} << 22);
-    EXPECT_EQ(status.ok(), status.message().empty());
+    // A frame that is accepted may have points without a voxel.
+    EXPECT_EQ(status.ok() && back_.points.outside_grid == 0, status.message().empty());
     if (status.ok()) {
       ++accepted_;
       EXPECT_TRUE(isConsistent(back_));

@@ -331,6 +331,44 @@ TEST_P(OrganisedClouds, OfManyPointsInAVoxelAreVoxels)
   }
 }
 
+TEST_P(OrganisedClouds, AreScansWhereVoxelsWouldLeavePointsOut)
+{
+  // Most points are outside the lattice around that origin: voxels of the others would
+  // take fewer bytes.
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.origin = {0x1p20 * settings.resolution + 0.4, 0.0, 0.0};
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    const OrganisedCloud cloud = cameraCloud(WorldPose::Identity(), i);
+    const auto present = static_cast<std::size_t>(
+        std::count_if(cloud.coordinates.begin(),
+                      cloud.coordinates.end(),
+                      [](float value) { return std::isfinite(value); }) /
+        3);
+    Bytes bytes;
+    EXPECT_FALSE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).hasWarning());
+    EXPECT_TRUE(encoder.statistics().coding.has_points) << i;
+    EXPECT_EQ(encoder.statistics().voxelization.points_outside_grid, 0u);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    EXPECT_EQ(back.pointCount(), present);
+  }
+  settings.coarsen_wide_clouds =
+      true; // whose voxels would be larger than the settings'
+  settings.origin.reset();
+  settings.resolution = 1e-6;
+  CloudEncoder fine(settings, IntensityUnit::None);
+  OrganisedCloud wide = cameraCloud(WorldPose::Identity(), 1);
+  for (float& coordinate : wide.coordinates)
+    coordinate *= 2.0000007f;
+  Bytes bytes;
+  EXPECT_FALSE(fine.encode(viewOf(wide), {wide.pose}, bytes).hasWarning());
+  EXPECT_TRUE(fine.statistics().coding.has_points);
+  EXPECT_EQ(fine.statistics().voxelization.resolution, 1e-6);
+}
+
 TEST_P(OrganisedClouds, ThatRaysNoLongerFitTakeAnIFrame)
 {
   // A camera that turns, whose pose nobody tells.

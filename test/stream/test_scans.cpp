@@ -4,6 +4,8 @@
  * \brief Frames of points in the order of their sensor.
  */
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "codec/scan/point_places.h"
 #include "stream/frame_encoder.h"
@@ -19,12 +21,14 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::VoxelOutlierRemoval;
 
 /** \brief The points of a scan in the order of their cloud. */
 std::vector<std::size_t>
@@ -113,6 +117,13 @@ TEST_P(Scans, ComeBack)
     const Bytes bytes = encoded(encoder, scan);
     EXPECT_TRUE(encoder.statistics().has_points);
     EXPECT_EQ(encoder.statistics().is_i_frame, i % 6 == 0 || i % 6 == 4);
+    const FrameDescription description = describeFrame(bytes.data(), bytes.size());
+    EXPECT_TRUE(description.has_points);
+    EXPECT_EQ(description.points, scan.pixels.size());
+    if (description.is_i_frame) {
+      EXPECT_EQ(description.scan.width, scan.width);
+      EXPECT_EQ(description.scan.height, scan.height);
+    }
     VoxelFrame back;
     ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
     EXPECT_EQ(decoder.statistics().has_points, true);
@@ -173,12 +184,37 @@ TEST_P(Scans, HaveVoxelsOnDemand)
   FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
   FrameDecoder decoder;
   VoxelFrame back;
-  ASSERT_EQ(decoded(decoder, encoded(encoder, scan), back), CompressionCode::Ok);
+  const Bytes bytes = encoded(encoder, scan);
+  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
+  ASSERT_TRUE(status.ok()) << status;
   EXPECT_TRUE(isConsistent(back));
   EXPECT_FALSE(back.keys.empty());
   // Points far beside their rays are outside of the grid.
   EXPECT_LT(back.pointCount(), scan.pixels.size());
   EXPECT_GT(back.pointCount(), scan.pixels.size() * 9 / 10);
+  const std::size_t outside = scan.pixels.size() - back.pointCount();
+  EXPECT_EQ(back.points.outside_grid, outside);
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_EQ(status.message().rfind(std::to_string(outside) + " points", 0), 0u)
+      << status;
+
+  decoder.setDecodesVoxels(false);
+  const Bytes next = encoded(encoder, scan);
+  EXPECT_FALSE(decoder.decode(next.data(), next.size(), back).hasWarning());
+  EXPECT_EQ(back.pointCount(), scan.pixels.size());
+  EXPECT_EQ(back.points.outside_grid, 0u);
+  // Whoever makes the voxels tells it.
+  VoxelFrame filtered = back;
+  VoxelOutlierRemoval removal;
+  const pcl_ext::OutlierRemovalStatus removed = removal.filter(filtered);
+  EXPECT_TRUE(removed.hasWarning());
+  EXPECT_NE(removed.message().find(std::to_string(outside) + " points"),
+            std::string::npos)
+      << removed;
+  EXPECT_EQ(filtered.points.outside_grid, outside);
+  VoxelFrame kept;
+  pcl_ext::removeVoxelsBelow(back, 1.0f, kept);
+  EXPECT_EQ(kept.points.outside_grid, outside);
 }
 
 TEST_P(Scans, OthersTakeAnIFrame)
@@ -239,7 +275,9 @@ TEST_P(Scans, AndVoxelsTakeTurns)
     }
     else {
       VoxelFrame frame = randomFrame(random, 7, 500);
-      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+      const Bytes bytes = encoded(encoder, frame);
+      EXPECT_FALSE(describeFrame(bytes.data(), bytes.size()).has_points);
+      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
       expectSameFrame(back, frame);
       EXPECT_FALSE(back.points.areThere());
     }
@@ -283,6 +321,123 @@ TEST_P(Scans, ThatAreLostAreMissed)
   for (const std::size_t i : {4u, 5u}) {
     ASSERT_EQ(decoded(decoder, frames[i], back), CompressionCode::Ok);
     expectPoints(back, scans[i]);
+  }
+}
+
+/** \brief A lidar whose header is as long as an encoder can make it: as many rows as there
+ * may be, with numbers that take five bytes each, and as many fields, of long names. */
+scan::ScanFrame
+lidarOfTheLongestHeader()
+{
+  scan::ScanFrame frame = makeLidar();
+  frame.width = 1;
+  frame.height = scan::most_side;
+  frame.order = scan::PointOrder::ColumnByColumn;
+  frame.grid.origin = {1.0, 2.0, 3.0};
+  frame.intensity_scale.bits = 8;
+  frame.intensity_scale.companded_range = 300;
+  frame.colour_bits = 8;
+  scan::ScanRays& rays = frame.rays;
+  constexpr std::int32_t unit = 1 << 30;
+  const auto most = [](int bits) { return std::int64_t{1} << bits; };
+  rays.pose.origin.fill(-most(42));
+  rays.motion.origin.fill(-most(42));
+  for (std::size_t i = 0; i < 3; ++i) {
+    rays.pose.vectors[i].fill(-most(30));
+    rays.motion.vectors[i].fill(-most(45));
+  }
+  rays.turns.assign(31, {-unit / 2, -unit / 2});
+  rays.columns = {0};
+  rays.rows.clear();
+  for (std::uint32_t row = 0; row < frame.height; ++row) {
+    const std::int32_t sign = row % 2 == 0 ? 1 : -1;
+    rays.rows.push_back({sign * (unit / 10 * 7),
+                         sign * (unit / 10 * 7),
+                         sign * (unit / 20 * 7),
+                         sign * (unit / 20 * 7),
+                         sign * unit,
+                         sign * unit,
+                         sign * unit});
+    frame.firing_order.push_back(static_cast<std::uint16_t>(row));
+  }
+  for (std::size_t i = 0; i < most_fields; ++i) {
+    FrameField field;
+    field.name = std::string(most_field_name_bytes - 2, 'n') + std::to_string(10 + i);
+    field.type = FieldType::Float64;
+    field.count = most_field_values / most_fields;
+    field.step = 0.1;
+    frame.fields.push_back(field);
+  }
+  return frame;
+}
+
+TEST(ScanHeaders, AreWithinTheirBound)
+{
+  const scan::ScanFrame scan = lidarOfTheLongestHeader();
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Fast);
+  const FrameStamp stamp{~std::uint64_t{0}, std::string(1024, 'f')};
+  const Bytes bytes = encoded(encoder, scan, stamp);
+  const std::size_t size = encoder.statistics().header_bytes;
+  EXPECT_LE(size, most_frame_header_bytes);
+  // Lower rows take a byte or two less in the firing order, and the counts of this frame
+  // are low.
+  EXPECT_GT(size + 16384 + 128 + 2048, most_frame_header_bytes);
+  const FrameDescription description =
+      describeFrame(bytes.data(), std::min(bytes.size(), most_frame_header_bytes));
+  EXPECT_TRUE(description.status.ok()) << description.status;
+  EXPECT_EQ(description.scan.height, scan.height);
+  EXPECT_EQ(description.fields.size(), most_fields);
+  EXPECT_EQ(description.frame_id, stamp.frame_id);
+  EXPECT_EQ(describeFrame(bytes.data(), size - 1).status.code(),
+            CompressionCode::Truncated);
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false);
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+}
+
+TEST(ScanHeaders, WithoutRowsAreWithin8192Bytes)
+{
+  scan::ScanFrame scan = lidarOfTheLongestHeader();
+  scan.rays = makeCamera().rays;
+  scan.order = scan::PointOrder::RowByRow;
+  scan.firing_order.clear();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    scan.rays.pose.vectors[2][axis] /= scan.height;
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Fast);
+  const FrameStamp stamp{~std::uint64_t{0}, std::string(1024, 'f')};
+  const Bytes bytes = encoded(encoder, scan, stamp);
+  EXPECT_LE(encoder.statistics().header_bytes, 8192u);
+  EXPECT_GT(encoder.statistics().header_bytes, 5900u);
+  // 38 more bytes a row.
+  scan.rays = makeLidar().rays;
+  scan.rays.columns = {0};
+  scan.height = 8;
+  const Bytes lidar = encoded(encoder, scan, stamp);
+  EXPECT_LE(encoder.statistics().header_bytes, 8192u + 8u * 38u);
+}
+
+TEST(ScanHeaders, OfMorePointsThanTheLimitOnVoxelsAreRefused)
+{
+  scan::ScanFrame scan = makeCamera();
+  addPoints(scan, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Fast);
+  const Bytes bytes = encoded(encoder, scan);
+  const std::size_t points = scan.pixels.size();
+  DecoderLimits limits;
+  VoxelFrame back;
+  for (const std::size_t fewer : {0u, 1u}) {
+    limits.max_voxels = points - fewer;
+    FrameDecoder decoder(limits);
+    const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
+    EXPECT_EQ(status.code(),
+              fewer == 0 ? CompressionCode::Ok : CompressionCode::LimitExceeded);
+    if (fewer > 0) {
+      EXPECT_EQ(status.message(),
+                "frame header: " + std::to_string(points) +
+                    " points in order exceed the limit of " +
+                    std::to_string(points - 1));
+    }
   }
 }
 

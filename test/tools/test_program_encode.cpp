@@ -366,7 +366,7 @@ TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
                   " points a voxel)"));
   EXPECT_TRUE(hasPart(output, "3 points left out as not finite"));
   EXPECT_TRUE(
-      hasPart(output, std::to_string(outside) + " points left out beyond box or grid"));
+      hasPart(output, std::to_string(outside) + " points left out outside the box"));
   // Three frames at 4 Hz take 0.75 s.
   EXPECT_TRUE(hasPart(
       output, text(bytes, 0) + " bytes (" + text(bytes / 0.75, 0) + " bytes/s)"));

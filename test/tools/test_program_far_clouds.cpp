@@ -208,6 +208,111 @@ TEST_F(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
   }
 }
 
+/** \brief Points along a line, at places that are no multiples of a step: a cloud that is
+ * 290 m wide, of which a grid of voxels of 0.1 mm holds 210 m. */
+pcl::PointCloud<pcl::PointXYZI>
+wideCloud()
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (int i = -145; i <= 145; ++i) {
+    pcl::PointXYZI point;
+    point.getVector3fMap() << static_cast<float>(i) + 0.00003f, 0.0f, 1.0f;
+    point.intensity = 5.0f;
+    cloud.push_back(point);
+  }
+  return cloud;
+}
+
+TEST_F(ProgramFarClouds, PointsBeyondTheGridAreToldWithWhatHoldsThem)
+{
+  writeClouds("wide", {wideCloud(), wideCloud()});
+  const ProgramRun lossy = run("encode wide -o x.pcxi -r 0.0001 --json");
+  EXPECT_EQ(lossy.status, 1);
+  EXPECT_TRUE(hasPart(lossy.errors,
+                      "82 of 291 points are more than 2^20 voxels from the grid's "
+                      "origin and were left out"))
+      << lossy.errors;
+  EXPECT_TRUE(hasPart(lossy.errors,
+                      "use --coarsen, a --resolution of 0.00014 m or more, or a "
+                      "--bounding-box around the points to keep"))
+      << lossy.errors;
+  EXPECT_TRUE(
+      hasPart(lossy.errors, "1 more frame likewise, in all 164 points of 582 points"))
+      << lossy.errors;
+  EXPECT_TRUE(hasPart(lossy.output, "\"status\":\"incomplete\"")) << lossy.output;
+  EXPECT_TRUE(hasPart(lossy.output, "\"points_outside_grid\":164")) << lossy.output;
+  EXPECT_FALSE(hasPart(lossy.errors, "origin amid")) << lossy.errors;
+  // What is in the grid is written.
+  EXPECT_EQ(decode(folder / "x.pcxi")[0].voxels[0].size(), 209u);
+  // Also where remarks are not printed.
+  const ProgramRun quiet = run("encode wide -o q.pcxi -r 0.0001 --quiet");
+  EXPECT_EQ(quiet.status, 1);
+  EXPECT_TRUE(hasPart(quiet.errors, "82 of 291 points")) << quiet.errors;
+
+  expectRun("encode wide -o resolution.pcxi -r 0.00014");
+  EXPECT_EQ(run("encode wide -o coarse.pcxi -r 0.0001 --coarsen").status, 0);
+  const ProgramRun boxed =
+      run("encode wide -o box.pcxi -r 0.0001 --bounding-box=-100,-1,0,100,1,2");
+  EXPECT_EQ(boxed.status, 0); // as asked for
+  EXPECT_TRUE(hasPart(boxed.output, "points left out outside the box")) << boxed.output;
+  const ProgramRun benchmark = run("benchmark wide -n 1 -e fast -r 0.0001");
+  EXPECT_EQ(benchmark.status, 1);
+  EXPECT_TRUE(hasPart(benchmark.errors, "82 of 291 points")) << benchmark.errors;
+  const ProgramRun advice = run("advise wide -e fast -r 0.0001");
+  EXPECT_EQ(advice.status, 1);
+  EXPECT_TRUE(hasPart(advice.errors, "82 of 291 points")) << advice.errors;
+}
+
+/** \brief An organised cloud of a depth camera. */
+pcl::PointCloud<pcl::PointXYZI>
+cameraCloud()
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud(80, 60);
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const float depth = 1.2f + 0.003f * static_cast<float>(column);
+      pcl::PointXYZI& point = cloud.at(column, row);
+      point.getVector3fMap() << (static_cast<float>(column) - 39.5f) / 61.0f * depth,
+          (static_cast<float>(row) - 28.0f) / 60.5f * depth, depth;
+      point.intensity = 9.0f;
+    }
+  return cloud;
+}
+
+TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)
+{
+  writeClouds("clouds", {cameraCloud(), cameraCloud()});
+  // Half of the points are outside the grid of voxels around that origin.
+  const ProgramRun encoded = expectRun("encode clouds -o x.pcxi -r 0.001 "
+                                       "--keep-point-counts --origin=1048.576,0,0");
+  EXPECT_TRUE(hasPart(encoded.output, "9,600 points in order, 80 x 60, edge 0.001 m"))
+      << encoded.output;
+  const ProgramRun all = expectRun("decode x.pcxi -o all");
+  EXPECT_TRUE(hasPart(all.output, "2 frames, 9,600 points")) << all.output;
+  const ProgramRun some = run("decode x.pcxi -o some --min-intensity 5");
+  EXPECT_EQ(some.status, 1);
+  EXPECT_TRUE(hasPart(some.output, "2 frames, 4,800 points")) << some.output;
+  EXPECT_TRUE(hasPart(some.errors,
+                      "frame 0: 2400 points of the scan are outside its grid of voxels "
+                      "and were left out: encode with a larger --resolution"))
+      << some.errors;
+  EXPECT_TRUE(hasPart(some.errors, "in all frames 4,800 points")) << some.errors;
+}
+
+TEST_F(ProgramFarClouds, PointsBeyondAnOriginAreToldThatAnotherOneHoldsThem)
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (const auto& point : wideCloud())
+    if (point.x > 20.0f)
+      cloud.push_back(point);
+  writeClouds("clouds", {cloud});
+  const ProgramRun lossy = run("encode clouds -o x.pcxi -r 0.0001 --origin 0,0,0");
+  EXPECT_EQ(lossy.status, 1);
+  EXPECT_TRUE(hasPart(lossy.errors, "were left out: set --origin amid the points"))
+      << lossy.errors;
+  expectRun("encode clouds -o y.pcxi -r 0.0001 --origin 80,0,0");
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

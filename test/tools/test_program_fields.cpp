@@ -12,6 +12,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -258,11 +260,25 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
     std::memcpy(&cloud.data[i * cloud.point_step], place, sizeof(place));
   }
   ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloud), 0);
-  expectRun("encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
+  const ProgramRun encoded =
+      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
+  EXPECT_TRUE(
+      hasPart(encoded.output, "600 points in order, on 38 x 16 rays, edge 0.001 m, "))
+      << encoded.output;
+  EXPECT_FALSE(hasPart(encoded.output, "voxel")) << encoded.output;
   const ProgramRun table = expectRun("info x.pcxi");
-  EXPECT_TRUE(hasPart(table.output, "numbers of points, rays of 38 x 16 points"));
+  EXPECT_TRUE(hasPart(table.output, " points in order, on 38 x 16 rays, field "))
+      << table.output;
+  EXPECT_FALSE(hasPart(table.output, "numbers of points"));
   const ProgramRun json = expectRun("info --json x.pcxi");
-  EXPECT_TRUE(hasPart(json.output, "\"is_organised\": false"));
+  const auto stream = nlohmann::json::parse(json.output)["streams"][0];
+  EXPECT_EQ(stream["scan"]["width"], 38);
+  EXPECT_EQ(stream["scan"]["height"], 16);
+  EXPECT_EQ(stream["scan"]["is_organised"], false);
+  EXPECT_EQ(stream["mean_frame_points_in_order"], 600.0);
+  EXPECT_EQ(stream["mean_frame_voxels"], 0.0);
+  EXPECT_EQ(stream["bytes_per_point"], stream["bytes"].get<double>() / 600.0);
+  EXPECT_FALSE(stream.contains("bytes_per_voxel"));
   expectRun("decode x.pcxi -o out");
   pcl::PCLPointCloud2 received;
   ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", received), 0);

@@ -188,9 +188,22 @@ TEST(PointVoxels, PointsOutsideTheGridAreLeftOut)
   points.points.positions[1] = {1e300, -1e300, 0.0};
   points.points.positions[2][1] = not_a_number;
   VoxelFrame frame = points;
+  EXPECT_EQ(statusOfVoxels(frame).message(), "");
   setVoxels(frame);
   EXPECT_TRUE(isConsistent(frame));
   EXPECT_LT(frame.points.indices.size(), points.points.indices.size() * 2 / 3 + 1);
+  const std::size_t outside =
+      points.points.indices.size() - frame.points.indices.size();
+  EXPECT_EQ(frame.points.outside_grid, outside);
+  const CompressionStatus status = statusOfVoxels(frame);
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_EQ(status.message().rfind(std::to_string(outside) +
+                                       " points of the scan are outside its grid",
+                                   0),
+            0u)
+      << status;
+  setVoxels(frame); // counts none again
+  EXPECT_EQ(frame.points.outside_grid, outside);
   points.points.positions[1] = points.points.positions[0];
   points.points.positions[2] = points.points.positions[0];
   expectVoxels(frame, points);
@@ -198,10 +211,13 @@ TEST(PointVoxels, PointsOutsideTheGridAreLeftOut)
 
   for (std::array<double, 3>& position : points.points.positions)
     position = {1e9, 1e9, 1e9};
+  const std::size_t all = points.points.positions.size();
   setVoxels(points);
   EXPECT_EQ(points.size(), 0u);
   EXPECT_EQ(points.pointCount(), 0u);
   EXPECT_TRUE(isConsistent(points));
+  setVoxels(points);
+  EXPECT_EQ(points.points.outside_grid, all);
 }
 
 TEST(PointVoxels, ARowHasNoGapsWherePointsAreOutsideTheGrid)

@@ -164,8 +164,9 @@ public:
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
   /** \brief The voxels of the last frame that was encoded; with its points if it was
-   * coded as these, which then are put into voxels by the first call. Throws
-   * std::bad_alloc without memory for them. */
+   * coded as these, which then are put into voxels by the first call; those outside the
+   * grid are left out and counted (FramePoints::outside_grid). Throws std::bad_alloc
+   * without memory for them. */
   const VoxelFrame&
   frame() const;
 

@@ -102,7 +102,9 @@ public:
 
   /** \brief Whether frames that have their points get their voxels, too, which takes as
    * much time as to decode them: true at first. Without them VoxelFrame::keys is empty,
-   * and forEachPoint() gives what a decoded cloud has. Other frames always have voxels. */
+   * and forEachPoint() gives what a decoded cloud has. Other frames always have voxels.
+   * Points outside the grid have none and are left out; the status of decode() says how
+   * many. */
   void
   setDecodesVoxels(bool decodes_voxels);
 

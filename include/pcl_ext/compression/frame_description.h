@@ -19,6 +19,11 @@ namespace io {
 /** \addtogroup io
  * @{ */
 
+/** \brief Bytes that hold the header of any frame: 8192, and 38 for each of the rows, of
+ * which there are 65,536 at most, of the scan of a lidar. With 128 rows 13,056 bytes are
+ * enough. */
+constexpr std::size_t most_frame_header_bytes = 8192 + 38 * 65536;
+
 /** \brief What the header of a frame tells without the frames before it. */
 struct FrameDescription {
   /** \brief Ok, or that of frameSize(): no other member is valid then. */
@@ -29,8 +34,9 @@ struct FrameDescription {
   bool is_i_frame = false;        ///< decodes without any other frame
   bool is_of_changes = false;     ///< a P-frame that has only what changed
   Effort effort = Effort::Fast;   ///< Version1 only
+  bool has_points = false;        ///< a scan: points in the order of their sensor
   /** \brief Occupied voxels; of the published layout only in I-frames. Of a scan, which
-   * does not tell them, as many as points. */
+   * has none, as many as points. */
   std::size_t voxels = 0;
   /** \brief Points in the voxels: as many as voxels, unless these have numbers of
    * points. The decoded cloud has so many or, if the stream's is_organised is set, all
@@ -42,7 +48,7 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
-  ImageSize image;                      ///< of a scan: columns, rows; I-frames only
+  ImageSize scan;            ///< size of a scan: columns, rows; I-frames only
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
@@ -58,8 +64,10 @@ struct FrameDescription {
 /** \brief Reads the header of the frame at the beginning of a buffer. The frame need
  * not be complete, and its checksum is not verified.
  * \param[in] bytes the first byte
- * \param[in] count number of bytes at hand; 8192 are enough for any header
+ * \param[in] count number of bytes at hand; most_frame_header_bytes are enough for any
+ * header, and 8192 for all but those of lidars' scans
  * \param[in] limits of the decoder that gets the frame
+ * \return Truncated if the bytes end within the header
  */
 PCL_EXT_CODEC_EXPORT FrameDescription
 describeFrame(const std::uint8_t* bytes,

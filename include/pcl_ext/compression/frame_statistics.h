@@ -17,7 +17,7 @@ namespace io {
 struct VoxelizationStatistics {
   double resolution = 0.0;                  ///< voxel edge that was used, metres
   std::size_t points = 0;                   ///< points of the input
-  std::size_t points_used = 0;              ///< points that are in a voxel
+  std::size_t points_used = 0;              ///< points that are in the frame
   std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
   std::size_t points_outside_box = 0;       ///< outside the fixed bounding box
   std::size_t points_outside_grid = 0;      ///< more than 2^20 voxels from the origin
@@ -26,17 +26,20 @@ struct VoxelizationStatistics {
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
   std::size_t intensities_vanished = 0;     ///< voxels above 0 that became 0
   std::size_t colours_left_out = 0;         ///< points whose colour has no field
-  std::size_t voxels = 0;                   ///< occupied, before any filter
+  /** \brief Occupied, before any filter; of a scan, whose intensities are those of
+   * points, its points. */
+  std::size_t voxels = 0;
 };
 
 /** \brief Figures of an encoded frame. */
 struct CodedFrameStatistics {
-  std::uint32_t frame_number = 0;  ///< number of the frame in the stream
-  bool is_i_frame = false;         ///< decodes without any other frame
-  bool is_of_changes = false;      ///< a P-frame that has only what changed
-  std::size_t voxels = 0;          ///< occupied, after all filters
-  std::size_t bytes = 0;           ///< the whole frame
-  std::size_t header_bytes = 0;    ///< of these: frame header
+  std::uint32_t frame_number = 0; ///< number of the frame in the stream
+  bool is_i_frame = false;        ///< decodes without any other frame
+  bool is_of_changes = false;     ///< a P-frame that has only what changed
+  std::size_t voxels = 0;         ///< occupied, after all filters; of a scan, which has
+                                  ///< none, its points
+  std::size_t bytes = 0;          ///< the whole frame
+  std::size_t header_bytes = 0;   ///< of these: frame header
   std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied; all
                                    ///< of the payload of a frame of changes; padding
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities

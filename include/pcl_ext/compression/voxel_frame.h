@@ -144,6 +144,9 @@ struct FramePoints {
   std::vector<std::uint16_t> intensities;
   std::vector<VoxelColour> colours; ///< one of each point; empty without colours
   std::optional<SpinningSensor> sensor;
+  /** \brief Points that were outside the grid and were left out, when the others got
+   * voxels. A scan reaches as far as its points, a grid at most 2^21 voxels. */
+  std::size_t outside_grid = 0;
 
   /** \brief Whether a frame has its points. */
   bool

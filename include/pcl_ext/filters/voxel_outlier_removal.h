@@ -26,7 +26,8 @@ inline namespace PCL_EXT_ABI {
 /** \brief Removes voxels of low intensity as noise (section 2.7 of the paper), as a
  * PassThrough on `intensity` does with decoded clouds.
  * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order.
- * One that has its points only gets voxels, where any may be removed
+ * One that has its points only gets voxels, where any may be removed; points outside its
+ * grid are left out then, see FramePoints::outside_grid
  * \param[in] min_intensity voxels below it are removed, in the unit of the frame's
  * intensities
  * \return number of voxels removed
@@ -282,9 +283,10 @@ public:
 
   /** \brief Filters the stream's next frame.
    * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their
-   * order. One that has its points only gets voxels
-   * \return Ok with the number of voxels removed, or why none was judged: the frame is
-   * then unchanged, and not part of the history
+   * order. One that has its points only gets voxels; points outside its grid are left
+   * out then
+   * \return Ok with the number of voxels removed, and a warning if points are left out;
+   * or why none was judged: the frame is then unchanged, and not part of the history
    */
   [[nodiscard]] OutlierRemovalStatus
   filter(io::VoxelFrame& frame);

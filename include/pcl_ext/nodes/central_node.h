@@ -82,9 +82,11 @@ using CentralNodeStatus = Status<CentralNodeCode>;
  * call. */
 struct ReceivedFrame {
   const std::string& stream;
-  Time stamp;                          ///< given with it, else in it; 0: none
-  const io::CompressionStatus& status; ///< Ok, or why there are no voxels
-  const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
+  Time stamp; ///< given with it, else in it; 0: none
+  /** \brief Ok, with a warning where points of a scan are left out as they have no voxel;
+   * or why there are no voxels. */
+  const io::CompressionStatus& status;
+  const io::VoxelFrame& voxels; ///< denoised; empty unless the status is Ok
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief True to request an I-frame from the sender of the stream, by CloudSender,

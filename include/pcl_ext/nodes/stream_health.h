@@ -106,14 +106,18 @@ struct StreamHealth {
   bool lacks_voxels = false;    ///< no frame was decoded since the last drop
   std::size_t i_frame_requests = 0; ///< frames whose wants_i_frame was set
   std::uint64_t bytes = 0;          ///< of all frames received
-  std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
-  std::size_t kept_voxels = 0;      ///< of these: after denoising
-  double resolution = 0.0;          ///< edge of these, metres; 0: no frame was decoded
+  /** \brief Of the last decoded frame, before denoising; points, if it has no voxels. */
+  std::size_t voxels = 0;
+  std::size_t kept_voxels = 0; ///< of these: after denoising
+  double resolution = 0.0;     ///< edge of these, metres; 0: no frame was decoded
   bool has_intensities = true; ///< the last decoded frame; else no threshold has effect
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
   /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without
    * setOutlierRemoval(). */
   OutlierRemovalStatus outlier_removal;
+  /** \brief Points of scans that were left out when they got voxels, as they are outside
+   * the grid; see io::FramePoints::outside_grid. */
+  std::size_t points_outside_grid = 0;
   /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
    * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;

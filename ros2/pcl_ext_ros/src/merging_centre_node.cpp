@@ -297,6 +297,8 @@ private:
       return; // it was removed
     if (frame.wants_i_frame)
       stream->requestIFrame();
+    if (frame.status.hasWarning())
+      failures_.warn("A frame of " + stream->topic() + ": " + frame.status.message());
     if (!frame.status.ok())
       failures_.warn("A frame of " + stream->topic() +
                      " is not decoded: " + frame.status.message());

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -23,13 +24,14 @@ struct EffortTrial {
 
 /** \brief A stream with voxels of one edge. */
 struct EdgeTrial {
-  double edge = 0.0; ///< metres
-  double points_a_voxel = 0.0;
-  double holes = 0.0; ///< share of the surfaces' points, 0 to 1
+  double edge = 0.0;           ///< metres
+  double points_a_voxel = 0.0; ///< 0: all points are in order, without voxels
+  double holes = 0.0;          ///< share of the surfaces' points, 0 to 1
   std::optional<double>
       noise; ///< share that would be removed, 0 to 1; none: not judged
   /** \brief By Effort; none: it was not tried. */
   std::array<std::optional<EffortTrial>, io::efforts.size()> efforts;
+  std::string points_outside_grid; ///< see describePointsOutsideGrid()
 };
 
 /** \brief What a choice must keep to. */

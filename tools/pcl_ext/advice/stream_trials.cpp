@@ -214,12 +214,16 @@ private:
       }
       trial.efforts[effort] =
           EffortTrial{8e-3 * frames.frame_bytes / trials.limits.period, frames.ms};
+      trial.points_outside_grid = describePointsOutsideGrid(frames.sums);
       trials.points = static_cast<double>(frames.sums.encoded_points) /
                       static_cast<double>(frames.sums.frames);
+      const EncodedSums& sums = frames.sums;
+      const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
       trial.points_a_voxel =
-          static_cast<double>(frames.sums.encoded_points) /
-          static_cast<double>(frames.sums.voxels + frames.sums.hidden_voxels -
-                              frames.sums.held_voxels);
+          occupied == 0
+              ? 0.0
+              : static_cast<double>(sums.encoded_points - sums.points_in_order) /
+                    static_cast<double>(occupied);
       return true;
     }
     catch (const UsageError&) {

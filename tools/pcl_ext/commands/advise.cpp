@@ -68,10 +68,11 @@ printTable(const StreamTrials& trials)
     const auto mark = [&](bool is_chosen) {
       return i == choice.edge && is_chosen ? " *" : "";
     };
-    measuring::MarkdownTable::Row row = {textOf(trial.edge) + mark(true),
-                                         formatted(trial.points_a_voxel, 1),
-                                         percent(trial.holes),
-                                         trial.noise ? percent(*trial.noise) : "-"};
+    measuring::MarkdownTable::Row row = {
+        textOf(trial.edge) + mark(true),
+        trial.points_a_voxel > 0.0 ? formatted(trial.points_a_voxel, 1) : "in order",
+        percent(trial.holes),
+        trial.noise ? percent(*trial.noise) : "-"};
     for (const auto& [effort, name] : io::efforts) {
       const auto& tried = trial.efforts[static_cast<std::size_t>(effort)];
       row.push_back(
@@ -272,12 +273,15 @@ advise(const AdviseOptions& options,
   const std::string fault = faultOf(trials, options.rate_text);
   if (!fault.empty())
     console.error(streams[number].name + ": " + fault);
+  const std::string& outside = trials.edges[trials.choice.edge].points_outside_grid;
+  if (!outside.empty())
+    console.error(outside);
   const std::string edge = textOf(trials.edges[trials.choice.edge].edge);
   const std::string effort = nameOf(io::efforts, trials.choice.effort);
   std::cout << "  " << printable(commandOf(options, streams, number, edge, effort))
             << "\n  " << printable(parametersOf(options.given, trials, edge, effort))
             << "\n\n";
-  return fault.empty();
+  return fault.empty() && outside.empty();
 }
 
 int

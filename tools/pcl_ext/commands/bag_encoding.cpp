@@ -362,7 +362,7 @@ BagEncoding::sumUp()
     const EncodedStreamReport& of_stream = stream.encoded.finish();
     summary_.failures += stream.failures;
     summary_.sums += stream.sums;
-    has_empty_stream_ |= !remarkOnStream(console_, options_.encoding, name, of_stream);
+    is_incomplete_ |= !remarkOnStream(console_, options_.encoding, name, of_stream);
     if (!stream.is_refused)
       summary_.streams.push_back(
           {name, stream.sums.frames, stream.sums.bytes, stream.failures});
@@ -405,8 +405,7 @@ BagEncoding::finish()
         describeBag(options_.output.path, summary_, options_.encoding, interruption));
   if (isInterrupted())
     return interrupted;
-  return summary_.failures > 0 || has_empty_stream_ || has_wrong_option ||
-                 !damage.empty()
+  return summary_.failures > 0 || is_incomplete_ || has_wrong_option || !damage.empty()
              ? something_failed
              : all_done;
 }

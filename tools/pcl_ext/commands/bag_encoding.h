@@ -138,7 +138,7 @@ private:
   std::shared_ptr<PlaceReader> other_reader_; // if they are left unread
   bool is_cut_ = false; // by an interruption before a cloud was read
   std::vector<std::shared_ptr<CloudInWork>> unused_; // so that their memory is reused
-  bool has_empty_stream_ = false;
+  bool is_incomplete_ = false;
   BagSummary summary_;
 };
 

@@ -92,7 +92,7 @@ public:
   {
     BenchmarkRow row = row_;
     row.points = encoder_.sums().points;
-    row.voxels = encoder_.sums().voxels;
+    row.voxels = encoder_.sums().voxels + encoder_.sums().points_in_order;
     return row;
   }
 
@@ -100,6 +100,13 @@ public:
   law() const
   {
     return encoder_.law();
+  }
+
+  /** \brief See describePointsOutsideGrid(). */
+  std::string
+  pointsOutsideGrid() const
+  {
+    return describePointsOutsideGrid(encoder_.sums());
   }
 
 private:
@@ -206,6 +213,10 @@ benchmark(BenchmarkOptions options)
         console.advance();
       }
       report.rows.push_back(measured.row());
+      if (const std::string outside = measured.pointsOutsideGrid(); !outside.empty()) {
+        console.error(outside);
+        has_failures = true;
+      }
       const std::string law = nameOf(measured.law());
       if (report.law.find(law) == std::string::npos)
         report.law += (report.law.empty() ? "" : " and ") + law;

@@ -129,7 +129,8 @@ printSizes(const BenchmarkReport& report, std::ostream& output)
   output << '\n';
   table.print(output);
   output
-      << "points, voxels, bytes: means of a frame. kbit/s: by the stamps of the "
+      << "points, voxels, bytes: means of a frame; of points in order, which have no "
+         "voxels, the points.\nkbit/s: by the stamps of the "
          "clouds.\nFewer clouds than frames are repeated, with the same noise again, "
          "which takes fewer bytes than new ones.\n";
   for (const BenchmarkRow& row : report.rows)

@@ -31,8 +31,8 @@ struct BenchmarkRow {
   std::string effort;
   std::size_t clouds = 0; ///< that are encoded in turn
   std::size_t frames = 0;
-  std::size_t points = 0; ///< finite ones
-  std::size_t voxels = 0;
+  std::size_t points = 0;  ///< finite ones
+  std::size_t voxels = 0;  ///< of scans, which have none, the points
   std::size_t removed = 0; ///< voxels, by the filter
   std::size_t bytes = 0;
   double period = 0.0; ///< see HeldClouds

@@ -8,6 +8,7 @@
 #include "measuring/markdown_table.h"
 #include "options/decoding_options.h"
 #include "options/options.h"
+#include "options/setting_options.h"
 #include "outputs/cloud_folder.h"
 #include "outputs/decoded_bag.h"
 #include "outputs/output_path.h"
@@ -92,6 +93,9 @@ public:
     remarkOnMemory(options_.decoding.limits, console_);
     for (const std::string& place : input_.damage())
       console_.error(place);
+    if (outside_grid_ > 0)
+      console_.error(first_outside_grid_ + "; in all frames " +
+                     counted(outside_grid_, "point"));
     for (const StreamDecoder& decoder : decoders_)
       if (const std::string remark = decoder.remark(); !remark.empty())
         console_.remark(remark);
@@ -101,7 +105,8 @@ public:
     printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
     if (isInterrupted())
       return interrupted;
-    return lost_ > 0 || !input_.damage().empty() ? something_failed : all_done;
+    return lost_ + outside_grid_ > 0 || !input_.damage().empty() ? something_failed
+                                                                 : all_done;
   }
 
 private:
@@ -137,10 +142,13 @@ private:
     std::string failure;
     const auto read = input_.read(item, frame_);
     if (input_.size() == 1)
-      console_.status("decoding " + counted(frame_.description.voxels, "voxel"));
+      console_.status("decoding " +
+                      counted(frame_.description.voxels,
+                              frame_.description.has_points ? "point" : "voxel"));
+    io::CompressionStatus status;
     if (!read.ok())
       failure = read.message();
-    else if (const auto status = decoder.decode(frame_); !status.ok())
+    else if (status = decoder.decode(frame_); !status.ok())
       failure = reasonOf(status);
     if (!item.is_wanted)
       return;
@@ -153,6 +161,10 @@ private:
       return;
     }
     ++frames_;
+    if (status.hasWarning() && outside_grid_ == 0)
+      first_outside_grid_ = input_.nameOf(item.stream) + ", frame " +
+                            std::to_string(item.number) + ": " + messageOf(status);
+    outside_grid_ += decoder.voxels().points.outside_grid;
     decoded_ += decoder.decodedVoxels();
     removed_ += decoder.decodedVoxels() - decoder.voxels().size();
     toCloud(decoder.voxels(), cloud_);
@@ -231,6 +243,8 @@ private:
   std::size_t removed_ = 0; // of these
   std::size_t other_messages_ = 0;
   std::size_t lost_ = 0;
+  std::size_t outside_grid_ = 0; // points without a voxel
+  std::string first_outside_grid_;
 };
 
 constexpr std::array<NamedValue<CloudFormat>, 3> pcd_formats = {

@@ -15,7 +15,9 @@ remarkOnStream(Console& console,
                const EncodedStreamReport& report)
 {
   const EncodedSums& sums = report.sums;
-  if (sums.warnings > 0)
+  if (sums.points_outside_grid > 0)
+    console.error(describePointsOutsideGrid(sums));
+  if (sums.warnings > 0 && sums.first_warning != sums.first_without_them)
     console.remark(
         sums.first_warning +
         (sums.warnings > 1
@@ -45,7 +47,7 @@ remarkOnStream(Console& console,
   }
   if (!report.why_nothing.empty())
     console.error(report.why_nothing);
-  return report.why_nothing.empty();
+  return report.why_nothing.empty() && sums.points_outside_grid == 0;
 }
 
 void

@@ -13,7 +13,7 @@ namespace pcl_ext {
 namespace tools {
 
 /** \brief Prints what is to be known of a stream that was encoded.
- * \return false if nothing of it was encoded
+ * \return false if nothing of it was encoded, or points are outside the grid of voxels
  */
 bool
 remarkOnStream(Console& console,

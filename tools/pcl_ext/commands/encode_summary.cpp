@@ -17,6 +17,33 @@ using measuring::formatted;
 
 namespace {
 
+/** \brief How many points are in order, and how many in voxels. */
+std::string
+describePoints(const EncodedSums& sums, double resolution)
+{
+  std::ostringstream edge;
+  edge << resolution;
+  if (constexpr double tolerance = 1.0 + 1e-6;
+      sums.largest_edge > tolerance * resolution)
+    edge << " m to " << sums.largest_edge;
+  const std::size_t in_voxels = sums.encoded_points - sums.points_in_order;
+  std::string text;
+  if (sums.points_in_order > 0)
+    text = counted(sums.points_in_order, "point") + " " + sums.order +
+           (in_voxels > 0 ? ", and " : ", edge " + edge.str() + " m");
+  if (sums.points_in_order > 0 && in_voxels == 0)
+    return text;
+  text += counted(in_voxels, "point") + " in " + counted(sums.voxels, "voxel") +
+          " of " + edge.str() + " m";
+  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
+  if (occupied > 0)
+    text +=
+        " (" +
+        formatted(static_cast<double>(in_voxels) / static_cast<double>(occupied), 1) +
+        " points a voxel)";
+  return text;
+}
+
 /** \brief What was encoded.
  * \param[in] bytes_a_second what all streams take together; 0: unknown
  */
@@ -25,30 +52,21 @@ describeEncoded(const EncodedSums& sums,
                 const EncodingOptions& options,
                 double bytes_a_second)
 {
-  std::ostringstream edge;
-  edge << options.codec().resolution;
   const auto encoded_points = static_cast<double>(sums.encoded_points);
-  std::string text = counted(sums.encoded_points, "point") + " in " +
-                     counted(sums.voxels, "voxel") + " of " + edge.str() + " m";
-  if (constexpr double tolerance = 1.0 + 1e-6;
-      sums.largest_edge > tolerance * options.codec().resolution) {
-    std::ostringstream largest;
-    largest << sums.largest_edge;
-    text += " to " + largest.str() + " m";
-  }
-  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
-  if (occupied > 0)
-    text += " (" + formatted(encoded_points / static_cast<double>(occupied), 1) +
-            " points a voxel)";
+  std::string text = describePoints(sums, options.codec().resolution);
   if (sums.clouds_left_out > 0)
     text += ", " + counted(sums.clouds_left_out, "cloud") + " left out for --max-rate";
   if (sums.all_points > sums.points)
     text += ", " + counted(sums.all_points - sums.points, "point") +
             " left out as not finite";
-  if (const std::size_t kept = sums.points - sums.point_outliers;
+  if (sums.points_outside_grid > 0)
+    text += ", " + counted(sums.points_outside_grid, "point") +
+            " left out outside the grid of voxels";
+  if (const std::size_t kept =
+          sums.points - sums.point_outliers - sums.points_outside_grid;
       kept > sums.encoded_points)
     text += ", " + counted(kept - sums.encoded_points, "point") +
-            " left out beyond box or grid";
+            " left out outside the box";
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
     text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";
@@ -65,6 +83,7 @@ describeEncoded(const EncodedSums& sums,
             counted(sums.judged_points, "point") +
             " removed as outliers by a lidar's rays";
   if (options.removesOutliers() && (sums.judged_by != 0 || sums.judged_points == 0)) {
+    const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
             counted(sums.outliers + occupied, "voxel") + " removed as outliers";
     const char* separator = ", judged by ";
@@ -133,6 +152,7 @@ toJson(const std::vector<std::string>& inputs,
                {"frames", summary.sums.frames},
                {"frame_bytes", summary.sums.bytes},
                {"failures", summary.failures},
+               {"points_outside_grid", summary.sums.points_outside_grid},
                {"streams", Json::array()},
                {"errors", Json::array()}};
   for (const std::string& input : inputs)

@@ -121,7 +121,7 @@ summarize(RecordingInput& input, const std::vector<StreamFigures>& streams)
   return summary;
 }
 
-/** \brief What the voxels have besides their place. */
+/** \brief What voxels or points have besides their place. */
 std::string
 describeAttributes(const StreamFigures& stream)
 {
@@ -133,12 +133,10 @@ describeAttributes(const StreamFigures& stream)
     add("intensity " + std::to_string(stream.intensity_bits) + " bits");
   if (stream.colour_bits > 0)
     add("colours " + std::to_string(stream.colour_bits) + " bits");
-  if (stream.has_point_counts)
+  if (stream.scan.width > 0)
+    add("points " + inOrder(stream.scan, stream.is_organised));
+  else if (stream.has_point_counts)
     add("numbers of points");
-  if (stream.image.width > 0)
-    add((stream.is_organised ? "rows and columns of " : "rays of ") +
-        std::to_string(stream.image.width) + " x " +
-        std::to_string(stream.image.height) + " points");
   for (const io::FieldDescription& field : stream.fields)
     add("field " + printable(field.name));
   return text.empty() ? "-" : text;
@@ -159,11 +157,12 @@ printStreams(const std::vector<StreamFigures>& streams)
                        "lost",
                        "rate Hz",
                        "voxels",
+                       "points",
                        "bytes",
-                       "bytes/voxel",
+                       "bytes each",
                        "edge m",
                        "format",
-                       "voxels have",
+                       "with",
                        "frame_id"});
   for (const StreamFigures& stream : streams) {
     std::string edge = "-";
@@ -175,15 +174,15 @@ printStreams(const std::vector<StreamFigures>& streams)
     std::string coding = nameOf(io::stream_formats, stream.format);
     if (stream.format == io::StreamFormat::Version1)
       coding += std::string(" ") + nameOf(io::efforts, stream.effort);
-    const double bytes_per_voxel = stream.bytesPerVoxel();
     table.addRow({printable(stream.name),
                   whole(static_cast<double>(stream.frames)),
                   whole(static_cast<double>(stream.i_frames)),
                   whole(static_cast<double>(stream.missing + stream.unreadable)),
                   orDash(stream.rate(), 1),
                   orDash(stream.meanVoxels(), 0),
+                  orDash(stream.meanPointsInOrder(), 0),
                   whole(stream.meanBytes()),
-                  orDash(bytes_per_voxel, 3),
+                  orDash(stream.bytesOfEach(), 3),
                   edge,
                   coding,
                   describeAttributes(stream),
@@ -191,8 +190,9 @@ printStreams(const std::vector<StreamFigures>& streams)
   }
   table.print(std::cout);
   std::cout
-      << "voxels, bytes: means of a frame. lost: missing by the frames' numbers, or "
-         "unreadable.\n";
+      << "voxels, bytes: means of a frame; points: in order, of frames that have these "
+         "and no voxels.\nbytes each: of a voxel or such a point. lost: missing by the "
+         "frames' numbers, or unreadable.\n";
 }
 
 void
@@ -225,7 +225,7 @@ printTable(const std::string& name,
 nlohmann::ordered_json
 toJson(const StreamFigures& stream)
 {
-  const double bytes_per_voxel = stream.bytesPerVoxel();
+  const double bytes_of_each = stream.bytesOfEach();
   nlohmann::ordered_json json = {{"name", stream.name},
                                  {"frames", stream.frames},
                                  {"i_frames", stream.i_frames},
@@ -239,8 +239,9 @@ toJson(const StreamFigures& stream)
   json["bytes"] = stream.bytes;
   json["mean_frame_bytes"] = stream.meanBytes();
   json["mean_frame_voxels"] = stream.meanVoxels();
-  if (bytes_per_voxel > 0.0)
-    json["bytes_per_voxel"] = bytes_per_voxel;
+  json["mean_frame_points_in_order"] = stream.meanPointsInOrder();
+  if (bytes_of_each > 0.0)
+    json[stream.voxels == 0 ? "bytes_per_point" : "bytes_per_voxel"] = bytes_of_each;
   json["resolution_m"] = stream.resolution;
   json["has_one_resolution"] = stream.has_one_resolution;
   json["format"] = nameOf(io::stream_formats, stream.format);
@@ -249,9 +250,9 @@ toJson(const StreamFigures& stream)
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;
   json["has_point_counts"] = stream.has_point_counts;
-  json["image"] = {{"width", stream.image.width},
-                   {"height", stream.image.height},
-                   {"is_organised", stream.is_organised}};
+  json["scan"] = {{"width", stream.scan.width},
+                  {"height", stream.scan.height},
+                  {"is_organised", stream.is_organised}};
   json["fields"] = nlohmann::ordered_json::array();
   for (const io::FieldDescription& field : stream.fields)
     json["fields"].push_back({{"name", printable(field.name)},

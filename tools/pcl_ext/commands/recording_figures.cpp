@@ -24,7 +24,11 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
   if (figures.frame_id.empty())
     figures.frame_id = frame.frame_id;
   figures.i_frames += header.is_i_frame ? 1 : 0;
-  if (header.format == io::StreamFormat::Version1 || header.is_i_frame) {
+  if (header.has_points) {
+    ++figures.frames_in_order;
+    figures.points_in_order += header.points;
+  }
+  else if (header.format == io::StreamFormat::Version1 || header.is_i_frame) {
     ++figures.frames_with_voxels;
     figures.voxels += header.voxels;
   }
@@ -39,7 +43,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.colour_bits = header.colour_bits;
     figures.has_point_counts = header.has_point_counts;
     figures.fields = header.fields;
-    figures.image = header.image;
+    figures.scan = header.scan;
     figures.is_organised = header.is_organised;
   }
   figures.has_one_resolution &= figures.resolution == resolution;

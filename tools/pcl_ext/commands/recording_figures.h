@@ -28,6 +28,8 @@ struct StreamFigures {
    * I-frames alone. */
   std::size_t frames_with_voxels = 0;
   std::uint64_t voxels = 0;
+  std::size_t frames_in_order = 0; ///< scans, which have points and no voxels
+  std::uint64_t points_in_order = 0;
   double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
   bool has_one_resolution = true;
   io::StreamFormat format = io::StreamFormat::Version1;
@@ -36,7 +38,7 @@ struct StreamFigures {
   unsigned int colour_bits = 0;
   bool has_point_counts = false;
   std::vector<io::FieldDescription> fields;
-  io::ImageSize image;
+  io::ImageSize scan; ///< size of it
   bool is_organised = false;
   std::string frame_id;
   std::size_t missing = 0;    ///< by the numbers of the frames
@@ -72,13 +74,24 @@ struct StreamFigures {
     return read == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(read);
   }
 
-  /** \brief Bytes per voxel; 0: unknown, as not all frames tell their voxels. */
+  /** \brief Mean of the scans. */
   double
-  bytesPerVoxel() const
+  meanPointsInOrder() const
   {
-    return voxels == 0 || frames_with_voxels < frames - unreadable
+    return frames_in_order == 0 ? 0.0
+                                : static_cast<double>(points_in_order) /
+                                      static_cast<double>(frames_in_order);
+  }
+
+  /** \brief Bytes per voxel, or point of a scan; 0: unknown, as not all frames tell how
+   * many they have. */
+  double
+  bytesOfEach() const
+  {
+    const std::uint64_t all = voxels + points_in_order;
+    return all == 0 || frames_with_voxels + frames_in_order < frames - unreadable
                ? 0.0
-               : static_cast<double>(bytes) / static_cast<double>(voxels);
+               : static_cast<double>(bytes) / static_cast<double>(all);
   }
 };
 

@@ -187,9 +187,13 @@ private:
     if (clouds.blockedClouds() > 0)
       console_.error(counted(clouds.blockedClouds(), "cloud") +
                      " left out, as the server took none for a while");
+    const std::vector<std::string> outside = clouds.pointsOutsideGrid();
+    for (const std::string& points : outside)
+      console_.error(points);
     if (clouds.frames() == 0 && !isInterrupted())
       throw std::runtime_error("no cloud could be encoded");
     has_failed_ =
+        !outside.empty() ||
         clouds.failedClouds() + clouds.lateClouds() + clouds.blockedClouds() > 0 ||
         !input->damage().empty();
     summarise(output);

@@ -86,7 +86,9 @@ private:
   {
     const auto status = input_.read(item, frame_);
     if (input_.size() == 1)
-      console_.status("decoding " + counted(frame_.description.voxels, "voxel"));
+      console_.status("decoding " +
+                      counted(frame_.description.voxels,
+                              frame_.description.has_points ? "point" : "voxel"));
     const std::size_t missing = gaps_[item.stream].missingBefore(frame_.description);
     if (!status.ok()) {
       loseFrame(item, status.message());

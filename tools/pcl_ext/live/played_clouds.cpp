@@ -56,6 +56,16 @@ PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
   output.end();
 }
 
+std::vector<std::string>
+PlayedClouds::pointsOutsideGrid() const
+{
+  std::vector<std::string> sentences;
+  for (const Stream& stream : streams_)
+    if (stream.encoder.sums().points_outside_grid > 0)
+      sentences.push_back(describePointsOutsideGrid(stream.encoder.sums()));
+  return sentences;
+}
+
 void
 PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
 {

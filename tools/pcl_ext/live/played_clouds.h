@@ -83,6 +83,11 @@ public:
     return blocked_clouds_;
   }
 
+  /** \brief What is to be known of points that are outside the grid of voxels, a sentence
+   * for each stream that has some. After run(). */
+  std::vector<std::string>
+  pointsOutsideGrid() const;
+
 private:
   struct Stream {
     Stream(const EncodingOptions& options, const std::string& name)

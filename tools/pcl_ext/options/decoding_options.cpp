@@ -23,7 +23,8 @@ addLimits(CLI::App& app, io::DecoderLimits& limits)
            limits.max_voxels = voxels;
            limits.free_voxels = most;
          },
-         "refuse frames with more (2^28; above 2^23 a byte for 64 of them)")
+         "refuse frames with more, or more points in order (2^28; above 2^23 a byte "
+         "for 64 of them)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))
       ->type_name("N");
   addParsed(app,

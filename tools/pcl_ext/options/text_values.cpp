@@ -265,6 +265,14 @@ parseBytes(const std::string& option, const std::string& text)
 }
 
 std::string
+inOrder(const io::ImageSize& size, bool is_organised)
+{
+  const std::string text =
+      std::to_string(size.width) + " x " + std::to_string(size.height);
+  return is_organised ? "in order, " + text : "in order, on " + text + " rays";
+}
+
+std::string
 counted(std::size_t count, const std::string& noun)
 {
   return measuring::formatted(static_cast<double>(count), 0) + ' ' + noun +

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/rigid_pose.h>
 
@@ -90,6 +91,14 @@ struct FrameRange {
 /** \brief A number of things: "1 frame", "1,234 frames". */
 std::string
 counted(std::size_t count, const std::string& noun);
+
+/** \brief What the points of a scan are: "in order, 640 x 480", which is the size of the
+ * cloud, or "in order, on 1800 x 16 rays".
+ * \param[in] size of the scan
+ * \param[in] is_organised whether the cloud has its rows and columns
+ */
+std::string
+inOrder(const io::ImageSize& size, bool is_organised);
 
 /** \brief Reads A:B, either of which may be left out; N alone is that frame.
  * \throws UsageError, also if the range is empty

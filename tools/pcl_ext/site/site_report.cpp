@@ -82,7 +82,12 @@ reportDecoded(const SiteFigures& figures, Console& console)
       console.error(stream.name + ": " + counted(stream.frames_refused, "frame") +
                     " refused, as this machine is too slow to decode them");
     }
-    is_whole &= stream.frames_failed + stream.frames_refused == 0;
+    if (stream.points_outside_grid > 0)
+      console.error(stream.name + ": " + counted(stream.points_outside_grid, "point") +
+                    " left out, as outside the grid of voxels of their frames: encode "
+                    "with a larger --resolution");
+    is_whole &=
+        stream.frames_failed + stream.frames_refused + stream.points_outside_grid == 0;
   }
   const std::string slowness = slownessOf(figures.merged, figures.has_slow_effort);
   for (const auto& [name, missing] : figures.missing) {

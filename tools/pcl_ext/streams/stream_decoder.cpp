@@ -4,6 +4,7 @@
 #include "console/exit_status.h"
 #include "inputs/stream_metadata.h"
 #include "options/text_values.h"
+#include "voxels/point_voxels.h"
 
 #include <algorithm>
 #include <array>
@@ -160,7 +161,7 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
     if (!options_.removes_outliers)
       decoded_voxels_ = voxels_.size() + removed;
   }
-  return status;
+  return io::statusOfVoxels(voxels_);
 }
 
 std::optional<DensityUnit>

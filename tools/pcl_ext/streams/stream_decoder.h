@@ -64,7 +64,9 @@ public:
                 const DecodingOptions& options,
                 io::VoxelFrame& voxels);
 
-  /** \brief Decodes the next frame. */
+  /** \brief Decodes the next frame.
+   * \return with a warning if points have no voxel, which filters need
+   */
   io::CompressionStatus
   decode(const recording::RecordedFrame& frame);
 

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "streams/stream_encoder.h"
 
+#include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
@@ -55,6 +56,9 @@ EncodedSums::operator+=(const EncodedSums& part)
   all_points += part.all_points;
   points += part.points;
   encoded_points += part.encoded_points;
+  points_in_order += part.points_in_order;
+  if (order.empty())
+    order = part.order;
   voxels += part.voxels;
   outliers += part.outliers;
   judged_by |= part.judged_by;
@@ -68,7 +72,22 @@ EncodedSums::operator+=(const EncodedSums& part)
   if (warnings == 0)
     first_warning = part.first_warning;
   warnings += part.warnings;
+  if (frames_without_them == 0)
+    first_without_them = part.first_without_them;
+  points_outside_grid += part.points_outside_grid;
+  frames_without_them += part.frames_without_them;
   return *this;
+}
+
+std::string
+describePointsOutsideGrid(const EncodedSums& sums)
+{
+  if (sums.frames_without_them < 2)
+    return sums.first_without_them;
+  return sums.first_without_them + " (" +
+         counted(sums.frames_without_them - 1, "more frame") + " likewise, in all " +
+         counted(sums.points_outside_grid, "point") + " of " +
+         counted(sums.points, "point") + ")";
 }
 
 StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
@@ -129,13 +148,22 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        "'; all points of a stream are in one coordinate frame, '" +
                        frame_id_ + "'";
   if (sums_.encoded_points == 0)
-    noteUnit(cloud, statistics.frame.voxelization, source);
+    noteUnit(cloud, statistics.frame, source);
   EncodedSums sums = sumsOf(statistics, bytes.size());
+  if (sums.points_in_order > 0 && sums_.order.empty()) {
+    const io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
+    if (frame.is_i_frame)
+      sums.order = inOrder(frame.scan, frame.is_organised);
+  }
   sums.point_bytes = sums.encoded_points * encoded.point_step;
   // What the rate control changes is told at the end.
   if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {
     sums.warnings = 1;
     sums.first_warning = source + ": " + messageOf(status);
+  }
+  if (sums.points_outside_grid > 0) {
+    sums.frames_without_them = 1;
+    sums.first_without_them = source + ": " + messageOf(status);
   }
   last_cloud_ = sums;
   sums_ += last_cloud_;
@@ -155,7 +183,8 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.all_points = points.points;
   sums.points = points.points - points.points_not_finite;
   sums.encoded_points = frame.voxelization.points_used;
-  sums.voxels = frame.coding.voxels;
+  sums.points_outside_grid = frame.voxelization.points_outside_grid;
+  (frame.coding.has_points ? sums.points_in_order : sums.voxels) = frame.coding.voxels;
   sums.outliers = statistics.outliers_removed;
   if (statistics.judged_points)
     sums.judged_points = sums.points;
@@ -166,8 +195,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.held_voxels = frame.voxels_held;
   sums.moving_frames = frame.sensor_motion == io::SensorMotion::Moving ? 1 : 0;
   sums.bytes = bytes;
-  if (statistics.rate_control.is_on)
-    sums.largest_edge = frame.voxelization.resolution;
+  sums.largest_edge = frame.voxelization.resolution;
   return sums;
 }
 
@@ -182,8 +210,10 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
     return;
   node_->requestIFrame();
   throw std::runtime_error(
-      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
-      counted(statistics.frame.coding.bytes, "byte") +
+      "the frame has " +
+      counted(statistics.frame.coding.voxels,
+              statistics.frame.coding.has_points ? "point" : "voxel") +
+      " in " + counted(statistics.frame.coding.bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
       (options_.codec().keep_point_counts ? ", or leave out --keep-point-counts" : "") +
@@ -212,23 +242,25 @@ StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
 
 void
 StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
-                        const io::VoxelizationStatistics& statistics,
+                        const io::FrameStatistics& statistics,
                         const std::string& source)
 {
   // No sensor of this kind sees as far in metres, and points of one in millimetres are a
   // millimetre apart or more.
   constexpr float suspect_width = 1000.0f;
   constexpr std::size_t enough_points = 100;
-  if (statistics.points_used < enough_points ||
-      statistics.voxels < statistics.points_used - statistics.points_used / 50)
+  const std::size_t points = statistics.voxelization.points_used;
+  const bool has_points = statistics.coding.has_points;
+  if (points < enough_points ||
+      (!has_points && statistics.voxelization.voxels < points - points / 50))
     return;
   Eigen::Vector4f min;
   Eigen::Vector4f max;
   if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
     unit_remark_ = source + ": its points are between " + corner(min) + " and " +
                    corner(max) +
-                   ", and hardly two of them in a voxel: if that is in millimetres, "
-                   "--resolution 10 makes voxels of 1 cm";
+                   (has_points ? "" : ", and hardly two of them in a voxel") +
+                   ": if that is in millimetres, --resolution 10 is 1 cm";
 }
 
 void

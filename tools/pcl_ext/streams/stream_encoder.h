@@ -21,10 +21,12 @@ namespace tools {
 struct EncodedSums {
   std::size_t frames = 0;
   std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
-  double largest_edge = 0.0;       ///< of voxels, metres
+  double largest_edge = 0.0;       ///< that was used, metres
   std::size_t all_points = 0;      ///< of the clouds
   std::size_t points = 0;          ///< finite ones of these
-  std::size_t encoded_points = 0;  ///< in voxels
+  std::size_t encoded_points = 0;  ///< in frames
+  std::size_t points_in_order = 0; ///< of these: in scans, which have no voxels
+  std::string order;               ///< of the first scan: see inOrder()
   std::size_t voxels = 0;
   std::size_t outliers = 0; ///< voxels that --remove-outliers removed
   /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
@@ -36,13 +38,21 @@ struct EncodedSums {
   std::size_t moving_frames =
       0; ///< of a sensor that moves, which it leaves as they are
   std::size_t bytes = 0;
-  std::size_t point_bytes = 0; ///< of encoded points in the clouds
-  std::size_t warnings = 0;    ///< frames with one
-  std::string first_warning;   ///< with its frame
+  std::size_t point_bytes = 0;         ///< of encoded points in the clouds
+  std::size_t warnings = 0;            ///< frames with one
+  std::string first_warning;           ///< with its frame
+  std::size_t points_outside_grid = 0; ///< of voxels, and so left out
+  std::size_t frames_without_them = 0; ///< from which they are left out
+  std::string first_without_them;      ///< the warning of the first such frame
 
   EncodedSums&
   operator+=(const EncodedSums& part);
 };
+
+/** \brief A sentence on points that were left out, as they are outside the grid of
+ * voxels; empty if none were. */
+std::string
+describePointsOutsideGrid(const EncodedSums& sums);
 
 /** \brief Encodes the clouds of a stream. */
 class StreamEncoder {
@@ -179,7 +189,7 @@ private:
 
   void
   noteUnit(const pcl::PCLPointCloud2& cloud,
-           const io::VoxelizationStatistics& statistics,
+           const io::FrameStatistics& statistics,
            const std::string& source);
 
   void

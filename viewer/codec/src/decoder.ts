@@ -54,7 +54,8 @@ export class Decoder {
 
   /** Decodes the first frame found in some bytes. Bytes before it are skipped and counted.
    * @param frame bytes, of which those after the first frame are not read
-   * @returns the voxels, or why there are none; and the number of bytes after which the next
+   * @returns the voxels, or why there are none, or with a message in an Ok status how many points
+   *   were left out, as they are outside the grid of voxels; and the number of bytes after which the next
    *   call may continue: the end of the frame, or after a failure where another frame may
    *   begin, which is above 0 if there are bytes. Codes: status.code "MissingReference" until the
    *   next I-frame after a lost frame, "OldFrame" for a late or repeated one, "Corrupt",

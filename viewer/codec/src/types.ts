@@ -76,9 +76,10 @@ export class CodecError extends Error {
 export interface DecoderLimits {
   /** Bytes of one frame, and bytes skipped while looking for one. Default: 2^28. */
   readonly maxFrameBytes?: number;
-  /** Voxels of one frame. Default: 2^26, at most 2^28. */
+  /** Voxels of one frame, or points of one that has these in order. Default: 2^26, at most 2^28. */
   readonly maxVoxels?: number;
-  /** Points of one frame, where voxels have numbers of points. Default: 2^30; above
+  /** Points of one frame, where voxels have numbers of points, or rows * columns of one that has
+   * its points in order. Default: 2^30; above
    * 16 `maxVoxels` counts as that. */
   readonly maxPoints?: number;
   /** Values of the fields of one frame, of eight bytes each. Default: 2^30. */
