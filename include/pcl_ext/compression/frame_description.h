@@ -19,10 +19,10 @@ namespace io {
 /** \addtogroup io
  * @{ */
 
-/** \brief Bytes that hold the header of any frame: 8192, and 38 for each of the rows, of
- * which there are 65,536 at most, of the scan of a lidar. With 128 rows 13,056 bytes are
+/** \brief Bytes that hold the header of any frame: 8192, and 41 for each of the rows, of
+ * which there are 65,536 at most, of the scan of a lidar. With 128 rows 13,440 bytes are
  * enough. */
-constexpr std::size_t most_frame_header_bytes = 8192 + 38 * 65536;
+constexpr std::size_t most_frame_header_bytes = 8192 + 41 * 65536;
 
 /** \brief What the header of a frame tells without the frames before it. */
 struct FrameDescription {
@@ -48,7 +48,9 @@ struct FrameDescription {
   unsigned int colour_bits = 0;         ///< I-frames only; 0: no colours
   bool has_point_counts = false;        ///< I-frames only
   std::vector<FieldDescription> fields; ///< I-frames only
-  ImageSize scan;            ///< size of a scan: columns, rows; I-frames only
+  /** \brief Columns and rows of a scan, of one without rays its points and 1; I-frames
+   * only. */
+  ImageSize scan;
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one

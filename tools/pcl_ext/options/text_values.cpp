@@ -269,7 +269,9 @@ inOrder(const io::ImageSize& size, bool is_organised)
 {
   const std::string text =
       std::to_string(size.width) + " x " + std::to_string(size.height);
-  return is_organised ? "in order, " + text : "in order, on " + text + " rays";
+  if (is_organised)
+    return "in order, " + text;
+  return size.height > 1 ? "in order, on " + text + " rays" : "in order";
 }
 
 std::string
