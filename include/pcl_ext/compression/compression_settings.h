@@ -179,11 +179,11 @@ struct StreamSettings {
 
   /** \brief Keep all points, so that a decoded cloud has as many as the encoded one.
    *
-   * A cloud that has the order of a sensor, see PointView::image, is coded as a scan
-   * where that takes at most 5 % more bytes than voxels do. Its points come back in the
-   * order of the cloud, each coordinate within half an edge, with intensities and
-   * colours of their own. For intensities of sums, and where noise is removed, there
-   * are voxels only.
+   * A cloud is coded as a scan where that takes hardly more bytes than voxels do, at most
+   * 5 % and 256. Its points come back in the order of the cloud, those of a lidar whose
+   * points do not come as its lasers fire row by row; each coordinate within half an
+   * edge, with intensities and colours of their own. For intensities of sums, and where
+   * noise is removed, there are voxels only.
    *
    * Otherwise the number of points of each voxel is coded: each of them comes back at
    * its voxel's centre, and with its voxel's intensity, which for sums is that of all

@@ -93,7 +93,7 @@ std::string
 counted(std::size_t count, const std::string& noun);
 
 /** \brief What the points of a scan are: "in order, 640 x 480", which is the size of the
- * cloud, or "in order, on 1800 x 16 rays".
+ * cloud, "in order, on 1800 x 16 rays", or "in order".
  * \param[in] size of the scan
  * \param[in] is_organised whether the cloud has its rows and columns
  */
