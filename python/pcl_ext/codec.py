@@ -133,12 +133,13 @@ class Encoder:
     colour_bits : int
         Bits of a colour channel, 1 to 8; 0: none. Without effect on clouds without colours.
     keep_point_counts : bool
-        Keep all points. Clouds that have the order of a sensor come back in it, each
-        coordinate within half the edge and with intensities and colours of their own,
-        where that takes at most 5 % more bytes: those with rows and columns, with a
-        field ring, whether it is kept or not, or with points at the elevations of a
-        lidar's lasers. Of others as many points as there were are at the centre of each
-        voxel.
+        Keep all points. They come back in their order, each coordinate within half the
+        edge and with intensities and colours of their own, where that takes at most 5 %
+        and 256 bytes more; those of a lidar with a field ring, channel or line may come
+        row by row. Else as many points as there were are at the centre of each voxel.
+    keep_order : bool
+        Keep the order of the points, and rows and columns, whatever bytes that takes;
+        only with `keep_point_counts`.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
@@ -222,6 +223,7 @@ class Encoder:
         depth_law: Optional[Tuple[int, float, float]] = None,
         colour_bits: int = 6,
         keep_point_counts: bool = False,
+        keep_order: bool = False,
         fields: Fields = (),
         coarsen_wide_clouds: bool = False,
         use_coordinate_step: bool = False,

@@ -92,7 +92,7 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
       fields += (fields.empty() ? "" : ", ") + field.name.substr(0, longest_name);
   if (count > most_named)
     fields += ", ...";
-  const std::string order = cloud.height <= 1 ? ""
+  const std::string order = cloud.height <= 1 || settings.compression.keep_order ? ""
                             : settings.compression.keep_point_counts
                                 ? "the rows and columns of the points are kept only "
                                   "where that takes hardly more bytes"

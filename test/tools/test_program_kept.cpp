@@ -97,6 +97,35 @@ TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
   EXPECT_LT(removed, 4000u);
 }
 
+TEST_F(ProgramKept, OrderIfThatIsAskedFor)
+{
+  // In no order, so that voxels take fewer bytes.
+  std::mt19937_64 random(7);
+  pcl::PointCloud<pcl::PointXYZ> sent;
+  for (int i = 0; i < 3000; ++i)
+    sent.push_back({static_cast<float>(random() % 100) * 0.02f,
+                    static_cast<float>(random() % 100) * 0.02f,
+                    static_cast<float>(random() % 4) * 0.02f});
+  std::filesystem::create_directory(folder / "points");
+  ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "points/0.pcd", sent), 0);
+  const auto is_in_order = [&](const std::string& options, const std::string& out) {
+    const ProgramRun run = expectRun("encode points -o " + out + ".mcap -r 0.01 " +
+                                     "--keep-point-counts" + options);
+    EXPECT_EQ(hasPart(run.errors, "points in order"), !options.empty()) << run.errors;
+    expectRun("decode " + out + ".mcap -o " + out);
+    pcl::PointCloud<pcl::PointXYZ> back;
+    EXPECT_EQ(pcl::io::loadPCDFile(folder / (out + "/000000.pcd"), back), 0);
+    EXPECT_EQ(back.size(), sent.size());
+    for (std::size_t i = 0; i < std::min(back.size(), sent.size()); ++i)
+      if ((back[i].getVector3fMap() - sent[i].getVector3fMap())
+              .lpNorm<Eigen::Infinity>() > 0.0050001f)
+        return false;
+    return true;
+  };
+  EXPECT_FALSE(is_in_order("", "any"));
+  EXPECT_TRUE(is_in_order(" --keep-order", "kept"));
+}
+
 TEST_F(ProgramKept, ViewpointsOfPcdFiles)
 {
   const auto clouds = roomClouds(3);
