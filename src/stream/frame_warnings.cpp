@@ -189,18 +189,22 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                  "scale them before"
                : "the published layout has 0 to 255; scale them before, or use "
                  "version 1";
-  const std::string what = has_points ? "points" : "voxels";
+  // A warning that is not given takes no memory.
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
-       what + " have an intensity beyond the scale and were set to its end: ",
+       has_points
+           ? "points have an intensity beyond the scale and were set to its end: "
+           : "voxels have an intensity beyond the scale and were set to its end: ",
        text,
        remedy);
   // Some are lost to rounding in any case.
   if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
-         what + " have an intensity of less than half a step of the scale, which "
-                "became 0: ",
+         has_points ? "points have an intensity of less than half a step of the "
+                      "scale, which became 0: "
+                    : "voxels have an intensity of less than half a step of the "
+                      "scale, which became 0: ",
          text,
          is_published
              ? "the published layout has whole numbers of 0 to 255; scale them "

@@ -336,7 +336,7 @@ TEST_P(OrganisedClouds, AreScansWhereVoxelsWouldLeavePointsOut)
   // Most points are outside the lattice around that origin: voxels of the others would
   // take fewer bytes.
   EncoderSettings settings = fineSettings(GetParam());
-  settings.origin = {0x1p20 * settings.resolution + 0.4, 0.0, 0.0};
+  settings.origin = {0x1p20 * settings.resolution + 0.85, 0.0, 0.0};
   CloudEncoder encoder(settings, IntensityUnit::None);
   FrameDecoder decoder;
   decoder.setDecodesVoxels(false);

@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -260,7 +260,8 @@ StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
     unit_remark_ = source + ": its points are between " + corner(min) + " and " +
                    corner(max) +
                    (has_points ? "" : ", and hardly two of them in a voxel") +
-                   ": if that is in millimetres, --resolution 10 is 1 cm";
+                   ": if that is in millimetres, --resolution 10 makes " +
+                   (has_points ? "an edge of 1 cm" : "voxels of 1 cm");
 }
 
 void
