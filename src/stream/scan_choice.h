@@ -65,13 +65,6 @@ public:
     trial_.reset();
   }
 
-  /** \brief Ends a trial without a result, as settings change. */
-  void
-  forgetTrial()
-  {
-    trial_.reset();
-  }
-
 private:
   /** \brief What frames of one trial took so far. */
   struct Trial {
