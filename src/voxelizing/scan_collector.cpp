@@ -262,16 +262,24 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   scan.depths.clear();
   scan.turns.clear();
   scan.beside.clear();
+  scan.pixels.reserve(order_.size());
+  scan.depths.reserve(order_.size());
   ScanLocator locator(scan);
   const std::vector<std::int32_t>& turns = rays_.turns();
   const bool has_turns = !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
   const std::uint32_t width = scan.rayColumns();
-  for (const std::uint32_t point : order_)
-    if (!locator.append(pixels_[point] / width,
-                        pixels_[point] % width,
+  std::uint32_t row = 0;
+  std::uint32_t row_begin = 0;
+  for (const std::uint32_t point : order_) {
+    const std::uint32_t pixel = pixels_[point];
+    for (; pixel - row_begin >= width; row_begin += width)
+      ++row;
+    if (!locator.append(row,
+                        pixel - row_begin,
                         cloud_.positions[point],
                         has_turns ? turns[point] : 0))
       return false;
+  }
   return true;
 }
 

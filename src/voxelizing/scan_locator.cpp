@@ -14,6 +14,7 @@ namespace {
 
 /** \brief Units of an edge. */
 constexpr double edge_units = 0x1p32;
+constexpr std::int64_t edge_in_units = std::int64_t{1} << 32;
 
 /** \brief Places are nearer to the grid's lowest corner than 2^26 edges, so that there
  * are fewer than scan::most_steps between one and a ray. */
@@ -85,10 +86,12 @@ ScanLocator::append(std::uint32_t row,
   const std::uint32_t pixel = row * frame_.width + column + frame_.shiftOf(row);
   std::uint32_t depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
-  const bool is_at_sensor = !stepsBetween(sensor_, place, steps);
+  // Mostly one axis tells that it is not.
+  const bool is_at_sensor = std::abs(place[0] - sensor_[0]) <= edge_in_units &&
+                            !stepsBetween(sensor_, place, steps);
   if (frame_.rays.shape == scan::RayShape::Free) {
     depth = is_at_sensor && !frame_.isSequence() ? scan::at_sensor : 0;
-    if (!is_at_sensor)
+    if (stepsBetween(sensor_, place, steps))
       frame_.beside.push_back({pixel, steps});
   }
   else if (!is_at_sensor) {

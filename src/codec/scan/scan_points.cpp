@@ -83,13 +83,15 @@ sensorOf(const ScanRays& rays)
 void
 setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& positions)
 {
-  positions.resize(scan.pixels.size());
-  if (positions.empty()) // then there are no columns
+  positions.clear();
+  positions.reserve(scan.pixels.size());
+  if (scan.pixels.empty()) // then there are no columns
     return;
   const VoxelGrid& grid = scan.grid;
   PointPlaces places(scan);
-  for (std::array<double, 3>& position : positions) {
+  while (positions.size() < scan.pixels.size()) {
     const Triple place = places.next();
+    std::array<double, 3> position;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // In edges first, as that product is exact: machines that round a product and a
       // sum at once compute the same, but for the origin of another lattice.
@@ -100,6 +102,7 @@ setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& position
           (static_cast<double>(grid.first_index[axis]) + edges) * grid.resolution +
           grid.origin[axis];
     }
+    positions.push_back(position);
   }
 }
 
@@ -113,19 +116,22 @@ columnByColumn(const ScanFrame& scan)
   const auto column_of = [&](std::uint32_t pixel, std::uint32_t row) {
     return pixel - row * scan.width - scan.shiftOf(row);
   };
+  std::uint32_t row = 0;
   for (const std::uint32_t pixel : scan.pixels) {
-    const std::uint32_t row = pixel / scan.width;
+    while (pixel >= (row + 1) * scan.width)
+      ++row;
     ++begins[column_of(pixel, row) + 1];
     ++row_begins[row + 1];
   }
   for (std::size_t column = 0; column + 1 < begins.size(); ++column)
     begins[column + 1] += begins[column];
-  for (std::uint32_t row = 0; row < scan.height; ++row)
+  for (row = 0; row < scan.height; ++row)
     row_begins[row + 1] += row_begins[row];
   std::vector<std::uint32_t> order(scan.pixels.size());
-  for (const std::uint16_t row : scan.firing_order)
-    for (std::uint32_t point = row_begins[row]; point < row_begins[row + 1u]; ++point)
-      order[begins[column_of(scan.pixels[point], row)]++] = point;
+  for (const std::uint16_t fired : scan.firing_order)
+    for (std::uint32_t point = row_begins[fired]; point < row_begins[fired + 1u];
+         ++point)
+      order[begins[column_of(scan.pixels[point], fired)]++] = point;
   return order;
 }
 
