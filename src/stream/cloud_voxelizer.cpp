@@ -143,12 +143,12 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
   // Not changed to and fro, as a change takes an I-frame.
   const double largest =
       is_i_frame_due_ ? std::numeric_limits<double>::infinity() : coordinate_step_;
-  constexpr auto most_steps = static_cast<double>(lattice_end - 1);
+  constexpr auto most_multiples = static_cast<double>(lattice_end - 1);
   const double step = findCoordinateStep(points,
                                          settings_.resolution,
                                          settings_.use_coordinate_step,
                                          largest,
-                                         most_steps);
+                                         most_multiples);
   if (!std::isnan(step) && step != coordinate_step_) {
     if (step > 0.0)
       takeEdge(step, std::array<double, 3>{-step / 2.0, -step / 2.0, -step / 2.0});

@@ -20,10 +20,10 @@ enum class Match { Some, All, NoPoints };
  * \param[in] points the cloud
  * \param[in] step metres
  * \param[in] tolerance metres
- * \param[in] most_steps see findCoordinateStep()
+ * \param[in] most_multiples see findCoordinateStep()
  */
 Match
-matchMultiples(PointBatches& points, double step, double tolerance, double most_steps)
+matchMultiples(PointBatches& points, double step, double tolerance, double most_multiples)
 {
   const double inverse = 1.0 / step;
   const double tolerated = tolerance / step;
@@ -39,7 +39,7 @@ matchMultiples(PointBatches& points, double step, double tolerance, double most_
       result = Match::All;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double steps = static_cast<double>(point[axis]) * inverse;
-        if (!(std::abs(steps) < most_steps &&
+        if (!(std::abs(steps) < most_multiples &&
               std::abs(steps - ((steps + rounding) - rounding)) <= tolerated))
           return false;
       }
@@ -61,13 +61,13 @@ findCoordinateStep(PointBatches& points,
                    double resolution,
                    bool may_be_larger,
                    double largest,
-                   double most_steps)
+                   double most_multiples)
 {
   constexpr std::array<double, 10> larger_steps = {
       0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001};
   const auto match_or_none = [&](double step, double tolerance) {
     const Match match =
-        step > largest ? Match::Some : matchMultiples(points, step, tolerance, most_steps);
+        step > largest ? Match::Some : matchMultiples(points, step, tolerance, most_multiples);
     return match == Match::NoPoints ? std::numeric_limits<double>::quiet_NaN()
            : match == Match::All    ? step
                                     : 0.0;

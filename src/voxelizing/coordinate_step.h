@@ -18,7 +18,7 @@ namespace io {
  * \param[in] may_be_larger looks for 0.1, 0.05, 0.02, 0.01 m, ... 0.0001 m, too, if at
  * least twice the resolution
  * \param[in] largest step to look for, metres
- * \param[in] most_steps coordinates are fewer from the world's origin, at most 2^50
+ * \param[in] most_multiples coordinates are fewer from the world's origin, at most 2^50
  * \return the step; 0 if there is none; NaN if no point is finite
  */
 double
@@ -26,7 +26,7 @@ findCoordinateStep(PointBatches& points,
                    double resolution,
                    bool may_be_larger,
                    double largest,
-                   double most_steps);
+                   double most_multiples);
 
 } // namespace io
 } // namespace pcl_ext

@@ -39,6 +39,8 @@ struct RingNoise {
   std::size_t echoes = 1;  ///< of each direction
   std::int16_t offset = 0; ///< of the numbers of the rings
   double lift = 0.0;       ///< of the lens, metres
+  double turn = 0.0;       ///< of a ring against the one before, columns
+  int columns = 360;       ///< of which a turn has 360
 };
 
 /** \brief A lidar in a room of rounded corners; each third point is missing. */
@@ -48,14 +50,15 @@ ringCloud(std::uint64_t seed, const RingNoise& noise = {})
   std::mt19937_64 random(seed);
   RingCloud cloud;
   constexpr int columns = 360;
-  for (int column = 0; column < columns; ++column)
+  for (int column = 0; column < noise.columns; ++column)
     for (int ring = 0; ring < 16; ++ring) {
       if (below(random, 3) == 0)
         continue;
       const double angle =
-          noise.begin - 2.0 * M_PI / columns *
-                            (noise.speed * (column + 0.2 * (ring % 4)) +
-                             uniform(random, -0.5f, 0.5f) * noise.jitter);
+          noise.begin -
+          2.0 * M_PI / columns *
+              (noise.speed * (column + 0.2 * (ring % 4)) + noise.turn * (ring % 8) +
+               uniform(random, -0.5f, 0.5f) * noise.jitter);
       const double elevation = 0.02 * ring - 0.11;
       for (std::size_t echo = 0; echo < noise.echoes; ++echo) {
         const double range = 4.0 + std::cos(3.0 * angle) +
@@ -216,10 +219,26 @@ TEST_P(RingClouds, MayHaveAPartOfAColumnInATurn)
   }
 }
 
-TEST_P(RingClouds, HaveAnyOrderOfPoints)
+TEST_P(RingClouds, WhoseRingsAreTurnedTakeAsFewBytes)
+{
+  // Points of a firing are not side by side then, but those of other firings are.
+  std::size_t bytes[2] = {};
+  for (const bool are_turned : {false, true}) {
+    RingNoise noise;
+    noise.turn = are_turned ? 5.0 : 0.0;
+    encoder_.requestIFrame();
+    for (std::uint64_t i = 0; i < 2; ++i)
+      bytes[are_turned ? 1 : 0] += expectCloud(ringCloud(i, noise));
+  }
+  EXPECT_LT(10 * bytes[1], 12 * bytes[0]);
+}
+
+TEST_P(RingClouds, HaveAnyOrderOfPointsAndMayEndBehindTheirBegin)
 {
   std::mt19937_64 random(20);
-  const RingCloud cloud = ringCloud(5);
+  RingNoise noise;
+  noise.columns = 365;
+  const RingCloud cloud = ringCloud(5, noise);
   std::vector<std::size_t> order(cloud.points.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     order[i] = i;

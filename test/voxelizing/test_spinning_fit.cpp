@@ -110,8 +110,9 @@ locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)
   for (const PixelPoint& point : points) {
     const Eigen::Vector3d still =
         fit.motion.stillPosition(point.position, timeOf(point.column, frame.width));
-    frame.rays.columns[point.column] = static_cast<std::int32_t>(
-        std::lround(columnAngle(fit.rows[point.row], still) / fit.turn_step));
+    const double angle = std::atan2(still.y(), still.x()) - fit.rows[point.row].angle;
+    frame.rays.columns[point.column] =
+        static_cast<std::int32_t>(std::lround(angle / fit.turn_step));
   }
   ScanLocator locator(frame);
   for (std::uint32_t row = 0; row < frame.height; ++row)
