@@ -395,7 +395,9 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
            isConsistent(scan) && appendAll(scan);
   };
   const auto share_beside = [&] {
-    return static_cast<double>(scan.beside.size()) /
+    const auto turned = static_cast<std::ptrdiff_t>(scan.turns.size()) -
+                        std::count(scan.turns.begin(), scan.turns.end(), 0);
+    return (static_cast<double>(scan.beside.size()) + static_cast<double>(turned)) /
            static_cast<double>(scan.pixels.size());
   };
   constexpr double growth = 1.1;

@@ -133,7 +133,7 @@ private:
   VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
   std::array<double, 3> lattice_origin_{}; // that it is a part of
   double coordinate_step_ = 0.0;
-  double fitted_share_ = 0.0;     // of points beside the rays that were fitted
+  double fitted_share_ = 0.0; // of points beside the rays that were fitted, or turned
   std::size_t fitted_points_ = 0; // that they were fitted to
   bool wants_other_rays_ = false;
   // Of the current cloud; members so that their memory is reused.
