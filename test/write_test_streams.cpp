@@ -254,7 +254,13 @@ invalidFrames()
       {"scan_too_steep", withScan([](ScanLayout& s) { s.rays.rows[0].run = 1 << 30; })},
       {"scan_with_rows_twice",
        withScan([](ScanLayout& s) { s.firing_order[0] = s.firing_order[1]; })},
-      {"scan_with_other_rows", withScan([](ScanLayout& s) { --s.height; })}};
+      {"scan_with_other_rows", withScan([](ScanLayout& s) { --s.height; })},
+      {"scan_moved_out", withScan([](ScanLayout& s) {
+         s.row_shifts.assign(s.height, 0);
+         s.row_shifts[1] = static_cast<std::uint16_t>(s.width);
+       })},
+      {"scan_of_unknown_rays",
+       withScan([](ScanLayout& s) { s.rays.shape = static_cast<scan::RayShape>(3); })}};
 }
 
 bool

@@ -283,6 +283,9 @@ def _require_full_rows(layout: ScanLayout) -> None:
     """Refuses a sequence whose points are not in all of its rows."""
     rows = -(-layout.point_count // layout.width)
     require(rows == layout.height, "a sequence has other rows than its points fill")
+    require(
+        rows > 1 or layout.width == layout.point_count, "the only row is not full"
+    )
 
 
 def decode_scan(

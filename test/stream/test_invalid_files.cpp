@@ -81,6 +81,8 @@ const std::vector<InvalidFile> files{
      "the supplement does not decode"},
     {"scan_without_columns", CompressionCode::Corrupt, "invalid scan"},
     {"too_many_pixels", CompressionCode::Corrupt, "invalid scan"},
+    {"scan_moved_out", CompressionCode::Corrupt, "invalid scan"},
+    {"scan_of_unknown_rays", CompressionCode::Corrupt, "invalid scan"},
     {"scan_too_steep", CompressionCode::Corrupt, "invalid scan"},
     {"scan_with_rows_twice", CompressionCode::Corrupt, "invalid scan"},
     {"scan_with_other_rows", CompressionCode::Corrupt, "invalid scan"}};

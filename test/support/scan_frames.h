@@ -102,8 +102,8 @@ makeFreePoints(unsigned int seed,
   frame.rays.shape = scan::RayShape::Free;
   frame.rays.pose.vectors = {};
   frame.order = is_organised ? scan::PointOrder::Organised : scan::PointOrder::RowByRow;
-  frame.width = width;
-  frame.height = (count + width - 1) / width;
+  frame.width = is_organised ? width : std::min(width, count);
+  frame.height = (count + frame.width - 1) / frame.width;
   std::array<std::int32_t, 3> steps = {4000, -3000, 1000};
   for (std::uint32_t pixel = 0; pixel < count; ++pixel) {
     if (is_organised && random() % 5 == 0)

@@ -192,8 +192,7 @@ ScanCoder::decode(bool is_i_frame,
     return begin == end;
   PlaneReader planes(work_, begin, end);
   if (!codePlaces(planes, is_i_frame, point_count, frame) ||
-      frame.pixels.size() != point_count ||
-      !codeAttributes(planes, frame))
+      frame.pixels.size() != point_count || !codeAttributes(planes, frame))
     return false;
   return changes_fields_ ? fields_.decode(is_i_frame, planes.next(), end, frame)
                          : planes.isAtEnd();
@@ -319,7 +318,10 @@ ScanCoder::codeFreePixels(PlanesT& planes, std::uint64_t point_count, FrameT& fr
     });
   }
   if constexpr (PlanesT::is_decoder) {
-    if (point_count > frame.pixelCount() || point_count + frame.width <= frame.pixelCount())
+    // The last row has a point, and a lone row is full, so that points bound all sizes.
+    const std::uint64_t pixels = frame.pixelCount();
+    if (point_count > pixels || point_count + frame.width <= pixels ||
+        (frame.height == 1 && point_count != pixels))
       return false;
     depths_.assign(frame.pixelCount(), no_number);
     std::fill_n(depths_.begin(), point_count, 0);
