@@ -223,7 +223,7 @@ TEST_P(Scans, OthersTakeAnIFrame)
   unsigned int seed = 0;
   const auto is_i_frame = [&](scan::ScanFrame scan) {
     addPoints(scan, ++seed);
-    scan.rays.columns.resize(scan.rays.columns.empty() ? 0 : scan.width);
+    scan.rays.columns.resize(scan.rays.columns.empty() ? 0 : scan.rayColumns());
     encoded(encoder, scan);
     return encoder.statistics().is_i_frame;
   };
