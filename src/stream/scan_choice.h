@@ -24,8 +24,7 @@ public:
   bool
   mayBeScan(bool is_i_frame) const
   {
-    return is_scan_ || settings_.keep_order ||
-           (is_i_frame && untried_i_frames_ == 0);
+    return is_scan_ || settings_.keep_order || (is_i_frame && untried_i_frames_ == 0);
   }
 
   /** \brief Whether the next cloud, of which there is a scan, is to be voxelized,

@@ -31,7 +31,8 @@ struct ScanPlacement {
   bool
   operator!=(const ScanPlacement& other) const
   {
-    return width != other.width || height != other.height || pose != other.pose || motion != other.motion;
+    return width != other.width || height != other.height || pose != other.pose ||
+           motion != other.motion;
   }
 };
 

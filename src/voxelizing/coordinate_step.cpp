@@ -23,7 +23,10 @@ enum class Match { Some, All, NoPoints };
  * \param[in] most_multiples see findCoordinateStep()
  */
 Match
-matchMultiples(PointBatches& points, double step, double tolerance, double most_multiples)
+matchMultiples(PointBatches& points,
+               double step,
+               double tolerance,
+               double most_multiples)
 {
   const double inverse = 1.0 / step;
   const double tolerated = tolerance / step;
@@ -66,8 +69,9 @@ findCoordinateStep(PointBatches& points,
   constexpr std::array<double, 10> larger_steps = {
       0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001};
   const auto match_or_none = [&](double step, double tolerance) {
-    const Match match =
-        step > largest ? Match::Some : matchMultiples(points, step, tolerance, most_multiples);
+    const Match match = step > largest
+                            ? Match::Some
+                            : matchMultiples(points, step, tolerance, most_multiples);
     return match == Match::NoPoints ? std::numeric_limits<double>::quiet_NaN()
            : match == Match::All    ? step
                                     : 0.0;

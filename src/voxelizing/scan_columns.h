@@ -86,7 +86,7 @@ private:
   FiringColumns firings_;
   RingColumns by_azimuth_;
   double shift_ = 0.0;
-  std::uint32_t turns_ = 1; // that columns by azimuth have
+  std::uint32_t turns_ = 1;       // that columns by azimuth have
   std::size_t fitted_points_ = 0; // that by_azimuth_ was fitted to
   // Of the current cloud; members so that their memory is reused.
   std::vector<std::uint32_t> columns_;

@@ -23,9 +23,7 @@ sensorPlace(const RayPose& pose)
 class PointPlaces {
 public:
   /** \param[in] frame must not change meanwhile */
-  explicit PointPlaces(const ScanFrame& frame)
-  : frame_(frame), rays_(frame.rays)
-  {}
+  explicit PointPlaces(const ScanFrame& frame) : frame_(frame), rays_(frame.rays) {}
 
   /** \brief The place of the next point, edges from the grid's lowest corner in units of
    * 2^-32. */
@@ -57,8 +55,8 @@ public:
 private:
   const ScanFrame& frame_;
   ScanRayReader rays_;
-  std::uint32_t row_ = 0;     // the next one
-  std::uint32_t row_end_ = 0; // pixel after those of the current one
+  std::uint32_t row_ = 0;       // the next one
+  std::uint32_t row_end_ = 0;   // pixel after those of the current one
   std::uint32_t row_begin_ = 0; // its first pixel that has a ray
   std::size_t point_ = 0;
   std::size_t beside_ = 0;

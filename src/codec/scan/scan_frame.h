@@ -98,9 +98,8 @@ struct ScanLayout {
     return (width == other.width || rays.shape == RayShape::Spinning || isSequence()) &&
            (height == other.height || isSequence()) && order == other.order &&
            is_on_lattice == other.is_on_lattice && firing_order == other.firing_order &&
-           row_shifts == other.row_shifts &&
-           rays.shape == other.rays.shape && rays.turns == other.rays.turns &&
-           rays.rows == other.rays.rows;
+           row_shifts == other.row_shifts && rays.shape == other.rays.shape &&
+           rays.turns == other.rays.turns && rays.rows == other.rays.rows;
   }
 };
 

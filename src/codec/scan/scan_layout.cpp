@@ -133,8 +133,7 @@ isConsistent(const ScanLayout& layout)
   if (layout.width < 1 || layout.height < 1 || layout.width > longest ||
       layout.height > longest || layout.pixelCount() > most_pixels ||
       layout.order > PointOrder::ColumnByColumn || !isFiringOrder(layout) ||
-      !areShifts(layout) ||
-      !areWithin(rays.pose.origin, farthest_sensor))
+      !areShifts(layout) || !areWithin(rays.pose.origin, farthest_sensor))
     return false;
   if (rays.shape == RayShape::Spinning)
     return isSpinning(layout);

@@ -143,8 +143,8 @@ private:
       return most;
     if (sum < -most * unit)
       return -most;
-    auto quotient = static_cast<std::int64_t>(static_cast<double>(sum) /
-                                              static_cast<double>(unit));
+    auto quotient =
+        static_cast<std::int64_t>(static_cast<double>(sum) / static_cast<double>(unit));
     quotient -= quotient * unit > sum ? 1 : 0;
     quotient += (quotient + 1) * unit <= sum ? 1 : 0;
     return static_cast<std::int32_t>(quotient);
@@ -211,7 +211,8 @@ private:
     const std::uint32_t odd = 2 * earlier + 1;
     const std::size_t octave = highestBit(odd);
     if (place == 0)
-      return std::min(2 * octave + (2 * odd >> octave & 1), first_coordinate_contexts - 1);
+      return std::min(2 * octave + (2 * odd >> octave & 1),
+                      first_coordinate_contexts - 1);
     const std::size_t own_octaves =
         std::min<std::size_t>(highestBit(2 * own + 1) / 2, own_contexts - 1);
     return first_coordinate_contexts +
