@@ -138,8 +138,7 @@ class Encoder:
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
         row by row. Else as many points as there were are at the centre of each voxel.
     keep_order : bool
-        Keep the order of the points, and rows and columns, whatever bytes that takes;
-        only with `keep_point_counts`.
+        Keep all points in their order, and rows and columns, whatever bytes that takes.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With

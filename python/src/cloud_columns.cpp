@@ -228,7 +228,7 @@ setFields(const CloudColumns& cloud,
           io::PointView& view)
 {
   // With the points the field ring, too, whose order they may have.
-  if (settings.fields.empty() && !settings.keep_point_counts)
+  if (settings.fields.empty() && !settings.keepsPoints())
     return;
   memory.fields.resize(cloud.fields.size());
   for (std::size_t i = 0; i < cloud.fields.size(); ++i)

@@ -46,7 +46,7 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
 : width_(frame.cloudWidth()), height_(frame.cloudHeight())
 {
   const auto coordinate =
-      frame.grid.needsDoubles() ? io::FieldType::Float64 : io::FieldType::Float32;
+      frame.needsDoubles() ? io::FieldType::Float64 : io::FieldType::Float32;
   for (const char* name : {"x", "y", "z"})
     addColumn({name, coordinate});
   std::optional<std::size_t> intensity_offset;
@@ -67,7 +67,7 @@ DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
 
   points_ = std::make_unique<unsigned char[]>(frame.cloudSize() * point_bytes_);
   if (!frame.isDense())
-    writeMissingPoints(frame.grid.needsDoubles());
+    writeMissingPoints(frame.needsDoubles());
   const auto write_point = [&](std::size_t point,
                                auto x,
                                auto y,

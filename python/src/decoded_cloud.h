@@ -16,7 +16,7 @@ namespace python {
 namespace py = pybind11;
 
 /** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or
- * as float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as
+ * as float64 where VoxelFrame::needsDoubles(), and, if the frame has them, intensity as
  * float32, r, g, b as uint8, and further fields, which replace an intensity and a colour
  * of the same name. In rows and columns if the frame has these. */
 class DecodedCloud {

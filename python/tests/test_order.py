@@ -93,14 +93,13 @@ def test_clouds_that_do_not_tell_it(points, options, message):
 def test_any_order_is_kept_if_that_is_asked_for():
     random = np.random.default_rng(9)
     sent = measured_points()[random.permutation(500)]
-    settings = {"law": "none", "keep_point_counts": True, "fields": "all"}
-    encoder = pcl_ext.Encoder(0.001, keep_order=True, **settings)
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_order=True, fields="all")
     kept = pcl_ext.Decoder().decode(encoder.encode(sent))
     for name in ("ring", "timestamp"):
         np.testing.assert_array_equal(kept[name], sent[name])
     for axis in "xyz":
         np.testing.assert_allclose(kept[axis], sent[axis], atol=0.000501)
-    with pytest.raises(ValueError, match="keep_point_counts is off"):
-        pcl_ext.Encoder(0.001, keep_order=True)
+    with pytest.raises(ValueError, match="aggregation is sum"):
+        pcl_ext.Encoder(0.001, keep_order=True, aggregation="sum")
     with pytest.raises(pcl_ext.Error, match="order of a cloud cannot be kept"):
         encoder.encode(np.array([[0, 0, 0], [1e6, 0, 0]]))

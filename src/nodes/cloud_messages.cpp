@@ -73,7 +73,7 @@ layoutOf(const io::VoxelFrame& frame)
   return {frame.cloudWidth(),
           frame.cloudHeight(),
           frame.colour_bits > 0,
-          frame.grid.needsDoubles(),
+          frame.needsDoubles(),
           {frame.fields.begin(), frame.fields.end()}};
 }
 

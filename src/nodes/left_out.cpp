@@ -93,7 +93,7 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
   if (count > most_named)
     fields += ", ...";
   const std::string order = cloud.height <= 1 || settings.compression.keep_order ? ""
-                            : settings.compression.keep_point_counts
+                            : settings.compression.keepsPoints()
                                 ? "the rows and columns of the points are kept only "
                                   "where that takes hardly more bytes"
                                 : "the rows and columns of the points are not kept";

@@ -74,7 +74,7 @@ makePoints(const SensorNodeSettings& settings)
         auto points = std::make_unique<Points>(preprocessor);
         // With the points the field ring, too, whose order they may have.
         points->setReadsFields(!settings.compression.fields.empty() ||
-                               settings.compression.keep_point_counts);
+                               settings.compression.keepsPoints());
         return points;
       });
 }

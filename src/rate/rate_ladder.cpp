@@ -47,7 +47,7 @@ RateLadder::RateLadder(const EncoderSettings& settings,
       add(step, guess_of_effort);
     }
   if (settings.max_rate > 0.0) {
-    if (!settings.keep_point_counts && settings.fields.empty()) {
+    if (!settings.keepsPoints() && settings.fields.empty()) {
       const unsigned int strongest = settings.rate_temporal_filter;
       constexpr unsigned int usual = 8;
       if (step.temporal_filter < std::min(usual, strongest)) {

@@ -32,7 +32,7 @@ bool
 mayFilterLater(const EncoderSettings& settings)
 {
   return settings.max_rate > 0.0 && settings.rate_temporal_filter != 0 &&
-         !settings.keep_point_counts && settings.fields.empty();
+         !settings.keepsPoints() && settings.fields.empty();
 }
 
 /** \brief True if voxels of the one settings are those of the others. */
@@ -230,7 +230,8 @@ CloudStages::encodeCloud(PointBatches& points,
   }
   else {
     if (settings_.keep_order && !may_be_scan)
-      status = orderStatus("noise is removed, or intensities are those of voxels");
+      status = orderStatus(scans_ ? "noise is removed from its voxels"
+                                  : "intensities are counts or shares of voxels");
     if (!settings_.keep_order || status.ok())
       status = encodeVoxels(points, source, info, bytes);
   }

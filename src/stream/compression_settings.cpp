@@ -93,6 +93,8 @@ checkPublished(const EncoderSettings& settings)
     return invalid("intensity_curve", "companded", "linear in the published layout");
   if (settings.keep_point_counts)
     return invalid("keep_point_counts", "on", "off in the published layout");
+  if (settings.keep_order)
+    return invalid("keep_order", "on", "off in the published layout");
   if (settings.origin)
     return invalid("origin", "set", "automatic in the published layout");
   if (!settings.fields.empty())
@@ -134,11 +136,7 @@ checkFields(const std::vector<FieldSetting>& fields)
 CompressionStatus
 checkOrder(const EncoderSettings& settings)
 {
-  if (!settings.keep_order)
-    return {};
-  if (!settings.keep_point_counts)
-    return invalid("keep_point_counts", "off", "on with {keep_order}");
-  if (settings.aggregation == Aggregation::Sum)
+  if (settings.keep_order && settings.aggregation == Aggregation::Sum)
     return invalid("aggregation", "sum", "another one with {keep_order}");
   return {};
 }
@@ -151,6 +149,8 @@ checkFilter(const EncoderSettings& settings)
     return {};
   if (settings.keep_point_counts)
     return invalid("keep_point_counts", "on", "off with {temporal_filter}");
+  if (settings.keep_order)
+    return invalid("keep_order", "on", "off with {temporal_filter}");
   if (!settings.fields.empty())
     return invalid("fields", "set", "empty with {temporal_filter}");
   return {};

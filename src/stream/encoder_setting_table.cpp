@@ -244,16 +244,17 @@ addPoints(EncoderSettingTable& table)
         "keep all points, in the sensor's order where that hardly takes more",
         OptionGroup::Cloud},
        {}});
-  table.push_back({"keep_order",
-                   &S::keep_order,
-                   {},
-                   "Keep the order of the points, and rows and columns, whatever bytes "
-                   "that takes; only with {keep_point_counts}.",
-                   {"--keep-order",
-                    "",
-                    "keep the order of the points, whatever bytes that takes",
-                    OptionGroup::Cloud},
-                   {}});
+  table.push_back(
+      {"keep_order",
+       &S::keep_order,
+       {},
+       "Keep all points in their order, and rows and columns, whatever bytes "
+       "that takes; version1 only.",
+       {"--keep-order",
+        "",
+        "keep all points in their order, whatever bytes that takes",
+        OptionGroup::Cloud},
+       {}});
   table.push_back(
       {"fields",
        fieldAccess(),

@@ -47,6 +47,9 @@ describeVersion1(ByteSource& source,
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
     description.scan = {header.scan.width, header.scan.height};
+    description.is_row_by_row = header.content.has_scan &&
+                                header.scan.order == scan::PointOrder::RowByRow &&
+                                !header.scan.isSequence();
     if (header.scan.isSequence())
       description.scan = {static_cast<std::uint32_t>(header.point_count), 1};
     description.is_organised =

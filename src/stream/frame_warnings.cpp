@@ -139,7 +139,7 @@ limitedNumbers(const FrameStatistics& statistics,
            {statistics.coding.bytes,
             settings.decoder_limits.max_frame_bytes,
             "max_frame_bytes"},
-           {settings.keep_point_counts ? statistics.voxelization.points_used : 0,
+           {settings.keepsPoints() ? statistics.voxelization.points_used : 0,
             limits.max_points,
             "max_points"},
            {counts.field_values, limits.max_field_values, "max_field_values"}}};

@@ -77,7 +77,7 @@ ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit
 bool
 ScanCollector::isPossible(const EncoderSettings& settings, IntensityUnit unit)
 {
-  return settings.format == StreamFormat::Version1 && settings.keep_point_counts &&
+  return settings.format == StreamFormat::Version1 && settings.keepsPoints() &&
          (unit == IntensityUnit::None ||
           (unit == IntensityUnit::Native && settings.aggregation != Aggregation::Sum));
 }
@@ -101,24 +101,38 @@ ScanCollector::collect(PointBatches& points,
   contents.fields = &fields;
   if (!sensor_pose.matrix().allFinite())
     return false;
+  // Before the points are read, as who reads them last counts them.
+  setCoordinateStep(points, is_i_frame_due);
   if (!reader_.read(points, contents, cloud_)) {
-    status = orderStatus("it has too many rows or columns");
+    status = orderStatus("it has more than 65536 rows or columns, or 2^24 pixels");
     return false;
   }
   statistics = cloud_.statistics;
   statistics.resolution = grid_.resolution;
   statistics.voxels = cloud_.size();
-  if (cloud_.size() == 0) // on the rays of the last one
-    return !is_i_frame_due && scan.width > 0;
-  const bool has_grid = setGrid(points, sensor_pose, is_i_frame_due);
+  if (cloud_.size() == 0 && !is_i_frame_due) // on the rays of the last one
+    return scan.width > 0;
+  if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
+    return false;
+  if (!setGrid(sensor_pose)) {
+    status = orderStatus("it is too far from the origin of its coordinates");
+    return false;
+  }
   scan.grid = grid_;
   scan.is_on_lattice = coordinate_step_ > 0.0;
   was_free_ = scan.rays.shape == scan::RayShape::Free;
-  if (!has_grid || (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
-                    !locateFree(fields, sensor_pose, is_i_frame_due, scan))) {
-    status = orderStatus("its points are too many, or too far from each other");
+  if (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
+      !locateFree(fields, sensor_pose, is_i_frame_due, scan)) {
+    const bool has_many =
+        std::max(cloud_.pixelCount(), cloud_.size()) > mostPixels(fields);
+    status =
+        orderStatus(has_many ? "it has more pixels than decoders take"
+                             : "its points are 2^26 edges or more from each other, "
+                               "which a larger resolution mends");
     return false;
   }
+  // Rays may be found as soon as there are points.
+  wants_other_rays_ |= cloud_.size() == 0;
   statistics.resolution = grid_.resolution;
   statistics.intensities_out_of_range =
       setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
@@ -136,8 +150,9 @@ ScanCollector::mostPixels(const FieldCollector& fields) const
   constexpr std::size_t most_pixels_of_point = 64;
   // A scan takes a byte for four points, or more.
   const FrameLimits limits = frameLimits(settings_.decoder_limits, cloud_.size() / 4);
-  std::uint64_t most = std::min<std::uint64_t>(
-      {scan::most_pixels, limits.max_points, most_pixels_of_point * cloud_.size()});
+  std::uint64_t most = std::min<std::uint64_t>(scan::most_pixels, limits.max_points);
+  if (!settings_.keep_order)
+    most = std::min<std::uint64_t>(most, most_pixels_of_point * cloud_.size());
   if (fields.valuesOfPoint() > 0)
     most =
         std::min<std::uint64_t>(most, limits.max_field_values / fields.valuesOfPoint());
@@ -152,7 +167,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
                             scan::ScanFrame& scan)
 {
   // Without an I-frame there are none now if there were none before.
-  if (was_free_ && !is_i_frame_due)
+  if (cloud_.size() == 0 || (was_free_ && !is_i_frame_due))
     return false;
   if (untried_i_frames_ > 0) {
     untried_i_frames_ -= is_i_frame_due ? 1 : 0;
@@ -339,14 +354,9 @@ ScanCollector::orderPoints(const scan::ScanFrame& scan)
   return true;
 }
 
-/** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else
- * that of the settings, or the lattice of the origin.
- * \return false if the points are too far away
- */
-bool
-ScanCollector::setGrid(PointBatches& points,
-                       const WorldPose& sensor_pose,
-                       bool is_i_frame_due)
+/** \brief Finds the step that coordinates are multiples of. */
+void
+ScanCollector::setCoordinateStep(PointBatches& points, bool is_i_frame_due)
 {
   if (!settings_.origin && !settings_.bounding_box) {
     // Not changed to and fro, as a change takes an I-frame.
@@ -357,19 +367,28 @@ ScanCollector::setGrid(PointBatches& points,
     if (!std::isnan(step))
       coordinate_step_ = step;
   }
+}
+
+/** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else
+ * that of the settings, or the lattice of the origin.
+ * \return false if the points are too far away
+ */
+bool
+ScanCollector::setGrid(const WorldPose& sensor_pose)
+{
   const double edge = coordinate_step_ > 0.0 ? coordinate_step_ : settings_.resolution;
   std::array<double, 3> origin = settings_.origin.value_or(VoxelGrid().origin);
   if (!settings_.origin && coordinate_step_ > 0.0)
     origin.fill(-edge / 2.0);
   // Around the sensor, unless points are in other coordinates.
   constexpr double farthest = 0x1p24;
-  const std::array<double, 3>& first = cloud_.positions.front();
   std::array<double, 3> place;
   for (std::size_t axis = 0; axis < 3; ++axis)
     place[axis] = sensor_pose.translation()[static_cast<Eigen::Index>(axis)];
   double near = 0x1p19;
-  if (!(farthestAxis(place, first, edge) < farthest)) {
-    place = first;
+  if (cloud_.size() > 0 &&
+      !(farthestAxis(place, cloud_.positions.front(), edge) < farthest)) {
+    place = cloud_.positions.front();
     near = farthest; // any point may be the first one
   }
   if (grid_.resolution == edge && lattice_origin_ == origin &&

@@ -96,8 +96,11 @@ private:
              bool is_i_frame_due,
              scan::ScanFrame& scan);
 
+  void
+  setCoordinateStep(PointBatches& points, bool is_i_frame_due);
+
   bool
-  setGrid(PointBatches& points, const WorldPose& sensor_pose, bool is_i_frame_due);
+  setGrid(const WorldPose& sensor_pose);
 
   bool
   orderPoints(const scan::ScanFrame& scan);

@@ -35,6 +35,13 @@ struct SensorCloud {
   {
     return positions.size();
   }
+
+  /** \brief Of its rows and columns; 0 without. */
+  std::size_t
+  pixelCount() const
+  {
+    return std::size_t{image.width} * image.height;
+  }
 };
 
 /** \brief Reads clouds, with their rows and columns or their field `ring`. */

@@ -25,7 +25,7 @@ public:
                      settings.format == StreamFormat::Published)
   , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
   , leaves_out_colours_(colour_bits_ != settings.colour_bits)
-  , keeps_points_(settings.keep_point_counts)
+  , keeps_points_(settings.keepsPoints())
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&

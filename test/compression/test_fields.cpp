@@ -226,6 +226,7 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
     point.ring = 5;
     point.z = 1e-4f * static_cast<float>(random() % 20000);
   }
+  std::shuffle(cloud->begin(), cloud->end(), random);
   EXPECT_FALSE(has_points());
 }
 

@@ -32,7 +32,6 @@ orderSettings(double resolution = 0.001)
 {
   EncoderSettings settings;
   settings.resolution = resolution;
-  settings.keep_point_counts = true;
   settings.keep_order = true;
   settings.i_frame_rate = 5;
   return settings;
@@ -188,6 +187,48 @@ TEST(OrderedClouds, FarFromTheOriginTakeFewBytes)
   }
 }
 
+TEST(OrderedClouds, FartherThanFloatsReachAreInDoublePrecision)
+{
+  for (const double extent : {900.0, 17000.0}) {
+    const Points points = anywhere(2, 100, static_cast<float>(extent));
+    CloudEncoder encoder(orderSettings(), IntensityUnit::None);
+    Bytes bytes;
+    ASSERT_TRUE(encoder.encode(viewOf(points), {}, bytes).ok());
+    FrameDecoder decoder;
+    decoder.setDecodesVoxels(false);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    EXPECT_EQ(back.needsDoubles(), extent > 1e3);
+  }
+}
+
+TEST(OrderedClouds, WithoutPointsKeepRowsAndColumns)
+{
+  OrderedStream stream;
+  const Points nothing(40 * 30, {NAN, NAN, NAN});
+  Points one = nothing; // with more than 64 pixels a point
+  one[77] = {1.0, 2.0, 3.0};
+  for (const Points& points : {nothing, one, nothing, one})
+    stream.encode(viewOf(points, {40, 30}), points);
+}
+
+TEST(OrderedClouds, PointsThatAreLeftOutAreCounted)
+{
+  Points points = anywhere(3, 40 * 30, 2.0f);
+  for (std::size_t pixel = 0; pixel < points.size(); pixel += 3)
+    points[pixel] = {NAN, NAN, NAN};
+  CloudEncoder encoder(orderSettings(), IntensityUnit::None);
+  Bytes bytes;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(encoder.encode(viewOf(points, {40, 30}), {}, bytes).ok());
+    const VoxelizationStatistics& counts = encoder.statistics().voxelization;
+    EXPECT_EQ(counts.points, 1200u);
+    EXPECT_EQ(counts.points_not_finite, 400u);
+    EXPECT_EQ(counts.points_used, 800u);
+    EXPECT_EQ(counts.points_outside_box, 0u);
+  }
+}
+
 TEST(OrderedClouds, OfLasersInTurnsTakeFewerBytesThanVoxels)
 {
   const Points points = drivingScan(16, 400);
@@ -240,10 +281,6 @@ TEST(OrderedClouds, NeedsSettingsThatKeepPoints)
     return status.message();
   };
   EncoderSettings settings = orderSettings();
-  settings.keep_point_counts = false;
-  EXPECT_NE(message_of(settings, IntensityUnit::None).find("keep_point_counts"),
-            std::string::npos);
-  settings = orderSettings();
   settings.aggregation = Aggregation::Sum;
   EXPECT_NE(message_of(settings, IntensityUnit::Native).find("aggregation"),
             std::string::npos);

@@ -344,7 +344,7 @@ lidarOfTheLongestHeader()
   rays.motion.origin.fill(-most(42));
   for (std::size_t i = 0; i < 3; ++i) {
     rays.pose.vectors[i].fill(-most(30));
-    rays.motion.vectors[i].fill(-most(45));
+    rays.motion.vectors[i].fill(-most(45) / 256); // of a column
   }
   rays.turns.assign(31, {-unit / 2, -unit / 2});
   rays.columns = {0};

@@ -192,9 +192,16 @@ struct StreamSettings {
 
   /** \brief Keep the order of the points, and the rows and columns of an organised cloud,
    * whatever bytes that takes. A cloud whose order cannot be kept is not coded: one with
-   * more than 2^24 pixels or points, or with points 2^26 edges apart. Only with
-   * keep_point_counts; not for intensities of sums, nor where noise is removed. */
+   * more than 2^24 pixels or points, or with points 2^26 edges apart. All points are kept
+   * then. Not for intensities of sums, nor where noise is removed from voxels. */
   bool keep_order = false;
+
+  /** \brief Whether all points are kept. */
+  bool
+  keepsPoints() const
+  {
+    return keep_point_counts || keep_order;
+  }
 
   /** \brief Further fields to keep, as ring, time or label of a lidar: with
    * keep_point_counts of each point, else one value of a voxel, which is the mean, or

@@ -52,6 +52,9 @@ struct FrameDescription {
    * only. */
   ImageSize scan;
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
+  /** \brief Decoded points come row by row, which need not be the order of the encoded
+   * cloud; likewise. */
+  bool is_row_by_row = false;
 
   std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
 

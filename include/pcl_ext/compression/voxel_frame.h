@@ -147,6 +147,9 @@ struct FramePoints {
   /** \brief Points that were outside the grid and were left out, when the others got
    * voxels. A scan reaches as far as its points, a grid at most 2^21 voxels. */
   std::size_t outside_grid = 0;
+  /** \brief Whether floats do not hold all positions to 1/16 of an edge, as some are
+   * further from the world's origin than 2^20 edges. */
+  bool need_doubles = false;
 
   /** \brief Whether a frame has its points. */
   bool
@@ -290,6 +293,13 @@ struct VoxelFrame {
     return keys.size();
   }
 
+  /** \brief Whether decoded clouds have coordinates in double precision. */
+  bool
+  needsDoubles() const
+  {
+    return grid.needsDoubles() || points.need_doubles;
+  }
+
   /** \brief Removes all voxels and points. */
   void
   clearVoxels()
@@ -338,7 +348,7 @@ void
 forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit);
 
 /** \brief The same with visit(double, double, double, float) where
- * VoxelGrid::needsDoubles(); else with visit(float, float, float, float), as above. For
+ * VoxelFrame::needsDoubles(); else with visit(float, float, float, float), as above. For
  * decoded clouds that may have either type of coordinates.
  */
 template <typename VisitT>

@@ -141,6 +141,15 @@ struct VoxelGrid {
     return static_cast<double>(first_index[axis]) * resolution + origin[axis];
   }
 
+  /** \brief Coordinates that are no farther from the world's origin are held by floats to
+   * 1/16 of an edge. */
+  double
+  farthestFloat() const
+  {
+    // With a quarter for the rounding of centres that are whole edges from the origin.
+    return resolution * (0x1p20 + 0.25);
+  }
+
   /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge:
    * the grid has voxels whose centres are more than 2^20 edges from the world's origin
    * on an axis, which are 42 km at 4 cm. The coordinates of decoded clouds are then
@@ -148,8 +157,7 @@ struct VoxelGrid {
   bool
   needsDoubles() const
   {
-    // With a quarter for the rounding of centres that are whole edges from the origin.
-    const double farthest = resolution * (0x1p20 + 0.25);
+    const double farthest = farthestFloat();
     const auto last = static_cast<std::uint32_t>(size() - 1);
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (centre(axis, 0) < -farthest || centre(axis, last) > farthest)

@@ -81,13 +81,16 @@ sensorOf(const ScanRays& rays)
 }
 
 void
-setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& positions)
+setPositions(const ScanFrame& scan, FramePoints& points)
 {
+  std::vector<std::array<double, 3>>& positions = points.positions;
+  points.need_doubles = false;
   positions.clear();
   positions.reserve(scan.pixels.size());
   if (scan.pixels.empty()) // then there are no columns
     return;
   const VoxelGrid& grid = scan.grid;
+  double farthest = 0.0;
   PointPlaces places(scan);
   while (positions.size() < scan.pixels.size()) {
     const Triple place = places.next();
@@ -101,9 +104,11 @@ setPositions(const ScanFrame& scan, std::vector<std::array<double, 3>>& position
       position[axis] =
           (static_cast<double>(grid.first_index[axis]) + edges) * grid.resolution +
           grid.origin[axis];
+      farthest = std::max(farthest, std::abs(position[axis]));
     }
     positions.push_back(position);
   }
+  points.need_doubles = farthest > grid.farthestFloat();
 }
 
 /** \brief The points in the order of their columns of rays, each in the order of its
@@ -166,7 +171,7 @@ movePoints(ScanFrame& scan, VoxelFrame& frame)
   frame.colour_bits = scan.colour_bits;
   frame.has_point_counts = true;
   FramePoints& points = frame.points;
-  setPositions(scan, points.positions);
+  setPositions(scan, points);
   points.intensities.swap(scan.intensities);
   points.colours.swap(scan.colours);
   frame.fields.swap(scan.fields);

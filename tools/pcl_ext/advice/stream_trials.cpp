@@ -122,7 +122,7 @@ edgesFor(const TrialOptions& options, const Points& points)
 {
   std::vector<double> edges = roundEdges();
   const auto spacing =
-      options.encoding.codec().keep_point_counts
+      options.encoding.codec().keepsPoints()
           ? edges.begin()
           : edges.begin() + static_cast<std::ptrdiff_t>(placeOfSpacing(edges, points));
   edges.erase(edges.begin(), spacing);
@@ -286,7 +286,7 @@ tryStream(const TrialOptions& options,
   trials.limits.period = stream.period > 0.0 ? stream.period : options.usual_period;
   if (options.max_rate)
     trials.limits.kilobits = *options.max_rate / 1e3;
-  if (options.edge || options.encoding.codec().keep_point_counts)
+  if (options.edge || options.encoding.codec().keepsPoints())
     trials.limits.most_holes = 1.0;
   const std::vector<Points> samples = sampleClouds(options.encoding, stream);
   // Without points there is still a reason to be told.

@@ -134,7 +134,7 @@ describeAttributes(const StreamFigures& stream)
   if (stream.colour_bits > 0)
     add("colours " + std::to_string(stream.colour_bits) + " bits");
   if (stream.scan.width > 0)
-    add("points " + inOrder(stream.scan, stream.is_organised));
+    add("points " + inOrder(stream.scan, stream.is_organised, stream.is_row_by_row));
   else if (stream.has_point_counts)
     add("numbers of points");
   for (const io::FieldDescription& field : stream.fields)
@@ -252,7 +252,8 @@ toJson(const StreamFigures& stream)
   json["has_point_counts"] = stream.has_point_counts;
   json["scan"] = {{"width", stream.scan.width},
                   {"height", stream.scan.height},
-                  {"is_organised", stream.is_organised}};
+                  {"is_organised", stream.is_organised},
+                  {"is_row_by_row", stream.is_row_by_row}};
   json["fields"] = nlohmann::ordered_json::array();
   for (const io::FieldDescription& field : stream.fields)
     json["fields"].push_back({{"name", printable(field.name)},

@@ -45,6 +45,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.fields = header.fields;
     figures.scan = header.scan;
     figures.is_organised = header.is_organised;
+    figures.is_row_by_row = header.is_row_by_row;
   }
   figures.has_one_resolution &= figures.resolution == resolution;
 }

@@ -40,6 +40,7 @@ struct StreamFigures {
   std::vector<io::FieldDescription> fields;
   io::ImageSize scan; ///< size of it
   bool is_organised = false;
+  bool is_row_by_row = false;
   std::string frame_id;
   std::size_t missing = 0;    ///< by the numbers of the frames
   std::size_t unreadable = 0; ///< in the recording, but damaged

@@ -51,7 +51,7 @@ public:
     cloud.fields.clear();
     cloud.point_step = 0;
     for (const char* name : {"x", "y", "z"})
-      addField(name, frame.grid.needsDoubles());
+      addField(name, frame.needsDoubles());
     if (hasIntensity(frame))
       addField("intensity");
     if (hasColour(frame))
@@ -123,7 +123,7 @@ private:
     for (std::size_t i = 0; i < frame.cloudSize(); ++i) {
       written_ = i * cloud_.point_step;
       for (int axis = 0; axis < 3; ++axis)
-        if (frame.grid.needsDoubles())
+        if (frame.needsDoubles())
           write(std::numeric_limits<double>::quiet_NaN());
         else
           write(std::numeric_limits<float>::quiet_NaN());

@@ -31,7 +31,7 @@ describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp);
 
 /** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity
  * and rgb; a voxel with a number of points has as many. Coordinates are FLOAT64 where
- * VoxelGrid::needsDoubles(), else FLOAT32. */
+ * VoxelFrame::needsDoubles(), else FLOAT32. */
 void
 toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud);
 

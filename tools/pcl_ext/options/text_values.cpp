@@ -265,12 +265,14 @@ parseBytes(const std::string& option, const std::string& text)
 }
 
 std::string
-inOrder(const io::ImageSize& size, bool is_organised)
+inOrder(const io::ImageSize& size, bool is_organised, bool is_row_by_row)
 {
   const std::string text =
       std::to_string(size.width) + " x " + std::to_string(size.height);
   if (is_organised)
     return "in order, " + text;
+  if (is_row_by_row)
+    return "row by row, on " + text + " rays";
   return size.height > 1 ? "in order, on " + text + " rays" : "in order";
 }
 

@@ -96,9 +96,10 @@ counted(std::size_t count, const std::string& noun);
  * cloud, "in order, on 1800 x 16 rays", or "in order".
  * \param[in] size of the scan
  * \param[in] is_organised whether the cloud has its rows and columns
+ * \param[in] is_row_by_row whether points come so: "row by row, on 1800 x 16 rays"
  */
 std::string
-inOrder(const io::ImageSize& size, bool is_organised);
+inOrder(const io::ImageSize& size, bool is_organised, bool is_row_by_row);
 
 /** \brief Reads A:B, either of which may be left out; N alone is that frame.
  * \throws UsageError, also if the range is empty

@@ -153,7 +153,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (sums.points_in_order > 0 && sums_.order.empty()) {
     const io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
     if (frame.is_i_frame)
-      sums.order = inOrder(frame.scan, frame.is_organised);
+      sums.order = inOrder(frame.scan, frame.is_organised, frame.is_row_by_row);
   }
   sums.point_bytes = sums.encoded_points * encoded.point_step;
   // What the rate control changes is told at the end.
@@ -216,7 +216,7 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
       " in " + counted(statistics.frame.coding.bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
-      (options_.codec().keep_point_counts ? ", or leave out --keep-point-counts" : "") +
+      (options_.codec().keepsPoints() ? ", or leave out --keep-point-counts" : "") +
       (options_.codec().fields.empty() ? "" : ", or keep fewer --fields") + " (" +
       reason + ")");
 }

@@ -139,7 +139,7 @@ public:
       view.image = {cloud_.width, cloud_.height};
     // With the points the field ring, too, whose order they may have.
     const IntensityCompressionSettings& settings = this->streams().settings();
-    if (!settings.fields.empty() || settings.keep_point_counts)
+    if (!settings.fields.empty() || settings.keepsPoints())
       view.fields =
           pointFieldsOf<PointT>().viewsOf(cloud_.points.data(), sizeof(PointT));
     return {};

@@ -232,7 +232,7 @@ forEachPoint(const VoxelFrame& frame, VisitT&& visit)
 {
   if (!frame.points.areThere())
     detail::visitVoxelPoints(frame, visit);
-  else if (frame.grid.needsDoubles())
+  else if (frame.needsDoubles())
     detail::visitOwnPoints<double>(frame, visit);
   else
     detail::visitOwnPoints<float>(frame, visit);

@@ -99,7 +99,7 @@ PCL_EXT_EXPORT VoxelPointLayout
 layoutOf(const io::VoxelFrame& frame);
 
 /** \brief Describes a cloud of points at voxel centres: x, y, z in metres, FLOAT64
- * where VoxelGrid::needsDoubles() and else FLOAT32; intensity, FLOAT32; where there
+ * where VoxelFrame::needsDoubles() and else FLOAT32; intensity, FLOAT32; where there
  * are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0; and
  * the further fields, of which intensity, rgb and rgba take the place of these. The
  * header is unchanged.
