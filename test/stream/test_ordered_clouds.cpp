@@ -297,7 +297,7 @@ TEST(OrderedClouds, ThatCannotBeKeptAreLeftOut)
   bytes.clear();
   const CompressionStatus status = encoder.encode(viewOf(points), {}, bytes);
   EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
-  EXPECT_NE(status.message().find("too far from each other"), std::string::npos);
+  EXPECT_NE(status.message().find("from each other"), std::string::npos);
   EXPECT_TRUE(bytes.empty());
   // The stream goes on.
   OrderedStream stream;
