@@ -19,13 +19,21 @@ constexpr double most_growth = 1.25;
  * needs. */
 constexpr unsigned int trial_frames = 8;
 
-/** \brief Whether scans take hardly more bytes, as the order of points is worth a few
- * bytes. Even a scene that stands still takes some for each scan. */
-bool
-isScanBetter(std::size_t as_scan, std::size_t as_voxels, std::size_t frames)
+/** \brief Bytes that the order of points is worth. Even a scene that stands still takes some
+ * for each scan. */
+std::size_t
+bytesOfOrder(std::size_t points)
 {
-  constexpr std::size_t bytes_of_order = 256;
-  return 20 * as_scan <= 21 * (as_voxels + bytes_of_order * frames);
+  constexpr std::size_t points_of_byte = 64;
+  constexpr std::size_t most = 256;
+  return std::min(points / points_of_byte, most);
+}
+
+/** \brief Whether scans take hardly more bytes. */
+bool
+isScanBetter(std::size_t as_scan, std::size_t as_voxels)
+{
+  return 20 * as_scan <= 21 * as_voxels;
 }
 
 } // namespace
@@ -37,13 +45,14 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
     trial_ = std::make_unique<Trial>(settings_);
   // What cannot be coded takes no bytes; nor does it later, for the stream.
   const bool is_coded = trial_->encoder.encode(voxels, std::nullopt, bytes_).ok();
-  const std::size_t as_voxels = is_coded ? bytes_.size() : 2 * bytes;
+  const std::size_t as_voxels =
+      is_coded ? bytes_.size() + bytesOfOrder(voxels.pointCount()) : 2 * bytes;
   if (!is_i_frame) {
     if (is_coded && !trial_->encoder.statistics().is_i_frame)
       wants_voxels_ = addPFrame(bytes, as_voxels);
     return false;
   }
-  is_scan_ = isScanBetter(bytes, as_voxels, 1);
+  is_scan_ = isScanBetter(bytes, as_voxels);
   tried_density_ = 0.0; // that of the frame
   const bool is_clear = std::max(bytes, as_voxels) > 2 * std::min(bytes, as_voxels);
   untried_i_frames_ = is_clear ? untried_i_frames : 0;
@@ -65,8 +74,7 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
   }
   if (trial.p_frames < trial_frames)
     return false;
-  is_scan_ =
-      isScanBetter(trial.as_scan, trial.as_voxels, trial_frames - trial_frames / 2);
+  is_scan_ = isScanBetter(trial.as_scan, trial.as_voxels);
   untried_i_frames_ = untried_i_frames;
   tried_density_ = 0.0;
   trial_.reset();
