@@ -280,19 +280,25 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   scan.pixels.reserve(order_.size());
   scan.depths.reserve(order_.size());
   ScanLocator locator(scan);
-  const std::vector<std::int32_t>& turns = rays_.turns();
-  const bool has_turns = !turns.empty() && scan.rays.shape == scan::RayShape::Spinning;
+  static const std::vector<std::int32_t> none;
+  const bool has_turns = scan.rays.shape == scan::RayShape::Spinning;
+  const std::vector<std::int32_t>& turns = has_turns ? rays_.turns() : none;
+  // Rows are not wide, but sequences may be one.
+  constexpr std::size_t points_at_once = 4096;
   const std::uint32_t width = scan.rayColumns();
-  std::uint32_t row = 0;
-  std::uint32_t row_begin = 0;
-  for (const std::uint32_t point : order_) {
-    const std::uint32_t pixel = pixels_[point];
-    for (; pixel - row_begin >= width; row_begin += width)
-      ++row;
-    if (!locator.append(row,
-                        pixel - row_begin,
-                        cloud_.positions[point],
-                        has_turns ? turns[point] : 0))
+  std::vector<std::uint32_t> row_columns;
+  for (std::size_t begin = 0; begin < order_.size(); begin += row_columns.size()) {
+    const std::uint32_t row = pixels_[order_[begin]] / width;
+    const std::uint32_t row_begin = row * width;
+    const std::size_t end = std::min(order_.size(), begin + points_at_once);
+    row_columns.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t column = pixels_[order_[i]] - row_begin;
+      if (column >= width)
+        break;
+      row_columns.push_back(column);
+    }
+    if (!locator.append(row, row_columns, cloud_.positions, &order_[begin], turns))
       return false;
   }
   return true;

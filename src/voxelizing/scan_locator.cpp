@@ -58,16 +58,39 @@ nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 ScanLocator::ScanLocator(scan::ScanFrame& frame)
 : frame_(frame)
 , rays_(frame.rays)
+, certain_depths_(frame)
 , sensor_(scan::sensorPlace(frame.rays.pose))
 , scale_(edge_units / frame.grid.resolution)
 {
-  rays_.moveTo(0);
   for (std::size_t axis = 0; axis < 3; ++axis)
     corner_[axis] = frame.grid.lowerCorner(axis);
 }
 
 bool
 ScanLocator::append(std::uint32_t row,
+                    const std::vector<std::uint32_t>& columns,
+                    const std::vector<std::array<double, 3>>& positions,
+                    const std::uint32_t* points,
+                    const std::vector<std::int32_t>& turns)
+{
+  depths_.assign(columns.size(), CertainDepths::uncertain);
+  if (frame_.rays.shape != scan::RayShape::Free)
+    certain_depths_.find(row, columns, positions.data(), points, depths_.data());
+  rays_.moveTo(row);
+  const std::uint32_t first = row * frame_.width + frame_.shiftOf(row);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::uint32_t point = points[i];
+    const std::int32_t turn = turns.empty() ? 0 : turns[point];
+    if (turn == 0 && depths_[i] != CertainDepths::uncertain)
+      append(first + columns[i], depths_[i], turn);
+    else if (!locate(first + columns[i], columns[i], positions[point], turn))
+      return false;
+  }
+  return true;
+}
+
+bool
+ScanLocator::locate(std::uint32_t pixel,
                     std::uint32_t column,
                     const std::array<double, 3>& position,
                     std::int32_t turn)
@@ -81,9 +104,6 @@ ScanLocator::append(std::uint32_t row,
     if (frame_.is_on_lattice) // the centre of its voxel
       place[axis] = ((place[axis] >> 32) * (std::int64_t{1} << 32)) + (1u << 31);
   }
-  if (row != row_)
-    rays_.moveTo(row_ = row);
-  const std::uint32_t pixel = row * frame_.width + column + frame_.shiftOf(row);
   std::uint32_t depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
   // Mostly one axis tells that it is not.
@@ -101,13 +121,20 @@ ScanLocator::append(std::uint32_t row,
             {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))
       frame_.beside.push_back({pixel, steps});
   }
+  append(pixel, depth, turn);
+  return true;
+}
+
+/** \brief Appends a point whose place is known. */
+void
+ScanLocator::append(std::uint32_t pixel, std::uint32_t depth, std::int32_t turn)
+{
   frame_.pixels.push_back(pixel);
   frame_.depths.push_back(depth);
   if (turn != 0)
     frame_.turns.resize(frame_.depths.size() - 1);
   if (turn != 0 || !frame_.turns.empty())
     frame_.turns.push_back(turn);
-  return true;
 }
 
 } // namespace io

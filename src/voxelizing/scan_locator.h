@@ -4,10 +4,12 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "codec/scan/scan_frame.h"
+#include "voxelizing/certain_depths.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -19,26 +21,38 @@ public:
   /** \param[in,out] frame its grid, size and rays are given; points are appended */
   explicit ScanLocator(scan::ScanFrame& frame);
 
-  /** \brief Appends a point.
-   * \param[in] row of its pixel; pixels ascend
-   * \param[in] column of its ray
-   * \param[in] position world coordinates, metres
-   * \param[in] turn see ScanFrame::turns
-   * \return false if it is 2^26 edges or more from the grid, or not finite
+  /** \brief Appends points of a row.
+   * \param[in] row of their pixels; rows ascend
+   * \param[in] columns of their rays, ascending
+   * \param[in] positions world coordinates of all points, metres
+   * \param[in] points of the row, indices of their positions
+   * \param[in] turns of all points, see ScanFrame::turns; empty: none is turned
+   * \return false if one is 2^26 edges or more from the grid, or not finite
    */
   bool
   append(std::uint32_t row,
-         std::uint32_t column,
-         const std::array<double, 3>& position,
-         std::int32_t turn = 0);
+         const std::vector<std::uint32_t>& columns,
+         const std::vector<std::array<double, 3>>& positions,
+         const std::uint32_t* points,
+         const std::vector<std::int32_t>& turns);
 
 private:
+  bool
+  locate(std::uint32_t pixel,
+         std::uint32_t column,
+         const std::array<double, 3>& position,
+         std::int32_t turn);
+
+  void
+  append(std::uint32_t pixel, std::uint32_t depth, std::int32_t turn);
+
   scan::ScanFrame& frame_;
   scan::ScanRayReader rays_;
+  CertainDepths certain_depths_;
   scan::Triple sensor_;
-  double scale_;                 // units of a place for a metre
-  std::array<double, 3> corner_; // of the grid, metres
-  std::uint32_t row_ = 0;
+  double scale_;                      // units of a place for a metre
+  std::array<double, 3> corner_;      // of the grid, metres
+  std::vector<std::uint32_t> depths_; // of a row, where they are certain
 };
 
 } // namespace io

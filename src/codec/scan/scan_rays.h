@@ -127,19 +127,26 @@ public:
                                              : planarRay(column);
   }
 
-private:
-  /** \brief Cosine and sine of an angle, units of 2^-30. */
-  struct Direction {
-    std::int64_t cosine;
-    std::int64_t sine;
-  };
-
   /** \brief The sensor at a column: edges in units of 2^-32, and of 2^-30. */
   struct Column {
     Triple origin;
     Triple ahead;
     Triple left;
     Triple up;
+  };
+
+  /** \brief Of a spinning sensor. */
+  const std::vector<Column>&
+  columns() const
+  {
+    return columns_;
+  }
+
+private:
+  /** \brief Cosine and sine of an angle, units of 2^-30. */
+  struct Direction {
+    std::int64_t cosine;
+    std::int64_t sine;
   };
 
   static Direction
@@ -161,7 +168,7 @@ private:
   spinningRay(std::uint32_t column, std::int32_t turn) const;
 
   const ScanRays& rays_;
-  std::vector<Column> columns_; // of a spinning sensor
+  std::vector<Column> columns_;
   std::uint32_t row_ = 0;
 };
 
