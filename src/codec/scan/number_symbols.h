@@ -22,21 +22,23 @@ constexpr unsigned int number_symbol_count = exact_numbers + 2 * (32 - exact_bit
 /** \brief A number in parts. */
 struct NumberParts {
   unsigned int symbol;
-  unsigned int bit_count; ///< of low
-  std::uint32_t low;
+  std::uint32_t low; ///< bits below the two highest ones, if there are such
 };
 
-/** \brief Splits a number. */
+/** \brief In a plane numbers are below this; what may be in the place of one is a word,
+ * the first of which is as much. */
+constexpr std::uint64_t first_word = std::uint64_t{1} << 32;
+
+/** \brief Splits a number. Without branches, which would be taken at random. */
 inline NumberParts
 partsOf(std::uint32_t number)
 {
-  if (number < exact_numbers)
-    return {number, 0, 0};
-  const unsigned int octave = highestBit(number);
+  const unsigned int octave = highestBit(number | (exact_numbers - 1));
   const unsigned int bits = octave - 1;
-  return {exact_numbers + 2 * (octave - exact_bits) + (number >> bits & 1),
-          bits,
-          number & ((std::uint32_t{1} << bits) - 1)};
+  const unsigned int symbol =
+      exact_numbers + 2 * (octave - exact_bits) + (number >> bits & 1);
+  const bool is_exact = number < exact_numbers;
+  return {is_exact ? number : symbol, number & ((std::uint32_t{1} << bits) - 1)};
 }
 
 /** \brief Number of low bits of a symbol's numbers. */

@@ -25,13 +25,13 @@ constexpr std::uint32_t number_end = std::uint32_t{1} << 30;
 /** \brief In the place of a number: a pixel without a point. */
 constexpr std::uint32_t no_number = ~std::uint32_t{0};
 
-/** \brief Symbols of that, and of at_sensor, which may be in the place of a depth. */
-constexpr unsigned int no_number_symbol = number_symbol_count;
-constexpr unsigned int at_sensor_symbol = no_number_symbol + 1;
+/** \brief Words of that, and of at_sensor, which may be in the place of a depth. */
+constexpr std::uint64_t no_number_word = first_word;
+constexpr std::uint64_t at_sensor_word = first_word + 1;
 
-/** \brief Symbol in front of the depth of a point beside its ray, and contexts of that
- * depth and of the steps that follow it. */
-constexpr unsigned int beside_symbol = at_sensor_symbol + 1;
+/** \brief Word in front of the depth of a point beside its ray, and contexts of that depth
+ * and of the steps that follow it. */
+constexpr std::uint64_t beside_word = first_word + 2;
 
 constexpr bool
 isNumber(std::uint32_t number)
@@ -52,6 +52,24 @@ constexpr std::size_t first_beside_context =
     missing_contexts + error_contexts * gradient_contexts;
 constexpr std::size_t run_context = first_beside_context + beside_contexts;
 constexpr std::size_t plane_contexts = run_context + 1;
+
+/** \brief Sources are compared in one of so many columns. */
+constexpr std::uint32_t learnt_columns = 4;
+
+/** \brief How a gradient compares with the errors around, by the octave of one more than
+ * it and the class of these. */
+constexpr auto gradient_relations = [] {
+  std::array<std::array<std::uint8_t, error_contexts>, 32> relations{};
+  for (std::size_t gradient = 1; gradient < relations.size(); ++gradient)
+    for (std::size_t error_class = 0; error_class < error_contexts; ++error_class) {
+      const std::size_t error = (std::max<std::size_t>(error_class, 1) - 1) / 2;
+      relations[gradient][error_class] = gradient + 2 < error    ? 1
+                                         : gradient <= error     ? 2
+                                         : gradient == error + 1 ? 3
+                                                                 : 4;
+    }
+  return relations;
+}();
 
 /** \brief An image of numbers, row after row. */
 struct Plane {
@@ -88,6 +106,7 @@ public:
   codeDepths(CodingT& coding, BesideT& beside)
   {
     beside_ = &beside;
+    moveTo(0);
     return run<true>(coding) && (CodingT::is_decoder || next_beside_ == beside.size());
   }
 
@@ -118,12 +137,18 @@ private:
   /** \brief What a number is expected from. */
   enum Source : std::size_t { from_edge, from_mean, from_past, source_count };
 
-  /** \brief Numbers around a pixel, or no_number. */
+  /** \brief Numbers around a pixel, or what is in their places. */
   struct Around {
     std::uint32_t left;
     std::uint32_t up;
     std::uint32_t up_left;
     std::uint32_t up_right;
+  };
+
+  /** \brief A pixel's context, and what its number is expected to be. */
+  struct Expectation {
+    std::uint32_t number;
+    std::size_t context;
   };
 
   static std::uint32_t
@@ -132,68 +157,11 @@ private:
     return a > b ? a - b : b - a;
   }
 
-  /** \brief Half octaves of an error. */
-  static std::size_t
-  errorClass(std::uint32_t error)
+  static bool
+  areNumbers(const Around& around)
   {
-    const std::uint32_t odd = 2 * std::min(error, number_end / 4) + 1;
-    const unsigned int octave = highestBit(odd);
-    const unsigned int half = (2 * odd >> octave) & 1;
-    return std::min<std::size_t>(2 * octave + half, error_contexts - 1);
-  }
-
-  static std::size_t
-  contextOf(std::uint32_t gradient, std::uint32_t error)
-  {
-    const unsigned int of_gradient = highestBit(gradient + 1);
-    const unsigned int of_error = highestBit(error + 1);
-    const std::size_t relation = gradient == 0                 ? 0
-                                 : of_gradient + 2 < of_error  ? 1
-                                 : of_gradient < of_error + 1  ? 2
-                                 : of_gradient == of_error + 1 ? 3
-                                                               : 4;
-    return missing_contexts + relation * error_contexts + errorClass(error);
-  }
-
-  /** \brief What a number is expected to be, with left and up there.
-   * \param[out] gradient how much those around differ
-   */
-  static std::array<std::uint32_t, source_count>
-  expect(const Around& around, std::uint32_t past, std::uint32_t& gradient)
-  {
-    const std::uint32_t low = std::min(around.left, around.up);
-    const std::uint32_t high = std::max(around.left, around.up);
-    const std::uint32_t mean = (low + high) / 2;
-    const std::uint32_t corner = isNumber(around.up_left) ? around.up_left : mean;
-    const std::uint32_t right = isNumber(around.up_right) ? around.up_right : around.up;
-    gradient = distance(around.left, corner) + distance(around.up, corner) +
-               distance(right, around.up);
-    const std::uint32_t edge = corner >= high  ? low
-                               : corner <= low ? high
-                                               : low + high - corner;
-    const std::int32_t slope = static_cast<std::int32_t>(right - corner) >> 2;
-    const std::int32_t sloped = std::clamp(static_cast<std::int32_t>(mean) + slope,
-                                           static_cast<std::int32_t>(low),
-                                           static_cast<std::int32_t>(high));
-    return {edge, static_cast<std::uint32_t>(sloped), past};
-  }
-
-  Source
-  bestSource(bool has_past) const
-  {
-    const Source best = costs_[from_mean] < costs_[from_edge] ? from_mean : from_edge;
-    return has_past && costs_[from_past] < costs_[best] ? from_past : best;
-  }
-
-  void
-  learn(const std::array<std::uint32_t, source_count>& expected,
-        bool has_past,
-        std::uint32_t number)
-  {
-    for (std::size_t source = 0; source < (has_past ? 3u : 2u); ++source) {
-      const std::uint32_t cost = highestBit(2 * distance(expected[source], number) + 1);
-      costs_[source] += 64 * cost - costs_[source] / 64;
-    }
+    // Whatever else is there has higher bits.
+    return isNumber(around.left | around.up | around.up_left | around.up_right);
   }
 
   static bool
@@ -201,6 +169,102 @@ private:
   {
     return !isNumber(around.left) && !isNumber(around.up) &&
            !isNumber(around.up_left) && !isNumber(around.up_right);
+  }
+
+  /** \brief The same with numbers in the upper corners, with left and up there. */
+  static Around
+  completed(Around around)
+  {
+    if (!isNumber(around.up_left))
+      around.up_left = (around.left + around.up) / 2;
+    if (!isNumber(around.up_right))
+      around.up_right = around.up;
+    return around;
+  }
+
+  /** \brief Half octaves of an error. */
+  static std::size_t
+  errorClass(std::uint32_t error)
+  {
+    const std::uint32_t odd = 2 * std::min(error, number_end / 4) + 1;
+    const unsigned int octave = highestBit(odd);
+    const unsigned int half = 2 * odd >> octave & 1;
+    return std::min<std::size_t>(2 * octave + half, error_contexts - 1);
+  }
+
+  /** \brief The number in one of the sources, between left and up but for the past. */
+  static std::uint32_t
+  expectFrom(Source source, const Around& around, std::uint32_t past)
+  {
+    if (source == from_past)
+      return past;
+    const auto left = static_cast<std::int32_t>(around.left);
+    const auto up = static_cast<std::int32_t>(around.up);
+    const auto corner = static_cast<std::int32_t>(around.up_left);
+    const auto right = static_cast<std::int32_t>(around.up_right);
+    const std::int32_t number = source == from_edge
+                                    ? left + up - corner
+                                    : (left + up) / 2 + ((right - corner) >> 2);
+    return static_cast<std::uint32_t>(
+        std::max(std::min(left, up), std::min(std::max(left, up), number)));
+  }
+
+  /** \brief What a number is expected to be with numbers around it.
+   * \param[in] error how far those around were from what was expected, in all
+   */
+  Expectation
+  expectInside(const Around& around, std::uint32_t past, std::uint32_t error) const
+  {
+    const bool has_past = isNumber(past);
+    const std::uint32_t number =
+        expectFrom(has_past ? best_with_past_ : best_, around, past);
+    if (past_ != nullptr && !has_past)
+      return {number, contextOfMissing(around, past)};
+    const std::uint32_t gradient = distance(around.left, around.up_left) +
+                                   distance(around.up, around.up_left) +
+                                   distance(around.up_right, around.up);
+    const std::size_t error_class = errorClass(error);
+    const std::size_t relation =
+        gradient_relations[highestBit(gradient + 1)][error_class];
+    return {number, missing_contexts + relation * error_contexts + error_class};
+  }
+
+  /** \brief The same with left or up missing. */
+  Expectation
+  expectOutside(const Around& around, std::uint32_t past) const
+  {
+    const std::uint32_t number = isNumber(around.left)       ? around.left
+                                 : isNumber(around.up)       ? around.up
+                                 : isNumber(around.up_right) ? around.up_right
+                                                             : last_;
+    return {number, contextOfMissing(around, past)};
+  }
+
+  /** \brief The context of a pixel that may well have no number: as some around it have
+   * none, or it had none in the frame before. */
+  std::size_t
+  contextOfMissing(const Around& around, std::uint32_t past) const
+  {
+    const std::size_t past_context = past_ == nullptr ? 0 : isNumber(past) ? 1 : 2;
+    return 16 * past_context | (isNumber(around.left) ? 1u : 0u) |
+           (isNumber(around.up) ? 2u : 0u) | (isNumber(around.up_left) ? 4u : 0u) |
+           (isNumber(around.up_right) ? 8u : 0u);
+  }
+
+  /** \brief Learns what a number would have cost from each source. */
+  void
+  learn(const Around& around, std::uint32_t past, std::uint32_t number)
+  {
+    const auto add = [&](Source source) {
+      const std::uint32_t off = distance(expectFrom(source, around, past), number);
+      costs_[source] += 64 * highestBit(2 * off + 1) - costs_[source] / 64;
+    };
+    add(from_edge);
+    add(from_mean);
+    if (isNumber(past))
+      add(from_past);
+    best_ = costs_[from_mean] < costs_[from_edge] ? from_mean : from_edge;
+    best_with_past_ = costs_[from_past] < costs_[best_] ? from_past : best_;
   }
 
   /** \brief Codes how many pixels have no number where those around have none, either:
@@ -224,67 +288,16 @@ private:
       while (first + run < end && numbers[first + run] == filler)
         ++run;
     }
-    NumberParts parts = partsOf(first + run == end ? 0 : run + 1);
-    parts.symbol = coding.code(run_context, parts.symbol);
-    if (parts.symbol >= number_symbol_count)
-      return no_number;
-    std::uint32_t coded = parts.symbol;
-    if (coded >= exact_numbers)
-      coded =
-          numberOf(parts.symbol, coding.codeBits(lowBitsOf(parts.symbol), parts.low));
-    run = coded == 0 ? end - first : coded - 1;
+    const std::uint64_t coded =
+        coding.code(run_context, first + run == end ? 0 : run + 1);
     // One of all pixels is coded as 0.
     if (CodingT::is_decoder && coded > end - first)
       return no_number;
+    run = coded == 0 ? end - first : static_cast<std::uint32_t>(coded - 1);
     std::fill(errors_.begin() + first, errors_.begin() + first + run, 0);
     if constexpr (CodingT::is_decoder)
       std::fill(numbers + first, numbers + first + run, filler);
     return run;
-  }
-
-  /** \brief A pixel's context, and what its number is expected to be. */
-  struct Expectation {
-    std::array<std::uint32_t, source_count> all;
-    std::uint32_t number;
-    std::size_t context;
-    bool is_inside; // left and up are there
-  };
-
-  Expectation
-  expectAt(const Around& around,
-           std::uint32_t past,
-           std::uint32_t left_error,
-           std::size_t column) const
-  {
-    Expectation expectation;
-    expectation.is_inside = isNumber(around.left) && isNumber(around.up);
-    if (expectation.is_inside) {
-      std::uint32_t gradient;
-      expectation.all = expect(around, past, gradient);
-      expectation.number = expectation.all[bestSource(isNumber(past))];
-      expectation.context =
-          past_ != nullptr && !isNumber(past)
-              ? contextOfMissing(around, past)
-              : contextOf(gradient, left_error + errors_[column] + errors_[column + 1]);
-      return expectation;
-    }
-    expectation.number = isNumber(around.left)       ? around.left
-                         : isNumber(around.up)       ? around.up
-                         : isNumber(around.up_right) ? around.up_right
-                                                     : last_;
-    expectation.context = contextOfMissing(around, past);
-    return expectation;
-  }
-
-  /** \brief The context of a pixel that may well have no number: as some around it have
-   * none, or it had none in the frame before. */
-  std::size_t
-  contextOfMissing(const Around& around, std::uint32_t past) const
-  {
-    const std::size_t past_context = past_ == nullptr ? 0 : isNumber(past) ? 1 : 2;
-    return 16 * past_context | (isNumber(around.left) ? 1u : 0u) |
-           (isNumber(around.up) ? 2u : 0u) | (isNumber(around.up_left) ? 4u : 0u) |
-           (isNumber(around.up_right) ? 8u : 0u);
   }
 
   template <bool is_depths>
@@ -325,29 +338,33 @@ private:
         around.up_right = column + 1 < plane_.width ? above[column + 1] : no_number;
       }
       std::uint32_t number = numbers[column];
+      std::uint32_t error = 0;
       if (is_depths || isNumber(number)) {
         const std::uint32_t past_number = past != nullptr ? past[column] : no_number;
-        const Expectation expected = expectAt(around, past_number, left_error, column);
-        number = codeNumber<is_depths>(
-            coding, expected.context, expected.number, number, begin + column);
+        const bool is_inside =
+            areNumbers(around) || (isNumber(around.left) && isNumber(around.up));
+        const Around inside = areNumbers(around) ? around : completed(around);
+        const Expectation expected =
+            is_inside ? expectInside(inside,
+                                     past_number,
+                                     left_error + errors_[column] + errors_[column + 1])
+                      : expectOutside(around, past_number);
+        number = codeNumber<is_depths>(coding, expected, number, begin + column);
         if constexpr (CodingT::is_decoder) {
           if (coding.isOverrun() || (number >= number_end && number < at_sensor))
             return false;
           numbers[column] = number;
         }
-        left_error = 0;
         if (isNumber(number)) {
           last_ = number;
-          left_error = distance(number, expected.number);
-          if (expected.is_inside)
-            learn(expected.all, isNumber(past_number), number);
+          error = distance(number, expected.number);
+          if (is_inside && column % learnt_columns == 0)
+            learn(inside, past_number, number);
         }
       }
-      else {
-        left_error = 0;
-      }
+      left_error = error;
       around.left = number;
-      errors_[column] = left_error;
+      errors_[column] = error;
     }
     coding_now = coding;
     return true;
@@ -359,45 +376,44 @@ private:
   template <bool is_depths>
   std::uint32_t
   codeNumber(CodingT& coding,
-             std::size_t context,
-             std::uint32_t expected,
+             const Expectation& expected,
              std::uint32_t number,
              std::size_t pixel)
   {
-    NumberParts parts{no_number_symbol + (no_number - number), 0, 0};
-    if (!CodingT::is_decoder && isNumber(number)) {
-      parts = partsOf(zigzag(static_cast<std::int32_t>(number - expected)));
-      if (is_depths && isBeside(pixel))
-        parts.symbol = beside_symbol;
+    std::uint64_t value = 0;
+    if constexpr (!CodingT::is_decoder) {
+      value = isNumber(number) ? offOf(number, expected.number)
+                               : no_number_word + (no_number - number);
+      if (is_depths && pixel == next_beside_pixel_)
+        value = beside_word;
     }
-    parts.symbol = coding.code(context, parts.symbol);
-    if (parts.symbol < number_symbol_count)
-      return numberFrom(coding, expected, parts);
+    value = coding.code(expected.context, value);
+    if (value < first_word)
+      return numberAt(value, expected.number);
     if (!is_depths)
       return number_end;
-    return parts.symbol == beside_symbol
-               ? codeBeside(coding, expected, number, pixel)
-               : no_number - (parts.symbol - no_number_symbol);
+    return value == beside_word
+               ? codeBeside(coding, expected.number, number, pixel)
+               : no_number - static_cast<std::uint32_t>(value - no_number_word);
   }
 
-  /** \brief Codes the low bits of a number whose symbol was coded.
-   * \return the number; number_end: not a number
-   */
+  /** \brief What is coded of a number. */
+  static std::uint64_t
+  offOf(std::uint32_t number, std::uint32_t expected)
+  {
+    return zigzag(static_cast<std::int32_t>(number - expected));
+  }
+
+  /** \brief Inverse of offOf(); number_end: not a number. */
   static std::uint32_t
-  numberFrom(CodingT& coding, std::uint32_t expected, NumberParts parts)
+  numberAt(std::uint64_t off, std::uint32_t expected)
   {
-    std::uint32_t size = parts.symbol;
-    if (size >= exact_numbers)
-      size =
-          numberOf(parts.symbol, coding.codeBits(lowBitsOf(parts.symbol), parts.low));
-    const std::uint32_t number = expected + static_cast<std::uint32_t>(unzigzag(size));
-    return isNumber(number) ? number : number_end;
-  }
-
-  bool
-  isBeside(std::size_t pixel) const
-  {
-    return next_beside_ < beside_->size() && (*beside_)[next_beside_].pixel == pixel;
+    if (off >= first_word)
+      return number_end;
+    const std::uint32_t number =
+        expected +
+        static_cast<std::uint32_t>(unzigzag(static_cast<std::uint32_t>(off)));
+    return std::min(number, number_end);
   }
 
   /** \brief Codes the depth of a point beside its ray, and how far it is from there. */
@@ -409,15 +425,13 @@ private:
   {
     const auto code =
         [&coding](std::size_t context, std::uint32_t near, std::uint32_t value) {
-          NumberParts parts = partsOf(zigzag(static_cast<std::int32_t>(value - near)));
-          parts.symbol = coding.code(first_beside_context + context, parts.symbol);
-          return parts.symbol < number_symbol_count ? numberFrom(coding, near, parts)
-                                                    : number_end;
+          return numberAt(
+              coding.code(first_beside_context + context, offOf(value, near)), near);
         };
     number = code(0, expected, number);
     if constexpr (CodingT::is_decoder)
       beside_->push_back({static_cast<std::uint32_t>(pixel), {}});
-    auto& steps = (*beside_)[next_beside_++].steps;
+    auto& steps = (*beside_)[next_beside_].steps;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::uint32_t step = code(
           1 + axis, zero_steps, zero_steps + static_cast<std::uint32_t>(steps[axis]));
@@ -426,16 +440,29 @@ private:
       if constexpr (CodingT::is_decoder)
         steps[axis] = static_cast<std::int32_t>(step - zero_steps);
     }
+    moveTo(next_beside_ + 1);
     return number;
+  }
+
+  /** \brief Goes to a point beside its ray. */
+  void
+  moveTo(std::size_t beside)
+  {
+    next_beside_ = beside;
+    next_beside_pixel_ =
+        beside < beside_->size() ? (*beside_)[beside].pixel : ~std::size_t{0};
   }
 
   const Plane plane_;
   BesideT* beside_ = nullptr;
   std::size_t next_beside_ = 0;
+  std::size_t next_beside_pixel_ = ~std::size_t{0};
   const std::uint32_t* past_;
   std::vector<std::uint32_t> errors_;  // of the row above, then of the current one
   std::vector<std::uint32_t> nothing_; // the row above the first one
   std::array<std::uint32_t, source_count> costs_{};
+  Source best_ = from_edge; // of edge and mean
+  Source best_with_past_ = from_edge;
   std::uint32_t last_;
 };
 

@@ -256,18 +256,14 @@ private:
                  std::int32_t expected,
                  std::int32_t& coordinate)
   {
-    NumberParts parts{};
-    if (!CodingT::is_decoder)
-      parts = partsOf(zigzag(coordinate - expected));
-    parts.symbol = coding.code(context, parts.symbol);
+    std::uint64_t value = 0;
+    if constexpr (!CodingT::is_decoder)
+      value = zigzag(coordinate - expected);
+    value = coding.code(context, value);
     if constexpr (CodingT::is_decoder)
-      if (parts.symbol >= number_symbol_count || coding.isOverrun())
+      if (value >= first_word || coding.isOverrun())
         return ~std::uint32_t{0};
-    std::uint32_t number = parts.symbol;
-    if (number >= exact_numbers)
-      number =
-          numberOf(parts.symbol, coding.codeBits(lowBitsOf(parts.symbol), parts.low));
-    const std::int64_t difference = unzigzag(number);
+    const std::int64_t difference = unzigzag(static_cast<std::uint32_t>(value));
     const std::int64_t decoded = expected + difference;
     if constexpr (CodingT::is_decoder) {
       if (decoded < -most || decoded > most)

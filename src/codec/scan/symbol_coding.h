@@ -47,24 +47,23 @@ public:
   void
   reserve(std::size_t numbers);
 
-  /** \brief Codes a symbol.
+  /** \brief Codes a number or a word.
    * \param[in] context below most_contexts
+   * \param[in] value a number below first_word, or a word from there on
+   * \return the value
    */
-  unsigned int
-  code(std::size_t context, unsigned int symbol)
+  PCL_EXT_ALWAYS_INLINE std::uint64_t
+  code(std::size_t context, std::uint64_t value)
   {
-    *next_++ = static_cast<std::uint32_t>(context << 8 | symbol);
-    return symbol;
-  }
-
-  /** \brief Codes the low bits of the number of the symbol before.
-   * \param[in] bits below 2^30
-   */
-  std::uint32_t
-  codeBits(unsigned int, std::uint32_t bits)
-  {
-    *next_++ = low_bits | bits;
-    return bits;
+    const bool is_word = value >= first_word;
+    NumberParts parts = partsOf(static_cast<std::uint32_t>(value));
+    if (is_word)
+      parts.symbol =
+          number_symbol_count + static_cast<unsigned int>(value - first_word);
+    next_[0] = static_cast<std::uint32_t>(context << 8 | parts.symbol);
+    next_[1] = low_bits | parts.low; // overwritten if there are none
+    next_ += parts.symbol >= exact_numbers && !is_word ? 2 : 1;
+    return value;
   }
 
   /** \brief As SymbolDecoding::isOverrun. */
@@ -111,20 +110,17 @@ public:
   reserve(std::size_t)
   {}
 
-  PCL_EXT_ALWAYS_INLINE unsigned int
-  code(std::size_t context, unsigned int)
+  /** \brief Decodes a number or a word, see SymbolEncoding. */
+  PCL_EXT_ALWAYS_INLINE std::uint64_t
+  code(std::size_t context, std::uint64_t)
   {
-    return coder_.code(work_->tables[work_->table_of_context[context]], 0);
-  }
-
-  std::uint32_t
-  codeBits(unsigned int count, std::uint32_t)
-  {
-    std::uint32_t bits = 0;
-    for (; count > rans::probability_bits; count -= rans::probability_bits)
-      bits =
-          bits << rans::probability_bits | coder_.codeBits(rans::probability_bits, 0);
-    return bits << count | coder_.codeBits(count, 0);
+    const unsigned int symbol =
+        coder_.code(work_->tables[work_->table_of_context[context]], 0);
+    if (symbol < exact_numbers)
+      return symbol;
+    if (symbol >= number_symbol_count)
+      return first_word + (symbol - number_symbol_count);
+    return numberOf(symbol, lowBits(lowBitsOf(symbol)));
   }
 
   bool
@@ -151,6 +147,16 @@ public:
 private:
   bool
   readTables(std::size_t context_count);
+
+  std::uint32_t
+  lowBits(unsigned int count)
+  {
+    std::uint32_t bits = 0;
+    for (; count > rans::probability_bits; count -= rans::probability_bits)
+      bits =
+          bits << rans::probability_bits | coder_.codeBits(rans::probability_bits, 0);
+    return bits << count | coder_.codeBits(count, 0);
+  }
 
   rans::NibbleDecoder coder_;
   SymbolWorkspace* work_;
