@@ -282,7 +282,12 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   ScanLocator locator(scan);
   static const std::vector<std::int32_t> none;
   const bool has_turns = scan.rays.shape == scan::RayShape::Spinning;
-  const std::vector<std::int32_t>& turns = has_turns ? rays_.turns() : none;
+  // Mostly none is turned.
+  const auto is_turned = [](std::int32_t turn) { return turn != 0; };
+  const std::vector<std::int32_t>& turns =
+      has_turns && std::any_of(rays_.turns().begin(), rays_.turns().end(), is_turned)
+          ? rays_.turns()
+          : none;
   // Rows are not wide, but sequences may be one.
   constexpr std::size_t points_at_once = 4096;
   const std::uint32_t width = scan.rayColumns();

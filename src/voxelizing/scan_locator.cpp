@@ -73,27 +73,36 @@ ScanLocator::append(std::uint32_t row,
                     const std::uint32_t* points,
                     const std::vector<std::int32_t>& turns)
 {
-  depths_.assign(columns.size(), CertainDepths::uncertain);
+  const std::size_t begin = frame_.depths.size();
+  const std::size_t end = begin + columns.size();
+  frame_.depths.resize(end, CertainDepths::uncertain);
+  frame_.pixels.resize(end);
+  frame_.turns.resize(turns.empty() ? 0 : end);
+  std::uint32_t* const depths = frame_.depths.data() + begin;
   if (frame_.rays.shape != scan::RayShape::Free)
-    certain_depths_.find(row, columns, positions.data(), points, depths_.data());
+    certain_depths_.find(row, columns, positions.data(), points, depths);
   rays_.moveTo(row);
   const std::uint32_t first = row * frame_.width + frame_.shiftOf(row);
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::uint32_t point = points[i];
-    const std::int32_t turn = turns.empty() ? 0 : turns[point];
-    if (turn == 0 && depths_[i] != CertainDepths::uncertain)
-      append(first + columns[i], depths_[i], turn);
-    else if (!locate(first + columns[i], columns[i], positions[point], turn))
+    const std::uint32_t pixel = first + columns[i];
+    frame_.pixels[begin + i] = pixel;
+    const std::int32_t turn = turns.empty() ? 0 : turns[points[i]];
+    if (turn != 0)
+      frame_.turns[begin + i] = turn;
+    if ((turn != 0 || depths[i] == CertainDepths::uncertain) &&
+        !locate({pixel, columns[i], turn}, positions[points[i]], depths[i]))
       return false;
   }
   return true;
 }
 
+/** \brief Finds the depth of a point in whole numbers.
+ * \return false if it is too far away
+ */
 bool
-ScanLocator::locate(std::uint32_t pixel,
-                    std::uint32_t column,
+ScanLocator::locate(const Place& where,
                     const std::array<double, 3>& position,
-                    std::int32_t turn)
+                    std::uint32_t& depth)
 {
   scan::Triple place;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -104,7 +113,7 @@ ScanLocator::locate(std::uint32_t pixel,
     if (frame_.is_on_lattice) // the centre of its voxel
       place[axis] = ((place[axis] >> 32) * (std::int64_t{1} << 32)) + (1u << 31);
   }
-  std::uint32_t depth = scan::at_sensor;
+  depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
   // Mostly one axis tells that it is not.
   const bool is_at_sensor = std::abs(place[0] - sensor_[0]) <= edge_in_units &&
@@ -112,29 +121,16 @@ ScanLocator::locate(std::uint32_t pixel,
   if (frame_.rays.shape == scan::RayShape::Free) {
     depth = is_at_sensor && !frame_.isSequence() ? scan::at_sensor : 0;
     if (stepsBetween(sensor_, place, steps))
-      frame_.beside.push_back({pixel, steps});
+      frame_.beside.push_back({where.pixel, steps});
   }
   else if (!is_at_sensor) {
-    const scan::Ray ray = rays_.at(column, turn);
+    const scan::Ray ray = rays_.at(where.column, where.turn);
     depth = nearestDepth(ray, place);
     if (stepsBetween(
             {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))
-      frame_.beside.push_back({pixel, steps});
+      frame_.beside.push_back({where.pixel, steps});
   }
-  append(pixel, depth, turn);
   return true;
-}
-
-/** \brief Appends a point whose place is known. */
-void
-ScanLocator::append(std::uint32_t pixel, std::uint32_t depth, std::int32_t turn)
-{
-  frame_.pixels.push_back(pixel);
-  frame_.depths.push_back(depth);
-  if (turn != 0)
-    frame_.turns.resize(frame_.depths.size() - 1);
-  if (turn != 0 || !frame_.turns.empty())
-    frame_.turns.push_back(turn);
 }
 
 } // namespace io

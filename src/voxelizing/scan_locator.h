@@ -37,22 +37,24 @@ public:
          const std::vector<std::int32_t>& turns);
 
 private:
-  bool
-  locate(std::uint32_t pixel,
-         std::uint32_t column,
-         const std::array<double, 3>& position,
-         std::int32_t turn);
+  /** \brief A pixel, and its ray. */
+  struct Place {
+    std::uint32_t pixel;
+    std::uint32_t column;
+    std::int32_t turn;
+  };
 
-  void
-  append(std::uint32_t pixel, std::uint32_t depth, std::int32_t turn);
+  bool
+  locate(const Place& where,
+         const std::array<double, 3>& position,
+         std::uint32_t& depth);
 
   scan::ScanFrame& frame_;
   scan::ScanRayReader rays_;
   CertainDepths certain_depths_;
   scan::Triple sensor_;
-  double scale_;                      // units of a place for a metre
-  std::array<double, 3> corner_;      // of the grid, metres
-  std::vector<std::uint32_t> depths_; // of a row, where they are certain
+  double scale_;                 // units of a place for a metre
+  std::array<double, 3> corner_; // of the grid, metres
 };
 
 } // namespace io

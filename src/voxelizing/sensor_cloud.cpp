@@ -5,6 +5,7 @@
 #include "voxelizing/point_batches.h"
 #include "voxelizing/ring_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -21,20 +22,27 @@ isImage(const ImageSize& size)
 }
 
 bool
-isInside(const std::optional<BoundingBox>& box, const std::array<double, 3>& position)
+isInside(const BoundingBox& box, const std::array<double, 3>& position)
 {
-  for (std::size_t axis = 0; box && axis < 3; ++axis)
-    if (position[axis] < box->min[axis] || position[axis] > box->max[axis])
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (position[axis] < box.min[axis] || position[axis] > box.max[axis])
       return false;
   return true;
 }
 
+/** \brief Makes room for so many elements, of which some are there. */
+template <typename ElementT>
+void
+grow(std::vector<ElementT>& elements, std::size_t size)
+{
+  if (elements.size() < size)
+    elements.resize(size);
+}
+
+/** \brief Clears what is appended to; the rest is overwritten. */
 void
 clear(SensorCloud& cloud, std::size_t field_count)
 {
-  cloud.pixels.clear();
-  cloud.rings.clear();
-  cloud.positions.clear();
   cloud.intensities.clear();
   cloud.intensity_step = CommonStep();
   cloud.colours.clear();
@@ -58,8 +66,13 @@ SensorCloudReader::read(PointBatches& points,
       std::uint64_t{cloud.image.width} * cloud.image.height > scan::most_pixels)
     return false;
   ring_ = cloud.image.width > 0 ? std::nullopt : findRing(points.fields());
-  cloud.positions.reserve(points.size());
+  if (!ring_)
+    cloud.rings.clear();
+  if (cloud.image.width == 0)
+    cloud.pixels.clear();
+  grow(cloud.positions, points.size());
   first_ = 0;
+  used_ = 0;
   points.restart();
   for (PointView batch; points.next(batch); first_ += batch.count) {
     const bool has_order = batch.double_coordinates != nullptr
@@ -69,6 +82,9 @@ SensorCloudReader::read(PointBatches& points,
       return false;
     readAttributes(batch, cloud);
   }
+  cloud.positions.resize(used_);
+  cloud.rings.resize(std::min(cloud.rings.size(), used_));
+  cloud.pixels.resize(std::min(cloud.pixels.size(), used_));
   cloud.statistics.points_behind_sensor = points.pointsBehindSensor();
   cloud.statistics.points += cloud.statistics.points_behind_sensor;
   cloud.statistics.points_used = cloud.size();
@@ -82,38 +98,56 @@ SensorCloudReader::readBatch(const PointView& points,
                              const NumberT* coordinates,
                              SensorCloud& cloud)
 {
-  batch_.clear();
   std::optional<RingReader> rings;
   if (ring_)
     rings.emplace(points.fields[*ring_]);
+  const bool has_pixels = cloud.image.width > 0;
   const std::size_t pixel_count = std::size_t{cloud.image.width} * cloud.image.height;
   cloud.statistics.points += points.count;
+  batch_.resize(points.count);
+  grow(cloud.positions, used_ + points.count);
+  if (rings)
+    grow(cloud.rings, used_ + points.count);
+  if (has_pixels)
+    grow(cloud.pixels, used_ + points.count);
+  // By pointers that nothing else changes, as there are many points.
+  std::array<double, 3>* const positions = cloud.positions.data() + used_;
+  std::uint32_t* const cloud_rings = cloud.rings.data() + used_;
+  std::uint32_t* const pixels = cloud.pixels.data() + used_;
+  std::uint32_t* const batch = batch_.data();
+  std::size_t not_finite = 0;
+  std::size_t outside_box = 0;
+  std::size_t used = 0;
   for (std::size_t i = 0; i < points.count; ++i) {
     const NumberT* const xyz =
         detail::atOffset(coordinates, i * points.coordinate_stride);
     if (!isFinite(xyz)) {
-      ++cloud.statistics.points_not_finite;
+      ++not_finite;
       continue;
     }
     const std::array<double, 3> position = {static_cast<double>(xyz[0]),
                                             static_cast<double>(xyz[1]),
                                             static_cast<double>(xyz[2])};
-    if (!isInside(contents_.box, position)) {
-      ++cloud.statistics.points_outside_box;
+    if (contents_.box && !isInside(*contents_.box, position)) {
+      ++outside_box;
       continue;
     }
     if (rings)
-      cloud.rings.push_back(rings->row(i));
-    else if (pixel_count > 0) {
+      cloud_rings[used] = rings->row(i);
+    else if (has_pixels) {
       const std::size_t pixel =
           points.pixels != nullptr ? points.pixels[i] : first_ + i;
       if (pixel >= pixel_count)
         return false;
-      cloud.pixels.push_back(static_cast<std::uint32_t>(pixel));
+      pixels[used] = static_cast<std::uint32_t>(pixel);
     }
-    cloud.positions.push_back(position);
-    batch_.push_back(static_cast<std::uint32_t>(i));
+    positions[used] = position;
+    batch[used++] = static_cast<std::uint32_t>(i);
   }
+  batch_.resize(used);
+  used_ += used;
+  cloud.statistics.points_not_finite += not_finite;
+  cloud.statistics.points_outside_box += outside_box;
   return true;
 }
 

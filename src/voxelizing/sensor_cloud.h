@@ -73,6 +73,7 @@ private:
   Contents contents_;
   std::optional<std::size_t> ring_;
   std::size_t first_ = 0;            // index in the cloud of the batch's first point
+  std::size_t used_ = 0;             // usable points so far
   std::vector<std::uint32_t> batch_; // usable points of the current batch
 };
 

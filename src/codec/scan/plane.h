@@ -54,7 +54,7 @@ constexpr std::size_t run_context = first_beside_context + beside_contexts;
 constexpr std::size_t plane_contexts = run_context + 1;
 
 /** \brief Sources are compared in one of so many columns. */
-constexpr std::uint32_t learnt_columns = 4;
+constexpr std::uint32_t learnt_columns = 8;
 
 /** \brief How a gradient compares with the errors around, by the octave of one more than
  * it and the class of these. */
