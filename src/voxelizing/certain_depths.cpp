@@ -46,17 +46,16 @@ highest(double x, double y, double z)
 
 } // namespace
 
-CertainDepths::CertainDepths(const scan::ScanFrame& frame)
+CertainDepths::CertainDepths(const scan::ScanFrame& frame,
+                             const scan::ScanRayReader& rays)
 : frame_(frame)
 , sensor_(numbersOf(frame.rays.pose.origin, 0x1p-16))
 , scale_(1.0 / frame.grid.resolution)
 {
   for (std::size_t axis = 0; axis < 3; ++axis)
     corner_[axis] = frame.grid.lowerCorner(axis);
-  if (frame.rays.shape != scan::RayShape::Spinning)
-    return;
-  const scan::ScanRayReader reader(frame.rays);
-  for (const scan::ScanRayReader::Column& column : reader.columns())
+  columns_.reserve(rays.columns().size());
+  for (const scan::ScanRayReader::Column& column : rays.columns())
     columns_.push_back({numbersOf(column.origin, 0x1p-32),
                         numbersOf(column.ahead, 0x1p-30),
                         numbersOf(column.left, 0x1p-30),

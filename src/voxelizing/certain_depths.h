@@ -23,8 +23,10 @@ public:
 
   using Numbers = std::array<double, 3>;
 
-  /** \param[in] frame its grid, size and rays are given, which do not change */
-  explicit CertainDepths(const scan::ScanFrame& frame);
+  /** \param[in] frame its grid, size and rays are given, which do not change
+   * \param[in] rays of the frame
+   */
+  CertainDepths(const scan::ScanFrame& frame, const scan::ScanRayReader& rays);
 
   /** \brief Finds the depths of points of a row.
    * \param[in] columns of the rays of the points

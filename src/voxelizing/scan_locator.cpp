@@ -58,7 +58,7 @@ nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 ScanLocator::ScanLocator(scan::ScanFrame& frame)
 : frame_(frame)
 , rays_(frame.rays)
-, certain_depths_(frame)
+, certain_depths_(frame, rays_)
 , sensor_(scan::sensorPlace(frame.rays.pose))
 , scale_(edge_units / frame.grid.resolution)
 {

@@ -85,28 +85,28 @@ setPositions(const ScanFrame& scan, FramePoints& points)
 {
   std::vector<std::array<double, 3>>& positions = points.positions;
   points.need_doubles = false;
-  positions.clear();
-  positions.reserve(scan.pixels.size());
+  positions.resize(scan.pixels.size());
   if (scan.pixels.empty()) // then there are no columns
     return;
   const VoxelGrid& grid = scan.grid;
+  const bool is_on_lattice = scan.is_on_lattice;
+  const double resolution = grid.resolution;
+  const std::array<double, 3> origin = grid.origin;
+  const std::array<double, 3> first_index = {static_cast<double>(grid.first_index[0]),
+                                             static_cast<double>(grid.first_index[1]),
+                                             static_cast<double>(grid.first_index[2])};
   double farthest = 0.0;
   PointPlaces places(scan);
-  while (positions.size() < scan.pixels.size()) {
+  for (std::array<double, 3>& position : positions) {
     const Triple place = places.next();
-    std::array<double, 3> position;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // In edges first, as that product is exact: machines that round a product and a
       // sum at once compute the same, but for the origin of another lattice.
-      const double edges = scan.is_on_lattice
-                               ? static_cast<double>(place[axis] >> 32) + 0.5
-                               : 0x1p-32 * static_cast<double>(place[axis]);
-      position[axis] =
-          (static_cast<double>(grid.first_index[axis]) + edges) * grid.resolution +
-          grid.origin[axis];
+      const double edges = is_on_lattice ? static_cast<double>(place[axis] >> 32) + 0.5
+                                         : 0x1p-32 * static_cast<double>(place[axis]);
+      position[axis] = (first_index[axis] + edges) * resolution + origin[axis];
       farthest = std::max(farthest, std::abs(position[axis]));
     }
-    positions.push_back(position);
   }
   points.need_doubles = farthest > grid.farthestFloat();
 }

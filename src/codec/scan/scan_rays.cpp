@@ -64,24 +64,10 @@ ScanRayReader::columnAt(std::size_t index) const
 }
 
 Ray
-ScanRayReader::planarRay(std::uint32_t column) const
-{
-  const auto& vectors = rays_.pose.vectors;
-  Ray ray;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    ray.start[axis] = rays_.pose.origin[axis] * (1 << 16);
-    ray.step[axis] =
-        (vectors[0][axis] + vectors[1][axis] * column + vectors[2][axis] * row_) >> 8;
-  }
-  return ray;
-}
-
-Ray
 ScanRayReader::spinningRay(std::uint32_t column_index, std::int32_t turn) const
 {
-  const RayRow& row = rays_.rows[row_];
   const Column& column = columns_[column_index];
-  const Direction direction = directionOf(row, turn);
+  const Direction direction = directionOf(row_, turn);
   Ray ray;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t ahead =
@@ -92,8 +78,8 @@ ScanRayReader::spinningRay(std::uint32_t column_index, std::int32_t turn) const
         30;
     ray.start[axis] =
         column.origin[axis] +
-        ((row.along * ahead + row.across * left + row.up * column.up[axis]) >> 14);
-    ray.step[axis] = (row.run * ahead + row.rise * column.up[axis]) >> 22;
+        ((row_.along * ahead + row_.across * left + row_.up * column.up[axis]) >> 14);
+    ray.step[axis] = (row_.run * ahead + row_.rise * column.up[axis]) >> 22;
   }
   return ray;
 }

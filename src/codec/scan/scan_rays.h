@@ -114,7 +114,13 @@ public:
   void
   moveTo(std::uint32_t row)
   {
-    row_ = row;
+    if (rays_.shape == RayShape::Spinning) {
+      row_ = rays_.rows[row];
+      return;
+    }
+    const auto& vectors = rays_.pose.vectors;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      first_step_[axis] = vectors[0][axis] + vectors[2][axis] * row;
   }
 
   /** \brief The ray of a column of the row.
@@ -162,14 +168,25 @@ private:
   columnAt(std::size_t index) const;
 
   Ray
-  planarRay(std::uint32_t column) const;
+  planarRay(std::uint32_t column) const
+  {
+    const Triple& change = rays_.pose.vectors[1];
+    Ray ray;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ray.start[axis] = rays_.pose.origin[axis] * (1 << 16);
+      ray.step[axis] = (first_step_[axis] + change[axis] * column) >> 8;
+    }
+    return ray;
+  }
 
   Ray
   spinningRay(std::uint32_t column, std::int32_t turn) const;
 
   const ScanRays& rays_;
   std::vector<Column> columns_;
-  std::uint32_t row_ = 0;
+  // Of the row:
+  RayRow row_;          // of a spinning sensor
+  Triple first_step_{}; // of a camera, at column 0
 };
 
 } // namespace scan
