@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -80,8 +81,11 @@ sensorOf(const ScanRays& rays)
   return sensor;
 }
 
+/** \param[in] indices of the points in the cloud */
 void
-setPositions(const ScanFrame& scan, FramePoints& points)
+setPositions(const ScanFrame& scan,
+             const std::vector<std::uint32_t>& indices,
+             FramePoints& points)
 {
   std::vector<std::array<double, 3>>& positions = points.positions;
   points.need_doubles = false;
@@ -97,8 +101,9 @@ setPositions(const ScanFrame& scan, FramePoints& points)
                                              static_cast<double>(grid.first_index[2])};
   double farthest = 0.0;
   PointPlaces places(scan);
-  for (std::array<double, 3>& position : positions) {
+  for (const std::uint32_t index : indices) {
     const Triple place = places.next();
+    std::array<double, 3>& position = positions[index];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // In edges first, as that product is exact: machines that round a product and a
       // sum at once compute the same, but for the origin of another lattice.
@@ -111,10 +116,10 @@ setPositions(const ScanFrame& scan, FramePoints& points)
   points.need_doubles = farthest > grid.farthestFloat();
 }
 
-/** \brief The points in the order of their columns of rays, each in the order of its
- * rows. */
-std::vector<std::uint32_t>
-columnByColumn(const ScanFrame& scan)
+/** \brief The indices of points in the order of their columns of rays, each in the order of
+ * its rows. */
+void
+setColumnByColumn(const ScanFrame& scan, std::vector<std::uint32_t>& indices)
 {
   std::vector<std::uint32_t> begins(scan.rayColumns() + std::size_t{1});
   std::vector<std::uint32_t> row_begins(scan.height + std::size_t{1});
@@ -132,30 +137,28 @@ columnByColumn(const ScanFrame& scan)
     begins[column + 1] += begins[column];
   for (row = 0; row < scan.height; ++row)
     row_begins[row + 1] += row_begins[row];
-  std::vector<std::uint32_t> order(scan.pixels.size());
   for (const std::uint16_t fired : scan.firing_order)
     for (std::uint32_t point = row_begins[fired]; point < row_begins[fired + 1u];
          ++point)
-      order[begins[column_of(scan.pixels[point], fired)]++] = point;
-  return order;
+      indices[point] = begins[column_of(scan.pixels[point], fired)]++;
 }
 
-/** \brief Puts what points have in an order.
+/** \brief Puts what points have to their indices.
  * \param[in] count values of a point
  */
 template <typename ValueT>
 void
-arrange(const std::vector<std::uint32_t>& order,
+arrange(const std::vector<std::uint32_t>& indices,
         std::size_t count,
         std::vector<ValueT>& values)
 {
   if (values.empty())
     return;
-  std::vector<ValueT> arranged;
-  arranged.reserve(values.size());
-  for (const std::uint32_t point : order)
+  std::vector<ValueT> arranged(values.size());
+  auto value = values.begin();
+  for (const std::uint32_t index : indices)
     for (std::size_t i = 0; i < count; ++i)
-      arranged.push_back(values[point * count + i]);
+      arranged[index * count + i] = *value++;
   values.swap(arranged);
 }
 
@@ -171,31 +174,30 @@ movePoints(ScanFrame& scan, VoxelFrame& frame)
   frame.colour_bits = scan.colour_bits;
   frame.has_point_counts = true;
   FramePoints& points = frame.points;
-  setPositions(scan, points);
   points.intensities.swap(scan.intensities);
   points.colours.swap(scan.colours);
   frame.fields.swap(scan.fields);
   points.sensor = sensorOf(scan.rays);
-  if (scan.order == PointOrder::Organised) {
-    points.width = scan.width;
-    points.height = scan.height;
-    points.indices.swap(scan.pixels);
-    return;
-  }
   const auto count = static_cast<std::uint32_t>(scan.pixels.size());
-  points.width = count;
-  points.height = 1;
   points.indices.resize(count);
-  for (std::uint32_t point = 0; point < count; ++point)
-    points.indices[point] = point;
-  if (scan.order != PointOrder::ColumnByColumn)
-    return;
-  const std::vector<std::uint32_t> order = columnByColumn(scan);
-  arrange(order, 1, points.positions);
-  arrange(order, 1, points.intensities);
-  arrange(order, 1, points.colours);
-  for (FrameField& field : frame.fields)
-    arrange(order, field.count, field.numbers);
+  std::iota(points.indices.begin(), points.indices.end(), 0u);
+  if (scan.order == PointOrder::ColumnByColumn) {
+    std::vector<std::uint32_t> indices(count);
+    setColumnByColumn(scan, indices);
+    setPositions(scan, indices, points);
+    arrange(indices, 1, points.intensities);
+    arrange(indices, 1, points.colours);
+    for (FrameField& field : frame.fields)
+      arrange(indices, field.count, field.numbers);
+  }
+  else {
+    setPositions(scan, points.indices, points);
+  }
+  const bool is_organised = scan.order == PointOrder::Organised;
+  points.width = is_organised ? scan.width : count;
+  points.height = is_organised ? scan.height : 1;
+  if (is_organised)
+    points.indices.swap(scan.pixels);
 }
 
 } // namespace scan
