@@ -15,8 +15,9 @@ def highest_bit(number: int) -> int:
 class Costs:
     """Costs of candidates, of which the first ones are always there."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, decay: int) -> None:
         self._costs = count * [0]
+        self._decay = decay
 
     def best(self, count: int) -> int:
         """Which of the first candidates has the lowest cost, the first of equals."""
@@ -25,4 +26,4 @@ class Costs:
     def learn(self, candidates: Sequence[int], number: int) -> None:
         for i, candidate in enumerate(candidates):
             gain = 64 * highest_bit(2 * abs(candidate - number) + 1)
-            self._costs[i] += gain - self._costs[i] // 64
+            self._costs[i] += gain - self._costs[i] // self._decay

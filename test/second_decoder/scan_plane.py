@@ -44,7 +44,7 @@ class _Plane:
         self._is_one_row = is_one_row
         self._last = first
         self._pasts = pasts
-        self._costs = Costs(3)
+        self._costs = Costs(3, decay=64)
         self._errors: Dict[int, int] = {}
         self.numbers: Dict[int, int] = {}
 
@@ -99,8 +99,9 @@ class _Plane:
             up_right = None
         places = [place for place in (left, up, up_right) if place is not None]
         error = sum(self._errors.get(place, 0) for place in places)
+        error_class = _error_class(error)
         of_gradient = highest_bit(gradient + 1)
-        of_error = highest_bit(error + 1)
+        of_error = max(error_class - 1, 0) // 2
         if gradient == 0:
             relation = 0
         elif of_gradient + 2 < of_error:
@@ -109,12 +110,13 @@ class _Plane:
             relation = 2
         else:
             relation = 3 if of_gradient == of_error + 1 else 4
-        return 48 + 24 * relation + _error_class(error)
+        return 48 + 24 * relation + error_class
 
     def learn(self, pixel: int, expected: _Expectation, number: int) -> None:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
-        self._costs.learn(expected.candidates, number)
+        if pixel % self._width % 8 == 0:
+            self._costs.learn(expected.candidates, number)
 
 
 def _error_class(error: int) -> int:

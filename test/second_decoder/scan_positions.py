@@ -72,7 +72,8 @@ class _PositionReader:
     def __init__(self, source: bytes, width: int) -> None:
         self.symbols = SymbolReader(source, POSITION_CONTEXTS)
         self._width = width
-        self._costs = Costs(_LEADS), Costs(2 * _LEADS), Costs(2 * _LEADS)
+        counts = _LEADS, 2 * _LEADS, 2 * _LEADS
+        self._costs = [Costs(count, decay=16) for count in counts]
         self._points: Dict[int, _Coded] = {}
         """By pixel, in the order of pixels."""
         self._last: Optional[_Coded] = None
@@ -138,7 +139,8 @@ class _PositionReader:
         difference = from_zigzag(self.symbols.number_of(symbol))
         coordinate = expected + difference
         require(abs(coordinate) < MOST_STEPS, "a point is too far from the sensor")
-        costs.learn(candidates, coordinate)
+        if len(self._points) % 4 == 0:
+            costs.learn(candidates, coordinate)
         return coordinate, abs(difference)
 
 

@@ -294,7 +294,7 @@ ScanCoder::codeFreePlaces(PlanesT& planes, std::uint64_t point_count, FrameT& fr
     return false;
   if constexpr (PlanesT::is_decoder)
     for (std::size_t point = 0; point < pixels.size(); ++point)
-      if (steps_[point] != Steps{})
+      if ((steps_[point][0] | steps_[point][1] | steps_[point][2]) != 0)
         frame.beside.push_back({pixels[point], steps_[point]});
   return true;
 }

@@ -32,6 +32,9 @@ constexpr std::size_t own_contexts = 8;
 constexpr std::size_t sequence_contexts =
     first_coordinate_contexts + 2 * earlier_contexts * own_contexts;
 
+/** \brief Leads are compared at one of so many points. */
+constexpr std::size_t learnt_points = 4;
+
 /** \brief Codes the positions of points without rays, for either direction. Each is
  * expected where the points before it and those above it lead, in steps or along a ray from
  * the origin. */
@@ -163,6 +166,24 @@ private:
     return static_cast<std::int64_t>(root);
   }
 
+  /** \brief What a coordinate is expected to be.
+   * \param[in] lead of the point: which one, and from `count` on along the ray to it
+   * \param[in] distance of a position, which coordinates along a ray are proportional to
+   */
+  template <std::size_t count, class DistanceT>
+  static std::int32_t
+  expectFrom(std::size_t lead,
+             const Leads<count>& leads,
+             std::size_t axis,
+             const Steps& position,
+             const DistanceT& distance)
+  {
+    if (lead < count)
+      return leads[lead][axis];
+    const Steps& on_ray = leads[lead - count];
+    return scaled(on_ray[axis], distance(position), distance(on_ray));
+  }
+
   template <std::size_t count>
   bool
   codePoint(CodingT& coding, std::size_t point)
@@ -173,20 +194,17 @@ private:
     Steps& position = positions_[point];
     std::uint32_t own_error = 0;
     const auto code = [&](auto place, std::size_t axis, const auto& distance) {
-      std::array<std::int32_t, 2 * count> expected;
-      const std::int64_t to = distance(position);
-      for (std::size_t i = 0; i < count; ++i) {
-        expected[i] = leads[i][axis];
-        if (place > 0)
-          expected[count + i] = scaled(leads[i][axis], to, distance(leads[i]));
-      }
+      const auto expect = [&](std::size_t lead) {
+        return expectFrom<count>(lead, leads, axis, position, distance);
+      };
       const std::size_t context =
           contextOf(place, earlierError(place, point, up), own_error);
-      const std::uint32_t error = codeCoordinate(
-          coding, context, expected[bestLead<count>(place)], position[axis]);
+      const std::uint32_t error =
+          codeCoordinate(coding, context, expect(best_[place]), position[axis]);
       errors_[point][place] = error;
       own_error += error;
-      learn<count>(place, expected, position[axis]);
+      if (point % learnt_points == 0)
+        learn(place, place > 0 ? 2 * count : count, expect, position[axis]);
       return error <= 2u * most;
     };
     using std::integral_constant;
@@ -221,30 +239,26 @@ private:
            own_octaves;
   }
 
-  /** \brief Which of the expected coordinates cost least so far, the first of equals. */
-  template <std::size_t count>
-  std::size_t
-  bestLead(std::size_t place) const
-  {
-    const auto& costs = costs_[place];
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < (place > 0 ? 2 * count : count); ++i)
-      if (costs[i] < costs[best])
-        best = i;
-    return best;
-  }
-
-  template <std::size_t count>
+  /** \brief Learns what a coordinate would have cost with each lead, and which costs
+   * least, the first of equals. */
+  template <class ExpectT>
   void
   learn(std::size_t place,
-        const std::array<std::int32_t, 2 * count>& expected,
+        std::size_t lead_count,
+        const ExpectT& expect,
         std::int32_t coordinate)
   {
-    for (std::size_t i = 0; i < (place > 0 ? 2 * count : count); ++i) {
-      std::uint32_t& cost = costs_[place][i];
-      const auto error = static_cast<std::uint32_t>(std::abs(expected[i] - coordinate));
-      cost += 64 * highestBit(2 * error + 1) - cost / 64;
+    auto& costs = costs_[place];
+    std::size_t& best = best_[place];
+    for (std::size_t lead = 0; lead < lead_count; ++lead) {
+      const auto error =
+          static_cast<std::uint32_t>(std::abs(expect(lead) - coordinate));
+      costs[lead] += 64 * highestBit(2 * error + 1) - costs[lead] / 16;
     }
+    best = 0;
+    for (std::size_t lead = 1; lead < lead_count; ++lead)
+      if (costs[lead] < costs[best])
+        best = lead;
   }
 
   /** \brief Codes a coordinate.
@@ -279,6 +293,7 @@ private:
   std::vector<std::array<std::uint32_t, 3>> errors_;
   std::array<std::size_t, 2> above_{}; // points that were looked for last
   std::array<std::array<std::uint32_t, 2 * most_leads>, 3> costs_{};
+  std::array<std::size_t, 3> best_{}; // lead of each coordinate
 };
 
 } // namespace scan
