@@ -115,13 +115,21 @@ locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)
         static_cast<std::int32_t>(std::lround(angle / fit.turn_step));
   }
   ScanLocator locator(frame);
-  for (std::uint32_t row = 0; row < frame.height; ++row)
-    for (const PixelPoint& point : points)
-      if (point.row == row) {
-        const Eigen::Vector3d position = pose * point.position;
-        EXPECT_TRUE(locator.append(
-            row, point.column, {position.x(), position.y(), position.z()}));
+  std::vector<std::array<double, 3>> positions;
+  for (const PixelPoint& point : points) {
+    const Eigen::Vector3d position = pose * point.position;
+    positions.push_back({position.x(), position.y(), position.z()});
+  }
+  for (std::uint32_t row = 0; row < frame.height; ++row) {
+    std::vector<std::uint32_t> columns;
+    std::vector<std::uint32_t> indices;
+    for (std::uint32_t i = 0; i < points.size(); ++i)
+      if (points[i].row == row) {
+        columns.push_back(points[i].column);
+        indices.push_back(i);
       }
+    EXPECT_TRUE(locator.append(row, columns, positions, indices.data(), {}));
+  }
   return frame;
 }
 

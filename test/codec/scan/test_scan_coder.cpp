@@ -228,42 +228,84 @@ TEST(PointPlaces, AreOnTheRays)
   }
 }
 
-TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
+/** \brief Where the points of a scan are, and the same off by at most so many edges. */
+std::vector<std::array<double, 3>>
+makePositions(const scan::ScanFrame& points, double most_off)
 {
   std::mt19937 random(13);
-  std::uniform_real_distribution<double> noise(-0.004, 0.004);
-  scan::ScanFrame points = makeLidar();
-  addPoints(points, 2, true);
-  points.beside.clear();
+  std::uniform_real_distribution<double> noise(-most_off, most_off);
   scan::PointPlaces places(points);
-  scan::ScanFrame frame = emptied(points);
+  std::vector<std::array<double, 3>> positions(points.pixels.size());
+  for (std::array<double, 3>& position : positions) {
+    const scan::Triple place = places.next();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      position[axis] =
+          (std::ldexp(static_cast<double>(place[axis]), -32) + noise(random)) *
+              points.grid.resolution +
+          points.grid.lowerCorner(axis);
+  }
+  return positions;
+}
+
+/** \brief Puts all points on the rays of a scan again. */
+bool
+locateAll(const scan::ScanFrame& points,
+          const std::vector<std::array<double, 3>>& positions,
+          scan::ScanFrame& frame)
+{
+  frame = emptied(points);
   frame.rays = points.rays;
   ScanLocator locator(frame);
-  std::vector<std::array<double, 3>> positions;
-  for (std::size_t point = 0; point < points.pixels.size(); ++point) {
-    const scan::Triple place = places.next();
-    std::array<double, 3> position;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      position[axis] = std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
-                       points.grid.lowerCorner(axis) + noise(random);
-    ASSERT_TRUE(locator.append(points.pixels[point] / points.width,
-                               points.pixels[point] % points.width,
-                               position,
-                               points.turns[point]));
-    positions.push_back(position);
+  std::vector<std::uint32_t> indices(positions.size());
+  std::iota(indices.begin(), indices.end(), 0u);
+  for (std::size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
+    const std::uint32_t row = points.pixels[begin] / points.width;
+    std::vector<std::uint32_t> columns;
+    for (; end < indices.size() && points.pixels[end] / points.width == row; ++end)
+      columns.push_back(points.pixels[end] % points.width);
+    if (!locator.append(row, columns, positions, &indices[begin], points.turns))
+      return false;
   }
-  EXPECT_FALSE(locator.append(7, 89, {std::nan(""), 0.0, 0.0}));
-  EXPECT_FALSE(locator.append(7, 89, {0.0, 0.7e5, 0.0}));
-  EXPECT_EQ(frame.pixels, points.pixels);
-  EXPECT_EQ(frame.turns, points.turns);
-  scan::PointPlaces located(frame);
-  for (const std::array<double, 3>& position : positions) {
-    const scan::Triple place = located.next();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      ASSERT_NEAR(std::ldexp(static_cast<double>(place[axis]), -32) * 0.001 +
-                      frame.grid.lowerCorner(axis),
-                  position[axis],
-                  0.0005 + 1e-9);
+  return true;
+}
+
+TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
+{
+  for (const bool is_lidar : {true, false}) {
+    SCOPED_TRACE(is_lidar);
+    scan::ScanFrame points = is_lidar ? makeLidar() : makeCamera();
+    addPoints(points, 2, is_lidar);
+    points.beside.clear();
+    // Four edges, and where nearly all are on their rays for certain.
+    for (const double off : {4.0, 0.2}) {
+      const std::vector<std::array<double, 3>> positions = makePositions(points, off);
+      scan::ScanFrame frame;
+      ASSERT_TRUE(locateAll(points, positions, frame));
+      EXPECT_EQ(frame.pixels, points.pixels);
+      EXPECT_EQ(frame.turns, points.turns);
+      scan::PointPlaces located(frame);
+      for (const std::array<double, 3>& position : positions) {
+        const scan::Triple place = located.next();
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          ASSERT_NEAR(std::ldexp(static_cast<double>(place[axis]), -32) *
+                              frame.grid.resolution +
+                          frame.grid.lowerCorner(axis),
+                      position[axis],
+                      0.5 * frame.grid.resolution + 1e-9);
+      }
+    }
+  }
+}
+
+TEST(ScanLocator, RefusesWhatIsTooFarAway)
+{
+  scan::ScanFrame points = makeCamera();
+  addPoints(points, 2, false);
+  for (const double number : {std::nan(""), 0.7e5, -0.7e5, HUGE_VAL}) {
+    std::vector<std::array<double, 3>> positions = makePositions(points, 0.0);
+    positions.back()[1] = number;
+    scan::ScanFrame frame;
+    EXPECT_FALSE(locateAll(points, positions, frame)) << number;
   }
 }
 
