@@ -9,6 +9,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -70,7 +71,30 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
   return result;
 }
 
+/** \brief Whether an element is one of about some number of elements, which are spread over
+ * all and have no period.
+ * \param[in] count of all
+ */
+inline bool
+isChosen(std::size_t index, std::size_t count, std::size_t enough)
+{
+  constexpr std::uint64_t golden = 2654435769u; // of 2^32
+  const std::uint64_t place = index * golden & 0xffffffffu;
+  return place * count >> 32 < enough;
+}
+
 constexpr double two_pi = 6.28318530717958647693;
+
+/** \brief An angle of -pi to pi for one that is not many turns away. */
+inline double
+wrapped(double angle)
+{
+  while (angle > 0.5 * two_pi)
+    angle -= two_pi;
+  while (angle < -0.5 * two_pi)
+    angle += two_pi;
+  return angle;
+}
 
 /** \brief How well numbers are multiples of a step, up to a common offset: 0 to 1.
  * \param[out] offset of them, -step / 2 to step / 2

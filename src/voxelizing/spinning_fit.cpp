@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 
 namespace pcl_ext {
@@ -21,6 +20,11 @@ constexpr double nearest = 0.3;
 
 /** \brief Motions are not followed with fewer points. */
 constexpr std::size_t least_moving_points = 256;
+
+constexpr int most_motion_rounds = 12;
+
+/** \brief Steps towards a motion are not worth more time, metres. */
+constexpr double least_motion = 1e-4;
 
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
@@ -81,57 +85,98 @@ fitHeights(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& 
   return fitted;
 }
 
-/** \brief Turns each column to the mean of its points, but for those that are far off. */
-void
-turnColumns(const std::vector<TurnPoint>& samples,
-            const std::vector<FittedRays::Row>& rows,
-            double most,
-            std::vector<double>& columns)
-{
-  std::vector<std::complex<double>> sums(columns.size());
-  for (const TurnPoint& point : samples)
-    if (const double off = angleOff(point, rows, columns); std::abs(off) <= most)
-      sums[point.column] += std::polar(1.0, off);
-  for (std::size_t column = 0; column < columns.size(); ++column)
-    columns[column] += std::arg(sums[column]);
-}
+/** \brief Angles of points against those of their columns and rows. */
+class ColumnAngles {
+public:
+  /** \param[in] samples of which each column has one */
+  explicit ColumnAngles(const std::vector<TurnPoint>& samples)
+  {
+    std::uint32_t count = 0;
+    for (const TurnPoint& point : samples)
+      count = std::max(count, point.column + 1);
+    angles_.resize(count);
+    // As mean values are of angles that are near to each other.
+    for (const TurnPoint& point : samples)
+      angles_[point.column] = point.azimuth;
+  }
 
-/** \brief Turns each row to the middle of its points. */
-void
-turnRows(const std::vector<TurnPoint>& samples,
-         const std::vector<double>& columns,
-         std::vector<FittedRays::Row>& rows)
-{
-  std::vector<std::vector<double>> off(rows.size());
-  for (const TurnPoint& point : samples)
-    off[point.row].push_back(angleOff(point, rows, columns));
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    if (!off[row].empty()) {
-      const auto middle =
-          off[row].begin() + static_cast<std::ptrdiff_t>(off[row].size() / 2);
-      std::nth_element(off[row].begin(), middle, off[row].end());
-      rows[row].angle += *middle;
+  const std::vector<double>&
+  angles() const
+  {
+    return angles_;
+  }
+
+  /** \brief Turns each column to the mean of its points, but for those that are far off. */
+  void
+  turnColumns(const std::vector<TurnPoint>& samples,
+              const std::vector<FittedRays::Row>& rows,
+              double most)
+  {
+    sums_.assign(angles_.size(), 0.0);
+    counts_.assign(angles_.size(), 0.0);
+    for (const TurnPoint& point : samples)
+      if (const double off = angleOff(point, rows, angles_); std::abs(off) <= most) {
+        sums_[point.column] += off;
+        counts_[point.column] += 1.0;
+      }
+    for (std::size_t column = 0; column < angles_.size(); ++column)
+      angles_[column] =
+          wrapped(angles_[column] + sums_[column] / std::max(1.0, counts_[column]));
+  }
+
+  /** \brief Turns each row to the middle of its points.
+   * \param[out] largest angle that a row was turned by
+   * \return half of the points were nearer to their rays than this, radians
+   */
+  double
+  turnRows(const std::vector<TurnPoint>& samples,
+           std::vector<FittedRays::Row>& rows,
+           double& largest)
+  {
+    off_of_rows_.resize(rows.size());
+    for (std::vector<double>& off : off_of_rows_)
+      off.clear();
+    for (const TurnPoint& point : samples)
+      off_of_rows_[point.row].push_back(angleOff(point, rows, angles_));
+    off_.clear();
+    largest = 0.0;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      std::vector<double>& off = off_of_rows_[row];
+      if (off.empty())
+        continue;
+      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+      std::nth_element(off.begin(), middle, off.end());
+      const double turn = *middle;
+      rows[row].angle += turn;
+      largest = std::max(largest, std::abs(turn));
+      for (const double of_point : off)
+        off_.push_back(of_point - turn);
     }
-}
+    return medianSize(off_);
+  }
+
+private:
+  std::vector<double> angles_; // radians
+  // Members so that their memory is reused.
+  std::vector<double> sums_;
+  std::vector<double> counts_;
+  std::vector<std::vector<double>> off_of_rows_;
+  std::vector<double> off_;
+};
 
 /** \brief Fits the angles of rows: those that all columns have in common. */
 void
 fitAngles(const std::vector<TurnPoint>& samples,
           std::vector<FittedRays::Row>& rows,
-          std::vector<double>& columns)
+          ColumnAngles& columns)
 {
-  std::uint32_t column_count = 0;
-  for (const TurnPoint& point : samples)
-    column_count = std::max(column_count, point.column + 1);
-  columns.resize(column_count);
+  constexpr int most_rounds = 24;
+  constexpr double least_turn = 1e-8;
   double most = two_pi;
-  for (int round = 0; round < 24; ++round) {
-    turnColumns(samples, rows, most, columns);
-    turnRows(samples, columns, rows);
-    std::vector<double> off;
-    for (const TurnPoint& point : samples)
-      off.push_back(angleOff(point, rows, columns));
-    most = 6.0 * medianSize(off) + 1e-9;
+  double largest = two_pi;
+  for (int round = 0; round < most_rounds && largest > least_turn; ++round) {
+    columns.turnColumns(samples, rows, most);
+    most = 6.0 * columns.turnRows(samples, rows, largest) + 1e-9;
   }
 }
 
@@ -198,7 +243,7 @@ medianHeightOff(const std::vector<TurnPoint>& samples,
 void
 fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
 {
-  std::vector<double> columns;
+  ColumnAngles columns(samples);
   fitAngles(samples, fit.rows, columns);
   // Half of the points of a sensor that stands still are as near as this, radians.
   constexpr double most_off = 2e-5;
@@ -207,10 +252,13 @@ fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
     return;
   SpinningFit moved = fit;
   std::vector<TurnPoint> moved_samples = samples;
-  for (int round = 0; round < 12; ++round) {
-    improveMotion(moved_samples, moved.rows, columns, moved.motion);
+  double moved_by = 1.0;
+  for (int round = 0; round < most_motion_rounds && moved_by > least_motion; ++round) {
+    moved_by = improveMotion(moved_samples, moved.rows, columns.angles(), moved.motion);
     fitHeights(moved_samples, moved.rows);
     fitAngles(moved_samples, moved.rows, columns);
+    if (getenv("DBG"))
+      fprintf(stderr, "round %d moved %g\n", round, moved_by);
   }
   if (medianHeightOff(moved_samples, moved.rows) > 0.7 * still_off)
     return;
@@ -259,19 +307,18 @@ followMotion(const std::vector<PixelPoint>& points,
   if (!fit.has_motion)
     return;
   std::vector<TurnPoint> samples = samplePoints(points, column_count);
-  std::uint32_t last_column = 0;
-  for (TurnPoint& point : samples) {
-    point.place(fit.motion);
-    last_column = std::max(last_column, point.column);
-  }
   if (samples.size() < least_moving_points)
     return;
-  std::vector<double> columns(last_column + std::size_t{1});
-  constexpr int rounds = 4;
-  for (int round = 0; round < rounds; ++round) {
-    for (int i = 0; i < rounds; ++i)
-      turnColumns(samples, fit.rows, two_pi, columns);
-    improveMotion(samples, fit.rows, columns, fit.motion);
+  for (TurnPoint& point : samples)
+    point.place(fit.motion);
+  ColumnAngles columns(samples);
+  double moved_by = 1.0;
+  constexpr int most_rounds = 4;
+  for (int round = 0; round < most_rounds && moved_by > least_motion; ++round) {
+    columns.turnColumns(samples, fit.rows, two_pi);
+    moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
+    if (getenv("DBG"))
+      fprintf(stderr, "follow %d moved %g of %zu\n", round, moved_by, samples.size());
   }
 }
 

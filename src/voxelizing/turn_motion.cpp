@@ -101,11 +101,10 @@ angleOff(const TurnPoint& point,
          const std::vector<FittedRays::Row>& rows,
          const std::vector<double>& columns)
 {
-  return std::remainder(point.azimuth - rows[point.row].angle - columns[point.column],
-                        two_pi);
+  return wrapped(point.azimuth - rows[point.row].angle - columns[point.column]);
 }
 
-void
+double
 improveMotion(std::vector<TurnPoint>& points,
               const std::vector<FittedRays::Row>& rows,
               const std::vector<double>& columns,
@@ -115,6 +114,10 @@ improveMotion(std::vector<TurnPoint>& points,
   std::vector<Equation> angles;
   std::vector<double> height_off;
   std::vector<double> angle_off;
+  heights.reserve(points.size());
+  angles.reserve(points.size());
+  height_off.reserve(points.size());
+  angle_off.reserve(points.size());
   for (const TurnPoint& point : points) {
     const FittedRays::Row& row = rows[point.row];
     const double x = point.position.x() / point.distance;
@@ -157,6 +160,9 @@ improveMotion(std::vector<TurnPoint>& points,
   motion.shift.head<2>() += step.tail<2>();
   for (TurnPoint& point : points)
     point.place(motion);
+  constexpr double far = 10.0; // metres
+  return step.head<3>().norm() + step.tail<2>().norm() +
+         far * step.segment<2>(3).norm();
 }
 
 } // namespace io

@@ -77,8 +77,9 @@ angleOff(const TurnPoint& point,
  * \param[in] rows fitted to them
  * \param[in] columns angles of them, radians
  * \param[in,out] motion the one before
+ * \return how far the step moves points that are some metres away, at most, metres
  */
-void
+double
 improveMotion(std::vector<TurnPoint>& points,
               const std::vector<FittedRays::Row>& rows,
               const std::vector<double>& columns,
