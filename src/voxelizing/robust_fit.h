@@ -37,8 +37,8 @@ finiteOrLargest(double number)
   return std::isfinite(number) ? number : std::numeric_limits<double>::max();
 }
 
-/** \brief Fits target = features * result by least squares, six times: each time without
- * what is far from the last result.
+/** \brief Fits target = features * result by least squares, up to six times: each time
+ * without what is far from the last result, until that stays.
  * \param[in] targets not empty
  * \param[out] error median of the errors; the largest number if there is no result
  */
@@ -65,7 +65,10 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
     result = squares.completeOrthogonalDecomposition().solve(products);
     for (std::size_t i = 0; i < targets.size(); ++i)
       errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
+    const double last_error = error;
     error = medianSize(errors);
+    if (round > 0 && error == last_error)
+      break;
     most = 4.0 * error;
   }
   return result;

@@ -105,6 +105,7 @@ SensorRays::fit(const SensorCloud& cloud,
   layout_.width = layout.width;
   layout_.height = layout.height;
   layout_.order = layout.order;
+  is_new_ = true;
   const auto all = [](std::uint32_t) { return true; };
   const ImageSize size{layout.width, layout.height};
   switch (layout.order) {
@@ -146,9 +147,10 @@ SensorRays::set(const SensorCloud& cloud,
   const auto is_sampled = [&](std::uint32_t column) {
     return isSampled(column, frame.width);
   };
-  if (spinning_->has_motion)
+  if (spinning_->has_motion && !is_new_)
     followMotion(
         pixelPointsOf(cloud, columns, pose, is_sampled), frame.width, *spinning_);
+  is_new_ = false;
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;
   findAngles(cloud, columns, pose, frame.grid.resolution, frame);

@@ -74,6 +74,7 @@ private:
   scan::ScanLayout layout_;             // of the fit, without rays
   std::optional<FittedRays> fitted_;    // of a camera, or with columns a step apart
   std::optional<SpinningFit> spinning_; // of firings
+  bool is_new_ = false;                 // the cloud of the fit has no rays yet
   std::vector<std::uint16_t> shifts_;   // of the rows of firings
   std::vector<std::int32_t> turns_;
 };

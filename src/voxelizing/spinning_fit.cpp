@@ -21,6 +21,9 @@ constexpr double nearest = 0.3;
 /** \brief Motions are not followed with fewer points. */
 constexpr std::size_t least_moving_points = 256;
 
+/** \brief Motions have few numbers: they are found with one of so many used columns. */
+constexpr std::uint32_t share_of_motion = 3;
+
 constexpr int most_motion_rounds = 12;
 
 /** \brief Steps towards a motion are not worth more time, metres. */
@@ -29,20 +32,33 @@ constexpr double least_motion = 1e-4;
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
 
-std::vector<TurnPoint>
-samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
+/** \brief Which column is used next behind a used one. */
+std::uint32_t
+distanceOfSamples(std::uint32_t column_count)
 {
-  const std::uint32_t every = column_count / sampled_columns + 1;
+  return column_count / sampled_columns + 1;
+}
+
+/** \brief Points of the columns that are used, placed by a motion.
+ * \param[in] share of them to use: each so many-th one
+ */
+std::vector<TurnPoint>
+samplePoints(const std::vector<PixelPoint>& points,
+             std::uint32_t column_count,
+             std::uint32_t share,
+             const TurnMotion& motion)
+{
+  const std::uint32_t every = share * distanceOfSamples(column_count);
   std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
-    if (isSampled(point.column, column_count) &&
-        std::hypot(point.position.x(), point.position.y()) > nearest) {
+    if (point.column % every == 0 &&
+        point.position.head<2>().squaredNorm() > nearest * nearest) {
       TurnPoint sample;
       sample.row = point.row;
       sample.column = point.column / every;
       sample.time = timeOf(point.column, column_count);
       sample.measured = point.position;
-      sample.place(TurnMotion());
+      sample.place(motion);
       samples.push_back(sample);
     }
   return samples;
@@ -125,13 +141,13 @@ public:
   }
 
   /** \brief Turns each row to the middle of its points.
-   * \param[out] largest angle that a row was turned by
+   * \param[out] change of the angles between rows, the largest one
    * \return half of the points were nearer to their rays than this, radians
    */
   double
   turnRows(const std::vector<TurnPoint>& samples,
            std::vector<FittedRays::Row>& rows,
-           double& largest)
+           double& change)
   {
     off_of_rows_.resize(rows.size());
     for (std::vector<double>& off : off_of_rows_)
@@ -139,7 +155,8 @@ public:
     for (const TurnPoint& point : samples)
       off_of_rows_[point.row].push_back(angleOff(point, rows, angles_));
     off_.clear();
-    largest = 0.0;
+    double most = -two_pi;
+    double least = two_pi;
     for (std::size_t row = 0; row < rows.size(); ++row) {
       std::vector<double>& off = off_of_rows_[row];
       if (off.empty())
@@ -148,10 +165,12 @@ public:
       std::nth_element(off.begin(), middle, off.end());
       const double turn = *middle;
       rows[row].angle += turn;
-      largest = std::max(largest, std::abs(turn));
+      most = std::max(most, turn);
+      least = std::min(least, turn);
       for (const double of_point : off)
         off_.push_back(of_point - turn);
     }
+    change = most - least;
     return medianSize(off_);
   }
 
@@ -171,12 +190,12 @@ fitAngles(const std::vector<TurnPoint>& samples,
           ColumnAngles& columns)
 {
   constexpr int most_rounds = 24;
-  constexpr double least_turn = 1e-8;
+  constexpr double least_change = 5e-7;
   double most = two_pi;
-  double largest = two_pi;
-  for (int round = 0; round < most_rounds && largest > least_turn; ++round) {
+  double change = two_pi;
+  for (int round = 0; round < most_rounds && change > least_change; ++round) {
     columns.turnColumns(samples, rows, most);
-    most = 6.0 * columns.turnRows(samples, rows, largest) + 1e-9;
+    most = 6.0 * columns.turnRows(samples, rows, change) + 1e-9;
   }
 }
 
@@ -238,33 +257,22 @@ medianHeightOff(const std::vector<TurnPoint>& samples,
   return medianSize(off);
 }
 
-/** \brief Fits rows and columns, and the motion of the sensor where points are not on rays
- * without one. */
+/** \brief Fits rows, columns and the motion of the sensor, in rounds until that stays.
+ * \param[in] least_move smaller steps are the last ones, metres
+ * \param[in,out] fit to begin with
+ * \param[in,out] samples are placed by its motion
+ */
 void
-fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
+fitMotion(std::vector<TurnPoint>& samples, double least_move, SpinningFit& fit)
 {
   ColumnAngles columns(samples);
-  fitAngles(samples, fit.rows, columns);
-  // Half of the points of a sensor that stands still are as near as this, radians.
-  constexpr double most_off = 2e-5;
-  const double still_off = medianHeightOff(samples, fit.rows);
-  if (still_off < most_off)
-    return;
-  SpinningFit moved = fit;
-  std::vector<TurnPoint> moved_samples = samples;
+  columns.turnColumns(samples, fit.rows, two_pi);
   double moved_by = 1.0;
-  for (int round = 0; round < most_motion_rounds && moved_by > least_motion; ++round) {
-    moved_by = improveMotion(moved_samples, moved.rows, columns.angles(), moved.motion);
-    fitHeights(moved_samples, moved.rows);
-    fitAngles(moved_samples, moved.rows, columns);
-    if (getenv("DBG"))
-      fprintf(stderr, "round %d moved %g\n", round, moved_by);
+  for (int round = 0; round < most_motion_rounds && moved_by > least_move; ++round) {
+    moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
+    fitHeights(samples, fit.rows);
+    fitAngles(samples, fit.rows, columns);
   }
-  if (medianHeightOff(moved_samples, moved.rows) > 0.7 * still_off)
-    return;
-  fit = moved;
-  fit.has_motion = true;
-  samples = moved_samples;
 }
 
 } // namespace
@@ -275,12 +283,30 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge)
 {
-  std::vector<TurnPoint> samples = samplePoints(points, column_count);
+  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, TurnMotion());
   SpinningFit fit;
   fit.rows.resize(row_count);
   if (2 * fitHeights(samples, fit.rows) < row_count)
     return std::nullopt;
-  fitRowsAndMotion(samples, fit);
+  ColumnAngles columns(samples);
+  fitAngles(samples, fit.rows, columns);
+  // Half of the points of a sensor that stands still are as near as this, radians.
+  constexpr double most_off = 2e-5;
+  const double still_off = medianHeightOff(samples, fit.rows);
+  if (still_off > most_off) {
+    SpinningFit moved = fit;
+    std::vector<TurnPoint> few =
+        samplePoints(points, column_count, share_of_motion, moved.motion);
+    fitMotion(few, 10.0 * least_motion, moved);
+    std::vector<TurnPoint> moved_samples =
+        samplePoints(points, column_count, 1, moved.motion);
+    fitMotion(moved_samples, least_motion, moved);
+    if (medianHeightOff(moved_samples, moved.rows) < 0.7 * still_off) {
+      fit = moved;
+      fit.has_motion = true;
+      samples.swap(moved_samples);
+    }
+  }
   fit.turn_step = fitTurnStep(samples, fit.rows);
   fit.has_turn_step = fit.turn_step > 0.0;
   if (!fit.has_turn_step) {
@@ -296,7 +322,7 @@ fitSpinning(const std::vector<PixelPoint>& points,
 bool
 isSampled(std::uint32_t column, std::uint32_t column_count)
 {
-  return column % (column_count / sampled_columns + 1) == 0;
+  return column % distanceOfSamples(column_count) == 0;
 }
 
 void
@@ -306,19 +332,15 @@ followMotion(const std::vector<PixelPoint>& points,
 {
   if (!fit.has_motion)
     return;
-  std::vector<TurnPoint> samples = samplePoints(points, column_count);
+  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, fit.motion);
   if (samples.size() < least_moving_points)
     return;
-  for (TurnPoint& point : samples)
-    point.place(fit.motion);
   ColumnAngles columns(samples);
   double moved_by = 1.0;
   constexpr int most_rounds = 4;
   for (int round = 0; round < most_rounds && moved_by > least_motion; ++round) {
     columns.turnColumns(samples, fit.rows, two_pi);
     moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
-    if (getenv("DBG"))
-      fprintf(stderr, "follow %d moved %g of %zu\n", round, moved_by, samples.size());
   }
 }
 
