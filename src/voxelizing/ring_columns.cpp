@@ -25,7 +25,7 @@ placeInTurn(const std::vector<PixelPoint>& points, std::vector<double>& azimuths
   const std::size_t every = points.size() / samples + 1;
   std::vector<double> sample;
   for (std::size_t i = 0; i < points.size(); i += sample.empty() ? 1 : every)
-    if (!isAtSensor(points[i]))
+    if (!isAtSensor(points[i].position))
       sample.push_back(azimuths[i]);
   double sum = 0.0;
   for (std::size_t i = 1; i < sample.size(); ++i)
@@ -92,7 +92,7 @@ RingColumns::sampleOf(const std::vector<PixelPoint>& points) const
   constexpr std::size_t enough = 16384;
   std::vector<RowAzimuth> sample;
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (isChosen(i, points.size(), enough) && !isAtSensor(points[i]))
+    if (isChosen(i, points.size(), enough) && !isAtSensor(points[i].position))
       sample.push_back({points[i].row, azimuths_[i]});
   return sample;
 }
@@ -197,7 +197,7 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
   points_of_pixel_.assign(std::size_t{count_} * phases_.size(), 0);
   at_sensor_.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (isAtSensor(points[i]))
+    if (isAtSensor(points[i].position))
       at_sensor_.push_back(i);
     else if (!place(points[i],
                     (azimuths_[i] - phases_[points[i].row] - shift) / step() -

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -52,25 +53,29 @@ samplePoints(const std::vector<PixelPoint>& points,
   std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
     if (point.column % every == 0 &&
-        point.position.head<2>().squaredNorm() > nearest * nearest) {
-      TurnPoint sample;
-      sample.row = point.row;
-      sample.column = point.column / every;
-      sample.time = timeOf(point.column, column_count);
-      sample.measured = point.position;
-      sample.place(motion);
-      samples.push_back(sample);
-    }
+        point.position.head<2>().squaredNorm() > nearest * nearest)
+      samples.emplace_back(
+          point, point.column / every, timeOf(point.column, column_count), motion);
   return samples;
 }
 
-/** \brief The height of a row's rays, as a line over the distance from the axis. */
-bool
-fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
+using PointsOfRow = std::vector<const TurnPoint*>;
+
+std::vector<PointsOfRow>
+pointsOfRows(const std::vector<TurnPoint>& samples, std::size_t row_count)
 {
-  constexpr std::size_t fewest = 8;
-  if (points.size() < fewest)
-    return false;
+  std::vector<PointsOfRow> of_rows(row_count);
+  for (const TurnPoint& point : samples)
+    of_rows[point.row].push_back(&point);
+  return of_rows;
+}
+
+/** \brief The height of a row's rays, as a line over the distance from the axis.
+ * \param[in] points not empty
+ */
+void
+fitHeights(const PointsOfRow& points, RowFit& row)
+{
   std::vector<Eigen::Vector2d> features;
   std::vector<double> heights;
   for (const TurnPoint* point : points) {
@@ -83,22 +88,87 @@ fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
   row.up = line[0];
   row.run = 1.0 / length;
   row.rise = line[1] / length;
-  return true;
 }
 
 /** \brief The same for all rows.
  * \return how many have points enough
  */
 std::size_t
-fitHeights(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
-  std::vector<std::vector<const TurnPoint*>> of_rows(rows.size());
-  for (const TurnPoint& point : samples)
-    of_rows[point.row].push_back(&point);
+  constexpr std::size_t fewest = 8;
+  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, rows.size());
   std::size_t fitted = 0;
   for (std::size_t row = 0; row < rows.size(); ++row)
-    fitted += fitHeights(of_rows[row], rows[row]) ? 1 : 0;
+    if (of_rows[row].size() >= fewest) {
+      fitHeights(of_rows[row], rows[row]);
+      ++fitted;
+    }
   return fitted;
+}
+
+/** \brief The angle between neighbouring columns, radians. */
+double
+fitTurn(const std::vector<TurnPoint>& samples, std::uint32_t width)
+{
+  std::vector<double> slopes;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    if (samples[i].row == samples[i - 1].row &&
+        samples[i].column == samples[i - 1].column + 1)
+      slopes.push_back(wrapped(samples[i].azimuth - samples[i - 1].azimuth));
+  if (slopes.empty())
+    return 0.0;
+  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+  std::nth_element(slopes.begin(), middle, slopes.end());
+  // Most turn once.
+  const double whole = std::copysign(two_pi / width, *middle);
+  return std::abs(*middle - whole) < 0.1 * std::abs(whole) ? whole : *middle;
+}
+
+/** \brief The angle of a row against even columns, and how far it is beside the axis.
+ * \param[in] points not empty
+ */
+void
+fitEvenAngle(const PointsOfRow& points, double turn, RowFit& row)
+{
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> features;
+  std::vector<double> angles;
+  for (const TurnPoint* point : points) {
+    features.push_back({1.0, 1.0 / point->distance});
+    angles.push_back(point->azimuth - turn * point->column);
+    sum += Eigen::Vector2d(std::cos(angles.back()), std::sin(angles.back()));
+  }
+  const double middle = std::atan2(sum.y(), sum.x());
+  for (double& angle : angles)
+    angle = std::remainder(angle - middle, two_pi);
+  double error = 0.0;
+  const Eigen::Vector2d fitted = fitRobustly(features, angles, error);
+  row.angle = middle + fitted[0];
+  row.across = fitted[1];
+}
+
+/** \brief Fits the rows of even columns; those with few points are as the nearest one.
+ * \return false if all have few
+ */
+bool
+fitEvenRows(const std::vector<TurnPoint>& samples, SpinningFit& fit)
+{
+  constexpr std::size_t fewest = 16;
+  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, fit.rows.size());
+  std::size_t last = fit.rows.size();
+  for (std::size_t row = 0; row < fit.rows.size(); ++row) {
+    if (of_rows[row].size() >= fewest) {
+      fitHeights(of_rows[row], fit.rows[row]);
+      fitEvenAngle(of_rows[row], fit.turn_step, fit.rows[row]);
+      if (last == fit.rows.size())
+        std::fill_n(fit.rows.begin(), row, fit.rows[row]);
+      last = row;
+    }
+    else if (last != fit.rows.size())
+      fit.rows[row] = fit.rows[last];
+  }
+  return last != fit.rows.size();
 }
 
 /** \brief Angles of points against those of their columns and rows. */
@@ -125,7 +195,7 @@ public:
   /** \brief Turns each column to the mean of its points, but for those that are far off. */
   void
   turnColumns(const std::vector<TurnPoint>& samples,
-              const std::vector<FittedRays::Row>& rows,
+              const std::vector<RowFit>& rows,
               double most)
   {
     sums_.assign(angles_.size(), 0.0);
@@ -146,7 +216,7 @@ public:
    */
   double
   turnRows(const std::vector<TurnPoint>& samples,
-           std::vector<FittedRays::Row>& rows,
+           std::vector<RowFit>& rows,
            double& change)
   {
     off_of_rows_.resize(rows.size());
@@ -186,7 +256,7 @@ private:
 /** \brief Fits the angles of rows: those that all columns have in common. */
 void
 fitAngles(const std::vector<TurnPoint>& samples,
-          std::vector<FittedRays::Row>& rows,
+          std::vector<RowFit>& rows,
           ColumnAngles& columns)
 {
   constexpr int most_rounds = 24;
@@ -201,7 +271,7 @@ fitAngles(const std::vector<TurnPoint>& samples,
 
 /** \brief The distance of the angles of columns, and moves those of rows to it. */
 double
-fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
   for (const double degrees : turn_steps) {
     const double step = degrees * two_pi / 360.0;
@@ -212,7 +282,7 @@ fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>&
     double offset = 0.0;
     if (coherence(angles, step, offset) < 0.8)
       continue;
-    for (FittedRays::Row& row : rows)
+    for (RowFit& row : rows)
       row.angle += offset;
     return step;
   }
@@ -221,11 +291,11 @@ fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>&
 
 /** \brief The distance of depths, and moves the begin of each row to one. */
 double
-fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
   std::vector<std::vector<double>> depths(rows.size());
   for (const TurnPoint& point : samples) {
-    const FittedRays::Row& row = rows[point.row];
+    const RowFit& row = rows[point.row];
     depths[point.row].push_back(point.distance * row.run +
                                 (point.height() - row.up) * row.rise);
   }
@@ -248,8 +318,7 @@ fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>
 
 /** \brief Half of the points are nearer to the rays of their rows than this, radians. */
 double
-medianHeightOff(const std::vector<TurnPoint>& samples,
-                const std::vector<FittedRays::Row>& rows)
+medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows)
 {
   std::vector<double> off;
   for (const TurnPoint& point : samples)
@@ -319,6 +388,25 @@ fitSpinning(const std::vector<PixelPoint>& points,
   return fit;
 }
 
+std::optional<SpinningFit>
+fitEvenSpinning(const std::vector<PixelPoint>& points,
+                const ImageSize& size,
+                const std::optional<double>& turn)
+{
+  std::vector<TurnPoint> samples;
+  for (const PixelPoint& point : points)
+    if (point.position.head<2>().squaredNorm() > 0.0)
+      samples.emplace_back(point, point.column, 0.0, TurnMotion());
+  SpinningFit fit;
+  fit.rows.resize(size.height);
+  fit.is_even = true;
+  fit.turn_step = turn ? *turn : fitTurn(samples, size.width);
+  if (!fitEvenRows(samples, fit))
+    return std::nullopt;
+  fit.depth_step = fitDepthStep(samples, fit.rows);
+  return fit;
+}
+
 bool
 isSampled(std::uint32_t column, std::uint32_t column_count)
 {
@@ -383,9 +471,16 @@ setSpinningRays(const SpinningFit& fit,
       rays.motion.vectors[of][axis] = wide(turn(i, static_cast<int>(of)), 46);
     }
   }
-  for (double angle = fit.turn_step; angle < two_pi; angle *= 2.0)
+  const double most_steps = fit.is_even ? 2.0 * layout.width : two_pi / fit.turn_step;
+  for (double steps = 1.0; steps < most_steps; steps *= 2.0) {
+    const double angle = steps * fit.turn_step;
     rays.turns.push_back({fixed(std::cos(angle), 30), fixed(std::sin(angle), 30)});
-  for (const FittedRays::Row& row : fit.rows)
+  }
+  if (fit.is_even) {
+    rays.columns.resize(layout.width);
+    std::iota(rays.columns.begin(), rays.columns.end(), 0);
+  }
+  for (const RowFit& row : fit.rows)
     rays.rows.push_back({fixed(std::cos(row.angle), 30),
                          fixed(std::sin(row.angle), 30),
                          fixed(row.run * step / grid.resolution, 24),

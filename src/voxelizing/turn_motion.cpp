@@ -90,15 +90,15 @@ areNear(std::vector<double> values, double times)
 } // namespace
 
 double
-heightOff(const TurnPoint& point, const std::vector<FittedRays::Row>& rows)
+heightOff(const TurnPoint& point, const std::vector<RowFit>& rows)
 {
-  const FittedRays::Row& row = rows[point.row];
+  const RowFit& row = rows[point.row];
   return (point.height() - row.up) * row.run - point.distance * row.rise;
 }
 
 double
 angleOff(const TurnPoint& point,
-         const std::vector<FittedRays::Row>& rows,
+         const std::vector<RowFit>& rows,
          const std::vector<double>& columns)
 {
   return wrapped(point.azimuth - rows[point.row].angle - columns[point.column]);
@@ -106,7 +106,7 @@ angleOff(const TurnPoint& point,
 
 double
 improveMotion(std::vector<TurnPoint>& points,
-              const std::vector<FittedRays::Row>& rows,
+              const std::vector<RowFit>& rows,
               const std::vector<double>& columns,
               TurnMotion& motion)
 {
@@ -119,7 +119,7 @@ improveMotion(std::vector<TurnPoint>& points,
   height_off.reserve(points.size());
   angle_off.reserve(points.size());
   for (const TurnPoint& point : points) {
-    const FittedRays::Row& row = rows[point.row];
+    const RowFit& row = rows[point.row];
     const double x = point.position.x() / point.distance;
     const double y = point.position.y() / point.distance;
     const double range = point.position.norm();
