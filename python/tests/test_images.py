@@ -62,7 +62,7 @@ def test_order_takes_fewer_bytes():
 
 def test_coarse_voxels_are_one_row():
     points = pcl_ext.positions(depth_image())
-    decoded = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.05, keep_point_counts=True).encode(points))
+    decoded = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.5, keep_point_counts=True).encode(points))
     assert decoded.ndim == 1
 
 

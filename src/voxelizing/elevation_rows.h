@@ -17,7 +17,7 @@ namespace io {
 class ElevationRows {
 public:
   /** \brief Learns the elevations.
-   * \param[in] points in the coordinates of the sensor, metres
+   * \param[in] points at least some thousands of a cloud, in the coordinates of the sensor, metres
    * \return false if they are not at a few ones
    */
   bool

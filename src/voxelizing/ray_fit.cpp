@@ -8,9 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
-#include <optional>
-#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -26,52 +23,101 @@ fixed(double number, double unit, double most)
                            : static_cast<std::int64_t>(std::clamp(units, -most, most));
 }
 
-/** \brief The same for the numbers of a spinning sensor. */
-std::int32_t
-fixed(double number, double unit)
+/** \brief A camera's rays, its depth being along an axis.
+ * \param[in] sign 1, or -1 for the other direction of the axis
+ * \param[out] error median, metres
+ */
+PlanarFit
+fitPlanar(const std::vector<PixelPoint>& points, int axis, double sign, double& error)
 {
-  return static_cast<std::int32_t>(fixed(number, unit, 0x1p30));
+  PlanarFit rays;
+  std::vector<Eigen::Vector3d> features;
+  std::vector<double> depths;
+  for (const PixelPoint& point : points) {
+    features.push_back({1.0, double(point.column), double(point.row)});
+    depths.push_back(sign * point.position[axis]);
+  }
+  error = 0.0;
+  rays.plane(axis, 0) = sign;
+  for (const int other : {(axis + 1) % 3, (axis + 2) % 3}) {
+    std::vector<double> slopes;
+    for (const PixelPoint& point : points)
+      slopes.push_back(point.position[other] / (sign * point.position[axis]));
+    double slope_error = 0.0;
+    rays.plane.row(other) = fitRobustly(features, slopes, slope_error).transpose();
+    error += slope_error;
+  }
+  error *= medianSize(depths);
+  return rays;
 }
 
-constexpr double of_directions = 0x1p30;
-constexpr double of_steps = 0x1p24;
-constexpr double of_places = 0x1p16;
-constexpr double of_planes = 0x1p40;
+} // namespace
 
-void
-setSpinning(const FittedRays& fitted,
-            const WorldPose& pose,
-            double resolution,
-            double step,
-            scan::ScanLayout& layout)
+std::optional<PlanarFit>
+fitPlanar(const std::vector<PixelPoint>& points)
+{
+  std::optional<PlanarFit> best;
+  double best_error = std::numeric_limits<double>::infinity();
+  for (int side = 0; side < 6; ++side) {
+    const int axis = side / 2;
+    const double sign = side % 2 == 0 ? 1.0 : -1.0;
+    std::vector<PixelPoint> ahead;
+    for (const PixelPoint& point : points)
+      if (sign * point.position[axis] > 0.0)
+        ahead.push_back(point);
+    if (ahead.size() < 16 || 10 * ahead.size() < 9 * points.size())
+      continue;
+    double error = 0.0;
+    PlanarFit rays = fitPlanar(ahead, axis, sign, error);
+    if (!(error < best_error))
+      continue;
+    best_error = error;
+    std::vector<double> depths;
+    for (const PixelPoint& point : ahead)
+      depths.push_back(sign * point.position[axis]);
+    for (const double step : depth_steps) {
+      double offset = 0.0;
+      if (coherence(depths, step, offset) > least_coherence &&
+          std::abs(offset) < 0.05 * step) {
+        rays.depth_step = step;
+        break;
+      }
+    }
+    best = rays;
+  }
+  return best;
+}
+
+double
+depthStepFor(double fitted_step, double resolution)
+{
+  double step = fitted_step < 0.45 * resolution ? resolution : fitted_step;
+  while (step > 16.0 * resolution)
+    step /= 2.0;
+  return step;
+}
+
+bool
+setPlanarRays(const PlanarFit& fit,
+              const WorldPose& sensor_pose,
+              const VoxelGrid& grid,
+              scan::ScanLayout& layout)
 {
   scan::ScanRays& rays = layout.rays;
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < 3; ++i)
-      rays.pose.vectors[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)] =
-          fixed(pose.linear()(i, axis), of_directions);
-  for (std::uint32_t column = 1; column < 2 * layout.width; column *= 2) {
-    const double angle = column * fitted.turn;
-    rays.turns.push_back(
-        {fixed(std::cos(angle), of_directions), fixed(std::sin(angle), of_directions)});
+  rays = scan::ScanRays();
+  const double step = depthStepFor(fit.depth_step, grid.resolution);
+  const Eigen::Matrix3d plane =
+      sensor_pose.linear() * fit.plane * (step / grid.resolution * 0x1p40);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto row = static_cast<int>(axis);
+    const double from_corner = sensor_pose.translation()[row] - grid.lowerCorner(axis);
+    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, 0x1p16, 0x1p42);
+    for (std::size_t i = 0; i < 3; ++i)
+      rays.pose.vectors[i][axis] = fixed(plane(row, static_cast<int>(i)), 1.0, 0x1p46);
   }
-  rays.columns.resize(layout.width);
-  std::iota(rays.columns.begin(), rays.columns.end(), 0);
-  for (const FittedRays::Row& row : fitted.rows)
-    rays.rows.push_back({fixed(std::cos(row.angle), of_directions),
-                         fixed(std::sin(row.angle), of_directions),
-                         fixed(row.run * step / resolution, of_steps),
-                         fixed(row.rise * step / resolution, of_steps),
-                         fixed(row.along / resolution, of_places),
-                         fixed(row.across / resolution, of_places),
-                         fixed(row.up / resolution, of_places)});
+  return isConsistent(layout);
 }
 
-/** \brief Median distance of points from the rays of their pixels, edges.
- * \param[in] points in the coordinates of the sensor; of none it is 0
- * \param[in] pose sensor -> grid, metres
- * \param[in] layout isConsistent(); its rays
- */
 double
 distanceFromRays(const std::vector<PixelPoint>& points,
                  const WorldPose& pose,
@@ -95,78 +141,6 @@ distanceFromRays(const std::vector<PixelPoint>& points,
         finiteOrLargest(offset.cross(step).norm() / std::max(step.norm(), 1e-9)));
   }
   return distances.empty() ? 0.0 : medianSize(distances);
-}
-
-} // namespace
-
-double
-depthStepFor(double fitted_step, double resolution)
-{
-  double step = fitted_step < 0.45 * resolution ? resolution : fitted_step;
-  while (step > 16.0 * resolution)
-    step /= 2.0;
-  return step;
-}
-
-bool
-setRays(const FittedRays& fitted,
-        const WorldPose& sensor_pose,
-        const VoxelGrid& grid,
-        scan::ScanLayout& layout)
-{
-  scan::ScanRays& rays = layout.rays;
-  rays = scan::ScanRays();
-  rays.shape = fitted.shape;
-  const double step = depthStepFor(fitted.depth_step, grid.resolution);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double from_corner =
-        sensor_pose.translation()[static_cast<int>(axis)] - grid.lowerCorner(axis);
-    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, of_places, 0x1p42);
-  }
-  if (fitted.shape == scan::RayShape::Spinning) {
-    setSpinning(fitted, sensor_pose, grid.resolution, step, layout);
-    return isConsistent(layout);
-  }
-  const Eigen::Matrix3d plane =
-      sensor_pose.linear() * fitted.plane * (step / grid.resolution * of_planes);
-  for (int i = 0; i < 3; ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      rays.pose.vectors[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)] =
-          fixed(plane(axis, i), 1.0, 0x1p46);
-  return isConsistent(layout);
-}
-
-std::optional<FittedRays>
-fitRays(const std::vector<PixelPoint>& points,
-        const WorldPose& sensor_pose,
-        const VoxelGrid& grid,
-        const ImageSize& size)
-{
-  // A camera has few numbers to fit.
-  constexpr std::size_t enough = 2048;
-  std::vector<PixelPoint> sample;
-  const std::size_t every = points.size() / enough + 1;
-  for (std::size_t i = 0; i < points.size(); i += every)
-    sample.push_back(points[i]);
-  double best_distance = std::numeric_limits<double>::infinity();
-  std::optional<FittedRays> best;
-  const auto use = [&](const std::optional<FittedRays>& fitted) {
-    scan::ScanLayout layout;
-    layout.width = size.width;
-    layout.height = size.height;
-    if (!fitted || !setRays(*fitted, sensor_pose, grid, layout))
-      return;
-    const double distance = distanceFromRays(sample, sensor_pose, grid, layout);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = fitted;
-    }
-  };
-  use(fitPlanarRays(sample));
-  constexpr double near = 0.25;
-  if (best_distance > near)
-    use(fitSpinningRays(points, size, std::nullopt));
-  return best;
 }
 
 } // namespace io

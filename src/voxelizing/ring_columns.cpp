@@ -12,48 +12,30 @@ namespace io {
 
 namespace {
 
+/** \brief Places azimuths in a turn from where the first point is on: where columns do
+ * not fit a turn exactly they are displaced there.
+ * \param[in,out] azimuths of points, radians
+ * \return where the turn begins
+ */
 double
-azimuthOf(const PixelPoint& point)
+placeInTurn(const std::vector<PixelPoint>& points, std::vector<double>& azimuths)
 {
-  return std::atan2(point.position.y(), point.position.x());
+  constexpr std::size_t samples = 64;
+  constexpr double margin = 1e-3;
+  const std::size_t every = points.size() / samples + 1;
+  std::vector<double> sample;
+  for (std::size_t i = 0; i < points.size(); i += sample.empty() ? 1 : every)
+    if (!isAtSensor(points[i].position))
+      sample.push_back(azimuths[i]);
+  double sum = 0.0;
+  for (std::size_t i = 1; i < sample.size(); ++i)
+    sum += std::remainder(sample[i] - sample[i - 1], two_pi);
+  const double first = sample.empty() ? 0.0 : sample.front();
+  const double begin = sum >= 0.0 ? first - margin : first + margin - two_pi;
+  for (double& azimuth : azimuths)
+    azimuth -= std::floor((azimuth - begin) / two_pi) * two_pi;
+  return begin;
 }
-
-/** \brief Azimuths of a cloud's points, a turn from where the first point is on: where
- * columns do not fit a turn exactly they are displaced there. */
-class Turn {
-public:
-  explicit Turn(const std::vector<PixelPoint>& points)
-  {
-    constexpr std::size_t samples = 64;
-    constexpr double margin = 1e-3;
-    const std::size_t every = points.size() / samples + 1;
-    std::vector<double> azimuths;
-    for (std::size_t i = 0; i < points.size(); i += azimuths.empty() ? 1 : every)
-      if (!isAtSensor(points[i]))
-        azimuths.push_back(azimuthOf(points[i]));
-    double sum = 0.0;
-    for (std::size_t i = 1; i < azimuths.size(); ++i)
-      sum += std::remainder(azimuths[i] - azimuths[i - 1], two_pi);
-    const double begin = azimuths.empty() ? 0.0 : azimuths.front();
-    begin_ = sum >= 0.0 ? begin - margin : begin + margin - two_pi;
-  }
-
-  double
-  operator()(const PixelPoint& point) const
-  {
-    const double turns = std::floor((azimuthOf(point) - begin_) / two_pi);
-    return azimuthOf(point) - turns * two_pi;
-  }
-
-  double
-  begin() const
-  {
-    return begin_;
-  }
-
-private:
-  double begin_;
-};
 
 } // namespace
 
@@ -61,6 +43,16 @@ double
 RingColumns::step() const
 {
   return two_pi / columns_of_turn_;
+}
+
+void
+RingColumns::setPoints(const std::vector<PixelPoint>& points)
+{
+  azimuths_.clear();
+  azimuths_.reserve(points.size());
+  for (const PixelPoint& point : points)
+    azimuths_.push_back(std::atan2(point.position.y(), point.position.x()));
+  turn_begin_ = placeInTurn(points, azimuths_);
 }
 
 bool
@@ -75,32 +67,46 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   if (points.size() < least_points_of_row * rows)
     return false;
   const double about = findStep(points, rows);
-  if (about <= 0.0 || !findColumns(points, rows, about))
+  const std::vector<RowAzimuth> sample = sampleOf(points);
+  if (about <= 0.0 || sample.empty() || !findColumns(sample, rows, about))
     return false;
   const double whole = std::ceil(columns_of_turn_);
   count_ = static_cast<std::uint32_t>(whole) + (whole == columns_of_turn_ ? 0 : 1);
   if (std::uint64_t{count_} * rows > most_pixels)
     return false;
-  const Turn azimuth(points);
-  first_column_ = std::floor(azimuth.begin() / step());
+  first_column_ = std::floor(turn_begin_ / step());
   std::vector<std::complex<double>> sums(rows);
-  for (const PixelPoint& point : points)
-    if (!isAtSensor(point))
-      sums[point.row] += std::polar(1.0, azimuth(point) * columns_of_turn_);
+  for (const RowAzimuth& point : sample)
+    sums[point.row] += std::polar(1.0, point.azimuth * columns_of_turn_);
   for (const std::complex<double>& sum : sums) {
     phases_.push_back(std::arg(sum) / columns_of_turn_);
-    fitted_likeness_ += std::abs(sum) / static_cast<double>(points.size());
+    fitted_likeness_ += std::abs(sum) / static_cast<double>(sample.size());
   }
   return true;
 }
 
+/** \brief Some of the points, of all rows; none at the sensor. */
+std::vector<RingColumns::RowAzimuth>
+RingColumns::sampleOf(const std::vector<PixelPoint>& points) const
+{
+  constexpr std::size_t enough = 16384;
+  std::vector<RowAzimuth> sample;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (isChosen(i, points.size(), enough) && !isAtSensor(points[i].position))
+      sample.push_back({points[i].row, azimuths_[i]});
+  return sample;
+}
+
 /** \brief Angle that most neighbours in a row are apart, radians; 0: there are none. */
 double
-RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows)
+RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows) const
 {
-  std::vector<std::vector<double>> azimuths(rows);
-  for (const PixelPoint& point : points)
-    azimuths[point.row].push_back(azimuthOf(point));
+  constexpr std::size_t enough = 16384;
+  const std::size_t every = points.size() / enough + 1;
+  std::vector<std::vector<double>> azimuths((rows + every - 1) / every);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points[i].row % every == 0)
+      azimuths[points[i].row / every].push_back(azimuths_[i]);
   // Two echoes in a direction are not apart.
   constexpr double least_step = two_pi / scan::most_side;
   std::vector<double> steps;
@@ -123,46 +129,41 @@ RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows)
  * \return false if they are not alike with any
  */
 bool
-RingColumns::findColumns(const std::vector<PixelPoint>& points,
+RingColumns::findColumns(const std::vector<RowAzimuth>& sample,
                          std::uint32_t rows,
                          double step)
 {
-  constexpr std::size_t enough = 16384;
   constexpr double least_likeness = 0.3;
   const double about = two_pi / step;
   const double first = std::floor(0.94 * about);
   const double last = std::ceil(1.06 * about);
   if (first < 2.0 || last >= scan::most_side)
     return false;
-  std::vector<std::uint32_t> sample_rows;
-  std::vector<double> sample;
-  const Turn azimuth(points);
-  // Odd, so that no rows are left out.
-  const std::size_t every = points.size() / enough | 1;
-  for (std::size_t i = 0; i < points.size(); i += every)
-    if (!isAtSensor(points[i])) {
-      sample_rows.push_back(points[i].row);
-      sample.push_back(azimuth(points[i]));
-    }
   double best = least_likeness * static_cast<double>(sample.size());
   columns_of_turn_ = 0.0;
-  std::vector<std::complex<double>> sums(rows);
-  std::vector<std::complex<double>> current(sample.size());
-  std::vector<std::complex<double>> increment(sample.size());
+  using Direction = Eigen::Vector2d;
+  std::vector<Direction> sums(rows);
+  std::vector<Direction> current(sample.size());
+  std::vector<Direction> increment(sample.size());
   const auto search = [&](double from, double to, double distance) {
+    const auto direction = [](double angle) {
+      return Direction(std::cos(angle), std::sin(angle));
+    };
     for (std::size_t i = 0; i < sample.size(); ++i) {
-      current[i] = std::polar(1.0, sample[i] * from);
-      increment[i] = std::polar(1.0, sample[i] * distance);
+      current[i] = direction(sample[i].azimuth * from);
+      increment[i] = direction(sample[i].azimuth * distance);
     }
     for (double columns = from; columns <= to; columns += distance) {
-      std::fill(sums.begin(), sums.end(), 0.0);
+      std::fill(sums.begin(), sums.end(), Direction::Zero());
       for (std::size_t i = 0; i < sample.size(); ++i) {
-        sums[sample_rows[i]] += current[i];
-        current[i] *= increment[i];
+        const Direction& turn = increment[i];
+        sums[sample[i].row] += current[i];
+        current[i] = {current[i].x() * turn.x() - current[i].y() * turn.y(),
+                      current[i].x() * turn.y() + current[i].y() * turn.x()};
       }
       double likeness = 0.0;
-      for (const std::complex<double>& sum : sums)
-        likeness += std::abs(sum);
+      for (const Direction& sum : sums)
+        likeness += sum.norm();
       if (likeness > best) {
         best = likeness;
         columns_of_turn_ = columns;
@@ -182,15 +183,12 @@ RingColumns::findColumns(const std::vector<PixelPoint>& points,
 bool
 RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
 {
-  azimuths_.clear();
-  const Turn azimuth(points);
   std::complex<double> sum;
-  for (const PixelPoint& point : points) {
-    azimuths_.push_back(azimuth(point) - phases_[point.row]);
-    if (!isAtSensor(point))
-      sum += std::polar(1.0, azimuths_.back() * columns_of_turn_);
-  }
-  likeness_ = std::abs(sum) / static_cast<double>(points.size());
+  const std::vector<RowAzimuth> sample = sampleOf(points);
+  for (const RowAzimuth& point : sample)
+    sum += std::polar(1.0, (point.azimuth - phases_[point.row]) * columns_of_turn_);
+  likeness_ =
+      std::abs(sum) / static_cast<double>(std::max<std::size_t>(1, sample.size()));
   // Less than that is lost in the noise of the azimuths.
   constexpr double least_shift = 1.0 / 256;
   const double columns = std::arg(sum) / two_pi;
@@ -199,9 +197,11 @@ RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
   points_of_pixel_.assign(std::size_t{count_} * phases_.size(), 0);
   at_sensor_.clear();
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (isAtSensor(points[i]))
+    if (isAtSensor(points[i].position))
       at_sensor_.push_back(i);
-    else if (!place(points[i], (azimuths_[i] - shift) / step() - first_column_))
+    else if (!place(points[i],
+                    (azimuths_[i] - phases_[points[i].row] - shift) / step() -
+                        first_column_))
       return false;
   free_columns_.assign(phases_.size(), 0);
   return std::all_of(at_sensor_.begin(), at_sensor_.end(), [&](std::size_t i) {
@@ -217,11 +217,14 @@ bool
 RingColumns::place(PixelPoint& point, double column)
 {
   constexpr std::uint32_t most_turns = 4;
-  const std::int64_t count = count_;
   if (!(std::abs(column) <= 2.0 * count_))
     return false;
-  const auto nearest =
-      static_cast<std::uint32_t>((std::llround(column) % count + count) % count);
+  std::int64_t of_turn = std::llround(column);
+  while (of_turn < 0)
+    of_turn += count_;
+  while (of_turn >= count_)
+    of_turn -= count_;
+  const auto nearest = static_cast<std::uint32_t>(of_turn);
   const std::uint32_t turn =
       points_of_pixel_[point.row * std::size_t{count_} + nearest]++;
   point.column = turn * count_ + nearest;

@@ -14,8 +14,14 @@ namespace io {
  * their azimuths. */
 class RingColumns {
 public:
-  /** \brief Finds how many columns a turn has, and where those of each row are.
+  /** \brief Sets the cloud that fit() and assign() are for.
    * \param[in] points with rows, in the coordinates of the sensor
+   */
+  void
+  setPoints(const std::vector<PixelPoint>& points);
+
+  /** \brief Finds how many columns a turn has, and where those of each row are.
+   * \param[in] points those of setPoints()
    * \param[in] rows number of rows
    * \param[in] most_pixels in all rows
    * \return false if azimuths have no common step, or there are too many pixels or rows
@@ -28,7 +34,8 @@ public:
   /** \brief Sets the columns of points; a further one at the same place has that of
    * another turn, as in scans that end behind their begin, and with several echoes; those
    * at the sensor, as drivers write missing ones, have any.
-   * \param[in,out] points as for fit(), of the same cloud or of one of the same sensor
+   * \param[in,out] points those of setPoints(): of the cloud of fit(), or of another one
+   * of the same sensor
    * \param[out] shift how far the columns are turned against those of fit(), radians
    * \return false if there are too many at a place, or rows are others
    */
@@ -74,11 +81,19 @@ public:
   releaseMemory();
 
 private:
+  struct RowAzimuth {
+    std::uint32_t row;
+    double azimuth; // radians
+  };
+
+  std::vector<RowAzimuth>
+  sampleOf(const std::vector<PixelPoint>& points) const;
+
   double
-  findStep(const std::vector<PixelPoint>& points, std::uint32_t rows);
+  findStep(const std::vector<PixelPoint>& points, std::uint32_t rows) const;
 
   bool
-  findColumns(const std::vector<PixelPoint>& points, std::uint32_t rows, double step);
+  findColumns(const std::vector<RowAzimuth>& sample, std::uint32_t rows, double step);
 
   bool
   place(PixelPoint& point, double column);
@@ -94,7 +109,8 @@ private:
   double likeness_ = 0.0;        // those of the last assign()
   double fitted_likeness_ = 0.0; // those of fit()
   // Of the current cloud; members so that their memory is reused.
-  std::vector<double> azimuths_;
+  std::vector<double> azimuths_; // in a turn from its begin on, radians
+  double turn_begin_ = 0.0;
   std::uint32_t turns_ = 1;
   std::vector<std::uint8_t> points_of_pixel_; // at a place of a turn
   std::vector<std::size_t> at_sensor_;        // points

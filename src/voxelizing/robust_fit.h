@@ -9,6 +9,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -36,8 +37,8 @@ finiteOrLargest(double number)
   return std::isfinite(number) ? number : std::numeric_limits<double>::max();
 }
 
-/** \brief Fits target = features * result by least squares, six times: each time without
- * what is far from the last result.
+/** \brief Fits target = features * result by least squares, up to six times: each time
+ * without what is far from the last result, until that stays.
  * \param[in] targets not empty
  * \param[out] error median of the errors; the largest number if there is no result
  */
@@ -64,13 +65,39 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
     result = squares.completeOrthogonalDecomposition().solve(products);
     for (std::size_t i = 0; i < targets.size(); ++i)
       errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
+    const double last_error = error;
     error = medianSize(errors);
+    if (round > 0 && error == last_error)
+      break;
     most = 4.0 * error;
   }
   return result;
 }
 
+/** \brief Whether an element is one of about some number of elements, which are spread over
+ * all and have no period.
+ * \param[in] count of all
+ */
+inline bool
+isChosen(std::size_t index, std::size_t count, std::size_t enough)
+{
+  constexpr std::uint64_t golden = 2654435769u; // of 2^32
+  const std::uint64_t place = index * golden & 0xffffffffu;
+  return place * count >> 32 < enough;
+}
+
 constexpr double two_pi = 6.28318530717958647693;
+
+/** \brief An angle of -pi to pi for one that is not many turns away. */
+inline double
+wrapped(double angle)
+{
+  while (angle > 0.5 * two_pi)
+    angle -= two_pi;
+  while (angle < -0.5 * two_pi)
+    angle += two_pi;
+  return angle;
+}
 
 /** \brief How well numbers are multiples of a step, up to a common offset: 0 to 1.
  * \param[out] offset of them, -step / 2 to step / 2

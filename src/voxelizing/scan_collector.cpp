@@ -4,6 +4,7 @@
 #include "codec/frame_limits.h"
 #include "voxelizing/coordinate_step.h"
 #include "voxelizing/point_period.h"
+#include "voxelizing/robust_fit.h"
 #include "voxelizing/scan_locator.h"
 #include "voxels/grid_fit.h"
 
@@ -324,10 +325,11 @@ ScanCollector::findRings(const WorldPose& sensor_pose, bool is_i_frame_due)
     return to_sensor * Eigen::Vector3d(position[0], position[1], position[2]);
   };
   if (is_i_frame_due || elevations_.count() == 0) {
+    constexpr std::size_t enough = 16384;
     std::vector<Eigen::Vector3d> points;
-    points.reserve(cloud_.size());
-    for (const std::array<double, 3>& position : cloud_.positions)
-      points.emplace_back(in_sensor(position));
+    for (std::size_t point = 0; point < cloud_.size(); ++point)
+      if (isChosen(point, cloud_.size(), enough))
+        points.emplace_back(in_sensor(cloud_.positions[point]));
     if (!elevations_.learn(points)) {
       untried_clouds_ = untried_clouds;
       return false;

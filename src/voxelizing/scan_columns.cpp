@@ -92,6 +92,7 @@ ScanColumns::findByAzimuth(const SensorCloud& cloud,
          0,
          to_sensor * Eigen::Vector3d(position[0], position[1], position[2])});
   }
+  by_azimuth_.setPoints(points_);
   const bool has_many_more = points_.size() > 2 * fitted_points_;
   const bool may_keep =
       ring_count_ <= by_azimuth_.rows() && !(may_refit && has_many_more);

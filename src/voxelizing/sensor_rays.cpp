@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -18,32 +19,90 @@ vectorOf(const std::array<double, 3>& position)
   return {position[0], position[1], position[2]};
 }
 
-/** \brief Points in the coordinates of the sensor, but for those at the sensor.
- * \param[in] is_used called with the column of each
- */
-template <typename IsUsedT>
-std::vector<PixelPoint>
-pixelPointsOf(const SensorCloud& cloud,
+/** \brief The points of a cloud as points of pixels. */
+class PixelPoints {
+public:
+  PixelPoints(const SensorCloud& cloud,
               const ScanColumns& columns,
-              const WorldPose& pose,
-              const IsUsedT& is_used)
-{
-  const WorldPose to_sensor = pose.inverse();
-  std::vector<PixelPoint> points;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const bool has_rings = cloud.image.width == 0;
-    const std::uint32_t row =
-        has_rings ? cloud.rings[i] : cloud.pixels[i] / cloud.image.width;
-    const std::uint32_t column =
-        has_rings ? columns.columns()[i] : cloud.pixels[i] % cloud.image.width;
-    if (!is_used(column))
-      continue;
-    points.push_back({row, column, to_sensor * vectorOf(cloud.positions[i])});
-    if (isAtSensor(points.back()))
-      points.pop_back();
+              const WorldPose& pose)
+  : cloud_(cloud)
+  , columns_(columns)
+  , sensor_(pose.translation())
+  , to_sensor_(pose.inverse())
+  {}
+
+  std::uint32_t
+  rowOf(std::size_t point) const
+  {
+    return hasRings() ? cloud_.rings[point] : cloud_.pixels[point] / cloud_.image.width;
   }
-  return points;
-}
+
+  std::uint32_t
+  columnOf(std::size_t point) const
+  {
+    return hasRings() ? columns_.columns()[point]
+                      : cloud_.pixels[point] % cloud_.image.width;
+  }
+
+  /** \brief In the coordinates of the sensor. */
+  PixelPoint
+  at(std::size_t point) const
+  {
+    return {
+        rowOf(point), columnOf(point), to_sensor_ * vectorOf(cloud_.positions[point])};
+  }
+
+  /** \brief The points of the columns that firings are fitted with, but for those at the
+   * sensor. */
+  std::vector<PixelPoint>
+  ofSampledColumns(std::uint32_t column_count) const
+  {
+    std::vector<PixelPoint> points;
+    for (std::size_t i = 0; i < cloud_.size(); ++i)
+      if (isSampled(columnOf(i), column_count) && !isMissing(i))
+        points.push_back(at(i));
+    return points;
+  }
+
+  /** \brief Some points of each row, by pairs of neighbours, but for those at the
+   * sensor. */
+  std::vector<PixelPoint>
+  ofEachRow(std::uint32_t row_count) const
+  {
+    constexpr std::size_t enough_pairs = 32;
+    std::vector<std::size_t> every(row_count);
+    for (std::size_t i = 0; i < cloud_.size(); ++i)
+      every[rowOf(i)] += isMissing(i) ? 0 : 1;
+    for (std::size_t& count : every)
+      count = std::max<std::size_t>(1, count / 2 / enough_pairs);
+    std::vector<std::size_t> seen(row_count);
+    std::vector<PixelPoint> points;
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
+      const std::uint32_t row = rowOf(i);
+      if (!isMissing(i) && seen[row]++ / 2 % every[row] == 0)
+        points.push_back(at(i));
+    }
+    return points;
+  }
+
+private:
+  bool
+  hasRings() const
+  {
+    return cloud_.image.width == 0;
+  }
+
+  bool
+  isMissing(std::size_t point) const
+  {
+    return isAtSensor(vectorOf(cloud_.positions[point]) - sensor_);
+  }
+
+  const SensorCloud& cloud_;
+  const ScanColumns& columns_;
+  Eigen::Vector3d sensor_;
+  WorldPose to_sensor_;
+};
 
 /** \brief The pose of columns that are turned since their step was found. */
 WorldPose
@@ -86,10 +145,10 @@ columnPointOf(const Eigen::Vector3d& position,
 bool
 SensorRays::areOf(const scan::ScanLayout& layout) const
 {
-  const bool are_firings = layout.order == scan::PointOrder::ColumnByColumn;
-  return (are_firings ? spinning_.has_value() : fitted_.has_value()) &&
-         layout.order == layout_.order && layout.height == layout_.height &&
-         (are_firings || layout.width == layout_.width);
+  return (planar_ || spinning_) && layout.order == layout_.order &&
+         layout.height == layout_.height &&
+         (layout.order == scan::PointOrder::ColumnByColumn ||
+          layout.width == layout_.width);
 }
 
 bool
@@ -99,37 +158,72 @@ SensorRays::fit(const SensorCloud& cloud,
                 const VoxelGrid& grid,
                 const scan::ScanLayout& layout)
 {
-  fitted_.reset();
+  planar_.reset();
   spinning_.reset();
   shifts_.clear();
   layout_.width = layout.width;
   layout_.height = layout.height;
   layout_.order = layout.order;
-  const auto all = [](std::uint32_t) { return true; };
+  is_new_ = true;
   const ImageSize size{layout.width, layout.height};
   switch (layout.order) {
   case scan::PointOrder::Organised:
-    fitted_ = fitRays(pixelPointsOf(cloud, columns, pose, all), pose, grid, size);
+    fitImage(
+        PixelPoints(cloud, columns, pose).ofEachRow(size.height), pose, grid, size);
     break;
   case scan::PointOrder::RowByRow:
-    fitted_ = fitSpinningRays(
-        pixelPointsOf(cloud, columns, turnedPose(pose, columns.shift()), all),
-        size,
-        columns.step());
+    spinning_ =
+        fitEvenSpinning(PixelPoints(cloud, columns, turnedPose(pose, columns.shift()))
+                            .ofEachRow(size.height),
+                        size,
+                        columns.step());
     break;
   case scan::PointOrder::ColumnByColumn:
-    spinning_ = fitSpinning(pixelPointsOf(cloud,
-                                          columns,
-                                          pose,
-                                          [&](std::uint32_t column) {
-                                            return isSampled(column, layout.width);
-                                          }),
-                            layout.height,
-                            layout.width,
-                            grid.resolution);
+    spinning_ =
+        fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(size.width),
+                    size.height,
+                    size.width,
+                    grid.resolution);
     break;
   }
-  return fitted_ || spinning_;
+  return planar_ || spinning_;
+}
+
+/** \brief Fits the rays of an image, of whichever kind of sensor it is. */
+void
+SensorRays::fitImage(const std::vector<PixelPoint>& points,
+                     const WorldPose& pose,
+                     const VoxelGrid& grid,
+                     const ImageSize& size)
+{
+  // A camera has few numbers to fit.
+  constexpr std::size_t enough = 2048;
+  std::vector<PixelPoint> sample;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (isChosen(i, points.size(), enough))
+      sample.push_back(points[i]);
+  constexpr double far = std::numeric_limits<double>::infinity();
+  scan::ScanLayout layout;
+  layout.width = size.width;
+  layout.height = size.height;
+  planar_ = fitPlanar(sample);
+  const double of_planar = planar_ && setPlanarRays(*planar_, pose, grid, layout)
+                               ? distanceFromRays(sample, pose, grid, layout)
+                               : far;
+  constexpr double near = 0.25;
+  if (of_planar <= near)
+    return;
+  spinning_ = fitEvenSpinning(points, size, std::nullopt);
+  const double of_spinning =
+      spinning_ && setSpinningRays(*spinning_, pose, grid, layout)
+          ? distanceFromRays(sample, pose, grid, layout)
+          : far;
+  if (of_spinning < of_planar)
+    planar_.reset();
+  else
+    spinning_.reset();
+  if (of_planar == far)
+    planar_.reset();
 }
 
 bool
@@ -139,16 +233,19 @@ SensorRays::set(const SensorCloud& cloud,
                 scan::ScanFrame& frame)
 {
   turns_.clear();
-  if (frame.order == scan::PointOrder::Organised)
-    return setRays(*fitted_, pose, frame.grid, frame);
-  if (frame.order == scan::PointOrder::RowByRow)
-    return setRays(*fitted_, turnedPose(pose, columns.shift()), frame.grid, frame);
-  const auto is_sampled = [&](std::uint32_t column) {
-    return isSampled(column, frame.width);
-  };
-  if (spinning_->has_motion)
-    followMotion(
-        pixelPointsOf(cloud, columns, pose, is_sampled), frame.width, *spinning_);
+  if (planar_)
+    return setPlanarRays(*planar_, pose, frame.grid, frame);
+  const bool is_image = frame.order == scan::PointOrder::Organised;
+  if (spinning_->is_even)
+    return setSpinningRays(*spinning_,
+                           is_image ? pose : turnedPose(pose, columns.shift()),
+                           frame.grid,
+                           frame);
+  if (spinning_->has_motion && !is_new_)
+    followMotion(PixelPoints(cloud, columns, pose).ofSampledColumns(frame.width),
+                 frame.width,
+                 *spinning_);
+  is_new_ = false;
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;
   findAngles(cloud, columns, pose, frame.grid.resolution, frame);
@@ -184,7 +281,7 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
   if (*middle == 0)
     return none;
   std::vector<double> shifts;
-  for (const FittedRays::Row& row : spinning_->rows)
+  for (const RowFit& row : spinning_->rows)
     shifts.push_back(std::round(std::remainder(row.angle, two_pi) /
                                 (*middle * spinning_->turn_step)));
   const auto [least, most] = std::minmax_element(shifts.begin(), shifts.end());
@@ -209,7 +306,7 @@ SensorRays::findAngles(const SensorCloud& cloud,
   const WorldPose to_sensor = pose.inverse();
   const double steps_of_turn = two_pi / fit.turn_step;
   std::vector<Eigen::Vector2d> row_directions;
-  for (const FittedRays::Row& row : fit.rows)
+  for (const RowFit& row : fit.rows)
     row_directions.emplace_back(std::cos(row.angle), std::sin(row.angle));
   frame.rays.columns.assign(frame.width, 0);
   turns_.assign(fit.has_turn_step ? cloud.size() : 0, 0);

@@ -59,6 +59,12 @@ public:
 
 private:
   void
+  fitImage(const std::vector<PixelPoint>& points,
+           const WorldPose& pose,
+           const VoxelGrid& grid,
+           const ImageSize& size);
+
+  void
   findAngles(const SensorCloud& cloud,
              const ScanColumns& columns,
              const WorldPose& pose,
@@ -71,10 +77,11 @@ private:
   std::vector<std::uint16_t>
   findShifts(const scan::ScanFrame& frame) const;
 
-  scan::ScanLayout layout_;             // of the fit, without rays
-  std::optional<FittedRays> fitted_;    // of a camera, or with columns a step apart
-  std::optional<SpinningFit> spinning_; // of firings
-  std::vector<std::uint16_t> shifts_;   // of the rows of firings
+  scan::ScanLayout layout_; // of the fit, without rays
+  std::optional<PlanarFit> planar_;
+  std::optional<SpinningFit> spinning_;
+  bool is_new_ = false;               // the cloud of the fit has no rays yet
+  std::vector<std::uint16_t> shifts_; // of the rows of firings
   std::vector<std::int32_t> turns_;
 };
 

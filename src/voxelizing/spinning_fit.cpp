@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
+#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -22,35 +22,60 @@ constexpr double nearest = 0.3;
 /** \brief Motions are not followed with fewer points. */
 constexpr std::size_t least_moving_points = 256;
 
+/** \brief Motions have few numbers: they are found with one of so many used columns. */
+constexpr std::uint32_t share_of_motion = 3;
+
+constexpr int most_motion_rounds = 12;
+
+/** \brief Steps towards a motion are not worth more time, metres. */
+constexpr double least_motion = 1e-4;
+
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
 
-std::vector<TurnPoint>
-samplePoints(const std::vector<PixelPoint>& points, std::uint32_t column_count)
+/** \brief Which column is used next behind a used one. */
+std::uint32_t
+distanceOfSamples(std::uint32_t column_count)
 {
-  const std::uint32_t every = column_count / sampled_columns + 1;
+  return column_count / sampled_columns + 1;
+}
+
+/** \brief Points of the columns that are used, placed by a motion.
+ * \param[in] share of them to use: each so many-th one
+ */
+std::vector<TurnPoint>
+samplePoints(const std::vector<PixelPoint>& points,
+             std::uint32_t column_count,
+             std::uint32_t share,
+             const TurnMotion& motion)
+{
+  const std::uint32_t every = share * distanceOfSamples(column_count);
   std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
-    if (isSampled(point.column, column_count) &&
-        std::hypot(point.position.x(), point.position.y()) > nearest) {
-      TurnPoint sample;
-      sample.row = point.row;
-      sample.column = point.column / every;
-      sample.time = timeOf(point.column, column_count);
-      sample.measured = point.position;
-      sample.place(TurnMotion());
-      samples.push_back(sample);
-    }
+    if (point.column % every == 0 &&
+        point.position.head<2>().squaredNorm() > nearest * nearest)
+      samples.emplace_back(
+          point, point.column / every, timeOf(point.column, column_count), motion);
   return samples;
 }
 
-/** \brief The height of a row's rays, as a line over the distance from the axis. */
-bool
-fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
+using PointsOfRow = std::vector<const TurnPoint*>;
+
+std::vector<PointsOfRow>
+pointsOfRows(const std::vector<TurnPoint>& samples, std::size_t row_count)
 {
-  constexpr std::size_t fewest = 8;
-  if (points.size() < fewest)
-    return false;
+  std::vector<PointsOfRow> of_rows(row_count);
+  for (const TurnPoint& point : samples)
+    of_rows[point.row].push_back(&point);
+  return of_rows;
+}
+
+/** \brief The height of a row's rays, as a line over the distance from the axis.
+ * \param[in] points not empty
+ */
+void
+fitHeights(const PointsOfRow& points, RowFit& row)
+{
   std::vector<Eigen::Vector2d> features;
   std::vector<double> heights;
   for (const TurnPoint* point : points) {
@@ -63,81 +88,190 @@ fitHeights(const std::vector<const TurnPoint*>& points, FittedRays::Row& row)
   row.up = line[0];
   row.run = 1.0 / length;
   row.rise = line[1] / length;
-  return true;
 }
 
 /** \brief The same for all rows.
  * \return how many have points enough
  */
 std::size_t
-fitHeights(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
-  std::vector<std::vector<const TurnPoint*>> of_rows(rows.size());
-  for (const TurnPoint& point : samples)
-    of_rows[point.row].push_back(&point);
+  constexpr std::size_t fewest = 8;
+  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, rows.size());
   std::size_t fitted = 0;
   for (std::size_t row = 0; row < rows.size(); ++row)
-    fitted += fitHeights(of_rows[row], rows[row]) ? 1 : 0;
+    if (of_rows[row].size() >= fewest) {
+      fitHeights(of_rows[row], rows[row]);
+      ++fitted;
+    }
   return fitted;
 }
 
-/** \brief Turns each column to the mean of its points, but for those that are far off. */
-void
-turnColumns(const std::vector<TurnPoint>& samples,
-            const std::vector<FittedRays::Row>& rows,
-            double most,
-            std::vector<double>& columns)
+/** \brief The angle between neighbouring columns, radians. */
+double
+fitTurn(const std::vector<TurnPoint>& samples, std::uint32_t width)
 {
-  std::vector<std::complex<double>> sums(columns.size());
-  for (const TurnPoint& point : samples)
-    if (const double off = angleOff(point, rows, columns); std::abs(off) <= most)
-      sums[point.column] += std::polar(1.0, off);
-  for (std::size_t column = 0; column < columns.size(); ++column)
-    columns[column] += std::arg(sums[column]);
+  std::vector<double> slopes;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    if (samples[i].row == samples[i - 1].row &&
+        samples[i].column == samples[i - 1].column + 1)
+      slopes.push_back(wrapped(samples[i].azimuth - samples[i - 1].azimuth));
+  if (slopes.empty())
+    return 0.0;
+  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+  std::nth_element(slopes.begin(), middle, slopes.end());
+  // Most turn once.
+  const double whole = std::copysign(two_pi / width, *middle);
+  return std::abs(*middle - whole) < 0.1 * std::abs(whole) ? whole : *middle;
 }
 
-/** \brief Turns each row to the middle of its points. */
+/** \brief The angle of a row against even columns, and how far it is beside the axis.
+ * \param[in] points not empty
+ */
 void
-turnRows(const std::vector<TurnPoint>& samples,
-         const std::vector<double>& columns,
-         std::vector<FittedRays::Row>& rows)
+fitEvenAngle(const PointsOfRow& points, double turn, RowFit& row)
 {
-  std::vector<std::vector<double>> off(rows.size());
-  for (const TurnPoint& point : samples)
-    off[point.row].push_back(angleOff(point, rows, columns));
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    if (!off[row].empty()) {
-      const auto middle =
-          off[row].begin() + static_cast<std::ptrdiff_t>(off[row].size() / 2);
-      std::nth_element(off[row].begin(), middle, off[row].end());
-      rows[row].angle += *middle;
-    }
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> features;
+  std::vector<double> angles;
+  for (const TurnPoint* point : points) {
+    features.push_back({1.0, 1.0 / point->distance});
+    angles.push_back(point->azimuth - turn * point->column);
+    sum += Eigen::Vector2d(std::cos(angles.back()), std::sin(angles.back()));
+  }
+  const double middle = std::atan2(sum.y(), sum.x());
+  for (double& angle : angles)
+    angle = std::remainder(angle - middle, two_pi);
+  double error = 0.0;
+  const Eigen::Vector2d fitted = fitRobustly(features, angles, error);
+  row.angle = middle + fitted[0];
+  row.across = fitted[1];
 }
+
+/** \brief Fits the rows of even columns; those with few points are as the nearest one.
+ * \return false if all have few
+ */
+bool
+fitEvenRows(const std::vector<TurnPoint>& samples, SpinningFit& fit)
+{
+  constexpr std::size_t fewest = 16;
+  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, fit.rows.size());
+  std::size_t last = fit.rows.size();
+  for (std::size_t row = 0; row < fit.rows.size(); ++row) {
+    if (of_rows[row].size() >= fewest) {
+      fitHeights(of_rows[row], fit.rows[row]);
+      fitEvenAngle(of_rows[row], fit.turn_step, fit.rows[row]);
+      if (last == fit.rows.size())
+        std::fill_n(fit.rows.begin(), row, fit.rows[row]);
+      last = row;
+    }
+    else if (last != fit.rows.size())
+      fit.rows[row] = fit.rows[last];
+  }
+  return last != fit.rows.size();
+}
+
+/** \brief Angles of points against those of their columns and rows. */
+class ColumnAngles {
+public:
+  /** \param[in] samples of which each column has one */
+  explicit ColumnAngles(const std::vector<TurnPoint>& samples)
+  {
+    std::uint32_t count = 0;
+    for (const TurnPoint& point : samples)
+      count = std::max(count, point.column + 1);
+    angles_.resize(count);
+    // As mean values are of angles that are near to each other.
+    for (const TurnPoint& point : samples)
+      angles_[point.column] = point.azimuth;
+  }
+
+  const std::vector<double>&
+  angles() const
+  {
+    return angles_;
+  }
+
+  /** \brief Turns each column to the mean of its points, but for those that are far off. */
+  void
+  turnColumns(const std::vector<TurnPoint>& samples,
+              const std::vector<RowFit>& rows,
+              double most)
+  {
+    sums_.assign(angles_.size(), 0.0);
+    counts_.assign(angles_.size(), 0.0);
+    for (const TurnPoint& point : samples)
+      if (const double off = angleOff(point, rows, angles_); std::abs(off) <= most) {
+        sums_[point.column] += off;
+        counts_[point.column] += 1.0;
+      }
+    for (std::size_t column = 0; column < angles_.size(); ++column)
+      angles_[column] =
+          wrapped(angles_[column] + sums_[column] / std::max(1.0, counts_[column]));
+  }
+
+  /** \brief Turns each row to the middle of its points.
+   * \param[out] change of the angles between rows, the largest one
+   * \return half of the points were nearer to their rays than this, radians
+   */
+  double
+  turnRows(const std::vector<TurnPoint>& samples,
+           std::vector<RowFit>& rows,
+           double& change)
+  {
+    off_of_rows_.resize(rows.size());
+    for (std::vector<double>& off : off_of_rows_)
+      off.clear();
+    for (const TurnPoint& point : samples)
+      off_of_rows_[point.row].push_back(angleOff(point, rows, angles_));
+    off_.clear();
+    double most = -two_pi;
+    double least = two_pi;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      std::vector<double>& off = off_of_rows_[row];
+      if (off.empty())
+        continue;
+      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+      std::nth_element(off.begin(), middle, off.end());
+      const double turn = *middle;
+      rows[row].angle += turn;
+      most = std::max(most, turn);
+      least = std::min(least, turn);
+      for (const double of_point : off)
+        off_.push_back(of_point - turn);
+    }
+    change = most - least;
+    return medianSize(off_);
+  }
+
+private:
+  std::vector<double> angles_; // radians
+  // Members so that their memory is reused.
+  std::vector<double> sums_;
+  std::vector<double> counts_;
+  std::vector<std::vector<double>> off_of_rows_;
+  std::vector<double> off_;
+};
 
 /** \brief Fits the angles of rows: those that all columns have in common. */
 void
 fitAngles(const std::vector<TurnPoint>& samples,
-          std::vector<FittedRays::Row>& rows,
-          std::vector<double>& columns)
+          std::vector<RowFit>& rows,
+          ColumnAngles& columns)
 {
-  std::uint32_t column_count = 0;
-  for (const TurnPoint& point : samples)
-    column_count = std::max(column_count, point.column + 1);
-  columns.resize(column_count);
+  constexpr int most_rounds = 24;
+  constexpr double least_change = 5e-7;
   double most = two_pi;
-  for (int round = 0; round < 24; ++round) {
-    turnColumns(samples, rows, most, columns);
-    turnRows(samples, columns, rows);
-    std::vector<double> off;
-    for (const TurnPoint& point : samples)
-      off.push_back(angleOff(point, rows, columns));
-    most = 6.0 * medianSize(off) + 1e-9;
+  double change = two_pi;
+  for (int round = 0; round < most_rounds && change > least_change; ++round) {
+    columns.turnColumns(samples, rows, most);
+    most = 6.0 * columns.turnRows(samples, rows, change) + 1e-9;
   }
 }
 
 /** \brief The distance of the angles of columns, and moves those of rows to it. */
 double
-fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
   for (const double degrees : turn_steps) {
     const double step = degrees * two_pi / 360.0;
@@ -148,7 +282,7 @@ fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>&
     double offset = 0.0;
     if (coherence(angles, step, offset) < 0.8)
       continue;
-    for (FittedRays::Row& row : rows)
+    for (RowFit& row : rows)
       row.angle += offset;
     return step;
   }
@@ -157,11 +291,11 @@ fitTurnStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>&
 
 /** \brief The distance of depths, and moves the begin of each row to one. */
 double
-fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>& rows)
+fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
   std::vector<std::vector<double>> depths(rows.size());
   for (const TurnPoint& point : samples) {
-    const FittedRays::Row& row = rows[point.row];
+    const RowFit& row = rows[point.row];
     depths[point.row].push_back(point.distance * row.run +
                                 (point.height() - row.up) * row.rise);
   }
@@ -184,8 +318,7 @@ fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<FittedRays::Row>
 
 /** \brief Half of the points are nearer to the rays of their rows than this, radians. */
 double
-medianHeightOff(const std::vector<TurnPoint>& samples,
-                const std::vector<FittedRays::Row>& rows)
+medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows)
 {
   std::vector<double> off;
   for (const TurnPoint& point : samples)
@@ -193,30 +326,22 @@ medianHeightOff(const std::vector<TurnPoint>& samples,
   return medianSize(off);
 }
 
-/** \brief Fits rows and columns, and the motion of the sensor where points are not on rays
- * without one. */
+/** \brief Fits rows, columns and the motion of the sensor, in rounds until that stays.
+ * \param[in] least_move smaller steps are the last ones, metres
+ * \param[in,out] fit to begin with
+ * \param[in,out] samples are placed by its motion
+ */
 void
-fitRowsAndMotion(std::vector<TurnPoint>& samples, SpinningFit& fit)
+fitMotion(std::vector<TurnPoint>& samples, double least_move, SpinningFit& fit)
 {
-  std::vector<double> columns;
-  fitAngles(samples, fit.rows, columns);
-  // Half of the points of a sensor that stands still are as near as this, radians.
-  constexpr double most_off = 2e-5;
-  const double still_off = medianHeightOff(samples, fit.rows);
-  if (still_off < most_off)
-    return;
-  SpinningFit moved = fit;
-  std::vector<TurnPoint> moved_samples = samples;
-  for (int round = 0; round < 12; ++round) {
-    improveMotion(moved_samples, moved.rows, columns, moved.motion);
-    fitHeights(moved_samples, moved.rows);
-    fitAngles(moved_samples, moved.rows, columns);
+  ColumnAngles columns(samples);
+  columns.turnColumns(samples, fit.rows, two_pi);
+  double moved_by = 1.0;
+  for (int round = 0; round < most_motion_rounds && moved_by > least_move; ++round) {
+    moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
+    fitHeights(samples, fit.rows);
+    fitAngles(samples, fit.rows, columns);
   }
-  if (medianHeightOff(moved_samples, moved.rows) > 0.7 * still_off)
-    return;
-  fit = moved;
-  fit.has_motion = true;
-  samples = moved_samples;
 }
 
 } // namespace
@@ -227,12 +352,30 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge)
 {
-  std::vector<TurnPoint> samples = samplePoints(points, column_count);
+  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, TurnMotion());
   SpinningFit fit;
   fit.rows.resize(row_count);
   if (2 * fitHeights(samples, fit.rows) < row_count)
     return std::nullopt;
-  fitRowsAndMotion(samples, fit);
+  ColumnAngles columns(samples);
+  fitAngles(samples, fit.rows, columns);
+  // Half of the points of a sensor that stands still are as near as this, radians.
+  constexpr double most_off = 2e-5;
+  const double still_off = medianHeightOff(samples, fit.rows);
+  if (still_off > most_off) {
+    SpinningFit moved = fit;
+    std::vector<TurnPoint> few =
+        samplePoints(points, column_count, share_of_motion, moved.motion);
+    fitMotion(few, 10.0 * least_motion, moved);
+    std::vector<TurnPoint> moved_samples =
+        samplePoints(points, column_count, 1, moved.motion);
+    fitMotion(moved_samples, least_motion, moved);
+    if (medianHeightOff(moved_samples, moved.rows) < 0.7 * still_off) {
+      fit = moved;
+      fit.has_motion = true;
+      samples.swap(moved_samples);
+    }
+  }
   fit.turn_step = fitTurnStep(samples, fit.rows);
   fit.has_turn_step = fit.turn_step > 0.0;
   if (!fit.has_turn_step) {
@@ -245,10 +388,29 @@ fitSpinning(const std::vector<PixelPoint>& points,
   return fit;
 }
 
+std::optional<SpinningFit>
+fitEvenSpinning(const std::vector<PixelPoint>& points,
+                const ImageSize& size,
+                const std::optional<double>& turn)
+{
+  std::vector<TurnPoint> samples;
+  for (const PixelPoint& point : points)
+    if (point.position.head<2>().squaredNorm() > 0.0)
+      samples.emplace_back(point, point.column, 0.0, TurnMotion());
+  SpinningFit fit;
+  fit.rows.resize(size.height);
+  fit.is_even = true;
+  fit.turn_step = turn ? *turn : fitTurn(samples, size.width);
+  if (!fitEvenRows(samples, fit))
+    return std::nullopt;
+  fit.depth_step = fitDepthStep(samples, fit.rows);
+  return fit;
+}
+
 bool
 isSampled(std::uint32_t column, std::uint32_t column_count)
 {
-  return column % (column_count / sampled_columns + 1) == 0;
+  return column % distanceOfSamples(column_count) == 0;
 }
 
 void
@@ -258,20 +420,15 @@ followMotion(const std::vector<PixelPoint>& points,
 {
   if (!fit.has_motion)
     return;
-  std::vector<TurnPoint> samples = samplePoints(points, column_count);
-  std::uint32_t last_column = 0;
-  for (TurnPoint& point : samples) {
-    point.place(fit.motion);
-    last_column = std::max(last_column, point.column);
-  }
+  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, fit.motion);
   if (samples.size() < least_moving_points)
     return;
-  std::vector<double> columns(last_column + std::size_t{1});
-  constexpr int rounds = 4;
-  for (int round = 0; round < rounds; ++round) {
-    for (int i = 0; i < rounds; ++i)
-      turnColumns(samples, fit.rows, two_pi, columns);
-    improveMotion(samples, fit.rows, columns, fit.motion);
+  ColumnAngles columns(samples);
+  double moved_by = 1.0;
+  constexpr int most_rounds = 4;
+  for (int round = 0; round < most_rounds && moved_by > least_motion; ++round) {
+    columns.turnColumns(samples, fit.rows, two_pi);
+    moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
   }
 }
 
@@ -314,9 +471,16 @@ setSpinningRays(const SpinningFit& fit,
       rays.motion.vectors[of][axis] = wide(turn(i, static_cast<int>(of)), 46);
     }
   }
-  for (double angle = fit.turn_step; angle < two_pi; angle *= 2.0)
+  const double most_steps = fit.is_even ? 2.0 * layout.width : two_pi / fit.turn_step;
+  for (double steps = 1.0; steps < most_steps; steps *= 2.0) {
+    const double angle = steps * fit.turn_step;
     rays.turns.push_back({fixed(std::cos(angle), 30), fixed(std::sin(angle), 30)});
-  for (const FittedRays::Row& row : fit.rows)
+  }
+  if (fit.is_even) {
+    rays.columns.resize(layout.width);
+    std::iota(rays.columns.begin(), rays.columns.end(), 0);
+  }
+  for (const RowFit& row : fit.rows)
     rays.rows.push_back({fixed(std::cos(row.angle), 30),
                          fixed(std::sin(row.angle), 30),
                          fixed(row.run * step / grid.resolution, 24),

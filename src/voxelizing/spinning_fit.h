@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/rigid_pose.h>
 
@@ -17,11 +18,12 @@ namespace io {
 
 /** \brief Rays of a spinning sensor, in its coordinates, metres and radians. */
 struct SpinningFit {
-  std::vector<FittedRays::Row> rows;
+  std::vector<RowFit> rows;
   TurnMotion motion;
   bool has_motion = false;
   double depth_step = 0.0;
-  double turn_step = 0.0; ///< of the angles of columns
+  double turn_step = 0.0; ///< of the angles of columns; negative: clockwise
+  bool is_even = false;   ///< columns are a step apart
   /** \brief Whether the angles of all points are multiples of it. */
   bool has_turn_step = false;
 };
@@ -38,6 +40,18 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge);
 
+/** \brief The same for a sensor whose columns are evenly spaced, whose lasers may be beside
+ * its axis.
+ * \param[in] points row after row, if the turn is not known; few of each row are enough,
+ * if there are neighbours among them
+ * \param[in] turn of a column, radians, if it is known
+ * \return nothing if there are too few points
+ */
+std::optional<SpinningFit>
+fitEvenSpinning(const std::vector<PixelPoint>& points,
+                const ImageSize& size,
+                const std::optional<double>& turn);
+
 /** \brief Moves the motion of a fit, if it has one, to that of another turn.
  * \param[in] points of that turn, with rows and columns
  */
@@ -50,7 +64,7 @@ followMotion(const std::vector<PixelPoint>& points,
 bool
 isSampled(std::uint32_t column, std::uint32_t column_count);
 
-/** \brief Sets the rays of a scan, but for the angles of columns.
+/** \brief Sets the rays of a scan, but for the angles of columns that are not even.
  * \param[in] sensor_pose sensor -> grid, metres
  * \param[in,out] layout its size is given
  * \return whether they are within their ranges

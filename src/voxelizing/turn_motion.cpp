@@ -90,24 +90,23 @@ areNear(std::vector<double> values, double times)
 } // namespace
 
 double
-heightOff(const TurnPoint& point, const std::vector<FittedRays::Row>& rows)
+heightOff(const TurnPoint& point, const std::vector<RowFit>& rows)
 {
-  const FittedRays::Row& row = rows[point.row];
+  const RowFit& row = rows[point.row];
   return (point.height() - row.up) * row.run - point.distance * row.rise;
 }
 
 double
 angleOff(const TurnPoint& point,
-         const std::vector<FittedRays::Row>& rows,
+         const std::vector<RowFit>& rows,
          const std::vector<double>& columns)
 {
-  return std::remainder(point.azimuth - rows[point.row].angle - columns[point.column],
-                        two_pi);
+  return wrapped(point.azimuth - rows[point.row].angle - columns[point.column]);
 }
 
-void
+double
 improveMotion(std::vector<TurnPoint>& points,
-              const std::vector<FittedRays::Row>& rows,
+              const std::vector<RowFit>& rows,
               const std::vector<double>& columns,
               TurnMotion& motion)
 {
@@ -115,8 +114,12 @@ improveMotion(std::vector<TurnPoint>& points,
   std::vector<Equation> angles;
   std::vector<double> height_off;
   std::vector<double> angle_off;
+  heights.reserve(points.size());
+  angles.reserve(points.size());
+  height_off.reserve(points.size());
+  angle_off.reserve(points.size());
   for (const TurnPoint& point : points) {
-    const FittedRays::Row& row = rows[point.row];
+    const RowFit& row = rows[point.row];
     const double x = point.position.x() / point.distance;
     const double y = point.position.y() / point.distance;
     const double range = point.position.norm();
@@ -132,7 +135,7 @@ improveMotion(std::vector<TurnPoint>& points,
   const std::vector<bool> use_height = areNear(height_off, 4.0);
   const std::vector<bool> use_angle = areNear(angle_off, 5.0);
   removeRows(points, rows.size(), use_height, heights);
-  for (int sweep = 0; sweep < 4; ++sweep) {
+  for (int sweep = 0; sweep < 2; ++sweep) {
     removeMeans(points, columns.size(), use_angle, angles, [](const TurnPoint& point) {
       return point.column;
     });
@@ -157,6 +160,9 @@ improveMotion(std::vector<TurnPoint>& points,
   motion.shift.head<2>() += step.tail<2>();
   for (TurnPoint& point : points)
     point.place(motion);
+  constexpr double far = 10.0; // metres
+  return step.head<3>().norm() + step.tail<2>().norm() +
+         far * step.segment<2>(3).norm();
 }
 
 } // namespace io

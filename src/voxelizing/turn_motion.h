@@ -46,6 +46,18 @@ struct TurnPoint {
   double azimuth;
   double distance; // from the axis
 
+  /** \param[in] used_column among those that are used
+   * \param[in] time_of_column from -1/2 to 1/2
+   */
+  TurnPoint(const PixelPoint& point,
+            std::uint32_t used_column,
+            double time_of_column,
+            const TurnMotion& motion)
+  : row(point.row), column(used_column), time(time_of_column), measured(point.position)
+  {
+    place(motion);
+  }
+
   double
   height() const
   {
@@ -63,12 +75,12 @@ struct TurnPoint {
 
 /** \brief How far a point is above the rays of its row, metres. */
 double
-heightOff(const TurnPoint& point, const std::vector<FittedRays::Row>& rows);
+heightOff(const TurnPoint& point, const std::vector<RowFit>& rows);
 
 /** \brief An angle of a point against that of its column and its row, radians. */
 double
 angleOff(const TurnPoint& point,
-         const std::vector<FittedRays::Row>& rows,
+         const std::vector<RowFit>& rows,
          const std::vector<double>& columns);
 
 /** \brief One step towards the motion with which points are on the rays of their rows and
@@ -77,10 +89,11 @@ angleOff(const TurnPoint& point,
  * \param[in] rows fitted to them
  * \param[in] columns angles of them, radians
  * \param[in,out] motion the one before
+ * \return how far the step moves points that are some metres away, at most, metres
  */
-void
+double
 improveMotion(std::vector<TurnPoint>& points,
-              const std::vector<FittedRays::Row>& rows,
+              const std::vector<RowFit>& rows,
               const std::vector<double>& columns,
               TurnMotion& motion);
 
