@@ -209,35 +209,29 @@ private:
         std::max(std::min(left, up), std::min(std::max(left, up), number)));
   }
 
-  /** \brief What a number is expected to be with numbers around it.
-   * \param[in] error how far those around were from what was expected, in all
-   */
-  Expectation
-  expectInside(const Around& around, std::uint32_t past, std::uint32_t error) const
+  /** \brief What a number is expected to be with left or up missing. */
+  std::uint32_t
+  expectOutside(const Around& around) const
   {
-    const bool has_past = isNumber(past);
-    const std::uint32_t number =
-        expectFrom(has_past ? best_with_past_ : best_, around, past);
-    if (past_ != nullptr && !has_past)
-      return {number, contextOfMissing(around, past)};
+    return isNumber(around.left)       ? around.left
+           : isNumber(around.up)       ? around.up
+           : isNumber(around.up_right) ? around.up_right
+                                       : last_;
+  }
+
+  /** \brief The context of a pixel with numbers around it.
+   * \param[in] error how far those were from what was expected, in all
+   */
+  static std::size_t
+  contextOf(const Around& around, std::uint32_t error)
+  {
     const std::uint32_t gradient = distance(around.left, around.up_left) +
                                    distance(around.up, around.up_left) +
                                    distance(around.up_right, around.up);
     const std::size_t error_class = errorClass(error);
     const std::size_t relation =
         gradient_relations[highestBit(gradient + 1)][error_class];
-    return {number, missing_contexts + relation * error_contexts + error_class};
-  }
-
-  /** \brief The same with left or up missing. */
-  Expectation
-  expectOutside(const Around& around, std::uint32_t past) const
-  {
-    const std::uint32_t number = isNumber(around.left)       ? around.left
-                                 : isNumber(around.up)       ? around.up
-                                 : isNumber(around.up_right) ? around.up_right
-                                                             : last_;
-    return {number, contextOfMissing(around, past)};
+    return missing_contexts + relation * error_contexts + error_class;
   }
 
   /** \brief The context of a pixel that may well have no number: as some around it have
@@ -344,11 +338,16 @@ private:
         const bool is_inside =
             areNumbers(around) || (isNumber(around.left) && isNumber(around.up));
         const Around inside = areNumbers(around) ? around : completed(around);
-        const Expectation expected =
-            is_inside ? expectInside(inside,
-                                     past_number,
-                                     left_error + errors_[column] + errors_[column + 1])
-                      : expectOutside(around, past_number);
+        const bool has_past = isNumber(past_number);
+        Expectation expected;
+        expected.number =
+            is_inside
+                ? expectFrom(has_past ? best_with_past_ : best_, inside, past_number)
+                : expectOutside(around);
+        expected.context =
+            is_inside && (past == nullptr || has_past)
+                ? contextOf(inside, left_error + errors_[column] + errors_[column + 1])
+                : contextOfMissing(around, past_number);
         number = codeNumber<is_depths>(coding, expected, number, begin + column);
         if constexpr (CodingT::is_decoder) {
           if (coding.isOverrun() || (number >= number_end && number < at_sensor))
