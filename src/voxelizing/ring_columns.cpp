@@ -67,9 +67,14 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   if (points.size() < least_points_of_row * rows)
     return false;
   const double about = findStep(points, rows);
-  const std::vector<RowAzimuth> sample = sampleOf(points);
-  if (about <= 0.0 || sample.empty() || !findColumns(sample, rows, about))
+  constexpr std::size_t enough = 4096;
+  constexpr std::size_t enough_of_row = 64;
+  if (about <= 0.0 ||
+      !findColumns(
+          sampleOf(points, std::max(enough, enough_of_row * rows)), rows, about))
     return false;
+  const std::vector<RowAzimuth> sample =
+      sampleOf(points, std::max(enough, 2 * enough_of_row * rows));
   const double whole = std::ceil(columns_of_turn_);
   count_ = static_cast<std::uint32_t>(whole) + (whole == columns_of_turn_ ? 0 : 1);
   if (std::uint64_t{count_} * rows > most_pixels)
@@ -85,11 +90,10 @@ RingColumns::fit(const std::vector<PixelPoint>& points,
   return true;
 }
 
-/** \brief Some of the points, of all rows; none at the sensor. */
+/** \brief About some number of points, of all rows; none at the sensor. */
 std::vector<RingColumns::RowAzimuth>
-RingColumns::sampleOf(const std::vector<PixelPoint>& points) const
+RingColumns::sampleOf(const std::vector<PixelPoint>& points, std::size_t enough) const
 {
-  constexpr std::size_t enough = 16384;
   std::vector<RowAzimuth> sample;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (isChosen(i, points.size(), enough) && !isAtSensor(points[i].position))
@@ -137,18 +141,18 @@ RingColumns::findColumns(const std::vector<RowAzimuth>& sample,
   const double about = two_pi / step;
   const double first = std::floor(0.94 * about);
   const double last = std::ceil(1.06 * about);
-  if (first < 2.0 || last >= scan::most_side)
+  if (sample.empty() || first < 2.0 || last >= scan::most_side)
     return false;
-  double best = least_likeness * static_cast<double>(sample.size());
+  double best = least_likeness;
   columns_of_turn_ = 0.0;
   using Direction = Eigen::Vector2d;
   std::vector<Direction> sums(rows);
   std::vector<Direction> current(sample.size());
   std::vector<Direction> increment(sample.size());
+  const auto direction = [](double angle) {
+    return Direction(std::cos(angle), std::sin(angle));
+  };
   const auto search = [&](double from, double to, double distance) {
-    const auto direction = [](double angle) {
-      return Direction(std::cos(angle), std::sin(angle));
-    };
     for (std::size_t i = 0; i < sample.size(); ++i) {
       current[i] = direction(sample[i].azimuth * from);
       increment[i] = direction(sample[i].azimuth * distance);
@@ -163,7 +167,7 @@ RingColumns::findColumns(const std::vector<RowAzimuth>& sample,
       }
       double likeness = 0.0;
       for (const Direction& sum : sums)
-        likeness += sum.norm();
+        likeness += sum.norm() / static_cast<double>(sample.size());
       if (likeness > best) {
         best = likeness;
         columns_of_turn_ = columns;
@@ -184,7 +188,8 @@ bool
 RingColumns::assign(std::vector<PixelPoint>& points, double& shift)
 {
   std::complex<double> sum;
-  const std::vector<RowAzimuth> sample = sampleOf(points);
+  constexpr std::size_t enough = 4096;
+  const std::vector<RowAzimuth> sample = sampleOf(points, enough);
   for (const RowAzimuth& point : sample)
     sum += std::polar(1.0, (point.azimuth - phases_[point.row]) * columns_of_turn_);
   likeness_ =

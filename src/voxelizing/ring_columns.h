@@ -87,7 +87,7 @@ private:
   };
 
   std::vector<RowAzimuth>
-  sampleOf(const std::vector<PixelPoint>& points) const;
+  sampleOf(const std::vector<PixelPoint>& points, std::size_t enough) const;
 
   double
   findStep(const std::vector<PixelPoint>& points, std::uint32_t rows) const;

@@ -28,7 +28,7 @@ constexpr std::uint32_t share_of_motion = 3;
 constexpr int most_motion_rounds = 12;
 
 /** \brief Steps towards a motion are not worth more time, metres. */
-constexpr double least_motion = 1e-4;
+constexpr double least_motion = 1e-5;
 
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
@@ -299,13 +299,23 @@ fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
     depths[point.row].push_back(point.distance * row.run +
                                 (point.height() - row.up) * row.rise);
   }
-  for (const double step : depth_steps) {
+  std::vector<double> offsets(rows.size());
+  const auto coherence_of = [&](double step, std::size_t every) {
     double sum = 0.0;
-    std::vector<double> offsets(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      sum += static_cast<double>(depths[i].size()) *
-             coherence(depths[i], step, offsets[i]);
-    if (sum < least_coherence * static_cast<double>(samples.size()))
+    double count = 1e-9;
+    for (std::size_t i = 0; i < rows.size(); i += every) {
+      const auto size = static_cast<double>(depths[i].size());
+      sum += size * coherence(depths[i], step, offsets[i]);
+      count += size;
+    }
+    return sum / count;
+  };
+  // A few rows tell that most steps are not those of the sensor.
+  const std::size_t every = rows.size() / 16 + 1;
+  constexpr double least_of_few = 0.8 * least_coherence;
+  for (const double step : depth_steps) {
+    if (coherence_of(step, every) < least_of_few ||
+        coherence_of(step, 1) < least_coherence)
       continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       rows[i].along += offsets[i] * rows[i].run;
@@ -424,11 +434,15 @@ followMotion(const std::vector<PixelPoint>& points,
   if (samples.size() < least_moving_points)
     return;
   ColumnAngles columns(samples);
+  TurnMotion motion = fit.motion;
   double moved_by = 1.0;
   constexpr int most_rounds = 4;
   for (int round = 0; round < most_rounds && moved_by > least_motion; ++round) {
     columns.turnColumns(samples, fit.rows, two_pi);
-    moved_by = improveMotion(samples, fit.rows, columns.angles(), fit.motion);
+    moved_by = improveMotion(samples, fit.rows, columns.angles(), motion);
+    // Another motion takes bytes.
+    if (round > 0 || moved_by > least_motion)
+      fit.motion = motion;
   }
 }
 

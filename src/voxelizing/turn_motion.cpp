@@ -135,7 +135,7 @@ improveMotion(std::vector<TurnPoint>& points,
   const std::vector<bool> use_height = areNear(height_off, 4.0);
   const std::vector<bool> use_angle = areNear(angle_off, 5.0);
   removeRows(points, rows.size(), use_height, heights);
-  for (int sweep = 0; sweep < 2; ++sweep) {
+  for (int sweep = 0; sweep < 4; ++sweep) {
     removeMeans(points, columns.size(), use_angle, angles, [](const TurnPoint& point) {
       return point.column;
     });
