@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/spinning_fit.h"
 
+#include "voxelizing/column_angles.h"
 #include "voxelizing/robust_fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -170,88 +170,6 @@ fitEvenRows(const std::vector<TurnPoint>& samples, SpinningFit& fit)
   }
   return last != fit.rows.size();
 }
-
-/** \brief Angles of points against those of their columns and rows. */
-class ColumnAngles {
-public:
-  /** \param[in] samples of which each column has one */
-  explicit ColumnAngles(const std::vector<TurnPoint>& samples)
-  {
-    std::uint32_t count = 0;
-    for (const TurnPoint& point : samples)
-      count = std::max(count, point.column + 1);
-    angles_.resize(count);
-    // As mean values are of angles that are near to each other.
-    for (const TurnPoint& point : samples)
-      angles_[point.column] = point.azimuth;
-  }
-
-  const std::vector<double>&
-  angles() const
-  {
-    return angles_;
-  }
-
-  /** \brief Turns each column to the mean of its points, but for those that are far off. */
-  void
-  turnColumns(const std::vector<TurnPoint>& samples,
-              const std::vector<RowFit>& rows,
-              double most)
-  {
-    sums_.assign(angles_.size(), 0.0);
-    counts_.assign(angles_.size(), 0.0);
-    for (const TurnPoint& point : samples)
-      if (const double off = angleOff(point, rows, angles_); std::abs(off) <= most) {
-        sums_[point.column] += off;
-        counts_[point.column] += 1.0;
-      }
-    for (std::size_t column = 0; column < angles_.size(); ++column)
-      angles_[column] =
-          wrapped(angles_[column] + sums_[column] / std::max(1.0, counts_[column]));
-  }
-
-  /** \brief Turns each row to the middle of its points.
-   * \param[out] change of the angles between rows, the largest one
-   * \return half of the points were nearer to their rays than this, radians
-   */
-  double
-  turnRows(const std::vector<TurnPoint>& samples,
-           std::vector<RowFit>& rows,
-           double& change)
-  {
-    off_of_rows_.resize(rows.size());
-    for (std::vector<double>& off : off_of_rows_)
-      off.clear();
-    for (const TurnPoint& point : samples)
-      off_of_rows_[point.row].push_back(angleOff(point, rows, angles_));
-    off_.clear();
-    double most = -two_pi;
-    double least = two_pi;
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-      std::vector<double>& off = off_of_rows_[row];
-      if (off.empty())
-        continue;
-      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-      std::nth_element(off.begin(), middle, off.end());
-      const double turn = *middle;
-      rows[row].angle += turn;
-      most = std::max(most, turn);
-      least = std::min(least, turn);
-      for (const double of_point : off)
-        off_.push_back(of_point - turn);
-    }
-    change = most - least;
-    return medianSize(off_);
-  }
-
-private:
-  std::vector<double> angles_; // radians
-  // Members so that their memory is reused.
-  std::vector<double> sums_;
-  std::vector<double> counts_;
-  std::vector<std::vector<double>> off_of_rows_;
-  std::vector<double> off_;
-};
 
 /** \brief Fits the angles of rows: those that all columns have in common. */
 void
@@ -444,65 +362,6 @@ followMotion(const std::vector<PixelPoint>& points,
     if (round > 0 || moved_by > least_motion)
       fit.motion = motion;
   }
-}
-
-bool
-setSpinningRays(const SpinningFit& fit,
-                const WorldPose& sensor_pose,
-                const VoxelGrid& grid,
-                scan::ScanLayout& layout)
-{
-  const double step = depthStepFor(fit.depth_step, grid.resolution);
-  const auto wide = [](double number, int bits) {
-    return static_cast<std::int64_t>(
-        std::clamp(std::round(std::ldexp(number, bits)), -0x1p54, 0x1p54));
-  };
-  const auto fixed = [&wide](double number, int bits) {
-    constexpr std::int64_t most = std::int64_t{1} << 30;
-    return static_cast<std::int32_t>(std::clamp(wide(number, bits), -most, most));
-  };
-  scan::ScanRays& rays = layout.rays;
-  rays = scan::ScanRays();
-  rays.shape = scan::RayShape::Spinning;
-  Eigen::Matrix3d spin;
-  for (int axis = 0; axis < 3; ++axis)
-    spin.col(axis) = fit.motion.spin.cross(Eigen::Vector3d::Unit(axis));
-  const Eigen::Matrix3d axes = sensor_pose.linear();
-  const double begin = timeOf(0, layout.width);
-  const Eigen::Vector3d first_origin =
-      sensor_pose * (fit.motion.shift + begin * fit.motion.velocity);
-  const Eigen::Matrix3d first_axes =
-      axes * (Eigen::Matrix3d::Identity() + begin * spin);
-  const Eigen::Vector3d drift = axes * fit.motion.velocity / layout.width;
-  const Eigen::Matrix3d turn = axes * spin / layout.width;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    rays.pose.origin[axis] =
-        wide((first_origin[i] - grid.lowerCorner(axis)) / grid.resolution, 16);
-    rays.motion.origin[axis] = wide(drift[i] / grid.resolution, 32);
-    for (std::size_t of = 0; of < 3; ++of) {
-      rays.pose.vectors[of][axis] = fixed(first_axes(i, static_cast<int>(of)), 30);
-      rays.motion.vectors[of][axis] = wide(turn(i, static_cast<int>(of)), 46);
-    }
-  }
-  const double most_steps = fit.is_even ? 2.0 * layout.width : two_pi / fit.turn_step;
-  for (double steps = 1.0; steps < most_steps; steps *= 2.0) {
-    const double angle = steps * fit.turn_step;
-    rays.turns.push_back({fixed(std::cos(angle), 30), fixed(std::sin(angle), 30)});
-  }
-  if (fit.is_even) {
-    rays.columns.resize(layout.width);
-    std::iota(rays.columns.begin(), rays.columns.end(), 0);
-  }
-  for (const RowFit& row : fit.rows)
-    rays.rows.push_back({fixed(std::cos(row.angle), 30),
-                         fixed(std::sin(row.angle), 30),
-                         fixed(row.run * step / grid.resolution, 24),
-                         fixed(row.rise * step / grid.resolution, 24),
-                         fixed(row.along / grid.resolution, 16),
-                         fixed(row.across / grid.resolution, 16),
-                         fixed(row.up / grid.resolution, 16)});
-  return isConsistent(layout);
 }
 
 } // namespace io
