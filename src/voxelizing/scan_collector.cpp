@@ -280,15 +280,8 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   scan.beside.clear();
   scan.pixels.reserve(order_.size());
   scan.depths.reserve(order_.size());
-  ScanLocator locator(scan);
-  static const std::vector<std::int32_t> none;
-  const bool has_turns = scan.rays.shape == scan::RayShape::Spinning;
-  // Mostly none is turned.
-  const auto is_turned = [](std::int32_t turn) { return turn != 0; };
-  const std::vector<std::int32_t>& turns =
-      has_turns && std::any_of(rays_.turns().begin(), rays_.turns().end(), is_turned)
-          ? rays_.turns()
-          : none;
+  const bool is_spinning = scan.rays.shape == scan::RayShape::Spinning;
+  ScanLocator locator(scan, is_spinning && rays_.mayTurn());
   // Rows are not wide, but sequences may be one.
   constexpr std::size_t points_at_once = 4096;
   const std::uint32_t width = scan.rayColumns();
@@ -304,7 +297,7 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
         break;
       row_columns.push_back(column);
     }
-    if (!locator.append(row, row_columns, cloud_.positions, &order_[begin], turns))
+    if (!locator.append(row, row_columns, cloud_.positions, &order_[begin]))
       return false;
   }
   return true;

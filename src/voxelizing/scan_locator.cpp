@@ -2,6 +2,7 @@
 #include "voxelizing/scan_locator.h"
 
 #include "codec/scan/point_places.h"
+#include "voxelizing/robust_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +56,7 @@ nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 
 } // namespace
 
-ScanLocator::ScanLocator(scan::ScanFrame& frame)
+ScanLocator::ScanLocator(scan::ScanFrame& frame, bool may_turn)
 : frame_(frame)
 , rays_(frame.rays)
 , certain_depths_(frame, rays_)
@@ -64,20 +65,24 @@ ScanLocator::ScanLocator(scan::ScanFrame& frame)
 {
   for (std::size_t axis = 0; axis < 3; ++axis)
     corner_[axis] = frame.grid.lowerCorner(axis);
+  if (may_turn) {
+    const auto& [cosine, sine] = frame.rays.turns.front();
+    turn_step_ = std::atan2(sine, cosine);
+  }
 }
 
 bool
 ScanLocator::append(std::uint32_t row,
                     const std::vector<std::uint32_t>& columns,
                     const std::vector<std::array<double, 3>>& positions,
-                    const std::uint32_t* points,
-                    const std::vector<std::int32_t>& turns)
+                    const std::uint32_t* points)
 {
   const std::size_t begin = frame_.depths.size();
   const std::size_t end = begin + columns.size();
   frame_.depths.resize(end, CertainDepths::uncertain);
   frame_.pixels.resize(end);
-  frame_.turns.resize(turns.empty() ? 0 : end);
+  if (!frame_.turns.empty())
+    frame_.turns.resize(end);
   std::uint32_t* const depths = frame_.depths.data() + begin;
   if (frame_.rays.shape != scan::RayShape::Free)
     certain_depths_.find(row, columns, positions.data(), points, depths);
@@ -86,33 +91,73 @@ ScanLocator::append(std::uint32_t row,
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const std::uint32_t pixel = first + columns[i];
     frame_.pixels[begin + i] = pixel;
-    const std::int32_t turn = turns.empty() ? 0 : turns[points[i]];
-    if (turn != 0)
-      frame_.turns[begin + i] = turn;
-    if ((turn != 0 || depths[i] == CertainDepths::uncertain) &&
-        !locate({pixel, columns[i], turn}, positions[points[i]], depths[i]))
+    if (depths[i] != CertainDepths::uncertain)
+      continue;
+    const std::optional<scan::Triple> place = placeOf(positions[points[i]]);
+    if (!place)
       return false;
+    const std::int32_t turn = turn_step_ != 0.0 ? turnOf(row, columns[i], *place) : 0;
+    if (turn != 0) {
+      frame_.turns.resize(end);
+      frame_.turns[begin + i] = turn;
+    }
+    locate({pixel, columns[i], turn}, *place, depths[i]);
   }
   return true;
 }
 
-/** \brief Finds the depth of a point in whole numbers.
- * \return false if it is too far away
- */
-bool
-ScanLocator::locate(const Place& where,
-                    const std::array<double, 3>& position,
-                    std::uint32_t& depth)
+/** \brief Position as a place; none: it is too far away, or not finite. */
+std::optional<scan::Triple>
+ScanLocator::placeOf(const std::array<double, 3>& position) const
 {
   scan::Triple place;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double number = (position[axis] - corner_[axis]) * scale_;
     if (!(std::abs(number) < farthest))
-      return false;
+      return std::nullopt;
     place[axis] = static_cast<std::int64_t>(number);
     if (frame_.is_on_lattice) // the centre of its voxel
       place[axis] = ((place[axis] >> 32) * (std::int64_t{1} << 32)) + (1u << 31);
   }
+  return place;
+}
+
+/** \brief How far a place is turned from the ray of a column, in steps of the angle; 0
+ * where that is half an edge or less. */
+std::int32_t
+ScanLocator::turnOf(std::uint32_t row_index,
+                    std::uint32_t column_index,
+                    const scan::Triple& place) const
+{
+  const scan::RayRow& row = frame_.rays.rows[row_index];
+  const scan::ScanRayReader::Column& column = rays_.columns()[column_index];
+  double column_ahead = 0.0;
+  double column_left = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double edges =
+        static_cast<double>(place[axis] - column.origin[axis]) / edge_units;
+    column_ahead += edges * 0x1p-30 * static_cast<double>(column.ahead[axis]);
+    column_left += edges * 0x1p-30 * static_cast<double>(column.left[axis]);
+  }
+  const double cosine = 0x1p-30 * row.cosine;
+  const double sine = 0x1p-30 * row.sine;
+  const double ahead = cosine * column_ahead + sine * column_left;
+  const double left = cosine * column_left - sine * column_ahead;
+  // The points of its ray are beside the axis.
+  const double square = ahead * ahead + left * left;
+  const double across = 0x1p-16 * row.across;
+  const double ray = std::sqrt(std::max(square - across * across, 0.0));
+  const double turn =
+      std::remainder(std::atan2(left, ahead) - std::atan2(across, ray), two_pi);
+  return std::abs(turn) * std::sqrt(square) > 0.5
+             ? static_cast<std::int32_t>(std::llround(turn / turn_step_))
+             : 0;
+}
+
+/** \brief Finds the depth of a place in whole numbers. */
+void
+ScanLocator::locate(const Place& where, const scan::Triple& place, std::uint32_t& depth)
+{
   depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
   // Mostly one axis tells that it is not.
@@ -130,7 +175,6 @@ ScanLocator::locate(const Place& where,
             {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))
       frame_.beside.push_back({where.pixel, steps});
   }
-  return true;
 }
 
 } // namespace io

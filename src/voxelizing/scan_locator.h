@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -18,23 +19,24 @@ namespace io {
  * edge: on the ray if that is near enough, else whole edges beside it. */
 class ScanLocator {
 public:
-  /** \param[in,out] frame its grid, size and rays are given; points are appended */
-  explicit ScanLocator(scan::ScanFrame& frame);
+  /** \param[in,out] frame its grid, size and rays are given; points are appended
+   * \param[in] may_turn of a spinning sensor: points beside their rays may have turned
+   * ones, see ScanFrame::turns
+   */
+  explicit ScanLocator(scan::ScanFrame& frame, bool may_turn = false);
 
   /** \brief Appends points of a row.
    * \param[in] row of their pixels; rows ascend
    * \param[in] columns of their rays, ascending
    * \param[in] positions world coordinates of all points, metres
    * \param[in] points of the row, indices of their positions
-   * \param[in] turns of all points, see ScanFrame::turns; empty: none is turned
    * \return false if one is 2^26 edges or more from the grid, or not finite
    */
   bool
   append(std::uint32_t row,
          const std::vector<std::uint32_t>& columns,
          const std::vector<std::array<double, 3>>& positions,
-         const std::uint32_t* points,
-         const std::vector<std::int32_t>& turns);
+         const std::uint32_t* points);
 
 private:
   /** \brief A pixel, and its ray. */
@@ -44,10 +46,14 @@ private:
     std::int32_t turn;
   };
 
-  bool
-  locate(const Place& where,
-         const std::array<double, 3>& position,
-         std::uint32_t& depth);
+  std::int32_t
+  turnOf(std::uint32_t row, std::uint32_t column, const scan::Triple& place) const;
+
+  std::optional<scan::Triple>
+  placeOf(const std::array<double, 3>& position) const;
+
+  void
+  locate(const Place& where, const scan::Triple& place, std::uint32_t& depth);
 
   scan::ScanFrame& frame_;
   scan::ScanRayReader rays_;
@@ -55,6 +61,7 @@ private:
   scan::Triple sensor_;
   double scale_;                 // units of a place for a metre
   std::array<double, 3> corner_; // of the grid, metres
+  double turn_step_ = 0.0;       // radians; 0: rays do not turn
 };
 
 } // namespace io

@@ -113,31 +113,25 @@ turnedPose(const WorldPose& pose, double shift)
   return turned;
 }
 
-/** \brief A point of a firing. */
-struct ColumnPoint {
-  double angle;    ///< from the direction that it was expected in, radians
-  double distance; ///< from the axis, metres
-};
-
-/** \param[in] column direction that is expected of its column
+/** \brief The angle of a point from the direction that it is expected in, radians.
+ * \param[in] column direction that is expected of its column
  * \param[in] row how far its row is turned from that
  */
-ColumnPoint
-columnPointOf(const Eigen::Vector3d& position,
-              const Eigen::Vector2d& column,
-              const Eigen::Vector2d& row)
+double
+angleOff(const Eigen::Vector3d& position,
+         const Eigen::Vector2d& column,
+         const Eigen::Vector2d& row)
 {
   const double x = column.x() * row.x() - column.y() * row.y();
   const double y = column.x() * row.y() + column.y() * row.x();
   const double ahead = position.x() * x + position.y() * y;
   const double left = position.y() * x - position.x() * y;
-  const double distance = std::sqrt(ahead * ahead + left * left);
   // Mostly the arc tangent is next to its argument.
   constexpr double small = 0.01;
   if (std::abs(left) > small * ahead)
-    return {std::atan2(left, ahead), distance};
+    return std::atan2(left, ahead);
   const double tangent = ahead > 0.0 ? left / ahead : 0.0;
-  return {tangent - tangent * tangent * tangent / 3.0, distance};
+  return tangent - tangent * tangent * tangent / 3.0;
 }
 
 } // namespace
@@ -232,7 +226,6 @@ SensorRays::set(const SensorCloud& cloud,
                 const WorldPose& pose,
                 scan::ScanFrame& frame)
 {
-  turns_.clear();
   if (planar_)
     return setPlanarRays(*planar_, pose, frame.grid, frame);
   const bool is_image = frame.order == scan::PointOrder::Organised;
@@ -248,7 +241,7 @@ SensorRays::set(const SensorCloud& cloud,
   is_new_ = false;
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;
-  findAngles(cloud, columns, pose, frame.grid.resolution, frame);
+  findAngles(cloud, columns, pose, frame);
   shiftRows(frame);
   return true;
 }
@@ -293,40 +286,37 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
   return none;
 }
 
-/** \brief Sets the angle of each column to the middle of its points, and turns those that
- * are further from it than their rays may be. */
+/** \brief Sets the angle of each column to the middle of those of some of its points. */
 void
 SensorRays::findAngles(const SensorCloud& cloud,
                        const ScanColumns& columns,
                        const WorldPose& pose,
-                       double resolution,
-                       scan::ScanFrame& frame)
+                       scan::ScanFrame& frame) const
 {
+  constexpr std::size_t most_points = 16; // of a column
   const SpinningFit& fit = *spinning_;
   const WorldPose to_sensor = pose.inverse();
-  const double steps_of_turn = two_pi / fit.turn_step;
   std::vector<Eigen::Vector2d> row_directions;
   for (const RowFit& row : fit.rows)
     row_directions.emplace_back(std::cos(row.angle), std::sin(row.angle));
   frame.rays.columns.assign(frame.width, 0);
-  turns_.assign(fit.has_turn_step ? cloud.size() : 0, 0);
-  std::vector<ColumnPoint> points;
   std::vector<double> off; // of a column's points, from the column before
   std::int32_t last = 0;
   for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
     const std::uint32_t column = columns.columns()[begin];
+    while (end < cloud.size() && columns.columns()[end] == column)
+      ++end;
     const double last_angle = last * fit.turn_step;
     const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
-    points.clear();
     off.clear();
-    for (; end < cloud.size() && columns.columns()[end] == column; ++end) {
-      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[end]);
+    const std::size_t stride = (end - begin + most_points - 1) / most_points;
+    for (std::size_t point = begin; point < end; point += stride) {
+      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[point]);
       if (fit.has_motion)
         position = fit.motion.stillPosition(position, timeOf(column, frame.width));
-      points.push_back(
-          columnPointOf(position, direction, row_directions[cloud.rings[end]]));
-      if (points.back().distance > 0.0)
-        off.push_back(points.back().angle);
+      if (position.x() != 0.0 || position.y() != 0.0)
+        off.push_back(
+            angleOff(position, direction, row_directions[cloud.rings[point]]));
     }
     if (!off.empty()) {
       const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
@@ -334,14 +324,6 @@ SensorRays::findAngles(const SensorCloud& cloud,
       last += static_cast<std::int32_t>(std::llround(*middle / fit.turn_step));
     }
     frame.rays.columns[column] = last;
-    const double moved = last * fit.turn_step - last_angle;
-    for (std::size_t i = begin; fit.has_turn_step && i < end; ++i) {
-      const ColumnPoint& point = points[i - begin];
-      const double turn = point.angle - moved;
-      if (std::abs(turn) * point.distance > 0.5 * resolution)
-        turns_[i] = static_cast<std::int32_t>(
-            std::llround(std::remainder(turn / fit.turn_step, steps_of_turn)));
-    }
   }
 }
 

@@ -49,12 +49,12 @@ public:
       const WorldPose& pose,
       scan::ScanFrame& frame);
 
-  /** \brief How far the ray of each point of the last cloud is turned from that of its
-   * pixel, see ScanFrame::turns; empty: none is. */
-  const std::vector<std::int32_t>&
-  turns() const
+  /** \brief Whether the rays of points may be turned from those of their pixels, see
+   * ScanFrame::turns. */
+  bool
+  mayTurn() const
   {
-    return turns_;
+    return spinning_ && !spinning_->is_even && spinning_->has_turn_step;
   }
 
 private:
@@ -68,8 +68,7 @@ private:
   findAngles(const SensorCloud& cloud,
              const ScanColumns& columns,
              const WorldPose& pose,
-             double resolution,
-             scan::ScanFrame& frame);
+             scan::ScanFrame& frame) const;
 
   void
   shiftRows(scan::ScanFrame& frame);
@@ -82,7 +81,6 @@ private:
   std::optional<SpinningFit> spinning_;
   bool is_new_ = false;               // the cloud of the fit has no rays yet
   std::vector<std::uint16_t> shifts_; // of the rows of firings
-  std::vector<std::int32_t> turns_;
 };
 
 } // namespace io

@@ -128,7 +128,7 @@ locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)
         columns.push_back(points[i].column);
         indices.push_back(i);
       }
-    EXPECT_TRUE(locator.append(row, columns, positions, indices.data(), {}));
+    EXPECT_TRUE(locator.append(row, columns, positions, indices.data()));
   }
   return frame;
 }

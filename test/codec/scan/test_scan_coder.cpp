@@ -255,7 +255,7 @@ locateAll(const scan::ScanFrame& points,
 {
   frame = emptied(points);
   frame.rays = points.rays;
-  ScanLocator locator(frame);
+  ScanLocator locator(frame, !points.turns.empty());
   std::vector<std::uint32_t> indices(positions.size());
   std::iota(indices.begin(), indices.end(), 0u);
   for (std::size_t begin = 0, end = 0; begin < indices.size(); begin = end) {
@@ -263,7 +263,7 @@ locateAll(const scan::ScanFrame& points,
     std::vector<std::uint32_t> columns;
     for (; end < indices.size() && points.pixels[end] / points.width == row; ++end)
       columns.push_back(points.pixels[end] % points.width);
-    if (!locator.append(row, columns, positions, &indices[begin], points.turns))
+    if (!locator.append(row, columns, positions, &indices[begin]))
       return false;
   }
   return true;
@@ -282,7 +282,9 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
       scan::ScanFrame frame;
       ASSERT_TRUE(locateAll(points, positions, frame));
       EXPECT_EQ(frame.pixels, points.pixels);
-      EXPECT_EQ(frame.turns, points.turns);
+      // Nearly all are on their turned rays.
+      if (off < 0.25)
+        EXPECT_LT(20 * frame.beside.size(), frame.pixels.size());
       scan::PointPlaces located(frame);
       for (const std::array<double, 3>& position : positions) {
         const scan::Triple place = located.next();
