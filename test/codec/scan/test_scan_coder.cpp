@@ -283,8 +283,9 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
       ASSERT_TRUE(locateAll(points, positions, frame));
       EXPECT_EQ(frame.pixels, points.pixels);
       // Nearly all are on their turned rays.
-      if (off < 0.25)
+      if (off < 0.25) {
         EXPECT_LT(20 * frame.beside.size(), frame.pixels.size());
+      }
       scan::PointPlaces located(frame);
       for (const std::array<double, 3>& position : positions) {
         const scan::Triple place = located.next();
