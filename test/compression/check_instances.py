@@ -1,37 +1,45 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-"""Checks where an object file has the functions of the class and its octree from.
+"""Checks where an object file has the functions of the class with PCL's interface from.
 
 Usage: check_instances.py (library|program) OBJECT ...
-With `library` the files define none of them, with `program` each defines its own.
+With `library` the files define none of them, with `program` each defines its own, and
+those of the octree.
 """
 
+import re
 import subprocess
 import sys
 
-OF_CLASS = ("::OctreePointCloudIntensityCompression<", " pcl::octree::Octree")
-
 
 def own_functions(path):
-    """The names of functions that an object file defines."""
+    """The names of the functions of templates that an object file defines."""
     listing = subprocess.run(
-        ["nm", "--demangle", "--defined-only", path], check=True, capture_output=True, text=True
+        ["nm", "--demangle", "--defined-only", path],
+        check=True,
+        capture_output=True,
+        text=True,
     ).stdout
-    functions = (line.split(" ", 2)[2] for line in listing.splitlines() if " W " in line)
-    return [name for name in functions if any(of in f" {name}" for of in OF_CLASS)]
+    return re.findall(r"^[0-9a-f]+ W (.+)$", listing, flags=re.M)
 
 
 def main(source, paths):
-    failed = False
+    failed = not paths
     for path in paths:
         functions = own_functions(path)
-        print(f"{path} defines {len(functions)} functions of the class and its octree")
+        of_class = [
+            name
+            for name in functions
+            if re.match(r"pcl_ext::\w+::io::OctreePointCloudIntensityCompression<", name)
+        ]
+        of_octree = [
+            name for name in functions if "OctreePointCloud<" in name and "::addPoint" in name
+        ]
+        print(f"{path} defines {len(of_class)} functions of the class")
         if source == "library":
-            failed |= bool(functions)
-            print("\n".join(functions[:5]))
+            failed |= bool(of_class or of_octree)
         else:
-            failed |= not any("::encodePointCloud(" in name for name in functions)
-            failed |= not any(name.startswith("pcl::octree::OctreeP") for name in functions)
-    return 1 if failed or not paths else 0
+            failed |= not of_class or not of_octree
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
