@@ -64,12 +64,20 @@ template <typename PointT>
 struct OctreeFunctions;
 
 template <typename PointT, typename = void>
-constexpr bool has_octree_functions = false;
+struct HasOctreeFunctions : std::false_type {};
 
 template <typename PointT>
-constexpr bool
-    has_octree_functions<PointT,
-                         std::void_t<decltype(sizeof(OctreeFunctions<PointT>))>> = true;
+struct HasOctreeFunctions<PointT,
+                          std::void_t<decltype(sizeof(OctreeFunctions<PointT>))>>
+: std::true_type {};
+
+/** \brief Whether the library has the functions of an octree. */
+template <typename PointT, typename LeafT, typename BranchT>
+struct IsOctreeOfLibrary
+: std::bool_constant<is_point_of_library<PointT> &&
+                     std::is_same<LeafT, IntensityLeaf>::value &&
+                     std::is_same<BranchT, pcl::octree::OctreeContainerEmpty>::value> {
+};
 
 } // namespace detail
 
@@ -279,11 +287,11 @@ protected:
   }
 
 private:
+  // HasOctreeFunctions is asked only where it counts, as the functions may be included
+  // after octrees of the library.
   static_assert(
-      (detail::is_point_of_library<PointT> &&
-       std::is_same<LeafT, IntensityLeaf>::value &&
-       std::is_same<BranchT, pcl::octree::OctreeContainerEmpty>::value) ||
-          detail::has_octree_functions<PointT>,
+      std::disjunction<detail::IsOctreeOfLibrary<PointT, LeafT, BranchT>,
+                       detail::HasOctreeFunctions<PointT>>::value,
       "the library has octrees of PCL's point types with IntensityLeaf: for a point "
       "type, leaf or branch of your own include "
       "pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, or define "
