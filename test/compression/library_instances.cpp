@@ -36,7 +36,7 @@ comesBack()
   pcl_ext::io::OctreePointCloudIntensityCompression<PointT> decoder(settings);
   typename pcl::PointCloud<PointT>::Ptr decoded(new pcl::PointCloud<PointT>);
   std::vector<std::uint8_t> bytes;
-  for (const std::size_t size : {10, 1000, 3}) {
+  for (const std::size_t size : {10u, 1000u, 3u}) {
     const auto cloud = cloudOf<PointT>(size);
     if (!encoder.encodePointCloud(cloud, bytes).ok() ||
         !decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok() ||

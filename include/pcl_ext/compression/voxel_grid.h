@@ -76,7 +76,7 @@ makeAxisBits()
   std::array<std::uint16_t, 512> axis_bits{};
   for (unsigned int key = 0; key < 512; ++key)
     axis_bits[key] =
-        static_cast<std::uint16_t>(axis_bits[key >> 3] << 1 | of_level[key & 7]);
+        static_cast<std::uint16_t>(2u * axis_bits[key >> 3] | of_level[key & 7]);
   return axis_bits;
 }
 
