@@ -49,6 +49,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     cloud_sources.h
     cloud_streams.h
     colour_mean.h
+    library_instances.h
     lidar_clouds.h
     octree_leaves.h
     octree_pointcloud_intensity_compression.h

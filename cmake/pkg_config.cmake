@@ -12,6 +12,10 @@ function(pcl_ext_install_pkg_config library description requires static_librarie
   if(BUILD_SHARED_LIBS)
     set(static_libraries)
   endif()
+  set(definitions)
+  if(library STREQUAL pcl_ext AND NOT PCL_EXT_HAS_INSTANCES)
+    set(definitions " -DPCL_EXT_NO_INSTANCES")
+  endif()
   file(RELATIVE_PATH to_prefix ${CMAKE_INSTALL_PREFIX}/${PCL_EXT_PKG_CONFIG_DIR}
        ${CMAKE_INSTALL_PREFIX})
   string(REGEX REPLACE "/$" "" to_prefix "${to_prefix}")

@@ -9,6 +9,8 @@
 
 #include <pcl/impl/instantiate.hpp>
 
+#if PCL_EXT_USES_INSTANCES
+
 namespace {
 
 using Leaf = pcl_ext::octree::IntensityLeaf;
@@ -29,3 +31,5 @@ template class PCL_EXT_EXPORT pcl::octree::Octree2BufBase<Leaf, Branch>;
                                     pcl::octree::Octree2BufBase<Leaf, Branch>>;
 
 PCL_INSTANTIATE(OctreesWithIntensity, PCL_XYZ_POINT_TYPES(pcl_ext::PointXYZRGBI))
+
+#endif

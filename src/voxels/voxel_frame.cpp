@@ -149,6 +149,18 @@ compandedMiddle(unsigned int bits, std::uint32_t range, std::uint32_t level)
          2;
 }
 
+void
+VoxelFrame::clearVoxels()
+{
+  keys.clear();
+  intensities.clear();
+  colours.clear();
+  point_counts.clear();
+  for (FrameField& field : fields)
+    field.numbers.clear();
+  points = FramePoints();
+}
+
 bool
 isConsistent(const VoxelFrame& frame)
 {

@@ -6,6 +6,8 @@
 #include <pcl_ext/compression/impl/cloud_streams.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/impl/library_instances.h>
 #include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
@@ -74,8 +76,10 @@ modelOf(double resolution)
  * it; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding never hangs,
  * throws or allocates without bound.
  *
- * This template is instantiated in the program, with its flags, so that memory of clouds
- * is allocated and freed in the same way. Programs with a point type of their own
+ * The library has the class for pcl::PointXYZ, PointXYZI, PointXYZRGB and PointXYZRGBA
+ * with the default model. Other classes are instantiated in the program, with its flags;
+ * so are these where a flag, as -mavx, changes how memory of clouds is allocated and
+ * freed (pcl_ext/impl/library_instances.h). Programs with a point type of their own
  * include pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, see
  * octree::OctreePointCloudIntensity.
  *
@@ -177,7 +181,7 @@ public:
   OctreePointCloudIntensityCompression(const IntensityCompressionSettings& settings,
                                        const IntensityModelT& intensity_model);
 
-  ~OctreePointCloudIntensityCompression() override = default;
+  ~OctreePointCloudIntensityCompression() override;
 
   /** \brief Takes over both streams. A retained octree is built again from its frame.
    * The source may then only be destroyed or assigned to. */
@@ -395,3 +399,20 @@ private:
 } // namespace pcl_ext
 
 #include <pcl_ext/compression/impl/octree_pointcloud_intensity_compression.hpp>
+
+#if PCL_EXT_USES_INSTANCES
+namespace pcl_ext {
+namespace io {
+
+extern template class PCL_EXT_EXPORT
+    OctreePointCloudIntensityCompression<pcl::PointXYZ>;
+extern template class PCL_EXT_EXPORT
+    OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+extern template class PCL_EXT_EXPORT
+    OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
+extern template class PCL_EXT_EXPORT
+    OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
+
+} // namespace io
+} // namespace pcl_ext
+#endif

@@ -301,17 +301,8 @@ struct VoxelFrame {
   }
 
   /** \brief Removes all voxels and points. */
-  void
-  clearVoxels()
-  {
-    keys.clear();
-    intensities.clear();
-    colours.clear();
-    point_counts.clear();
-    for (FrameField& field : fields)
-      field.numbers.clear();
-    points = FramePoints();
-  }
+  PCL_EXT_CODEC_EXPORT void
+  clearVoxels();
 };
 
 /** \brief True if a frame is valid: keys strictly ascending and within the grid, as

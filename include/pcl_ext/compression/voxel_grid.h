@@ -66,18 +66,17 @@ mortonKey(const VoxelPosition& position)
 namespace detail {
 
 /** \brief Reorders the nine bits of three levels of a Morton key: three bits of x, then
- * of y, then of z, x the lowest. */
+ * of y, then of z, x the lowest. Each from the key of a level less, as compilers are slow
+ * at nested loops. */
 constexpr std::array<std::uint16_t, 512>
 makeAxisBits()
 {
+  constexpr std::array<unsigned int, 8> of_level{
+      0, 0100, 010, 0110, 1, 0101, 011, 0111};
   std::array<std::uint16_t, 512> axis_bits{};
-  for (unsigned int key_bits = 0; key_bits < 512; ++key_bits) {
-    unsigned int sorted = 0;
-    for (unsigned int level = 0; level < 3; ++level)
-      for (unsigned int axis = 0; axis < 3; ++axis)
-        sorted |= (key_bits >> (3 * level + 2 - axis) & 1u) << (3 * axis + level);
-    axis_bits[key_bits] = static_cast<std::uint16_t>(sorted);
-  }
+  for (unsigned int key = 0; key < 512; ++key)
+    axis_bits[key] =
+        static_cast<std::uint16_t>(2u * axis_bits[key >> 3] | of_level[key & 7]);
   return axis_bits;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/impl/library_instances.h>
 #include <pcl_ext/impl/point_intensity.h>
 #include <pcl_ext/octree/intensity_leaf.h>
 
@@ -12,12 +13,12 @@
 
 #include <boost/preprocessor/seq/for_each.hpp>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <type_traits>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -63,12 +64,20 @@ template <typename PointT>
 struct OctreeFunctions;
 
 template <typename PointT, typename = void>
-constexpr bool has_octree_functions = false;
+struct HasOctreeFunctions : std::false_type {};
 
 template <typename PointT>
-constexpr bool
-    has_octree_functions<PointT,
-                         std::void_t<decltype(sizeof(OctreeFunctions<PointT>))>> = true;
+struct HasOctreeFunctions<PointT,
+                          std::void_t<decltype(sizeof(OctreeFunctions<PointT>))>>
+: std::true_type {};
+
+/** \brief Whether the library has the functions of an octree. */
+template <typename PointT, typename LeafT, typename BranchT>
+struct IsOctreeOfLibrary
+: std::bool_constant<is_point_of_library<PointT> &&
+                     std::is_same<LeafT, IntensityLeaf>::value &&
+                     std::is_same<BranchT, pcl::octree::OctreeContainerEmpty>::value> {
+};
 
 } // namespace detail
 
@@ -179,12 +188,11 @@ public:
     centres.clear();
     std::vector<LeafT*> new_leaves;
     this->serializeNewLeafs(new_leaves);
-    const std::unordered_set<const LeafT*> are_new(new_leaves.begin(),
-                                                   new_leaves.end());
+    std::sort(new_leaves.begin(), new_leaves.end());
     const auto end = leaf_depth_end();
     for (auto leaf = this->leaf_depth_begin(); leaf != end; ++leaf) {
-      const LeafT& container = leaf.getLeafContainer();
-      if (are_new.count(&container) == 0)
+      LeafT& container = leaf.getLeafContainer();
+      if (!std::binary_search(new_leaves.begin(), new_leaves.end(), &container))
         continue;
       PointT centre;
       this->genLeafNodeCenterFromOctreeKey(leaf.getCurrentOctreeKey(), centre);
@@ -279,11 +287,11 @@ protected:
   }
 
 private:
+  // HasOctreeFunctions is asked only where it counts, as the functions may be included
+  // after octrees of the library.
   static_assert(
-      (detail::is_point_of_library<PointT> &&
-       std::is_same<LeafT, IntensityLeaf>::value &&
-       std::is_same<BranchT, pcl::octree::OctreeContainerEmpty>::value) ||
-          detail::has_octree_functions<PointT>,
+      std::disjunction<detail::IsOctreeOfLibrary<PointT, LeafT, BranchT>,
+                       detail::HasOctreeFunctions<PointT>>::value,
       "the library has octrees of PCL's point types with IntensityLeaf: for a point "
       "type, leaf or branch of your own include "
       "pcl_ext/octree/impl/octree_pointcloud_intensity.hpp, or define "
@@ -321,7 +329,6 @@ private:
 
 #include <pcl/octree/impl/octree_iterator.hpp>
 
-// With other instructions the program allocates memory in another way than the library.
-#if defined(PCL_NO_PRECOMPILE) || EIGEN_MAX_ALIGN_BYTES > 16
+#if !PCL_EXT_USES_INSTANCES
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 #endif

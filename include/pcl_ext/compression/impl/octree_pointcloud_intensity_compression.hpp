@@ -80,6 +80,14 @@ template <typename PointT,
           typename LeafT,
           typename BranchT,
           typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    ~OctreePointCloudIntensityCompression() = default;
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
 void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     setResolution(double resolution)

@@ -5,12 +5,16 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 
-#include <pcl/for_each_type.h>
 #include <pcl/PCLPointField.h>
 #include <pcl/type_traits.h>
 
+#include <boost/mpl/begin_end.hpp>
+#include <boost/mpl/deref.hpp>
+#include <boost/mpl/next.hpp>
+
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 namespace pcl_ext {
@@ -43,29 +47,32 @@ private:
   std::vector<pcl::PCLPointField> fields_;
 };
 
-/** \brief Adds the registered fields of a point type to a list. */
-template <typename PointT>
-struct FieldAdder {
-  PointFields& fields;
-
-  template <typename TagT>
-  void
-  operator()()
-  {
-    fields.add(pcl::traits::name<PointT, TagT>::value,
-               pcl::traits::offset<PointT, TagT>::value,
-               pcl::traits::datatype<PointT, TagT>::value,
-               pcl::traits::datatype<PointT, TagT>::size);
+/** \brief Adds the registered fields of a point type to a list, from one on.
+ *
+ * As pcl::for_each_type, whose header takes the compiler more time than this. */
+template <typename PointT, typename IteratorT, typename EndT>
+void
+addFields([[maybe_unused]] PointFields& fields)
+{
+  if constexpr (!std::is_same<IteratorT, EndT>::value) {
+    using Tag = typename boost::mpl::deref<IteratorT>::type;
+    fields.add(pcl::traits::name<PointT, Tag>::value,
+               pcl::traits::offset<PointT, Tag>::value,
+               pcl::traits::datatype<PointT, Tag>::value,
+               pcl::traits::datatype<PointT, Tag>::size);
+    addFields<PointT, typename boost::mpl::next<IteratorT>::type, EndT>(fields);
   }
-};
+}
 
 template <typename PointT>
 PointFields
 pointFieldsOf()
 {
+  using Tags = typename pcl::traits::fieldList<PointT>::type;
   PointFields fields;
-  pcl::for_each_type<typename pcl::traits::fieldList<PointT>::type>(
-      FieldAdder<PointT>{fields});
+  addFields<PointT,
+            typename boost::mpl::begin<Tags>::type,
+            typename boost::mpl::end<Tags>::type>(fields);
   return fields;
 }
 

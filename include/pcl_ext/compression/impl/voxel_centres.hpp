@@ -30,9 +30,10 @@ constexpr std::array<std::uint32_t, 512>
 makePositionsOfKeys()
 {
   std::array<std::uint32_t, 512> positions{};
-  for (std::uint32_t key = 0; key < positions.size(); ++key)
-    for (unsigned int bit = 0; bit < 9; ++bit)
-      positions[key] |= (key >> bit & 1) << (bit / 3 + 9 * (2 - bit % 3));
+  for (std::uint32_t key = 0; key < 512; ++key) {
+    const std::uint32_t bits = axis_bits[key];
+    positions[key] = (bits & 7) | (bits & 070) << 6 | (bits & 0700) << 12;
+  }
   return positions;
 }
 
