@@ -125,7 +125,7 @@ private:
     settings.resolution = workload.resolution;
     settings.i_frame_rate = workload.i_frame_rate;
     settings.effort = variant.effort;
-    settings.keep_point_counts = true;
+    settings.keep_points = true;
     return settings;
   }
 

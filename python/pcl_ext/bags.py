@@ -141,8 +141,8 @@ def encode_bag(
         ``pcl_ext`` in PATH.
     options : object
         Options of the program by their names, see ``pcl_ext encode --help``:
-        ``resolution=0.05`` is ``--resolution 0.05``, ``keep_point_counts=True`` is
-        ``--keep-point-counts``; None and False leave an option out. A list or a tuple has
+        ``resolution=0.05`` is ``--resolution 0.05``, ``keep_points=True`` is
+        ``--keep-points``; None and False leave an option out. A list or a tuple has
         commas between its values; a dict repeats the option: ``pose={"/front": (0, 0, 1, 0,
         0, 0)}``. The effort is "balanced" unless it is given.
 

@@ -112,7 +112,7 @@ class Encoder:
     sensor_pose : array_like of shape (4, 4), optional
         Pose of the sensor in the frame of the clouds (sensor -> cloud, metres), for the
         depth of the points, which is along the sensor's z axis, for the rays on which they
-        are with `keep_point_counts`, and for `temporal_filter`.
+        are with `keep_points`, and for `temporal_filter`.
         By default the clouds are in the sensor's own frame.
     bounding_box : ((x, y, z), (x, y, z)), optional
         Lower and upper corner, metres; points outside are left out. By default the grid
@@ -132,7 +132,7 @@ class Encoder:
         hint that saves bytes.
     colour_bits : int
         Bits of a colour channel, 1 to 8; 0: none. Without effect on clouds without colours.
-    keep_point_counts : bool
+    keep_points : bool
         Keep all points. They come back in their order, each coordinate within half the
         edge and with intensities and colours of their own, where that takes at most 5 %
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
@@ -142,7 +142,7 @@ class Encoder:
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
-        `keep_point_counts` each point keeps its values, else a voxel has one: the mean, or
+        `keep_points` each point keeps its values, else a voxel has one: the mean, or
         of integers the most frequent. Without a step, or with None, they are kept as they
         are, NaN included; with one they are rounded to multiples of it, in the unit of the
         field, which for integers is a whole number. Fields are int8 to int32, uint8 to
@@ -162,7 +162,7 @@ class Encoder:
     temporal_filter : int
         Number of frames, 2 to 64, over which surfaces are told from noise before they are
         encoded; 8 suits sensors of 10 to 30 Hz that stand still; 0: off. A still scene takes
-        few bytes then. Lossy, and not with `keep_point_counts`. `sensor_pose` tells it from
+        few bytes then. Lossy, and not with `keep_points`. `sensor_pose` tells it from
         where the sensor looks.
     max_rate : float
         Bits that the frames of any second may take, 1e3 to 1e12; 0: no limit. So that few
@@ -221,7 +221,7 @@ class Encoder:
         aggregation: Literal["automatic", "sum", "mean"] = "automatic",
         depth_law: Optional[Tuple[int, float, float]] = None,
         colour_bits: int = 6,
-        keep_point_counts: bool = False,
+        keep_points: bool = False,
         keep_order: bool = False,
         fields: Fields = (),
         coarsen_wide_clouds: bool = False,
@@ -272,7 +272,7 @@ class Encoder:
             in PCL), or r, g, b (uint8), as `Decoder.decode` returns it, and further
             fields. Points that are not finite are left out, and so are fields that the
             encoder does not keep, with a warning. Rows and columns are kept with
-            keep_point_counts where that hardly takes more bytes.
+            keep_points where that hardly takes more bytes.
             May be empty, read-only, of any strides: x, y, z side by side are not copied.
             float64 is not rounded, for coordinates such as those of maps. Must not be
             changed during the call.

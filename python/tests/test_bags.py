@@ -66,12 +66,12 @@ def test_options_are_those_of_the_program(bags, tmp_path):
         tmp_path / "by_name.mcap",
         topics=["/front"],
         pose={"/front": (0, 0, 1, 0, 0, 90)},
-        keep_point_counts=True,
+        keep_points=True,
         coarsen=False,
         frames=None,
         temporal_filter=0,
     )
-    words = "--topics /front --pose /front=0,0,1,0,0,90 --keep-point-counts".split()
+    words = "--topics /front --pose /front=0,0,1,0,0,90 --keep-points".split()
     command = [PROGRAM, "encode", "-q", bag, "-o", tmp_path / "by_word.mcap", *words]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     made = [(tmp_path / name).read_bytes() for name in ("by_name.mcap", "by_word.mcap")]

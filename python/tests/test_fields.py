@@ -45,7 +45,7 @@ def code(points, resolution=0.1, **settings):
 
 def keep(points, fields="all", **settings):
     """The decoded points in the order of those that were encoded, each with its fields."""
-    decoded = code(points, fields=fields, keep_point_counts=True, **settings)
+    decoded = code(points, fields=fields, keep_points=True, **settings)
     return in_order(decoded)
 
 
@@ -64,7 +64,7 @@ def assert_same_bits(decoded, points, names):
 @pytest.mark.parametrize("effort", ["fast", "balanced", "small"])
 def test_all_types_are_kept_exactly(room, random, effort):
     points = with_fields(room, *((f"of {kind}", kind) for kind in TYPES))
-    encoder = pcl_ext.Encoder(0.1, effort=effort, fields="all", keep_point_counts=True)
+    encoder = pcl_ext.Encoder(0.1, effort=effort, fields="all", keep_points=True)
     decoder = pcl_ext.Decoder()
     for number in range(4):
         set_bits(points, random)
@@ -311,7 +311,7 @@ def test_layouts_have_the_same_frame(room, random, layout):
     fields = [("vector", "f4", (3,)), ("time", "f8"), ("ring", "u1"), ("range", "f4")]
     points = with_fields(room, *fields)
     set_bits(points, random)
-    settings = {"fields": "all", "keep_point_counts": True}
+    settings = {"fields": "all", "keep_points": True}
     given = LAYOUTS[layout](points)
     expected = pcl_ext.Encoder(0.1, **settings).encode(points.reshape(given.shape))
     copy = given.tobytes()
@@ -334,7 +334,7 @@ def test_strides_of_zero_and_of_one_point(room, random):
 
 def test_memory_of_larger_clouds_is_not_read_again(room, random):
     """Clouds of all sizes in one stream, copied into memory that is reused."""
-    settings = {"i_frame_rate": 1, "bounding_box": BOX, "fields": "all", "keep_point_counts": True}
+    settings = {"i_frame_rate": 1, "bounding_box": BOX, "fields": "all", "keep_points": True}
     used = pcl_ext.Encoder(0.1, **settings)
     for count in (3000, 10, 0, 1, 6500):
         points = with_fields(room[:count], ("time", "f8"), ("pair", "i2", 2))
@@ -344,12 +344,12 @@ def test_memory_of_larger_clouds_is_not_read_again(room, random):
         assert_same_bits(in_order(decoded), points, ["time", "pair"])
 
 
-@pytest.mark.parametrize("keep_point_counts", [False, True])
-def test_empty_clouds_between_others(room, random, keep_point_counts):
+@pytest.mark.parametrize("keep_points", [False, True])
+def test_empty_clouds_between_others(room, random, keep_points):
     points = with_fields(room, ("time", "f8"), ("pair", "i2", 2))
     points["time"] = random.random(len(room))
     encoder = pcl_ext.Encoder(
-        0.1, bounding_box=BOX, fields="all", keep_point_counts=keep_point_counts
+        0.1, bounding_box=BOX, fields="all", keep_points=keep_points
     )
     decoder = pcl_ext.Decoder()
     dtypes = []
@@ -360,7 +360,7 @@ def test_empty_clouds_between_others(room, random, keep_point_counts):
         dtypes.append(decoded.dtype)
         if len(cloud) == 0:
             assert len(decoded) == 0
-        elif keep_point_counts:
+        elif keep_points:
             assert_same_bits(in_order(decoded), points, ["time", "pair"])
     assert dtypes == dtypes[:1] * 5
     assert dtypes[0].names == ("x", "y", "z", "number", "time", "pair")
@@ -390,7 +390,7 @@ def test_a_field_takes_the_place_of_the_intensity(room, random):
     assert decoded.dtype.names == ("x", "y", "z", "number", "intensity")
     assert_same_bits(decoded, points, ["intensity"])
     # Without the field it is the voxel's.
-    voxels = code(points, fields="number", keep_point_counts=True)
+    voxels = code(points, fields="number", keep_points=True)
     assert voxels.dtype.names == ("x", "y", "z", "intensity", "number")
     assert not np.isin(voxels["intensity"], points["intensity"]).all()
 
@@ -459,7 +459,7 @@ def test_names_that_are_taken(room):
     points["other"] = 1000 + np.arange(20)
     points["third"] = -np.arange(20)
     points["again"] = 100 + np.arange(20)
-    frame = pcl_ext.Encoder(0.1, fields="all", keep_point_counts=True).encode(points)
+    frame = pcl_ext.Encoder(0.1, fields="all", keep_points=True).encode(points)
     decoder = pcl_ext.Decoder()
     names = [(b"\1Q", b"\1x"), (b"third", b"fir\xffd"), (b"other", b"first"), (b"again", b"first")]
     for old, new in names:
@@ -518,7 +518,7 @@ def test_voxels_that_are_removed_take_their_fields_along(room, random):
     points = with_fields(room, ("time", "f8"), ("pair", "i2", 2))
     set_bits(points, random)
     frame = pcl_ext.Encoder(
-        0.1, law="count", fields="all", keep_point_counts=True
+        0.1, law="count", fields="all", keep_points=True
     ).encode(points)
     everything = pcl_ext.Decoder().decode(frame)
     decoded = pcl_ext.Decoder().decode(frame, min_intensity=3.0)
@@ -531,7 +531,7 @@ def test_voxels_that_are_removed_take_their_fields_along(room, random):
 def test_outliers_that_are_removed_take_their_fields_along(room):
     noise = np.random.default_rng(3).uniform((-1.4, -0.9, 0.6), (1.4, 0.9, 2.2), (40, 3))
     points = with_fields(np.vstack((room, noise)))
-    encoder = pcl_ext.Encoder(0.04, law="count", fields="all", keep_point_counts=True)
+    encoder = pcl_ext.Encoder(0.04, law="count", fields="all", keep_points=True)
     removal = pcl_ext.OutlierRemoval(unit="points")
     decoded = pcl_ext.Decoder().decode(encoder.encode(points, outliers=removal))
     assert removal.removed > 0
@@ -558,14 +558,14 @@ def test_threads_make_the_same_frame(random):
     assert one.encode(points) == four.encode(points)
 
 
-@pytest.mark.parametrize("keep_point_counts", [False, True])
-def test_limits(room, keep_point_counts):
+@pytest.mark.parametrize("keep_points", [False, True])
+def test_limits(room, keep_points):
     points = with_fields(room, ("vector", "f4", 3))
     frame = pcl_ext.Encoder(
-        0.1, fields="all", keep_point_counts=keep_point_counts
+        0.1, fields="all", keep_points=keep_points
     ).encode(points)
     values = 4 * len(pcl_ext.Decoder().decode(frame))
-    assert (values == 4 * len(points)) == keep_point_counts
+    assert (values == 4 * len(points)) == keep_points
     assert pcl_ext.Decoder(max_field_values=values).decode(frame) is not None
     decoder = pcl_ext.Decoder(max_field_values=values - 1)
     assert decoder.decode(frame) is None
@@ -581,7 +581,7 @@ def test_recordings(room, random, tmp_path):
         0.1,
         bounding_box=BOX,
         fields=["number", ("time", 0.5), "vector"],
-        keep_point_counts=True,
+        keep_points=True,
     )
     with pcl_ext.RecordingWriter(path) as writer:
         stream = writer.add_stream("/lidar")

@@ -38,7 +38,7 @@ def rings():
 
 def test_rows_and_columns_come_back():
     points = depth_image()
-    encoder = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all")
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_points=True, fields="all")
     decoder = pcl_ext.Decoder()
     for _ in range(3):
         decoded = decoder.decode(encoder.encode(points))
@@ -54,7 +54,7 @@ def test_rows_and_columns_come_back():
 
 def test_order_takes_fewer_bytes():
     points = pcl_ext.positions(depth_image())
-    settings = {"law": "none", "keep_point_counts": True}
+    settings = {"law": "none", "keep_points": True}
     in_order = pcl_ext.Encoder(0.001, **settings).encode(points)
     without = pcl_ext.Encoder(0.001, **settings).encode(points.reshape(-1, 3))
     assert 2 * len(in_order) < len(without)
@@ -62,13 +62,13 @@ def test_order_takes_fewer_bytes():
 
 def test_coarse_voxels_are_one_row():
     points = pcl_ext.positions(depth_image())
-    decoded = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.5, keep_point_counts=True).encode(points))
+    decoded = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.5, keep_points=True).encode(points))
     assert decoded.ndim == 1
 
 
 def test_scores_have_the_shape_of_the_cloud():
     points = depth_image()
-    encoder = pcl_ext.Encoder(0.001, keep_point_counts=True, fields="all")
+    encoder = pcl_ext.Encoder(0.001, keep_points=True, fields="all")
     decoder = pcl_ext.Decoder()
     decoded = decoder.decode(encoder.encode(points))
     assert decoded.shape == points.shape
@@ -81,7 +81,7 @@ def test_points_too_far_away_for_voxels_have_no_scores():
     points = rings()
     for axis in "xyz":
         points[axis][::100] *= 1000
-    encoder = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all")
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_points=True, fields="all")
     frames = [encoder.encode(points) for _ in range(2)]
     decoder = pcl_ext.Decoder()
     decoded = decoder.decode(frames[0])
@@ -107,7 +107,7 @@ def test_points_too_far_away_for_voxels_have_no_scores():
 
 def test_rings_of_unorganised_points_take_fewer_bytes():
     points = np.random.default_rng(6).permutation(rings()[["x", "y", "z", "ring"]])
-    settings = {"law": "none", "keep_point_counts": True}
+    settings = {"law": "none", "keep_points": True}
     by_ring = pcl_ext.Encoder(0.001, fields="ring", **settings).encode(points)
     voxels = pcl_ext.Encoder(0.001, law="none").encode(pcl_ext.positions(points))
     assert 2 * len(by_ring) < len(voxels)
@@ -124,7 +124,7 @@ def test_points_have_their_own_intensities_and_outliers_are_missing():
     for axis in "xyz":
         points[axis] = image[axis]
     points["intensity"] = np.random.default_rng(7).integers(0, 200, image.shape)
-    frame = pcl_ext.Encoder(0.001, law="native", keep_point_counts=True).encode(points)
+    frame = pcl_ext.Encoder(0.001, law="native", keep_points=True).encode(points)
     decoder = pcl_ext.Decoder()
     decoded = decoder.decode(frame)
     there = ~np.isnan(points["x"])

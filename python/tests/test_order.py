@@ -29,7 +29,7 @@ def measured_points(delay=0.0):
 
 
 def received(points):
-    encoder = pcl_ext.Encoder(0.001, law="none", keep_point_counts=True, fields="all")
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_points=True, fields="all")
     return pcl_ext.Decoder().decode(encoder.encode(points))
 
 

@@ -21,9 +21,9 @@ def noisy_wall(random):
 
 
 @pytest.mark.parametrize("min_log_odds", [-2.0, 0.0, 2.5])
-@pytest.mark.parametrize("keep_point_counts", [False, True])
-def test_scores_decide_what_stays(random, min_log_odds, keep_point_counts):
-    encoder = pcl_ext.Encoder(0.04, law="count", keep_point_counts=keep_point_counts)
+@pytest.mark.parametrize("keep_points", [False, True])
+def test_scores_decide_what_stays(random, min_log_odds, keep_points):
+    encoder = pcl_ext.Encoder(0.04, law="count", keep_points=keep_points)
     scoring = pcl_ext.OutlierRemoval("points")
     removal = pcl_ext.OutlierRemoval("points", min_log_odds=min_log_odds)
     decoder = pcl_ext.Decoder()
@@ -38,9 +38,9 @@ def test_scores_decide_what_stays(random, min_log_odds, keep_point_counts):
         np.testing.assert_array_equal(kept, cloud[log_odds >= min_log_odds])
 
 
-@pytest.mark.parametrize("keep_point_counts", [False, True])
-def test_rays_begin_at_the_sensor(random, keep_point_counts):
-    encoder = pcl_ext.Encoder(0.04, law="count", keep_point_counts=keep_point_counts)
+@pytest.mark.parametrize("keep_points", [False, True])
+def test_rays_begin_at_the_sensor(random, keep_points):
+    encoder = pcl_ext.Encoder(0.04, law="count", keep_points=keep_points)
     frame = encoder.encode(noisy_wall(random))
     voxels = {}
     for name, settings in {
@@ -59,7 +59,7 @@ def test_rays_begin_at_the_sensor(random, keep_point_counts):
     assert (voxels["far"] > 0).all() and (voxels["near"] < 0).any()
     assert (voxels["dense"] <= voxels["near"]).all()
     same = np.array_equal(voxels["counts"], voxels["near"])
-    assert same == keep_point_counts
+    assert same == keep_points
 
 
 def test_unit_is_that_of_the_last_frame(random):

@@ -285,7 +285,7 @@ def test_statistics(room):
 
 
 def test_limits(room):
-    frame = pcl_ext.Encoder(0.1, keep_point_counts=True).encode(room)
+    frame = pcl_ext.Encoder(0.1, keep_points=True).encode(room)
     voxels = len(np.unique(np.floor(room.astype(float) / 0.1), axis=0))
     for limits in (
         {"max_voxels": voxels - 1},

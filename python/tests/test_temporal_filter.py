@@ -75,7 +75,7 @@ def test_reset(random):
 
 
 def test_numbers_of_points_are_not_filtered(room):
-    frame = pcl_ext.Encoder(0.1, keep_point_counts=True).encode(room)
+    frame = pcl_ext.Encoder(0.1, keep_points=True).encode(room)
     temporal_filter = pcl_ext.TemporalVoxelFilter()
     cloud = pcl_ext.Decoder().decode(frame, temporal_filter=temporal_filter)
     assert len(cloud) == len(room)

@@ -87,9 +87,9 @@ def test_fields_are_those_that_the_frame_has(room, random):
         np.testing.assert_array_equal(coloured[name], plain[name])
 
 
-def test_keep_point_counts_decodes_as_many(room):
+def test_keep_points_decodes_as_many(room):
     voxels, index = voxels_of(room, 0.1)
-    decoded = code(room, 0.1, keep_point_counts=True)
+    decoded = code(room, 0.1, keep_points=True)
     assert len(decoded) == len(room)
     lattice, cloud = decoded_by_lattice(decoded, 0.1)
     kept, counts = np.unique(lattice, axis=0, return_counts=True)

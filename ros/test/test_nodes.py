@@ -334,7 +334,7 @@ class Parameters(Scenario):
 
     def test_right_ones_are_accepted(self):
         self.mount()
-        self.start_compressor(effort="small", colour_bits=4, keep_point_counts=False, threads=2,
+        self.start_compressor(effort="small", colour_bits=4, keep_points=False, threads=2,
                               remove_outliers=False, min_log_odds=1, queue_size=7)
         self.start_decompressor(min_intensity=3, remove_outliers=False, min_log_odds=1,
                                 density_unit="voxels", threads=2, max_waiting_frames=3)

@@ -61,7 +61,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
   settings.show_statistics = show_statistics;
   // PCL does not keep points whose resolution, a float there, is that of the octree.
   // Where that of the octree is finer, the voxels of the octree decide.
-  settings.keep_point_counts =
+  settings.keep_points =
       !used.do_voxel_grid_down_sampling &&
       static_cast<double>(static_cast<float>(used.point_resolution)) !=
           used.octree_resolution;
@@ -70,7 +70,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
                                used.octree_resolution > 0.0 &&
                                used.octree_resolution < edge;
   settings.resolution =
-      settings.keep_point_counts && !is_octree_finer ? edge : used.octree_resolution;
+      settings.keep_points && !is_octree_finer ? edge : used.octree_resolution;
   settings.coarsen_wide_clouds = true;
   settings.use_coordinate_step = true;
   settings.i_frame_rate = used.i_frame_rate;

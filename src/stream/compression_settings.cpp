@@ -91,8 +91,8 @@ checkPublished(const EncoderSettings& settings)
                    "255, or 0 for automatic, in the published layout");
   if (settings.intensity_curve != IntensityCurve::Linear)
     return invalid("intensity_curve", "companded", "linear in the published layout");
-  if (settings.keep_point_counts)
-    return invalid("keep_point_counts", "on", "off in the published layout");
+  if (settings.keep_points)
+    return invalid("keep_points", "on", "off in the published layout");
   if (settings.keep_order)
     return invalid("keep_order", "on", "off in the published layout");
   if (settings.origin)
@@ -147,8 +147,8 @@ checkFilter(const EncoderSettings& settings)
 {
   if (settings.temporal_filter == 0)
     return {};
-  if (settings.keep_point_counts)
-    return invalid("keep_point_counts", "on", "off with {temporal_filter}");
+  if (settings.keep_points)
+    return invalid("keep_points", "on", "off with {temporal_filter}");
   if (settings.keep_order)
     return invalid("keep_order", "on", "off with {temporal_filter}");
   if (!settings.fields.empty())

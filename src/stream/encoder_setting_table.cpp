@@ -234,12 +234,12 @@ void
 addPoints(EncoderSettingTable& table)
 {
   table.push_back(
-      {"keep_point_counts",
-       &S::keep_point_counts,
+      {"keep_points",
+       &S::keep_points,
        {},
        "Keep all points, in the order of their sensor where that hardly takes more "
        "bytes, else at the centres of their voxels; version1 only.",
-       {"--keep-point-counts",
+       {"--keep-points",
         "",
         "keep all points, in the sensor's order where that hardly takes more",
         OptionGroup::Cloud},
@@ -260,11 +260,11 @@ addPoints(EncoderSettingTable& table)
        fieldAccess(),
        {},
        "Further fields to keep, as ring,time:1e-6 (exact; in steps), or all: with "
-       "{keep_point_counts} of each point, else the mean of a voxel, or of integers "
+       "{keep_points} of each point, else the mean of a voxel, or of integers "
        "the most frequent; version1 only; not with {temporal_filter}; '': none.",
        {"--fields",
         "NAME[:STEP],...",
-        "further fields, or all; of voxels without {keep_point_counts}",
+        "further fields, or all; of voxels without {keep_points}",
         OptionGroup::Cloud},
        {}});
   table.push_back({"threads",
@@ -284,7 +284,7 @@ addFilter(EncoderSettingTable& table)
        {least_frames, most_frames, "frames", "off"},
        "Frames over which surfaces are told from noise before they are encoded, 8 for "
        "10 to 30 Hz, so that a still scene takes few bytes; lossy; not with "
-       "{keep_point_counts}.",
+       "{keep_points}.",
        {"--temporal-filter",
         "FRAMES",
         "surfaces are told from noise over so many; lossy",

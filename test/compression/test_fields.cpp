@@ -82,7 +82,7 @@ TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 0.1;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.fields = {{all_fields}};
   const auto cloud = lidarCloud();
   const auto received = sentAndReceived<PointXYZIRT>(settings, cloud);
@@ -110,7 +110,7 @@ TEST(ClassFields, GoToFieldsOfOtherTypesByName)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 0.1;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.fields = {{"timestamp", 0.5}, {"intensity"}};
   using Encoder = OctreePointCloudIntensityCompression<PointXYZIRT, NativeIntensity>;
   using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
@@ -168,7 +168,7 @@ TEST(ClassFields, OfColoursAreExactWhereTheyAreNotCodedByVoxel)
   IntensityCompressionSettings settings;
   settings.resolution = 1.0;
   settings.colour_bits = 0;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.fields = {{all_fields}};
   pcl::PointCloud<pcl::PointXYZRGBL>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBL>);
   for (std::uint32_t i = 0; i < 300; ++i) {
@@ -206,7 +206,7 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
   }
   IntensityCompressionSettings settings;
   settings.resolution = 0.001;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
   const auto has_points = [&] {
     Compressor compressor(settings);

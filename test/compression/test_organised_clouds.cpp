@@ -50,7 +50,7 @@ TEST(OrganisedClouds, ComeBackWithRowsColumnsAndGaps)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 0.001;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.fields = {{"rgb"}};
   for (const bool has_gaps : {false, true}) {
     const auto cloud = wallCloud(has_gaps);
@@ -83,8 +83,8 @@ TEST(OrganisedClouds, OfCoarseVoxelsAreRowsOfPoints)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 0.05;
-  for (const bool keep_point_counts : {false, true}) {
-    settings.keep_point_counts = keep_point_counts;
+  for (const bool keep_points : {false, true}) {
+    settings.keep_points = keep_points;
     const auto cloud = wallCloud(true);
     using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
     std::stringstream stream;
@@ -100,7 +100,7 @@ TEST(OrganisedClouds, VoxelsAreMadeWhereTheyAreAskedFor)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 0.001;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.colour_bits = 8;
   for (const bool retains_octree : {false, true}) {
     settings.retain_octree = retains_octree;
@@ -149,7 +149,7 @@ TEST(OrganisedClouds, PointsHaveTheirOwnIntensities)
   cloud->is_dense = false;
   IntensityCompressionSettings settings;
   settings.resolution = 0.001;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.intensity_bits = 8;
   using Compressor =
       OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;

@@ -65,7 +65,7 @@ TEST(CompressionProfiles, ProfilesKeepWhatPclsProfilesKeep)
                         : pcls.pointResolution == 1e-4 ? 0.001 / 8.0
                                                        : pcls.pointResolution;
     EXPECT_DOUBLE_EQ(settings.resolution, edge);
-    EXPECT_EQ(settings.keep_point_counts, !pcls.doVoxelGridDownSampling);
+    EXPECT_EQ(settings.keep_points, !pcls.doVoxelGridDownSampling);
     EXPECT_EQ(settings.colour_bits,
               pcls.doColorEncoding ? pcls.colorBitResolution : 0u);
     EXPECT_EQ(settings.i_frame_rate, pcls.iFrameRate);
@@ -82,7 +82,7 @@ TEST(CompressionProfiles, ManualConfigurationTakesTheArguments)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION, true, 0.5, 0.123, true, 7, false, 2);
   EXPECT_EQ(compression.settings().resolution, 0.123);
-  EXPECT_FALSE(compression.settings().keep_point_counts);
+  EXPECT_FALSE(compression.settings().keep_points);
   EXPECT_EQ(compression.settings().colour_bits, 0u);
   EXPECT_EQ(compression.settings().i_frame_rate, 7u);
   EXPECT_EQ(compression.settings().effort, Effort::Fast);
@@ -95,7 +95,7 @@ TEST(CompressionProfiles, ManualConfigurationWithoutDownSamplingKeepsThePoints)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION, false, 0.002, 0.05, false, 7, true, 3);
   EXPECT_EQ(compression.settings().resolution, 0.002);
-  EXPECT_TRUE(compression.settings().keep_point_counts);
+  EXPECT_TRUE(compression.settings().keep_points);
   EXPECT_EQ(compression.settings().colour_bits, 3u);
 }
 
@@ -104,7 +104,7 @@ TEST(CompressionProfiles, ManualConfigurationHasPclsDefaults)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION);
   EXPECT_EQ(compression.settings().resolution, 0.001);
-  EXPECT_TRUE(compression.settings().keep_point_counts);
+  EXPECT_TRUE(compression.settings().keep_points);
   EXPECT_EQ(compression.settings().colour_bits, 6u);
   EXPECT_EQ(compression.settings().i_frame_rate, 30u);
 }
@@ -131,10 +131,10 @@ TEST(CompressionProfiles, TheFinerOfTheTwoResolutionsCounts)
   };
   EXPECT_EQ(settings(0.001, 0.01).resolution, 0.001);
   EXPECT_EQ(settings(0.01, 0.001).resolution, 0.001);
-  EXPECT_TRUE(settings(0.01, 0.001).keep_point_counts);
+  EXPECT_TRUE(settings(0.01, 0.001).keep_points);
   // One point for each voxel if they are the same for PCL, which compares a float.
-  EXPECT_FALSE(settings(0.125, 0.125).keep_point_counts);
-  EXPECT_TRUE(settings(0.1, 0.1).keep_point_counts);
+  EXPECT_FALSE(settings(0.125, 0.125).keep_points);
+  EXPECT_TRUE(settings(0.1, 0.1).keep_points);
 }
 
 TEST(CompressionProfiles, MillionsOfVoxelsAreDecodedByTheSameClass)
@@ -191,7 +191,7 @@ TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)
     OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
         static_cast<pcl::io::compression_Profiles_e>(profile));
     const auto decoded = roundTrip(compression, cloud);
-    if (compression.settings().keep_point_counts) {
+    if (compression.settings().keep_points) {
       EXPECT_EQ(decoded->size(), cloud->size()) << profile;
     }
     EXPECT_EQ(compression.statistics().voxelization.points_used, cloud->size());

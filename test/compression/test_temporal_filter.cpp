@@ -201,12 +201,11 @@ TEST(CompressionTemporalFilter, WhatIsHeldStaysInTheGrid)
 TEST(CompressionTemporalFilter, ContradictionsAreRefused)
 {
   IntensityCompressionSettings settings = filteringSettings(8);
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   Compression encoder(settings);
   std::vector<std::uint8_t> bytes;
   const auto status = encoder.encodePointCloud(wallWith(false), bytes);
-  EXPECT_EQ(status.message(),
-            "keep_point_counts is on; it must be off with temporal_filter");
+  EXPECT_EQ(status.message(), "keep_points is on; it must be off with temporal_filter");
 }
 
 } // namespace temporal_filter

@@ -79,7 +79,7 @@ received(const pcl::PointCloud<TimedPoint>& cloud)
   using Compressor = io::OctreePointCloudIntensityCompression<TimedPoint, NoIntensity>;
   io::IntensityCompressionSettings settings;
   settings.resolution = 0.001;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.fields = {{"ring"}, {"time"}};
   std::vector<std::uint8_t> bytes;
   EXPECT_TRUE(Compressor(settings).encodePointCloud(cloud.makeShared(), bytes).ok());

@@ -248,15 +248,14 @@ TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
   CloudSender sender;
   CloudReceiver receiver;
   VoxelFrame voxels;
-  for (const bool keep_point_counts : {false, true}) {
-    ASSERT_EQ(sender.setParameters(
-                  {{"resolution", 0.04}, {"keep_point_counts", keep_point_counts}}),
-              "");
+  for (const bool keep_points : {false, true}) {
+    ASSERT_EQ(
+        sender.setParameters({{"resolution", 0.04}, {"keep_points", keep_points}}), "");
     const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
     ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
     const std::size_t points = sender.health().node.decoded_width;
     EXPECT_EQ(points, voxels.pointCount());
-    EXPECT_EQ(points, keep_point_counts ? 2000 : voxels.size());
+    EXPECT_EQ(points, keep_points ? 2000 : voxels.size());
     EXPECT_LT(voxels.size(), 2000u);
   }
 }
@@ -282,7 +281,7 @@ TEST(CloudTransport, PointsOfASensorNeedNoVoxelsUnlessNoiseIsRemoved)
 {
   CloudSender sender;
   ASSERT_EQ(sender.setParameters({{"resolution", 0.005},
-                                  {"keep_point_counts", true},
+                                  {"keep_points", true},
                                   {"i_frame_rate", std::int64_t{1}}}),
             "");
   const pcl::PCLPointCloud2 cloud = organisedWall();

@@ -224,8 +224,7 @@ TEST(NodeParameters, OtherWordsTypesAndListsAreRefused)
   EXPECT_EQ(refusal("sensor", ""), "");
   EXPECT_EQ(refusal("intensity_field", ""),
             "intensity_field is ''; it must be a text that is not empty");
-  EXPECT_EQ(refusal("keep_point_counts", 1),
-            "keep_point_counts is 1; it must be true or false");
+  EXPECT_EQ(refusal("keep_points", 1), "keep_points is 1; it must be true or false");
   EXPECT_EQ(refusal("crop_box", List{0, 0, 0, 1, 1}),
             "crop_box is [0, 0, 0, 1, 1]; it must be a list of 6 finite numbers, or "
             "[]");
@@ -383,7 +382,7 @@ TEST(EncodingParameters, ARowOfTheTableIsAParameter)
                                           {},
                                           {}},
                                          {"secret",
-                                          &io::EncoderSettings::keep_point_counts,
+                                          &io::EncoderSettings::keep_points,
                                           {},
                                           "Nothing.",
                                           {},
@@ -398,7 +397,7 @@ TEST(EncodingParameters, ARowOfTheTableIsAParameter)
   io::EncoderSettings settings;
   ASSERT_TRUE(readCodec(table, ParameterAccess(parameters, values), settings).ok());
   EXPECT_EQ(settings.i_frame_rate, 0u);
-  EXPECT_FALSE(settings.keep_point_counts);
+  EXPECT_FALSE(settings.keep_points);
   EXPECT_TRUE(checkEach(table, settings).ok());
   settings.i_frame_rate = 65;
   EXPECT_EQ(checkEach(table, settings).message(),
@@ -513,8 +512,8 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            "layout"},
           {{{"format", "published"}, {"intensity_curve", "companded"}},
            "intensity_curve is companded; it must be linear in the published layout"},
-          {{{"format", "published"}, {"keep_point_counts", true}},
-           "keep_point_counts is on; it must be off in the published layout"},
+          {{{"format", "published"}, {"keep_points", true}},
+           "keep_points is on; it must be off in the published layout"},
           {{{"fields", "ring:-1"}},
            "fields is 'ring:-1'; it must be names with commas between them, each with "
            ":STEP above 0 if it has one, or all"},
@@ -524,8 +523,8 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            "rate_temporal_filter is 1; it must be a whole number from 2 to 64, or 0"},
           {{{"temporal_filter", 8}, {"fields", "all"}},
            "fields is set; it must be empty with temporal_filter"},
-          {{{"temporal_filter", 8}, {"keep_point_counts", true}},
-           "keep_point_counts is on; it must be off with temporal_filter"}}) {
+          {{{"temporal_filter", 8}, {"keep_points", true}},
+           "keep_points is on; it must be off with temporal_filter"}}) {
     SensorNodeSettings settings;
     settings.compression.resolution = 0.125;
     const ParameterValues before = codecValues(settings.compression);

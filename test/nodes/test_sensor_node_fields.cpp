@@ -70,7 +70,7 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::None);
   settings.compression.resolution = 0.25;
-  settings.compression.keep_point_counts = true;
+  settings.compression.keep_points = true;
   settings.compression.fields = {{pcl_ext::io::all_fields}};
   settings.compression.bounding_box.reset();
   settings.crop_box = pcl_ext::io::BoundingBox{{0.0, -9.0, -9.0}, {4.0, 9.0, 9.0}};
@@ -168,7 +168,7 @@ TEST(SensorNodeFields, OfAnOrganisedCloudComeBackInItsOrder)
     }
   SensorNodeSettings settings = settingsOf(IntensityLaw::None);
   settings.compression.resolution = 0.001;
-  settings.compression.keep_point_counts = true;
+  settings.compression.keep_points = true;
   settings.compression.fields = {{"t"}};
   settings.compression.bounding_box.reset();
   SensorNode node(settings);
@@ -215,7 +215,7 @@ TEST(SensorNodeFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
   cloud.data.resize(cloud.row_step);
   SensorNodeSettings settings = settingsOf(IntensityLaw::None);
   settings.compression.resolution = 0.001;
-  settings.compression.keep_point_counts = true;
+  settings.compression.keep_points = true;
   settings.compression.bounding_box.reset();
   for (const bool keeps_time : {false, true}) {
     if (keeps_time)

@@ -218,7 +218,7 @@ organisedWall()
 TEST(DecodedCloudOutliers, RowsAndColumnsStay)
 {
   io::IntensityCompressionSettings settings = settingsAt(0.005);
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   io::OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(settings);
   const auto sent = organisedWall();
   std::stringstream stream;

@@ -84,7 +84,7 @@ TEST(RateLadder, PointsAndFieldsHaveNoTemporalFilter)
                     "voxels of 0.01 m, effort fast, 4 companded bits",
                     "voxels of 0.02 m, effort fast, 4 companded bits"};
   EncoderSettings settings = limitedSettings();
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   EXPECT_EQ(stepsOf(settings), steps);
   settings = limitedSettings();
   settings.fields = {{"ring"}};

@@ -62,7 +62,7 @@ settingsWithPoints()
 {
   io::EncoderSettings settings;
   settings.resolution = 0.002;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.i_frame_rate = 2;
   return settings;
 }

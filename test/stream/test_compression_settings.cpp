@@ -304,14 +304,13 @@ TEST(EncoderSettingTable, MessagesHaveTheNamesOfAFace)
 {
   Settings settings;
   settings.temporal_filter = 8;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   const CompressionStatus status = checkSettings(settings);
-  EXPECT_EQ(status.message(),
-            "keep_point_counts is on; it must be off with temporal_filter");
-  EXPECT_EQ(status.setting(), "keep_point_counts");
+  EXPECT_EQ(status.message(), "keep_points is on; it must be off with temporal_filter");
+  EXPECT_EQ(status.setting(), "keep_points");
   const auto option = [](const std::string& id) { return "--" + id; };
   EXPECT_EQ(status.text().with(option),
-            "--keep_point_counts is on; it must be off with --temporal_filter");
+            "--keep_points is on; it must be off with --temporal_filter");
   // Texts of users are left as they are.
   settings = Settings();
   settings.fields = {{"{origin}"}, {"{origin}"}};
@@ -332,7 +331,7 @@ TEST(CompressionSettings, SwitchesAreFree)
   expectAccepted(&Settings::intensity_bits, bitsUpTo(16), companded);
   Settings filtered;
   filtered.temporal_filter = 8;
-  expectRefused("keep_point_counts", &Settings::keep_point_counts, {true}, filtered);
+  expectRefused("keep_points", &Settings::keep_points, {true}, filtered);
   expectAccepted(&Settings::retain_octree, {true});
   expectAccepted(&Settings::retain_octree, {true}, publishedSettings());
   expectAccepted(&Settings::show_statistics, {true});
@@ -354,7 +353,7 @@ TEST(CompressionSettings, PublishedLayoutHasEightBitsALinearScaleAndNoHeader)
                 {IntensityCurve::Companded},
                 published);
   expectRefused("carry_header", &Settings::carry_header, {true}, published);
-  expectRefused("keep_point_counts", &Settings::keep_point_counts, {true}, published);
+  expectRefused("keep_points", &Settings::keep_points, {true}, published);
 }
 
 TEST(CompressionSettings, BoundingBoxMustHaveAnExtentOnEachAxis)

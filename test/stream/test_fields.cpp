@@ -140,7 +140,7 @@ protected:
   {
     settings_.resolution = 0.05;
     settings_.effort = GetParam();
-    settings_.keep_point_counts = true;
+    settings_.keep_points = true;
   }
 
   CompressionStatus
@@ -254,7 +254,7 @@ TEST_P(Fields, OfPointsOfAVoxelAscendWithTheFirstOne)
 TEST_P(Fields, OfVoxelsAreMeansAndOfIntegersTheMostFrequent)
 {
   settings_.fields = {{"intensity"}, {"ring"}};
-  settings_.keep_point_counts = false;
+  settings_.keep_points = false;
   const std::vector<LidarPoint> points = turnOf(7);
   ASSERT_TRUE(send(points).ok());
   std::map<Index, std::vector<LidarPoint>> of_voxel;
@@ -347,7 +347,7 @@ TEST_P(Fields, OfTooManyStepsAreAnError)
   settings_.fields = {{"ring"}, {"time", 4e-7}}; // 1.6e9 s are 4.0e15 steps
   EXPECT_TRUE(send(turnOf(0)).ok());
   for (const bool keeps_points : {true, false}) {
-    settings_.keep_point_counts = keeps_points;
+    settings_.keep_points = keeps_points;
     settings_.fields.back().step = 3.5e-7; // 4.57e15, and 2^52 is 4.50e15
     for (const double sign : {1.0, -1.0}) {
       std::vector<LidarPoint> points = turnOf(0);

@@ -297,7 +297,7 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
   statistics.coding.bytes = limits.max_frame_bytes;
   statistics.voxelization.points_used = (1u << 24) + 1;
   EXPECT_EQ(warning(), "");
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   EXPECT_TRUE(warns("decoder_limits.max_points of at least 16777217"));
   counts.bytes_since_i_frame = (1u << 16) + 1;
   EXPECT_EQ(warning(), "");

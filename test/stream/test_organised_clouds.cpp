@@ -107,7 +107,7 @@ fineSettings(Effort effort)
   EncoderSettings settings;
   settings.resolution = 0.001;
   settings.effort = effort;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.i_frame_rate = 3;
   return settings;
 }

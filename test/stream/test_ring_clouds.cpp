@@ -99,7 +99,7 @@ protected:
     EncoderSettings settings;
     settings.resolution = 0.001;
     settings.effort = GetParam();
-    settings.keep_point_counts = true;
+    settings.keep_points = true;
     settings.i_frame_rate = 10;
     return settings;
   }

@@ -58,19 +58,19 @@ TEST_F(ProgramAdvise, TriesOneSettingAndNamesItsParameters)
   writeClouds("room", roomClouds(2));
   const ProgramRun result = expectRun(
       "advise room -r 0.2 -e small --law quadratic --sensor 87,58,848,480 --crop "
-      "-9,-9,-9,9,9,9 --keep-point-counts --fields intensity:0.5 --i-frame-rate 9 "
+      "-9,-9,-9,9,9,9 --keep-points --fields intensity:0.5 --i-frame-rate 9 "
       "--rate 1 -q");
   EXPECT_EQ(
       linesWith(result.output, "  p"),
       std::vector<std::string>(
           {"  pcl_ext encode room -o small.mcap -r 0.2 -e small --rate 1 --law "
            "quadratic --sensor "
-           "87,58,848,480 --i-frame-rate 9 --crop -9,-9,-9,9,9,9 --keep-point-counts "
+           "87,58,848,480 --i-frame-rate 9 --crop -9,-9,-9,9,9,9 --keep-points "
            "--fields intensity:0.5",
            "  parameters=[{'resolution': 0.2, 'intensity': 'quadratic', 'effort': "
            "'small', 'sensor_fov_x_deg': 87, 'sensor_fov_y_deg': 58, 'sensor_columns': "
            "848, 'sensor_rows': 480, 'i_frame_rate': 9, 'crop_box': "
-           "'[-9,-9,-9,9,9,9]', 'keep_point_counts': True, 'fields': "
+           "'[-9,-9,-9,9,9,9]', 'keep_points': True, 'fields': "
            "'intensity:0.5'}]"}))
       << result.output;
   // Of an edge that is given, holes are not asked.
@@ -97,7 +97,7 @@ TEST_F(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
 TEST_F(ProgramAdvise, PointsThatAreKeptHaveFineVoxels)
 {
   writeClouds("room", roomClouds(2));
-  const ProgramRun kept = expectRun("advise room --keep-point-counts --rate 1 -q");
+  const ProgramRun kept = expectRun("advise room --keep-points --rate 1 -q");
   EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
 }
 

@@ -120,12 +120,12 @@ TEST_F(ProgramEncode, SettingsReachTheEncoder)
   settings.intensity_range = 200.0f;
   settings.intensity_curve = io::IntensityCurve::Companded;
   settings.aggregation = io::Aggregation::Sum;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.origin = {0.03, 0.01, 0.02};
   settings.bounding_box = io::BoundingBox{{-0.9, -0.9, 0.0}, {0.9, 0.9, 3.0}};
   expectBytesOfClass<pcl::PointXYZI, NativeIntensity>(
       "-r 0.1 -e fast --intensity-bits 5 --intensity-range 200 --intensity-curve "
-      "companded --aggregation sum --keep-point-counts --origin 0.03,0.01,0.02 "
+      "companded --aggregation sum --keep-points --origin 0.03,0.01,0.02 "
       "--bounding-box -0.9,-0.9,0,0.9,0.9,3 -q",
       clouds,
       settings);

@@ -285,7 +285,7 @@ TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)
   writeClouds("clouds", {cameraCloud(), cameraCloud()});
   // Half of the points are outside the grid of voxels.
   const ProgramRun encoded =
-      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-point-counts -q");
+      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-points -q");
   EXPECT_TRUE(hasPart(encoded.output, "9,600 points in order, 80 x 60, edge 0.001 m"))
       << encoded.output;
   const ProgramRun all = expectRun("decode x.pcxi -o all");

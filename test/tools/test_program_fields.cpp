@@ -92,7 +92,7 @@ recordCloud(const pcl::PCLPointCloud2& cloud, const std::string& path)
   nodes::SensorNodeSettings settings;
   settings.law = IntensityLaw::None;
   settings.compression.resolution = 0.1;
-  settings.compression.keep_point_counts = true;
+  settings.compression.keep_points = true;
   settings.compression.fields = {{io::all_fields}};
   KnownStream stream;
   stream.name = "/lidar";
@@ -128,11 +128,11 @@ protected:
 
 TEST_F(ProgramFields, ComeBackInFilesAndInMessages)
 {
-  expectRun("encode clouds -o x.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("encode clouds -o x.mcap -r 0.1 --keep-points --fields all");
   expectRun("decode x.mcap -o out");
   expectRun("decode x.mcap -o messages.mcap");
   // The messages are as good as the files.
-  expectRun("encode messages.mcap -o y.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("encode messages.mcap -o y.mcap -r 0.1 --keep-points --fields all");
   expectRun("decode y.mcap -o again");
   const pcl::PCLPointCloud2 sent = cloudWithRings();
   for (const char* file : {"out/000000.pcd", "again/000000.pcd"}) {
@@ -185,7 +185,7 @@ TEST_F(ProgramFields, OfSeveralValuesAreSeveralInPlyFiles)
   EXPECT_EQ(fieldsOf(received), "x y z pair_1 pair_0 pair_1_ pair_2 pair_3");
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
   // The program reads it, too.
-  expectRun("encode ply -o y.mcap -r 0.1 --keep-point-counts --fields all");
+  expectRun("encode ply -o y.mcap -r 0.1 --keep-points --fields all");
   expectRun("decode y.mcap -o pcd");
   ASSERT_EQ(pcl::io::loadPCDFile(folder / "pcd/000000.pcd", received), 0);
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
@@ -205,14 +205,14 @@ TEST_F(ProgramFields, IntensityIsCodedOnce)
   EXPECT_GT(bitsOf(""), 0u);
   for (const std::string fields : {"--fields all", "--fields intensity:0.5"}) {
     EXPECT_EQ(bitsOf(fields), 0u);
-    EXPECT_EQ(bitsOf(fields + " --keep-point-counts"), 0u);
+    EXPECT_EQ(bitsOf(fields + " --keep-points"), 0u);
     // Unless an option asks for that of voxels.
     EXPECT_GT(bitsOf(fields + " --law native"), 0u);
     EXPECT_EQ(bitsOf(fields + " --intensity-bits 9"), 9u);
     EXPECT_GT(bitsOf(fields + " --intensity-field intensity"), 0u);
   }
   const pcl::PointCloud<pcl::PointXYZI> sent = roomClouds(1)[0];
-  expectRun("encode room -q -o x.mcap --overwrite --fields all --keep-point-counts");
+  expectRun("encode room -q -o x.mcap --overwrite --fields all --keep-points");
   expectRun("decode x.mcap -o out");
   std::multiset<float> sent_intensities;
   std::multiset<float> received;
@@ -261,7 +261,7 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
   }
   ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloud), 0);
   const ProgramRun encoded =
-      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-point-counts --fields all");
+      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-points --fields all");
   EXPECT_TRUE(
       hasPart(encoded.output, "600 points in order, on 38 x 16 rays, edge 0.001 m, "))
       << encoded.output;

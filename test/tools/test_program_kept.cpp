@@ -65,7 +65,7 @@ TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
   std::filesystem::create_directory(folder / "wall");
   ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "wall/0.pcd", sent), 0);
   const ProgramRun encoding =
-      run("encode wall -o x.mcap -r 0.002 --law native --keep-point-counts");
+      run("encode wall -o x.mcap -r 0.002 --law native --keep-points");
   EXPECT_EQ(encoding.status, 0) << encoding.errors;
   EXPECT_TRUE(hasPart(encoding.errors, "kept only where")) << encoding.errors;
   expectRun("decode x.mcap -o out");
@@ -122,7 +122,7 @@ TEST_F(ProgramKept, OrderIfThatIsAskedFor)
         return false;
     return true;
   };
-  EXPECT_FALSE(is_in_order(" --keep-point-counts", "any"));
+  EXPECT_FALSE(is_in_order(" --keep-points", "any"));
   EXPECT_TRUE(is_in_order(" --keep-order", "kept"));
 }
 

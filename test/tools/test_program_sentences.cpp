@@ -111,9 +111,9 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
        2,
        "there is no '8'; as the number of --temporal-filter it is given as "
        "--temporal-filter=8"},
-      {room + "--temporal-filter --keep-point-counts",
+      {room + "--temporal-filter --keep-points",
        2,
-       "--keep-point-counts is on; it must be off with --temporal-filter"},
+       "--keep-points is on; it must be off with --temporal-filter"},
       {room + "--keep-order --aggregation sum",
        2,
        "--aggregation is sum; it must be another one with --keep-order"},

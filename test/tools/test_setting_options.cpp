@@ -51,10 +51,10 @@ TEST(SettingOptions, ARowOfTheTableIsAnOption)
        &EncoderSettings::i_frame_rate,
        {2.0, 64.0, "lux", "dark"},
        "How bright it is.",
-       {"-b,--bright", "LUX", "beside {keep_point_counts}"},
+       {"-b,--bright", "LUX", "beside {keep_points}"},
        {}},
       {"glow",
-       &EncoderSettings::keep_point_counts,
+       &EncoderSettings::keep_points,
        {},
        "Whether it glows.",
        {"--glow", "", "whether it does", OptionGroup::Budget},
@@ -66,16 +66,15 @@ TEST(SettingOptions, ARowOfTheTableIsAnOption)
        {},
        {"", "the program does not have it", ""}}};
   Program program(table);
-  EXPECT_NE(
-      program.app.help().find(
-          "  -b,--bright LUX                   beside --keep-point-counts; 0: dark "
-          "(30)\n  --glow                            whether it does\n"),
-      std::string::npos)
+  EXPECT_NE(program.app.help().find(
+                "  -b,--bright LUX                   beside --keep-points; 0: dark "
+                "(30)\n  --glow                            whether it does\n"),
+            std::string::npos)
       << program.app.help();
   EXPECT_EQ(program.app.help().find("secret"), std::string::npos);
   const EncoderSettings settings = program.parse({"-b", "0", "--glow"});
   EXPECT_EQ(settings.i_frame_rate, 0u);
-  EXPECT_TRUE(settings.keep_point_counts);
+  EXPECT_TRUE(settings.keep_points);
   for (const std::string wrong : {"65", "-1", "bright"})
     EXPECT_THROW(Program(table).parse({"--bright", wrong}), CLI::ValidationError);
 }

@@ -85,7 +85,7 @@ TEST_P(VoxelAttributes, AreTheMeanColourAndTheNumberOfThePoints)
 {
   IntensityCompressionSettings settings;
   settings.resolution = GetParam();
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   const std::vector<ColouredPoint> points = colouredPoints(5000, 0.5);
   const Sums sums = sumsOf(points, settings.resolution);
   for (const unsigned int bits : {1u, 4u, 8u}) {

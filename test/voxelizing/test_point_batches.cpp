@@ -126,7 +126,7 @@ TEST(PointBatches, GiveTheFramesOfTheWholeClouds)
   IntensityCompressionSettings settings;
   settings.resolution = 0.05;
   settings.colour_bits = 5;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   Voxelizer of_clouds(settings, IntensityUnit::Native);
   Voxelizer of_batches(settings, IntensityUnit::Native);
   VoxelFrame expected;

@@ -79,7 +79,7 @@ settingsOf(double resolution, unsigned int threads)
   IntensityCompressionSettings settings;
   settings.resolution = resolution;
   settings.colour_bits = 5;
-  settings.keep_point_counts = true;
+  settings.keep_points = true;
   settings.threads = threads;
   return settings;
 }

@@ -31,7 +31,7 @@ function encode(name, ...options) {
   return pathInFolder(name);
 }
 
-const recording = encode("points.mcap", "--keep-point-counts");
+const recording = encode("points.mcap", "--keep-points");
 
 async function openRecording(path) {
   const page = await openViewer();

@@ -99,7 +99,7 @@ struct GridSettings {
    * take voxels of that edge, centred on the multiples: fewer bytes, and coordinates as
    * they were. Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice
    * the resolution. Not for shares of a voxel face, nor with an origin or a bounding
-   * box. Version1 only. Points in order are always coded so, see keep_point_counts. */
+   * box. Version1 only. Points in order are always coded so, see keep_points. */
   bool use_coordinate_step = false;
 };
 
@@ -188,7 +188,7 @@ struct StreamSettings {
    * Otherwise the number of points of each voxel is coded: each of them comes back at
    * its voxel's centre, and with its voxel's intensity, which for sums is that of all
    * of them. Version1 only. */
-  bool keep_point_counts = false;
+  bool keep_points = false;
 
   /** \brief Keep the order of the points, and the rows and columns of an organised cloud,
    * whatever bytes that takes. A cloud whose order cannot be kept is not coded: one with
@@ -200,11 +200,11 @@ struct StreamSettings {
   bool
   keepsPoints() const
   {
-    return keep_point_counts || keep_order;
+    return keep_points || keep_order;
   }
 
   /** \brief Further fields to keep, as ring, time or label of a lidar: with
-   * keep_point_counts of each point, else one value of a voxel, which is the mean, or
+   * keep_points of each point, else one value of a voxel, which is the mean, or
    * of integers the most frequent. Exact, or rounded to a step. The points of a voxel
    * are in the order of the first field, those of a scan in that of the cloud. At most
    * 64 with 4096 values a point, each named once. Version1 only, and not with
@@ -231,7 +231,7 @@ struct RateSettings {
   /** \brief Strongest temporal_filter that max_rate may choose, frames, 2 to 64, or 0:
    * none. Unless temporal_filter is set, too, it shows nothing that the cloud has nothing
    * within one voxel of, and it is not used where the sensor moves, nor with
-   * keep_point_counts or fields. */
+   * keep_points or fields. */
   unsigned int rate_temporal_filter = 8;
 
   /** \brief How often the voxel edge may be doubled, 0 to 8. */
@@ -266,7 +266,7 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSe
   /** \brief Number of frames over which surfaces are told from noise before they are
    * encoded, 2 to 64, or 0: off. 8 suits sensors of 10 to 30 frames a second that stand
    * still: an eighth to a fifth of the bytes. Lossy, see TemporalVoxelFilter, and not
-   * with keep_point_counts. */
+   * with keep_points. */
   unsigned int temporal_filter = 0;
 
   /** \brief Whether the temporal_filter shows a voxel for up to a quarter of a second (at

@@ -66,7 +66,7 @@ modelOf(double resolution)
  *
  * Encoding assigns the points to the voxels of a grid and keeps an intensity and the
  * mean colour of each voxel, if the point type has such fields; decoding returns one
- * point at the centre of each occupied voxel. With settings.keep_point_counts it
+ * point at the centre of each occupied voxel. With settings.keep_points it
  * returns all points: of clouds that have the order of a sensor in this order, each at
  * a place of its own; of others at the centres of their voxels. A point moves by at
  * most half a voxel's diagonal; settings.fields names what else of it is coded.

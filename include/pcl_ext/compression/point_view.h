@@ -48,7 +48,7 @@ struct PointView {
    * names. */
   std::vector<FieldView> fields;
   /** \brief Columns and rows of a sensor's points, if they have any. Points that are
-   * kept (StreamSettings::keep_point_counts) come back in these, with missing ones,
+   * kept (StreamSettings::keep_points) come back in these, with missing ones,
    * where the cloud is coded as a scan.
    *
    * Without them rows are those of a field `ring`, or are found where points are at the

@@ -59,8 +59,8 @@ setupsOf(const std::string& transport)
       {transport, {Parameter("resolution", 0.04), balanced}, "pcl_ext, 4 cm, balanced"},
       {transport, {Parameter("resolution", 0.01), balanced}, "pcl_ext, 1 cm, balanced"},
       {transport,
-       {Parameter("resolution", 0.001), Parameter("keep_point_counts", true), balanced},
-       "pcl_ext, 1 mm, keep_point_counts, balanced"}};
+       {Parameter("resolution", 0.001), Parameter("keep_points", true), balanced},
+       "pcl_ext, 1 mm, keep_points, balanced"}};
 }
 
 struct Stream {

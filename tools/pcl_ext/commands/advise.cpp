@@ -236,7 +236,7 @@ printLegend()
       << "*: the finest edge that keeps within --max-rate, for each stream, with at "
          "most "
       << most_holes
-      << " holes unless -r or\n--keep-point-counts is given; effort balanced, or small "
+      << " holes unless -r or\n--keep-points is given; effort balanced, or small "
          "where only that keeps the rate, or fast where\nelse encoding takes over half "
          "of the time from one cloud to the next.\nholes: share of the points on "
          "surfaces with an empty voxel beside theirs, along the surface; points are "

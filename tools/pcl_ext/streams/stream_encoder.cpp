@@ -216,7 +216,7 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
       " in " + counted(statistics.frame.coding.bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
-      (options_.codec().keepsPoints() ? ", or leave out --keep-point-counts" : "") +
+      (options_.codec().keepsPoints() ? ", or leave out --keep-points" : "") +
       (options_.codec().fields.empty() ? "" : ", or keep fewer --fields") + " (" +
       reason + ")");
 }

@@ -160,7 +160,7 @@ encodePoints(bool has_counts)
   std::memcpy(points.data(), bytes.data(), points.size() * sizeof(TestPoint));
   io::EncoderSettings settings;
   settings.resolution = 1.0;
-  settings.keep_point_counts = has_counts;
+  settings.keep_points = has_counts;
   settings.fields = {{io::all_fields}};
   io::PointView view;
   view.count = points.size();

@@ -114,7 +114,7 @@ test("a lidar of 256 rows, which are all in the header of an I-frame", () => {
   });
   const [cloud, recording] = ["lidar.pcd", "lidar.pcxi"].map((name) => pathInFolder(name));
   writePcd(cloud, points, 256);
-  pclExt("encode", cloud, "-o", recording, "-r", 0.005, "--law", "none", "--keep-point-counts", "-q");
+  pclExt("encode", cloud, "-o", recording, "-r", 0.005, "--law", "none", "--keep-points", "-q");
   const { frames, voxels } = streamOf(recording);
   assert.equal(codec.describeFrame(frames[0].subarray(0, 2048)).status.code, "Truncated");
   assert.ok(isSame(startApplication().convert("/lidar", messageOf(frames[0])), voxels[0]));

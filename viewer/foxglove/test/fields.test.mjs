@@ -44,7 +44,7 @@ function shown(frame) {
 test("of the names of colours, parts and numbers of points each is there once", () => {
   const fields = [["normal", "F4", 1, 2, 3], ["normal_1", "I1", 77], ["red", "F4", 0.25], ["alpha", "F8", -1.5],
     ["point_count", "U2", 999], ["rgb", "U4", (10 << 16) | (20 << 8) | 30]];
-  const { x, y, z, red, green, blue, ...others } = shown(frameOf("names", fields, "--law", "none", "--keep-point-counts"));
+  const { x, y, z, red, green, blue, ...others } = shown(frameOf("names", fields, "--law", "none", "--keep-points"));
   assert.ok([x, y, z].every((coordinate) => Math.abs(coordinate - 0.5) < 0.051));
   assert.ok([red, green, blue].every((value, i) => Math.abs(value - 10 * (i + 1)) < 5), `${red} ${green} ${blue}`);
   assert.deepEqual(others, { alpha: 255, point_count: 1, normal_0: 1, normal_1: 2, normal_2: 3, normal_1_: 77, red_: 0.25,
