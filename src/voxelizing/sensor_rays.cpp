@@ -286,14 +286,13 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
   return none;
 }
 
-/** \brief Sets the angle of each column to the middle of those of some of its points. */
+/** \brief Sets the angle of each column to the middle of those of its points. */
 void
 SensorRays::findAngles(const SensorCloud& cloud,
                        const ScanColumns& columns,
                        const WorldPose& pose,
                        scan::ScanFrame& frame) const
 {
-  constexpr std::size_t most_points = 16; // of a column
   const SpinningFit& fit = *spinning_;
   const WorldPose to_sensor = pose.inverse();
   std::vector<Eigen::Vector2d> row_directions;
@@ -304,19 +303,15 @@ SensorRays::findAngles(const SensorCloud& cloud,
   std::int32_t last = 0;
   for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
     const std::uint32_t column = columns.columns()[begin];
-    while (end < cloud.size() && columns.columns()[end] == column)
-      ++end;
     const double last_angle = last * fit.turn_step;
     const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
     off.clear();
-    const std::size_t stride = (end - begin + most_points - 1) / most_points;
-    for (std::size_t point = begin; point < end; point += stride) {
-      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[point]);
+    for (; end < cloud.size() && columns.columns()[end] == column; ++end) {
+      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[end]);
       if (fit.has_motion)
         position = fit.motion.stillPosition(position, timeOf(column, frame.width));
       if (position.x() != 0.0 || position.y() != 0.0)
-        off.push_back(
-            angleOff(position, direction, row_directions[cloud.rings[point]]));
+        off.push_back(angleOff(position, direction, row_directions[cloud.rings[end]]));
     }
     if (!off.empty()) {
       const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
