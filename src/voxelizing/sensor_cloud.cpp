@@ -104,7 +104,9 @@ SensorCloudReader::readBatch(const PointView& points,
   const bool has_pixels = cloud.image.width > 0;
   const std::size_t pixel_count = std::size_t{cloud.image.width} * cloud.image.height;
   cloud.statistics.points += points.count;
-  batch_.resize(points.count);
+  const bool has_attributes = contents_.intensities || contents_.colours ||
+                              !contents_.fields->selected().empty();
+  batch_.resize(has_attributes ? points.count : 0);
   grow(cloud.positions, used_ + points.count);
   if (rings)
     grow(cloud.rings, used_ + points.count);
@@ -141,10 +143,11 @@ SensorCloudReader::readBatch(const PointView& points,
         return false;
       pixels[used] = static_cast<std::uint32_t>(pixel);
     }
-    positions[used] = position;
-    batch[used++] = static_cast<std::uint32_t>(i);
+    if (has_attributes)
+      batch[used] = static_cast<std::uint32_t>(i);
+    positions[used++] = position;
   }
-  batch_.resize(used);
+  batch_.resize(has_attributes ? used : 0);
   used_ += used;
   cloud.statistics.points_not_finite += not_finite;
   cloud.statistics.points_outside_box += outside_box;

@@ -81,17 +81,14 @@ sensorOf(const ScanRays& rays)
   return sensor;
 }
 
-/** \param[in] indices of the points in the cloud */
-void
-setPositions(const ScanFrame& scan,
-             const std::vector<std::uint32_t>& indices,
-             FramePoints& points)
+/** \brief Computes the positions of all points.
+ * \param[in] put called with the position of each
+ * \return how far the farthest coordinate is from the world's origin, metres
+ */
+template <class PutT>
+double
+visitPositions(const ScanFrame& scan, const PutT& put)
 {
-  std::vector<std::array<double, 3>>& positions = points.positions;
-  points.need_doubles = false;
-  positions.resize(scan.pixels.size());
-  if (scan.pixels.empty()) // then there are no columns
-    return;
   const VoxelGrid& grid = scan.grid;
   const bool is_on_lattice = scan.is_on_lattice;
   const double resolution = grid.resolution;
@@ -101,9 +98,9 @@ setPositions(const ScanFrame& scan,
                                              static_cast<double>(grid.first_index[2])};
   double farthest = 0.0;
   PointPlaces places(scan);
-  for (const std::uint32_t index : indices) {
+  for (std::size_t point = 0; point < scan.pixels.size(); ++point) {
     const Triple place = places.next();
-    std::array<double, 3>& position = positions[index];
+    std::array<double, 3> position;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // In edges first, as that product is exact: machines that round a product and a
       // sum at once compute the same, but for the origin of another lattice.
@@ -112,8 +109,34 @@ setPositions(const ScanFrame& scan,
       position[axis] = (first_index[axis] + edges) * resolution + origin[axis];
       farthest = std::max(farthest, std::abs(position[axis]));
     }
+    put(position);
   }
-  points.need_doubles = farthest > grid.farthestFloat();
+  return farthest;
+}
+
+/** \param[in] indices of the points in the cloud; empty: they are in its order */
+void
+setPositions(const ScanFrame& scan,
+             const std::vector<std::uint32_t>& indices,
+             FramePoints& points)
+{
+  std::vector<std::array<double, 3>>& positions = points.positions;
+  points.need_doubles = false;
+  positions.clear();
+  if (scan.pixels.empty()) // then there are no columns
+    return;
+  double farthest = 0.0;
+  if (indices.empty()) {
+    // Not filled before, as there may be many.
+    positions.reserve(scan.pixels.size());
+    farthest = visitPositions(scan, [&](const auto& at) { positions.push_back(at); });
+  }
+  else {
+    positions.resize(scan.pixels.size());
+    auto index = indices.begin();
+    farthest = visitPositions(scan, [&](const auto& at) { positions[*index++] = at; });
+  }
+  points.need_doubles = farthest > scan.grid.farthestFloat();
 }
 
 /** \brief The indices of points in the order of their columns of rays, each in the order of
@@ -179,25 +202,26 @@ movePoints(ScanFrame& scan, VoxelFrame& frame)
   frame.fields.swap(scan.fields);
   points.sensor = sensorOf(scan.rays);
   const auto count = static_cast<std::uint32_t>(scan.pixels.size());
-  points.indices.resize(count);
-  std::iota(points.indices.begin(), points.indices.end(), 0u);
+  std::vector<std::uint32_t> indices;
   if (scan.order == PointOrder::ColumnByColumn) {
-    std::vector<std::uint32_t> indices(count);
+    indices.resize(count);
     setColumnByColumn(scan, indices);
-    setPositions(scan, indices, points);
     arrange(indices, 1, points.intensities);
     arrange(indices, 1, points.colours);
     for (FrameField& field : frame.fields)
       arrange(indices, field.count, field.numbers);
   }
-  else {
-    setPositions(scan, points.indices, points);
-  }
-  const bool is_organised = scan.order == PointOrder::Organised;
-  points.width = is_organised ? scan.width : count;
-  points.height = is_organised ? scan.height : 1;
-  if (is_organised)
+  setPositions(scan, indices, points);
+  if (scan.order == PointOrder::Organised) {
+    points.width = scan.width;
+    points.height = scan.height;
     points.indices.swap(scan.pixels);
+    return;
+  }
+  points.width = count;
+  points.height = 1;
+  points.indices.resize(count);
+  std::iota(points.indices.begin(), points.indices.end(), 0u);
 }
 
 } // namespace scan
