@@ -11,11 +11,12 @@ namespace io {
 
 namespace {
 
-/** \brief Bounds of the difference, in edges, between a place computed here and that of
- * whole numbers: of any place nearer than 2^26 edges, and of a step of depth. The steps of
- * rays are rounded twice to 2^-30, and once to 2^-32. */
-constexpr double place_error = 0x1p-20;
-constexpr double step_error = 0x1p-28;
+/** \brief A place of whole numbers differs from one that is computed here by less, edges,
+ * but for what the lengths of a ray are rounded by. */
+constexpr double least_place_error = 0x1p-20;
+
+/** \brief Directions of rays are rounded twice to 2^-30, their steps to 2^-32. */
+constexpr double direction_error = 0x1p-28;
 
 /** \brief Numbers of whole units. */
 std::array<double, 3>
@@ -29,13 +30,6 @@ numbersOf(const scan::Triple& numbers, double unit)
 /** \brief Places here are from 0 to less than it, and no ray leads to `beyond`, edges. */
 constexpr double farthest = 0x1p26;
 constexpr double beyond = 0x1p30;
-
-double
-lowest(double x, double y, double z)
-{
-  const double lower = x < y ? x : y;
-  return z < lower ? z : lower;
-}
 
 double
 highest(double x, double y, double z)
@@ -99,8 +93,9 @@ CertainDepths::setPlaces(const std::array<double, 3>* positions,
     const double from_sensor = highest(
         std::abs(x - sensor_[0]), std::abs(y - sensor_[1]), std::abs(z - sensor_[2]));
     // Whole numbers tell whether it is at the sensor.
-    const bool is_known =
-        lowest(x, y, z) >= 0.0 && highest(x, y, z) < farthest && from_sensor > 1.0;
+    // Each by itself, as one may be no number.
+    const bool is_known = x >= 0.0 && x < farthest && y >= 0.0 && y < farthest &&
+                          z >= 0.0 && z < farthest && from_sensor > 1.0;
     xs[i] = is_known ? x : beyond;
     ys[i] = is_known ? y : beyond;
     zs[i] = is_known ? z : beyond;
@@ -117,6 +112,8 @@ CertainDepths::setPlanarRays(std::uint32_t row,
                              std::size_t count)
 {
   const auto& vectors = frame_.rays.pose.vectors;
+  place_error_ = least_place_error;
+  step_error_ = direction_error;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double first =
         0x1p-40 * static_cast<double>(vectors[0][axis] + vectors[2][axis] * row);
@@ -182,7 +179,7 @@ CertainDepths::findDepths(std::size_t count, std::uint32_t* depths) const
     const double off = highest(std::abs(x - depth * step_x),
                                std::abs(y - depth * step_y),
                                std::abs(z - depth * step_z));
-    depths[i] = off < 0.5 - place_error - depth * step_error
+    depths[i] = off < 0.5 - place_error_ - depth * step_error_
                     ? static_cast<std::uint32_t>(depth)
                     : uncertain;
   }

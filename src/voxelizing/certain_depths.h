@@ -50,7 +50,7 @@ private:
     Numbers up;
   };
 
-  /** \brief Numbers of points that are computed at once. */
+  /** \brief Most points that are computed at once. */
   static constexpr std::size_t most_points = 128;
   using Lane = std::array<double, most_points>;
   using Lanes = std::array<Lane, 3>;
@@ -83,6 +83,9 @@ private:
   double scale_;   // edges of a metre
   std::vector<Column> columns_;
   Points points_;
+  // Of the row: bounds of the error of a place, and of a step of depth, edges.
+  double place_error_ = 0.0;
+  double step_error_ = 0.0;
 };
 
 } // namespace io

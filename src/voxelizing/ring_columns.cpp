@@ -106,7 +106,8 @@ double
 RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows) const
 {
   constexpr std::size_t enough = 16384;
-  const std::size_t every = points.size() / enough + 1;
+  // Some rows may be without points.
+  const std::size_t every = std::min<std::size_t>(points.size() / enough, rows / 4) + 1;
   std::vector<std::vector<double>> azimuths((rows + every - 1) / every);
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].row % every == 0)

@@ -51,6 +51,7 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
   using Vector = Eigen::Matrix<double, count, 1>;
   Vector result = Vector::Zero();
   double most = std::numeric_limits<double>::infinity();
+  error = most;
   std::vector<double> errors(targets.size());
   for (int round = 0; round < 6; ++round) {
     Eigen::Matrix<double, count, count> squares =
@@ -67,7 +68,7 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
       errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
     const double last_error = error;
     error = medianSize(errors);
-    if (round > 0 && error == last_error)
+    if (error == last_error)
       break;
     most = 4.0 * error;
   }

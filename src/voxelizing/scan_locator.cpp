@@ -96,7 +96,8 @@ ScanLocator::append(std::uint32_t row,
     const std::optional<scan::Triple> place = placeOf(positions[points[i]]);
     if (!place)
       return false;
-    const std::int32_t turn = turn_step_ != 0.0 ? turnOf(row, columns[i], *place) : 0;
+    const std::int32_t turn =
+        turn_step_ != 0.0 && !isAtSensor(*place) ? turnOf(row, columns[i], *place) : 0;
     if (turn != 0) {
       frame_.turns.resize(end);
       frame_.turns[begin + i] = turn;
@@ -154,15 +155,22 @@ ScanLocator::turnOf(std::uint32_t row_index,
              : 0;
 }
 
+bool
+ScanLocator::isAtSensor(const scan::Triple& place) const
+{
+  std::array<std::int32_t, 3> steps;
+  // Mostly one axis tells that it is not.
+  return std::abs(place[0] - sensor_[0]) <= edge_in_units &&
+         !stepsBetween(sensor_, place, steps);
+}
+
 /** \brief Finds the depth of a place in whole numbers. */
 void
 ScanLocator::locate(const Place& where, const scan::Triple& place, std::uint32_t& depth)
 {
   depth = scan::at_sensor;
   std::array<std::int32_t, 3> steps;
-  // Mostly one axis tells that it is not.
-  const bool is_at_sensor = std::abs(place[0] - sensor_[0]) <= edge_in_units &&
-                            !stepsBetween(sensor_, place, steps);
+  const bool is_at_sensor = isAtSensor(place);
   if (frame_.rays.shape == scan::RayShape::Free) {
     depth = is_at_sensor && !frame_.isSequence() ? scan::at_sensor : 0;
     if (stepsBetween(sensor_, place, steps))

@@ -49,6 +49,9 @@ private:
   std::int32_t
   turnOf(std::uint32_t row, std::uint32_t column, const scan::Triple& place) const;
 
+  bool
+  isAtSensor(const scan::Triple& place) const;
+
   std::optional<scan::Triple>
   placeOf(const std::array<double, 3>& position) const;
 

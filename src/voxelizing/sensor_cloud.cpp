@@ -114,8 +114,8 @@ SensorCloudReader::readBatch(const PointView& points,
     grow(cloud.pixels, used_ + points.count);
   // By pointers that nothing else changes, as there are many points.
   std::array<double, 3>* const positions = cloud.positions.data() + used_;
-  std::uint32_t* const cloud_rings = cloud.rings.data() + used_;
-  std::uint32_t* const pixels = cloud.pixels.data() + used_;
+  std::uint32_t* const cloud_rings = rings ? cloud.rings.data() + used_ : nullptr;
+  std::uint32_t* const pixels = has_pixels ? cloud.pixels.data() + used_ : nullptr;
   std::uint32_t* const batch = batch_.data();
   std::size_t not_finite = 0;
   std::size_t outside_box = 0;

@@ -316,7 +316,10 @@ SensorRays::findAngles(const SensorCloud& cloud,
     if (!off.empty()) {
       const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
       std::nth_element(off.begin(), middle, off.end());
-      last += static_cast<std::int32_t>(std::llround(*middle / fit.turn_step));
+      // Columns of an odd cloud may turn without end.
+      constexpr double most = 0x1p30;
+      last = static_cast<std::int32_t>(
+          std::clamp(last + std::round(*middle / fit.turn_step), -most, most));
     }
     frame.rays.columns[column] = last;
   }

@@ -294,7 +294,8 @@ fitSpinning(const std::vector<PixelPoint>& points,
     SpinningFit moved = fit;
     std::vector<TurnPoint> few =
         samplePoints(points, column_count, share_of_motion, moved.motion);
-    fitMotion(few, 10.0 * least_motion, moved);
+    if (!few.empty())
+      fitMotion(few, 10.0 * least_motion, moved);
     std::vector<TurnPoint> moved_samples =
         samplePoints(points, column_count, 1, moved.motion);
     fitMotion(moved_samples, least_motion, moved);

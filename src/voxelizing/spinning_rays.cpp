@@ -18,8 +18,10 @@ setSpinningRays(const SpinningFit& fit,
 {
   const double step = depthStepFor(fit.depth_step, grid.resolution);
   const auto wide = [](double number, int bits) {
-    return static_cast<std::int64_t>(
-        std::clamp(std::round(std::ldexp(number, bits)), -0x1p54, 0x1p54));
+    const double rounded = std::round(std::ldexp(number, bits));
+    return std::isnan(rounded)
+               ? std::int64_t{0}
+               : static_cast<std::int64_t>(std::clamp(rounded, -0x1p54, 0x1p54));
   };
   const auto fixed = [&wide](double number, int bits) {
     constexpr std::int64_t most = std::int64_t{1} << 30;

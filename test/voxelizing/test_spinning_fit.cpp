@@ -92,6 +92,27 @@ TEST(SpinningFit, FindsRowsDepthsAndAngles)
   }
 }
 
+TEST(SpinningFit, FindsNoMotionInTooFewPoints)
+{
+  // Each third firing, of which the motion is found first, is too near for that.
+  std::vector<PixelPoint> points;
+  for (std::uint32_t column = 0; column < 60; ++column)
+    for (std::uint32_t row = 0; row < 16; ++row) {
+      const double angle = 0.1 * column;
+      const double distance =
+          column % 3 == 0 ? 0.2 : 5.0 + 0.3 * ((column * 7 + row * 3) % 11);
+      const double off = column % 3 == 0 ? 0.0 : 0.003 * ((column * 13 + row * 5) % 7);
+      points.push_back({row,
+                        column,
+                        Eigen::Vector3d(distance * std::cos(angle),
+                                        distance * std::sin(angle),
+                                        distance * (-0.2 + 0.02 * row) + off)});
+    }
+  const auto fit = fitSpinning(points, 16, 60, 0.01);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_EQ(fit->rows.size(), 16u);
+}
+
 /** \brief Puts points on the rays of a fit, in a grid of 1 mm, with the sensor somewhere. */
 scan::ScanFrame
 locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)

@@ -25,8 +25,8 @@ struct NumberParts {
   std::uint32_t low; ///< bits below the two highest ones, if there are such
 };
 
-/** \brief In a plane numbers are below this; what may be in the place of one is a word,
- * the first of which is as much. */
+/** \brief What is coded is a number, below this, or from this on a word, which has a
+ * symbol of its own: no point, at the sensor, beside its ray. */
 constexpr std::uint64_t first_word = std::uint64_t{1} << 32;
 
 /** \brief Splits a number. Without branches, which would be taken at random. */

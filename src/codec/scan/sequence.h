@@ -76,7 +76,7 @@ private:
   bool
   codeAll(CodingT& coding_now)
   {
-    constexpr std::size_t numbers_of_point = 6;
+    constexpr std::size_t numbers_of_point = 3;
     constexpr std::size_t points_at_once = 4096;
     for (std::size_t begin = 0, end = 0; begin < pixels_.size(); begin = end) {
       end = std::min(begin + points_at_once, pixels_.size());

@@ -285,7 +285,12 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
       // Nearly all are on their turned rays.
       if (off < 0.25) {
         EXPECT_LT(20 * frame.beside.size(), frame.pixels.size());
+        EXPECT_EQ(frame.turns.empty(), points.turns.empty());
       }
+      for (std::size_t point = 0; point < frame.turns.size(); ++point)
+        if (frame.depths[point] == scan::at_sensor) {
+          EXPECT_EQ(frame.turns[point], 0);
+        }
       scan::PointPlaces located(frame);
       for (const std::array<double, 3>& position : positions) {
         const scan::Triple place = located.next();
@@ -302,13 +307,17 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
 
 TEST(ScanLocator, RefusesWhatIsTooFarAway)
 {
-  scan::ScanFrame points = makeCamera();
-  addPoints(points, 2, false);
-  for (const double number : {std::nan(""), 0.7e5, -0.7e5, HUGE_VAL}) {
-    std::vector<std::array<double, 3>> positions = makePositions(points, 0.0);
-    positions.back()[1] = number;
-    scan::ScanFrame frame;
-    EXPECT_FALSE(locateAll(points, positions, frame)) << number;
+  for (const bool is_on_lattice : {false, true}) {
+    scan::ScanFrame points = makeCamera();
+    points.is_on_lattice = is_on_lattice;
+    addPoints(points, 2, false);
+    for (const double number : {std::nan(""), 0.7e5, -0.7e5, HUGE_VAL})
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::vector<std::array<double, 3>> positions = makePositions(points, 0.0);
+        positions.back()[axis] = number;
+        scan::ScanFrame frame;
+        EXPECT_FALSE(locateAll(points, positions, frame)) << number << ", " << axis;
+      }
   }
 }
 
