@@ -24,7 +24,7 @@ public:
     for (const TurnPoint& point : samples)
       count = std::max(count, point.column + 1);
     angles_.resize(count);
-    // As mean values are of angles that are near to each other.
+    // Means are of differences from these, as angles wrap.
     for (const TurnPoint& point : samples)
       angles_[point.column] = point.azimuth;
   }

@@ -17,7 +17,8 @@ namespace io {
 class ElevationRows {
 public:
   /** \brief Learns the elevations.
-   * \param[in] points at least some thousands of a cloud, in the coordinates of the sensor, metres
+   * \param[in] points of a cloud, some thousands are enough; in the coordinates of the
+   * sensor, metres
    * \return false if they are not at a few ones
    */
   bool

@@ -22,7 +22,8 @@ constexpr double nearest = 0.3;
 /** \brief Motions are not followed with fewer points. */
 constexpr std::size_t least_moving_points = 256;
 
-/** \brief Motions have few numbers: they are found with one of so many used columns. */
+/** \brief A motion is found with one of so many used columns first, as it has but a few
+ * unknowns. */
 constexpr std::uint32_t share_of_motion = 3;
 
 constexpr int most_motion_rounds = 12;
@@ -91,7 +92,7 @@ fitHeights(const PointsOfRow& points, RowFit& row)
 }
 
 /** \brief The same for all rows.
- * \return how many have points enough
+ * \return how many have enough points
  */
 std::size_t
 fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)

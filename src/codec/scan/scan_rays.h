@@ -133,12 +133,12 @@ public:
                                              : planarRay(column);
   }
 
-  /** \brief The sensor at a column: edges in units of 2^-32, and of 2^-30. */
+  /** \brief The sensor at a column. */
   struct Column {
-    Triple origin;
-    Triple ahead;
-    Triple left;
-    Triple up;
+    Triple origin; ///< edges, units of 2^-32
+    Triple ahead;  ///< of length 1, units of 2^-30
+    Triple left;   ///< likewise
+    Triple up;     ///< likewise
   };
 
   /** \brief Of a spinning sensor. */
