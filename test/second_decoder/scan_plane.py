@@ -115,8 +115,7 @@ class _Plane:
     def learn(self, pixel: int, expected: _Expectation, number: int) -> None:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
-        if pixel % self._width % 8 == 0:
-            self._costs.learn(expected.candidates, number)
+        self._costs.learn(expected.candidates, number)
 
 
 def _error_class(error: int) -> int:

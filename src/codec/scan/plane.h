@@ -53,9 +53,6 @@ constexpr std::size_t first_beside_context =
 constexpr std::size_t run_context = first_beside_context + beside_contexts;
 constexpr std::size_t plane_contexts = run_context + 1;
 
-/** \brief Sources are compared in one of so many columns. */
-constexpr std::uint32_t learnt_columns = 8;
-
 /** \brief How a gradient compares with the errors around, by the octave of one more than
  * it and the class of these. */
 constexpr auto gradient_relations = [] {
@@ -357,7 +354,7 @@ private:
         if (isNumber(number)) {
           last_ = number;
           error = distance(number, expected.number);
-          if (is_inside && column % learnt_columns == 0)
+          if (is_inside)
             learn(inside, past_number, number);
         }
       }
