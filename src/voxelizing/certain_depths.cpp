@@ -28,7 +28,7 @@ numbersOf(const scan::Triple& numbers, double unit)
 }
 
 /** \brief Places here are from 0 to less than it, and no ray leads to `beyond`, edges. */
-constexpr double farthest = 0x1p26;
+constexpr double farthest_place = 0x1p26;
 constexpr double beyond = 0x1p30;
 
 double
@@ -94,8 +94,9 @@ CertainDepths::setPlaces(const std::array<double, 3>* positions,
         std::abs(x - sensor_[0]), std::abs(y - sensor_[1]), std::abs(z - sensor_[2]));
     // Whole numbers tell whether it is at the sensor.
     // Each by itself, as one may be no number.
-    const bool is_known = x >= 0.0 && x < farthest && y >= 0.0 && y < farthest &&
-                          z >= 0.0 && z < farthest && from_sensor > 1.0;
+    const bool is_known = x >= 0.0 && x < farthest_place && y >= 0.0 &&
+                          y < farthest_place && z >= 0.0 && z < farthest_place &&
+                          from_sensor > 1.0;
     xs[i] = is_known ? x : beyond;
     ys[i] = is_known ? y : beyond;
     zs[i] = is_known ? z : beyond;
