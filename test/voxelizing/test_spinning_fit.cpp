@@ -92,9 +92,9 @@ TEST(SpinningFit, FindsRowsDepthsAndAngles)
   }
 }
 
-TEST(SpinningFit, FindsNoMotionInTooFewPoints)
+TEST(SpinningFit, NeedsNoPointsInTheColumnsThatMotionIsFoundInFirst)
 {
-  // Each third firing, of which the motion is found first, is too near for that.
+  // Each third firing, of which the motion is found first, is too near the sensor.
   std::vector<PixelPoint> points;
   for (std::uint32_t column = 0; column < 60; ++column)
     for (std::uint32_t row = 0; row < 16; ++row) {
