@@ -48,14 +48,14 @@ struct TakesColours<
 
 /** \brief Point types for which the library has the functions of PCL's octrees. */
 template <typename PointT>
-constexpr bool is_point_of_library = false;
+inline constexpr bool is_point_of_library = false;
 
 template <>
-constexpr bool is_point_of_library<PointXYZRGBI> = true;
+inline constexpr bool is_point_of_library<PointXYZRGBI> = true;
 
 #define PCL_EXT_POINT_OF_LIBRARY(r, data, PointT)                                      \
   template <>                                                                          \
-  constexpr bool is_point_of_library<PointT> = true;
+  inline constexpr bool is_point_of_library<PointT> = true;
 BOOST_PP_SEQ_FOR_EACH(PCL_EXT_POINT_OF_LIBRARY, _, PCL_XYZ_POINT_TYPES)
 #undef PCL_EXT_POINT_OF_LIBRARY
 
