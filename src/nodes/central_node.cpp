@@ -84,7 +84,9 @@ public:
   , settings_status_(checkSettings(settings))
   , listener_(std::move(listener))
   , pool_(settings_status_.ok() ? threadsOf(settings) : 1)
-  , merged_voxels_(settings.resolution, settings.origin)
+  , merged_voxels_(settings.resolution,
+                   settings.origin,
+                   settings_status_.ok() ? threadsOf(settings) : 1)
   {}
 
   // Joined first, as the threads use the other members.
@@ -241,16 +243,14 @@ private:
   mergeStreams(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
   {
     const Time now = settings_.clock();
-    MergeStatus status;
-    merged_voxels_.clear();
+    MergedVoxels::Streams streams;
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-      for (auto& [name, stream] : streams_)
-        status.streams.push_back(
-            {name,
-             merged_voxels_.add(*stream, now - settings_.max_merge_age, now, stamps)});
+      streams = streams_;
     }
-    merged_voxels_.finish(merged);
+    MergeStatus status;
+    status.streams = merged_voxels_.merge(
+        streams, {now - settings_.max_merge_age, now, stamps}, merged);
     return status;
   }
 

@@ -2,304 +2,437 @@
 #include "nodes/merged_voxels.h"
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/impl/colour_mean.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "voxelizing/common_step.h"
-#include "voxels/radix_sort.h"
+#include "voxelizing/run_at_once.h"
+#include "voxels/grid_fit.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <iterator>
+#include <limits>
 
 namespace pcl_ext {
 namespace nodes {
 
 namespace {
 
-// Lattice indices are -2^20 .. 2^20 - 1.
-constexpr std::int32_t lattice_end = std::int32_t{1} << (io::max_grid_depth - 1);
+constexpr float no_limit = std::numeric_limits<float>::infinity();
 
-/** \brief A voxelizer of points whose coordinates are voxels from the origin. */
-io::Voxelizer
-mergingVoxelizer()
+io::IntensityQuantiser
+mergingQuantiser()
 {
   io::EncoderSettings settings;
-  settings.resolution = 1.0;
-  settings.origin.emplace(); // does not move
   settings.aggregation = io::Aggregation::Sum;
   return {settings, IntensityUnit::Native};
 }
 
 /** \brief The lower one of the two middle values, which are reordered; 0 of none. */
-template <typename ValueT>
-ValueT
-median(std::vector<ValueT>& values)
+double
+median(std::vector<float>& values)
 {
   if (values.empty())
-    return ValueT(0);
+    return 0.0;
   const auto middle =
       values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
   std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return static_cast<double>(*middle);
 }
 
 bool
-isOrigin(const std::array<double, 3>& origin)
+isAllowedOrigin(const std::array<double, 3>& origin)
 {
   io::EncoderSettings settings;
   settings.origin = origin;
   return io::checkSettings(settings).ok();
 }
 
+io::VoxelColour
+meanOf(const SummedColour& sum)
+{
+  const auto mean = [&](std::size_t channel) {
+    return static_cast<std::uint8_t>(
+        (std::uint64_t{2} * sum.channels[channel] + sum.summands) /
+        (std::uint64_t{2} * sum.summands));
+  };
+  return {mean(0), mean(1), mean(2)};
+}
+
 } // namespace
 
-MergedVoxels::MergedVoxels(double resolution, const std::optional<Origin>& origin)
-: resolution_(resolution)
-, has_fixed_origin_(origin.has_value())
-, origin_(origin.value_or(Origin{}))
-{}
-
-void
-MergedVoxels::clear()
+MergedVoxels::MergedVoxels(double resolution,
+                           const std::optional<Origin>& origin,
+                           unsigned int threads)
+: has_fixed_origin_(origin.has_value())
+, threads_(threads)
+, sums_(threads)
+, quantiser_(mergingQuantiser())
+, frames_(threads)
 {
-  voxels_.clear();
-  parts_.clear();
+  scale_.grid.resolution = resolution;
+  scale_.grid.origin = origin.value_or(Origin{});
+  scale_.limit = no_limit;
 }
 
-std::optional<LatestFrame>
-MergedVoxels::add(ReceivedStream& stream,
-                  Time oldest,
-                  Time newest,
-                  const std::optional<StampRange>& stamps)
+std::vector<MergedStream>
+MergedVoxels::merge(const Streams& streams,
+                    const Selection& selection,
+                    io::VoxelFrame& merged)
 {
-  const std::optional<LatestFrame> latest =
-      stream.latestVoxels(oldest, newest, frame_, stamps);
-  if (!latest) {
-    stream.setMergedVoxels(0, 0);
-    return latest;
+  follow(streams, selection);
+  updateSums();
+  writeMerged(merged);
+  std::vector<MergedStream> merged_streams;
+  for (const auto& [name, stream] : streams) {
+    const Entry& entry = entries_.at(name);
+    stream->setMergedVoxels(entry.voxels.outsideLattice(),
+                            entry.voxels.countAbove(scale_.limit));
+    merged_streams.push_back({name, entry.frame});
   }
-  appendVoxels(frame_);
-  Part part{&stream, voxels_.size(), {}};
-  const std::uint32_t half = static_cast<std::uint32_t>(frame_.grid.size() / 2);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    part.middle[axis] = frame_.grid.centre(axis, half);
-  parts_.push_back(part);
-  return latest;
-}
-
-void
-MergedVoxels::finish(io::VoxelFrame& merged)
-{
-  const float limit = intensityLimit();
-  locateVoxels(limit);
-  const bool are_all_on_lattice = intensities_.size() == voxels_.size();
-  if (!are_all_on_lattice && !has_fixed_origin_ && moveOrigin())
-    locateVoxels(limit);
-  voxelize(merged);
-  mergeColours(merged);
-  if (memory_rule_.shouldRelease(voxels_.size() * sizeof(Voxel)))
+  constexpr std::size_t bytes_of_voxel = 32;
+  if (memory_rule_.shouldRelease(voxelCount() * bytes_of_voxel))
     releaseMemory();
+  return merged_streams;
 }
 
 void
-MergedVoxels::releaseMemory()
+MergedVoxels::releaseMemory() noexcept
 {
-  voxelizer_.reset();
-  frame_ = io::VoxelFrame();
-  voxels_ = std::vector<Voxel>();
-  parts_ = std::vector<Part>();
-  coordinates_ = std::vector<float>();
-  intensities_ = std::vector<float>();
-  magnitudes_ = std::vector<float>();
-  coloured_voxels_ = std::vector<ColouredVoxel>();
-  spare_colours_ = std::vector<ColouredVoxel>();
+  entries_.clear();
+  all_.clear();
+  sums_.clear();
+  has_grid_ = false;
+  for (io::VoxelFrame& frame : frames_)
+    frame = io::VoxelFrame();
+  intensities_ = std::vector<double>();
+  quantiser_.releaseMemory();
+}
+
+/** \brief Calls work(entry, thread) for all streams. */
+template <typename WorkT>
+void
+MergedVoxels::forEachEntry(const WorkT& work)
+{
+  constexpr std::size_t few = 16; // hardly worth a thread
+  std::atomic<std::size_t> next{0};
+  io::runAtOnce(std::min(threads_, 1 + all_.size() / few), [&](std::size_t thread) {
+    for (std::size_t i = next++; i < all_.size(); i = next++)
+      work(*all_[i], thread);
+  });
+}
+
+/** \brief Takes the latest voxels of all streams. */
+void
+MergedVoxels::follow(const Streams& streams, const Selection& selection)
+{
+  for (const auto& [name, stream] : streams)
+    entries_[name].source = stream;
+  all_.clear();
+  for (auto& [name, entry] : entries_)
+    all_.push_back(&entry);
+  forEachEntry([&](Entry& entry, std::size_t thread) {
+    followStream(selection, entry, frames_[thread]);
+  });
 }
 
 void
-MergedVoxels::appendVoxels(const io::VoxelFrame& frame)
+MergedVoxels::followStream(const Selection& selection,
+                           Entry& entry,
+                           io::VoxelFrame& voxels)
 {
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
-    Voxel voxel{};
-    voxel.centre = {frame.grid.centre(0, position.x),
-                    frame.grid.centre(1, position.y),
-                    frame.grid.centre(2, position.z)};
-    voxel.intensity = frame.hasIntensities()
-                          ? frame.intensity_scale.value(frame.intensities[i])
-                          : 1.0f;
-    voxel.has_colour = frame.colour_bits > 0;
-    if (voxel.has_colour)
-      voxel.colour = frame.fullColour(i);
-    voxels_.push_back(voxel);
+  const bool is_same_stream =
+      entry.source != nullptr && entry.stream.lock() == entry.source;
+  const std::size_t entered = is_same_stream && entry.frame ? entry.frame->number : 0;
+  std::optional<LatestFrame> latest;
+  if (entry.source != nullptr)
+    latest = entry.source->latestVoxels(
+        selection.oldest, selection.newest, voxels, selection.stamps, entered);
+  if (!latest)
+    entry.voxels.removeVoxels();
+  else if (latest->number != entered)
+    entry.voxels.replace(voxels);
+  entry.stream = entry.source;
+  entry.frame = latest;
+}
+
+/** \brief Enters what has changed in streams. */
+void
+MergedVoxels::updateSums()
+{
+  const bool is_other_scale = setScale();
+  const bool are_any_changed =
+      std::any_of(all_.begin(), all_.end(), [](const Entry* entry) {
+        return entry->voxels.hasChanges();
+      });
+  if (is_other_scale || !writeUpdates() ||
+      (are_any_changed && moveOrigin(voxelCount() - outsideLattice())))
+    enterAll();
+  else {
+    addUpdates();
+    if (isGridFarTooLarge())
+      enterAll();
+  }
+  endUpdate();
+}
+
+void
+MergedVoxels::endUpdate()
+{
+  forEachEntry([](Entry& entry, std::size_t) { entry.voxels.endUpdate(); });
+  for (auto entry = entries_.begin(); entry != entries_.end();)
+    entry = entry->second.source == nullptr ? entries_.erase(entry) : std::next(entry);
+  all_.clear();
+  for (auto& [name, entry] : entries_) {
+    entry.source.reset();
+    all_.push_back(&entry);
   }
 }
 
+/** \brief Writes the updates of all streams.
+ * \return false if voxels came outside of the grid */
 bool
-MergedVoxels::findIndex(const Voxel& voxel, const Origin& origin, Index& index) const
+MergedVoxels::writeUpdates()
 {
-  // A centre on a face is in the upper voxel, but may be just below after rounding.
-  constexpr double margin = 1.0 / 1024.0;
-  constexpr auto end = static_cast<double>(lattice_end);
-  const double voxels_per_metre = 1.0 / resolution_;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    // From the lower end of the lattice, so that a cast rounds down.
-    const double position =
-        (voxel.centre[axis] - origin[axis]) * voxels_per_metre + margin + end;
-    // Negated, so that NaN fails.
-    if (!(position >= 0.0 && position < 2.0 * end))
-      return false;
-    index[axis] = static_cast<std::int32_t>(position) - lattice_end;
-  }
-  return true;
+  std::atomic<bool> are_all_in_grid{true};
+  forEachEntry([&](Entry& entry, std::size_t) {
+    if (entry.voxels.hasChanges() && !entry.voxels.writeUpdates(scale_))
+      are_all_in_grid = false;
+  });
+  return are_all_in_grid;
+}
+
+void
+MergedVoxels::addUpdates()
+{
+  sums_.begin();
+  std::size_t updates = 0;
+  for (const Entry* entry : all_)
+    updates += entry->voxels.updates().size();
+  const auto add_to = [&](std::size_t part) {
+    for (const Entry* entry : all_)
+      sums_.add(part, entry->voxels.updates());
+  };
+  constexpr std::size_t few = 4096; // hardly worth a thread
+  if (updates > few)
+    io::runAtOnce(sums_.partCount(), add_to);
+  else
+    for (std::size_t part = 0; part < sums_.partCount(); ++part)
+      add_to(part);
+  sums_.settle();
+}
+
+/** \brief Enters all voxels of all streams anew, on a grid that has them. */
+void
+MergedVoxels::enterAll()
+{
+  std::optional<io::LatticeRange> range;
+  if (moveOrigin(measureAll(scale_.grid.origin, range)))
+    measureAll(scale_.grid.origin, range);
+  constexpr bool may_refit = true; // merged frames are independent
+  if (range)
+    scale_.grid = io::adaptGrid(scale_.grid, has_grid_, may_refit, *range);
+  has_grid_ |= range.has_value();
+  sums_.clear();
+  forEachEntry(
+      [&](Entry& entry, std::size_t) { entry.voxels.writeAllUpdates(scale_); });
+  addUpdates();
+}
+
+/** \brief Number of voxels on the lattice of an origin.
+ * \param[out] range of their indices; nothing if there are none */
+std::size_t
+MergedVoxels::measureAll(const Origin& origin,
+                         std::optional<io::LatticeRange>& range) const
+{
+  range.reset();
+  std::size_t on_lattice = 0;
+  for (const Entry* entry : all_)
+    on_lattice += entry->voxels.measure(scale_.grid.resolution, origin, range);
+  return on_lattice;
 }
 
 std::size_t
-MergedVoxels::countOnLattice(const Origin& origin) const
+MergedVoxels::outsideLattice() const
 {
-  Index index;
-  return static_cast<std::size_t>(
-      std::count_if(voxels_.begin(), voxels_.end(), [&](const Voxel& voxel) {
-        return findIndex(voxel, origin, index);
-      }));
+  std::size_t outside = 0;
+  for (const Entry* entry : all_)
+    outside += entry->voxels.outsideLattice();
+  return outside;
 }
 
-bool
-MergedVoxels::moveOrigin()
+std::size_t
+MergedVoxels::voxelCount() const
 {
-  const Origin before = origin_;
-  std::size_t most = intensities_.size();
-  const auto tryOrigin = [&](const Origin& origin) {
-    if (most == voxels_.size() || !isOrigin(origin))
+  std::size_t count = 0;
+  for (const Entry* entry : all_)
+    count += entry->voxels.voxels().size();
+  return count;
+}
+
+/** \brief Moves the origin to where more voxels are on its lattice, if there is such a
+ * one.
+ * \param[in] on_lattice number of voxels on that of the origin */
+bool
+MergedVoxels::moveOrigin(std::size_t on_lattice)
+{
+  const Origin before = scale_.grid.origin;
+  const std::size_t all = voxelCount();
+  if (has_fixed_origin_ || on_lattice == all)
+    return false;
+  const auto try_origin = [&](const Origin& origin) {
+    if (on_lattice == all || !isAllowedOrigin(origin))
       return;
-    const std::size_t on_lattice = countOnLattice(origin);
-    if (on_lattice <= most)
+    std::optional<io::LatticeRange> range;
+    const std::size_t count = measureAll(origin, range);
+    if (count <= on_lattice)
       return;
-    most = on_lattice;
-    origin_ = origin;
+    on_lattice = count;
+    scale_.grid.origin = origin;
   };
-  tryOrigin(Origin{});
-  for (const Part& part : parts_) {
-    // A corner of a voxel about the world's origin.
+  try_origin(Origin{});
+  for (const Entry* entry : all_) {
+    if (!entry->frame)
+      continue;
+    // A corner of a voxel about the world's origin, amid the stream's grid.
+    const io::VoxelGrid& grid = entry->voxels.voxels().grid;
+    const auto half = static_cast<std::uint32_t>(grid.size() / 2);
     Origin corner;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      corner[axis] = std::round(part.middle[axis] / resolution_) * resolution_;
-    tryOrigin(corner);
+      corner[axis] = std::round(grid.centre(axis, half) / scale_.grid.resolution) *
+                     scale_.grid.resolution;
+    try_origin(corner);
   }
-  return origin_ != before;
+  return scale_.grid.origin != before;
+}
+
+/** \brief Whether a grid for the voxels alone would be another one, see adaptGrid(). */
+bool
+MergedVoxels::isGridFarTooLarge() const
+{
+  constexpr unsigned int levels_of_quarters = 2;
+  if (!has_grid_ || scale_.grid.depth <= levels_of_quarters)
+    return false;
+  // A grid that is far too large has voxels in two adjacent quarters of each axis at
+  // most.
+  const unsigned int bits_of_part = 3 * (scale_.grid.depth - levels_of_quarters);
+  std::array<unsigned int, 3> quarters{}; // a bit for each
+  constexpr std::uint64_t parts = 64;
+  for (std::uint64_t part = 0; part < parts; ++part)
+    if (sums_.hasAnyBetween(part << bits_of_part, (part + 1) << bits_of_part)) {
+      const io::VoxelPosition position = io::voxelPosition(part);
+      quarters[0] |= 1u << position.x;
+      quarters[1] |= 1u << position.y;
+      quarters[2] |= 1u << position.z;
+    }
+  const auto are_adjacent = [](unsigned int mask) {
+    return mask == 1 || mask == 2 || mask == 4 || mask == 8 || mask == 3 || mask == 6 ||
+           mask == 12;
+  };
+  if (!std::all_of(quarters.begin(), quarters.end(), are_adjacent))
+    return false;
+  std::optional<io::LatticeRange> range;
+  measureAll(scale_.grid.origin, range);
+  return range && io::adaptGrid(scale_.grid, true, true, *range) != scale_.grid;
 }
 
 double
-MergedVoxels::typicalIntensity()
+MergedVoxels::typicalIntensity() const
 {
   std::vector<float> medians;
-  std::size_t next = 0;
-  for (const Part& part : parts_) {
-    magnitudes_.clear();
-    for (; next < part.end; ++next)
-      if (voxels_[next].intensity != 0.0f)
-        magnitudes_.push_back(std::abs(voxels_[next].intensity));
-    if (!magnitudes_.empty())
-      medians.push_back(median(magnitudes_));
-  }
-  return static_cast<double>(median(medians));
+  for (const Entry* entry : all_)
+    if (const std::optional<float> magnitude = entry->voxels.medianMagnitude())
+      medians.push_back(*magnitude);
+  return median(medians);
 }
 
+/** \brief The largest magnitude of an intensity beside which those of all streams have
+ * steps on a scale of 16 bits, see CentralNode::merge; no_limit if none is larger. */
 float
-MergedVoxels::intensityLimit()
+MergedVoxels::intensityLimit() const
 {
   constexpr double most_steps = 65535.0;
   constexpr double steps_of_typical = 64.0;
   io::CommonStep step;
   float highest = 0.0f;
-  for (const Voxel& voxel : voxels_) {
-    step.add(voxel.intensity);
-    highest = std::max(highest, std::abs(voxel.intensity));
+  std::size_t streams = 0;
+  for (const Entry* entry : all_) {
+    entry->voxels.addTo(step);
+    highest = std::max(highest, entry->voxels.highest());
+    streams += entry->frame ? 1 : 0;
   }
   const double exact = step.divisor() == 0 ? 0.0 : most_steps / step.divisor();
-  if (static_cast<double>(highest) <= exact || parts_.size() < 2)
-    return highest;
+  if (static_cast<double>(highest) <= exact || streams < 2)
+    return no_limit;
   // As long as a typical intensity has a step, those above it are as bright as they
   // are.
   const double typical = typicalIntensity();
   if (static_cast<double>(highest) <= typical * most_steps)
-    return highest;
-  const double beside_typical = typical * most_steps / steps_of_typical;
-  return static_cast<float>(
-      std::min(std::max(exact, beside_typical), static_cast<double>(highest)));
+    return no_limit;
+  const double limit = std::max(exact, typical * most_steps / steps_of_typical);
+  return limit < static_cast<double>(highest) ? static_cast<float>(limit) : no_limit;
+}
+
+/** \brief Sets what intensities add to sums.
+ * \return whether it is something else than before */
+bool
+MergedVoxels::setScale()
+{
+  // A sum of 2^22 of the largest intensities has less than 63 bits.
+  constexpr int bits_of_highest = 40;
+  constexpr int spare_bits = 1;
+  constexpr int most_spare_bits = 5;
+  const float limit = intensityLimit();
+  float highest = 0.0f;
+  for (const Entry* entry : all_)
+    highest = std::max(highest, std::min(limit, entry->voxels.highest()));
+  const bool is_other_limit = limit != scale_.limit;
+  scale_.limit = limit;
+  int exponent = 0;
+  std::frexp(highest, &exponent);
+  if (highest == 0.0f || (highest_exponent_ && exponent <= *highest_exponent_ &&
+                          exponent >= *highest_exponent_ - most_spare_bits))
+    return is_other_limit;
+  highest_exponent_ = exponent + spare_bits;
+  scale_.units = std::ldexp(1.0, bits_of_highest - *highest_exponent_);
+  return true;
 }
 
 void
-MergedVoxels::locateVoxels(float limit)
+MergedVoxels::writeMerged(io::VoxelFrame& merged)
 {
-  coordinates_.clear();
+  merged = io::VoxelFrame();
+  merged.grid = scale_.grid;
   intensities_.clear();
-  std::size_t next = 0;
-  for (const Part& part : parts_) {
-    std::size_t outside = 0;
-    std::size_t reduced = 0;
-    Index index;
-    for (; next < part.end; ++next) {
-      if (!findIndex(voxels_[next], origin_, index)) {
-        ++outside;
-        continue;
-      }
-      // Floats have enough bits for the middle of each voxel.
-      for (const std::int32_t coordinate : index)
-        coordinates_.push_back(static_cast<float>(coordinate) + 0.5f);
-      const float intensity = voxels_[next].intensity;
-      intensities_.push_back(std::clamp(intensity, -limit, limit));
-      reduced += std::abs(intensity) > limit ? 1 : 0;
-    }
-    part.stream->setMergedVoxels(outside, reduced);
-  }
-}
-
-void
-MergedVoxels::voxelize(io::VoxelFrame& merged)
-{
-  if (!voxelizer_)
-    voxelizer_.emplace(mergingVoxelizer());
-  io::PointView points;
-  points.coordinates = coordinates_.data();
-  points.coordinate_stride = 3 * sizeof(float);
-  points.intensities = intensities_.data();
-  points.intensity_stride = sizeof(float);
-  points.count = intensities_.size();
-  // Merged frames are independent: each has a grid and a scale of its own.
-  constexpr bool may_refit = true;
-  voxelizer_->voxelize(points, may_refit, merged);
-  merged.depth_model.reset();
-  merged.grid.resolution = resolution_;
-  merged.grid.origin = origin_;
-}
-
-void
-MergedVoxels::mergeColours(io::VoxelFrame& merged)
-{
-  coloured_voxels_.clear();
-  Index index;
-  for (const Voxel& voxel : voxels_) {
-    if (!voxel.has_colour || !findIndex(voxel, origin_, index))
+  const double step = 1.0 / scale_.units;
+  bool has_colours = false;
+  sums_.forEach(
+      [&](std::uint64_t key, const SummedVoxel& sum, const SummedColour& colour) {
+        merged.keys.push_back(key);
+        intensities_.push_back(static_cast<double>(sum.intensity) * step);
+        if (!has_colours && colour.summands == 0)
+          return;
+        has_colours = true;
+        // Black where no stream has a colour.
+        merged.colours.resize(merged.keys.size());
+        if (colour.summands != 0)
+          merged.colours.back() = meanOf(colour);
+      });
+  if (has_colours)
+    merged.colour_bits = 8;
+  io::CommonStep common;
+  for (const Entry* entry : all_) {
+    const EnteredStream& voxels = entry->voxels;
+    if (voxels.outsideLattice() == voxels.voxels().size())
       continue;
-    const auto position = [&](std::size_t axis) {
-      return static_cast<std::uint32_t>(index[axis] - merged.grid.first_index[axis]);
-    };
-    coloured_voxels_.push_back(
-        {io::mortonKey({position(0), position(1), position(2)}), voxel.colour});
+    if (scale_.limit < voxels.highest())
+      voxels.addTo(common, scale_.limit);
+    else
+      voxels.addTo(common);
   }
-  if (coloured_voxels_.empty())
-    return;
-  io::radixSort(coloured_voxels_, spare_colours_, io::usedBits(coloured_voxels_));
-  merged.colour_bits = 8;
-  merged.colours.reserve(merged.size());
-  std::size_t next = 0;
-  for (const std::uint64_t key : merged.keys) {
-    io::detail::ColourMean colours;
-    for (; next < coloured_voxels_.size() && coloured_voxels_[next].key == key; ++next)
-      colours.add(coloured_voxels_[next].colour);
-    // Black where no stream has a colour.
-    merged.colours.push_back(colours.mean().value_or(io::VoxelColour{}));
-  }
+  std::size_t vanished = 0;
+  constexpr bool may_refit = true; // each frame has a scale of its own
+  quantiser_.quantise(intensities_, common, may_refit, merged, vanished);
 }
 
 } // namespace nodes

@@ -2,131 +2,140 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/nodes/stream_health.h>
+#include <pcl_ext/nodes/central_node.h>
 
+#include "nodes/entered_stream.h"
 #include "nodes/received_stream.h"
-#include "voxelizing/voxelizer.h"
+#include "nodes/summed_voxels.h"
+#include "voxelizing/common_step.h"
+#include "voxelizing/intensity_quantiser.h"
 #include "voxels/memory_rule.h"
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Merges the voxels of streams on a common grid, see CentralNode::merge. For
- * one thread at a time. */
+/** \brief Merges the voxels of streams on a common grid, see CentralNode::merge.
+ *
+ * What streams have in common is kept from one merged frame to the next: sums of
+ * integers, to which voxels that came are added and from which those that went are
+ * taken away. All is entered anew only where the common grid, its origin or the limit of
+ * intensities changes. For one thread at a time.
+ */
 class MergedVoxels {
 public:
   using Origin = std::array<double, 3>;
+  using Streams = std::map<std::string, std::shared_ptr<ReceivedStream>>;
+
+  /** \brief Which frames of streams are merged: the latest ones, if they were decoded
+   * between two times or have one of some stamps. */
+  struct Selection {
+    Time oldest;
+    Time newest;
+    std::optional<StampRange> stamps;
+  };
 
   /** \param[in] resolution voxel edge of the common grid, metres
    * \param[in] origin of the common grid, metres; none: chosen from the voxels
+   * \param[in] threads that enter streams, 1 or more; the result does not depend on it
    */
-  MergedVoxels(double resolution, const std::optional<Origin>& origin);
+  MergedVoxels(double resolution,
+               const std::optional<Origin>& origin,
+               unsigned int threads);
 
-  /** \brief Begins a merged frame. */
+  /** \brief Merges streams. Tells them how many of their voxels are outside the common
+   * grid, and how many intensities were reduced.
+   * \return what of each stream is merged */
+  std::vector<MergedStream>
+  merge(const Streams& streams, const Selection& selection, io::VoxelFrame& merged);
+
+  /** \brief Drops all memory. To be called when merge() threw, which may have entered a
+   * part of the voxels. */
   void
-  clear();
-
-  /** \brief Adds the latest voxels of a stream, if they were decoded between two times or
-   * have one of some stamps.
-   * \return the frame that they are from; nothing if there are none */
-  std::optional<LatestFrame>
-  add(ReceivedStream& stream,
-      Time oldest,
-      Time newest,
-      const std::optional<StampRange>& stamps);
-
-  /** \brief Ends the merged frame. Tells the streams how many of
-   * their voxels are outside the common grid, and how many intensities were reduced. */
-  void
-  finish(io::VoxelFrame& merged);
-
-  /** \brief Drops the merged frame and all memory. To be called when add() or finish()
-   * threw, as the voxelizer may contain a part of the points. */
-  void
-  releaseMemory();
+  releaseMemory() noexcept;
 
 private:
-  using Index = std::array<std::int32_t, 3>;
-
-  /** \brief A voxel of a stream. */
-  struct Voxel {
-    std::array<double, 3> centre; ///< metres
-    float intensity;
-    bool has_colour;
-    io::VoxelColour colour; ///< in channels of 0 to 255
-  };
-
-  /** \brief The voxel of the merged frame that contains a coloured one of a stream. */
-  struct ColouredVoxel {
-    std::uint64_t key;
-    io::VoxelColour colour; ///< in channels of 0 to 255
-  };
-
-  /** \brief The voxels of a stream: up to `end`, from that of the one before it. */
-  struct Part {
-    ReceivedStream* stream;
-    std::size_t end;
-    Origin middle; ///< of the stream's grid, metres
+  /** \brief A stream of which voxels are, or were, merged. */
+  struct Entry {
+    std::shared_ptr<ReceivedStream> source; ///< null: it is removed
+    std::weak_ptr<ReceivedStream> stream;   ///< whose voxels are entered
+    std::optional<LatestFrame> frame;       ///< that its voxels are from
+    EnteredStream voxels;
   };
 
   void
-  appendVoxels(const io::VoxelFrame& frame);
+  follow(const Streams& streams, const Selection& selection);
+
+  static void
+  followStream(const Selection& selection, Entry& entry, io::VoxelFrame& voxels);
+
+  template <typename WorkT>
+  void
+  forEachEntry(const WorkT& work);
+
+  void
+  updateSums();
 
   bool
-  findIndex(const Voxel& voxel, const Origin& origin, Index& index) const;
+  writeUpdates();
+
+  void
+  addUpdates();
+
+  void
+  enterAll();
 
   std::size_t
-  countOnLattice(const Origin& origin) const;
+  measureAll(const Origin& origin, std::optional<io::LatticeRange>& range) const;
 
-  /** \brief Moves the origin to where more voxels are on its lattice, if there is such
-   * a one. */
+  std::size_t
+  outsideLattice() const;
+
+  void
+  endUpdate();
+
   bool
-  moveOrigin();
+  moveOrigin(std::size_t on_lattice);
 
-  /** \brief The median of the streams' median magnitudes, of intensities that are not
-   * 0; 0 if all are. Of two medians the lower one: a faulty intensity is a large
-   * one. */
+  bool
+  isGridFarTooLarge() const;
+
+  std::size_t
+  voxelCount() const;
+
   double
-  typicalIntensity();
+  typicalIntensity() const;
 
-  /** \brief The largest magnitude of an intensity beside which those of all streams
-   * have steps on a scale of 16 bits, see CentralNode::merge. */
   float
-  intensityLimit();
+  intensityLimit() const;
 
-  /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice.
-   * \param[in] limit of the magnitude of intensities
-   */
-  void
-  locateVoxels(float limit);
+  bool
+  setScale();
 
   void
-  voxelize(io::VoxelFrame& merged);
+  writeMerged(io::VoxelFrame& merged);
 
-  void
-  mergeColours(io::VoxelFrame& merged);
-
-  double resolution_;
-  bool has_fixed_origin_;
-  Origin origin_{};
-  std::optional<io::Voxelizer> voxelizer_; // created on first use
+  const bool has_fixed_origin_;
+  const std::size_t threads_;
+  std::map<std::string, Entry> entries_;
+  std::vector<Entry*> all_; // the same, to be shared among threads
+  MergedScale scale_;
+  bool has_grid_ = false;               // whether it is that of voxels
+  std::optional<int> highest_exponent_; // magnitudes are below 2 to this power
+  SummedVoxels sums_;
+  io::IntensityQuantiser quantiser_;
 
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
-  io::VoxelFrame frame_; // of the last stream that was added
-  std::vector<Voxel> voxels_;
-  std::vector<Part> parts_;
-  std::vector<float> coordinates_; // voxels from the origin
-  std::vector<float> intensities_;
-  std::vector<float> magnitudes_; // of the intensities of one stream
-  std::vector<ColouredVoxel> coloured_voxels_;
-  std::vector<ColouredVoxel> spare_colours_;
+  std::vector<io::VoxelFrame> frames_; // of each thread
+  std::vector<double> intensities_;
 };
 
 } // namespace nodes

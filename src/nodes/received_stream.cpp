@@ -348,7 +348,8 @@ std::optional<LatestFrame>
 ReceivedStream::latestVoxels(Time oldest,
                              Time newest,
                              io::VoxelFrame& voxels,
-                             const std::optional<StampRange>& stamps) const
+                             const std::optional<StampRange>& stamps,
+                             std::size_t known) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool was_decoded_then =
@@ -358,7 +359,8 @@ ReceivedStream::latestVoxels(Time oldest,
   if (!has_latest_ || (!was_decoded_then && !has_such_a_stamp))
     return std::nullopt;
   // After an exception the copy may have keys without intensities.
-  callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });
+  if (known != health_.frames_decoded)
+    callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });
   return LatestFrame{latest_stamp_, health_.frames_decoded};
 }
 

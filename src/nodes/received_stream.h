@@ -116,13 +116,16 @@ public:
 
   /** \brief Copies the latest voxels, if they were decoded between two times or have one
    * of some stamps. If a clock was set back, voxels may be newer than its time.
+   * \param[in] known number of the frame that is not copied, as the caller has it; 0:
+   * none
    * \return nothing if they were not; `voxels` is unchanged then
    */
   std::optional<LatestFrame>
   latestVoxels(Time oldest,
                Time newest,
                io::VoxelFrame& voxels,
-               const std::optional<StampRange>& stamps = std::nullopt) const;
+               const std::optional<StampRange>& stamps = std::nullopt,
+               std::size_t known = 0) const;
 
   /** \brief Sets how many of the latest voxels could not be merged, and how many with a
    * smaller intensity only. */

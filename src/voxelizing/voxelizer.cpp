@@ -207,14 +207,7 @@ private:
     LatticeRange range;
     if (!locator_.measureRange(points, range))
       return;
-    VoxelGrid grid = locator_.grid();
-    // One level more than required is kept as a reserve. Two are due to an outlier in a
-    // previous cloud.
-    const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
-    if (!has_grid_ || is_far_too_large)
-      grid = fitGrid(grid, range);
-    else if (!containsRange(grid, range))
-      grid = fitGrid(grid, unite(rangeOf(grid), range));
+    const VoxelGrid grid = io::adaptGrid(locator_.grid(), has_grid_, may_refit, range);
     has_grid_ = true;
     if (grid == locator_.grid())
       return;

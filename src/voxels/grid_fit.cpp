@@ -88,6 +88,20 @@ fitGrid(const VoxelGrid& lattice, const LatticeRange& range)
 }
 
 VoxelGrid
+adaptGrid(const VoxelGrid& grid,
+          bool has_points,
+          bool may_refit,
+          const LatticeRange& range)
+{
+  // One level more than required is kept as a reserve. Two are due to an outlier in a
+  // previous cloud.
+  const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
+  if (!has_points || is_far_too_large)
+    return fitGrid(grid, range);
+  return containsRange(grid, range) ? grid : fitGrid(grid, unite(rangeOf(grid), range));
+}
+
+VoxelGrid
 gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
 {
   LatticeRange range;

@@ -52,6 +52,19 @@ unite(const LatticeRange& first, const LatticeRange& second);
 VoxelGrid
 fitGrid(const VoxelGrid& lattice, const LatticeRange& range);
 
+/** \brief The grid for further points: the same while it contains them, and is not far
+ * too large.
+ * \param[in] grid of earlier points; none: of the same lattice
+ * \param[in] has_points whether there were any
+ * \param[in] may_refit a grid that is far too large is fitted again
+ * \param[in] range of the points
+ */
+VoxelGrid
+adaptGrid(const VoxelGrid& grid,
+          bool has_points,
+          bool may_refit,
+          const LatticeRange& range);
+
 /** \brief The grid of stream version 1 for a fixed box, which is clipped to the
  * lattice.
  * \param[in] lattice a grid of the lattice

@@ -1,0 +1,262 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "nodes/entered_stream.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+/** \brief Lattice indices of centres along one axis. */
+class LatticeAxis {
+public:
+  LatticeAxis(double resolution, double origin)
+  : voxels_per_metre_(1.0 / resolution), origin_(origin)
+  {}
+
+  /** \brief False if the index is outside of the lattice. */
+  bool
+  find(double centre, std::int32_t& index) const
+  {
+    // A centre on a face is in the upper voxel, but may be just below after rounding.
+    constexpr double margin = 1.0 / 1024.0;
+    constexpr auto end = static_cast<double>(io::lattice_end);
+    // From the lower end of the lattice, so that a cast rounds down.
+    const double position = (centre - origin_) * voxels_per_metre_ + margin + end;
+    // Negated, so that NaN fails.
+    if (!(position >= 0.0 && position < 2.0 * end))
+      return false;
+    index = static_cast<std::int32_t>(position) -
+            static_cast<std::int32_t>(io::lattice_end);
+    return true;
+  }
+
+private:
+  double voxels_per_metre_;
+  double origin_;
+};
+
+/** \brief Calls visit(voxel, index) for the voxels of a frame that are on the lattice of
+ * an origin.
+ * \return number of the others */
+template <typename VisitT>
+std::size_t
+forEachOnLattice(const io::VoxelFrame& frame,
+                 double resolution,
+                 const std::array<double, 3>& origin,
+                 VisitT&& visit)
+{
+  const LatticeAxis x(resolution, origin[0]);
+  const LatticeAxis y(resolution, origin[1]);
+  const LatticeAxis z(resolution, origin[2]);
+  EnteredStream::LatticeIndex index{};
+  std::size_t outside = 0;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
+    if (x.find(frame.grid.centre(0, position.x), index[0]) &&
+        y.find(frame.grid.centre(1, position.y), index[1]) &&
+        z.find(frame.grid.centre(2, position.z), index[2]))
+      visit(i, index);
+    else
+      ++outside;
+  }
+  return outside;
+}
+
+} // namespace
+
+void
+EnteredStream::replace(io::VoxelFrame& voxels)
+{
+  io::findChanges(voxels_, voxels, changes_);
+  std::swap(voxels_, voxels);
+  const std::size_t symbols = voxels_.hasIntensities()
+                                  ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
+                                  : 1;
+  if (changes_.gone.intensity_scale == changes_.came.intensity_scale &&
+      counts_.size() == symbols)
+    follow(changes_.gone, false);
+  else {
+    counts_.assign(symbols, 0);
+    are_other_symbols_ = true;
+  }
+  follow(changes_.came, true);
+  measureIntensities();
+}
+
+void
+EnteredStream::removeVoxels()
+{
+  io::VoxelFrame nothing;
+  nothing.grid = voxels_.grid;
+  nothing.intensity_scale = voxels_.intensity_scale;
+  nothing.colour_bits = voxels_.colour_bits;
+  nothing.depth_model = voxels_.depth_model;
+  replace(nothing);
+}
+
+/** \brief Counts the symbols of voxels. */
+void
+EnteredStream::follow(const io::VoxelFrame& voxels, bool is_added)
+{
+  const auto number = static_cast<std::uint32_t>(voxels.size());
+  if (number == 0)
+    return;
+  if (!voxels.hasIntensities()) {
+    are_other_symbols_ = true;
+    counts_[0] += is_added ? number : 0 - number;
+    return;
+  }
+  for (const std::uint16_t symbol : voxels.intensities) {
+    std::uint32_t& count = counts_[symbol];
+    are_other_symbols_ |= count == (is_added ? 0u : 1u);
+    count += is_added ? 1u : ~0u;
+  }
+}
+
+/** \brief Finds what symbols there are. */
+void
+EnteredStream::measureIntensities()
+{
+  if (!are_other_symbols_)
+    return;
+  are_other_symbols_ = false;
+  highest_ = 0.0f;
+  step_ = io::CommonStep();
+  for (std::size_t symbol = 0; symbol < counts_.size(); ++symbol) {
+    if (counts_[symbol] == 0)
+      continue;
+    const float intensity = intensityOf(symbol);
+    highest_ = std::max(highest_, std::abs(intensity));
+    step_.add(intensity);
+  }
+}
+
+void
+EnteredStream::appendUpdates(const io::VoxelFrame& voxels,
+                             bool are_added,
+                             const MergedScale& scale)
+{
+  const auto limit = static_cast<double>(scale.limit);
+  const std::size_t outside = forEachOnLattice(
+      voxels,
+      scale.grid.resolution,
+      scale.grid.origin,
+      [&](std::size_t i, const LatticeIndex& index) {
+        std::array<std::uint32_t, 3> position;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::int64_t from_grid =
+              std::int64_t{index[axis]} - scale.grid.first_index[axis];
+          has_all_in_grid_ &= from_grid >= 0 && from_grid < scale.grid.size();
+          position[axis] = static_cast<std::uint32_t>(from_grid);
+        }
+        VoxelUpdate update{};
+        update.key = io::mortonKey({position[0], position[1], position[2]});
+        const float intensity =
+            voxels.hasIntensities()
+                ? voxels.intensity_scale.value(voxels.intensities[i])
+                : 1.0f;
+        const double reduced =
+            std::clamp(static_cast<double>(intensity), -limit, limit);
+        update.intensity =
+            static_cast<std::int64_t>(std::nearbyint(reduced * scale.units));
+        update.is_added = are_added;
+        update.has_colour = voxels.colour_bits > 0;
+        if (update.has_colour)
+          update.colour = voxels.fullColour(i);
+        updates_.push_back(update);
+      });
+  outside_lattice_ += are_added ? outside : 0 - outside;
+}
+
+bool
+EnteredStream::writeUpdates(const MergedScale& scale)
+{
+  updates_.clear();
+  has_all_in_grid_ = true;
+  appendUpdates(changes_.gone, false, scale);
+  appendUpdates(changes_.came, true, scale);
+  return has_all_in_grid_;
+}
+
+void
+EnteredStream::writeAllUpdates(const MergedScale& scale)
+{
+  updates_.clear();
+  outside_lattice_ = 0;
+  appendUpdates(voxels_, true, scale);
+}
+
+void
+EnteredStream::endUpdate()
+{
+  // That of all voxels is hardly ever needed again.
+  if (updates_.size() > voxels_.size() / 2) {
+    updates_ = std::vector<VoxelUpdate>();
+    changes_ = io::VoxelChanges();
+    return;
+  }
+  changes_.gone.clearVoxels();
+  changes_.came.clearVoxels();
+  updates_.clear();
+}
+
+std::size_t
+EnteredStream::measure(double resolution,
+                       const std::array<double, 3>& origin,
+                       std::optional<io::LatticeRange>& range) const
+{
+  const std::size_t outside = forEachOnLattice(
+      voxels_, resolution, origin, [&](std::size_t, const LatticeIndex& index) {
+        range =
+            range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
+      });
+  return voxels_.size() - outside;
+}
+
+void
+EnteredStream::addTo(io::CommonStep& step, float limit) const
+{
+  for (std::size_t symbol = 0; symbol < counts_.size(); ++symbol)
+    if (counts_[symbol] != 0)
+      step.add(std::clamp(intensityOf(symbol), -limit, limit));
+}
+
+std::size_t
+EnteredStream::countAbove(float limit) const
+{
+  std::size_t count = 0;
+  if (limit < highest_)
+    for (std::size_t symbol = 0; symbol < counts_.size(); ++symbol)
+      count += std::abs(intensityOf(symbol)) > limit ? counts_[symbol] : 0;
+  return count;
+}
+
+std::optional<float>
+EnteredStream::medianMagnitude() const
+{
+  std::vector<std::pair<float, std::size_t>> magnitudes; // and how many there are
+  std::size_t total = 0;
+  for (std::size_t symbol = 0; symbol < counts_.size(); ++symbol) {
+    const float magnitude = std::abs(intensityOf(symbol));
+    if (counts_[symbol] == 0 || magnitude == 0.0f)
+      continue;
+    magnitudes.emplace_back(magnitude, counts_[symbol]);
+    total += counts_[symbol];
+  }
+  if (total == 0)
+    return std::nullopt;
+  std::sort(magnitudes.begin(), magnitudes.end());
+  std::size_t left = (total - 1) / 2;
+  for (const auto& [magnitude, count] : magnitudes) {
+    if (left < count)
+      return magnitude;
+    left -= count;
+  }
+  return magnitudes.back().first;
+}
+
+} // namespace nodes
+} // namespace pcl_ext
