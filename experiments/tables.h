@@ -28,6 +28,11 @@ measureAtOnce(const Options& options, std::ostream& output);
 void
 printScale(const Options& options, std::ostream& output);
 
+/** \brief What it costs to decode many streams, to merge them 20 times a second, and to
+ * encode what is merged; Markdown. */
+void
+printCentre(const Options& options, std::ostream& output);
+
 /** \brief What the pictures show, as CSV files in a folder: Figures 5, 7, 10 and 11. One
  * frame of each sensor. */
 void

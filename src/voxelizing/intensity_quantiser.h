@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "voxelizing/common_step.h"
@@ -16,7 +17,7 @@ namespace io {
 
 /** \brief Quantises voxel intensities to symbols, and chooses the scale as far as the
  * settings leave it automatic, by the rule of heldRange. */
-class IntensityQuantiser {
+class PCL_EXT_CODEC_EXPORT IntensityQuantiser {
 public:
   /** \brief A quantiser for one stream.
    * \param[in] settings as accepted by checkSettings

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 
 #include <array>
 #include <cstdint>
@@ -41,7 +42,7 @@ LatticeRange
 rangeOf(const VoxelGrid& grid);
 
 /** \brief The smallest range that contains two others. */
-LatticeRange
+PCL_EXT_CODEC_EXPORT LatticeRange
 unite(const LatticeRange& first, const LatticeRange& second);
 
 /** \brief The smallest grid on a lattice that contains a range, centred on the range as
@@ -59,7 +60,7 @@ fitGrid(const VoxelGrid& lattice, const LatticeRange& range);
  * \param[in] may_refit a grid that is far too large is fitted again
  * \param[in] range of the points
  */
-VoxelGrid
+PCL_EXT_CODEC_EXPORT VoxelGrid
 adaptGrid(const VoxelGrid& grid,
           bool has_points,
           bool may_refit,
