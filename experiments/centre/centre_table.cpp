@@ -42,7 +42,7 @@ class MovedStream {
 public:
   MovedStream(double resolution, io::Effort effort)
   : voxels_apart_(static_cast<std::int32_t>(cell_distance / resolution))
-  , encoder_(resolution, settingsOf(effort))
+  , encoder_(settingsOf(effort))
   {}
 
   std::vector<Bytes>
@@ -92,7 +92,7 @@ public:
   Centre(const std::vector<std::vector<Bytes>>& streams,
          double resolution,
          io::Effort effort)
-  : streams_(streams), node_(settingsOf(resolution)), encoder_(resolution, of(effort))
+  : streams_(streams), node_(settingsOf(resolution)), encoder_(of(effort))
   {
     for (std::size_t i = 0; i < streams_.size(); ++i)
       node_.addStream(std::to_string(i));

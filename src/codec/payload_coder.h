@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 
 #include "codec/frame_limits.h"
 #include "voxels/memory_rule.h"
@@ -68,7 +69,7 @@ struct CodedPayload {
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn.
  * See DecodingMemory. */
-class CodingWorkspace {
+class PCL_EXT_CODEC_EXPORT CodingWorkspace {
 public:
   CodingWorkspace();
   ~CodingWorkspace();

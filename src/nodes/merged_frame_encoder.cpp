@@ -1,32 +1,19 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/merged_frame_encoder.h"
 
+#include "bytes/exceptions.h"
+
 #include <algorithm>
 #include <chrono>
 
 namespace pcl_ext {
 namespace nodes {
 
-namespace {
-
-io::EncoderSettings
-encoderSettings(double resolution, const io::StreamSettings& stream)
-{
-  io::EncoderSettings settings;
-  settings.resolution = resolution;
-  settings.effort = stream.effort;
-  settings.i_frame_rate = stream.i_frame_rate;
-  settings.aggregation = io::Aggregation::Sum;
-  constexpr unsigned int all_bits = 8;
-  settings.colour_bits = all_bits;
-  return settings;
-}
-
-} // namespace
-
-MergedFrameEncoder::MergedFrameEncoder(double resolution,
-                                       const io::StreamSettings& stream)
-: encoder_(encoderSettings(resolution, stream), IntensityUnit::Native)
+MergedFrameEncoder::MergedFrameEncoder(const io::StreamSettings& stream)
+: encoder_(io::StreamFormat::Version1,
+           stream.i_frame_rate,
+           stream.effort,
+           stream.first_frame_number)
 {}
 
 io::CompressionStatus
@@ -35,39 +22,46 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
                            const std::string& frame_id,
                            std::vector<std::uint8_t>& bytes)
 {
-  bytes.clear();
-  coordinates_.clear();
-  intensities_.clear();
-  colours_.clear();
-  io::forEachPreciseCentre(merged, [&](auto x, auto y, auto z, float intensity) {
-    for (const auto coordinate : {x, y, z})
-      coordinates_.push_back(static_cast<double>(coordinate));
-    intensities_.push_back(intensity);
-  });
-  if (merged.colour_bits > 0)
-    for (std::size_t i = 0; i < merged.size(); ++i) {
-      const io::VoxelColour colour = merged.fullColour(i);
-      constexpr unsigned int red = 16;
-      constexpr unsigned int green = 8;
-      colours_.push_back((std::uint32_t{colour.r} << red) |
-                         (std::uint32_t{colour.g} << green) | colour.b);
-    }
-  io::PointView points;
-  points.count = intensities_.size();
-  points.double_coordinates = coordinates_.data();
-  points.coordinate_stride = 3 * sizeof(double);
-  points.intensities = intensities_.data();
-  points.intensity_stride = sizeof(float);
-  if (merged.colour_bits > 0) {
-    points.colours = colours_.data();
-    points.colour_stride = sizeof(std::uint32_t);
-  }
   const auto microseconds =
       std::chrono::duration_cast<std::chrono::microseconds>(stamp).count();
-  io::CloudInfo info;
-  info.stamp = io::FrameStamp{
-      static_cast<std::uint64_t>(std::max<std::int64_t>(0, microseconds)), frame_id};
-  return encoder_.encode(points, info, bytes);
+  return callOrElse(
+      [&] {
+        return encoder_.encode(
+            onHeldScale(merged),
+            io::FrameStamp{
+                static_cast<std::uint64_t>(std::max<std::int64_t>(0, microseconds)),
+                frame_id},
+            bytes);
+      },
+      outOfMemoryStatus<io::CompressionStatus>);
+}
+
+/** \brief A frame on the scale of the last one, if that has its intensities: another
+ * scale would take an I-frame. */
+const io::VoxelFrame&
+MergedFrameEncoder::onHeldScale(const io::VoxelFrame& merged)
+{
+  constexpr unsigned int most_bits = 16;
+  const io::IntensityScale& scale = merged.intensity_scale;
+  const bool has_same_numbers = held_.offset == scale.offset &&
+                                held_.step == scale.step && held_.bits >= scale.bits;
+  // Without a common step the step is a share of the largest intensity.
+  const bool has_coarser_steps = held_.offset == scale.offset &&
+                                 held_.step > scale.step && held_.bits == most_bits &&
+                                 scale.bits == most_bits;
+  if (encoder_.isIFrameDue() || !(has_same_numbers || has_coarser_steps))
+    held_ = scale;
+  if (held_ == scale)
+    return merged;
+  frame_ = merged;
+  frame_.intensity_scale = held_;
+  if (has_coarser_steps) {
+    const double ratio =
+        static_cast<double>(scale.step) / static_cast<double>(held_.step);
+    for (std::uint16_t& number : frame_.intensities)
+      number = static_cast<std::uint16_t>(static_cast<double>(number) * ratio + 0.5);
+  }
+  return frame_;
 }
 
 } // namespace nodes

@@ -1,11 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/nodes/stream_health.h>
+
+#include "stream/frame_encoder.h"
 
 #include <cstdint>
 #include <string>
@@ -24,10 +25,8 @@ namespace nodes {
  */
 class PCL_EXT_EXPORT MergedFrameEncoder {
 public:
-  /** \param[in] resolution of the common grid, metres
-   * \param[in] stream effort and i_frame_rate are used; colours are kept in 8 bits
-   */
-  MergedFrameEncoder(double resolution, const io::StreamSettings& stream);
+  /** \param[in] stream effort, i_frame_rate and first_frame_number are used */
+  explicit MergedFrameEncoder(const io::StreamSettings& stream);
 
   /** \brief Makes the next frame an I-frame. */
   void
@@ -42,7 +41,7 @@ public:
    * negative
    * \param[in] frame_id coordinate frame of the voxels, up to 1024 bytes
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \return as CloudEncoder::encode
+   * \return as FrameEncoder::encode
    */
   io::CompressionStatus
   encode(const io::VoxelFrame& merged,
@@ -51,11 +50,12 @@ public:
          std::vector<std::uint8_t>& bytes);
 
 private:
-  io::CloudEncoder encoder_;
-  // Keep their memory.
-  std::vector<double> coordinates_;
-  std::vector<float> intensities_;
-  std::vector<std::uint32_t> colours_;
+  const io::VoxelFrame&
+  onHeldScale(const io::VoxelFrame& merged);
+
+  io::FrameEncoder encoder_;
+  io::IntensityScale held_; // of the last frame
+  io::VoxelFrame frame_;    // with the scale that is held; keeps its memory
 };
 
 } // namespace nodes

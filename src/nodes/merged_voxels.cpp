@@ -105,6 +105,7 @@ MergedVoxels::releaseMemory() noexcept
   has_grid_ = false;
   for (io::VoxelFrame& frame : frames_)
     frame = io::VoxelFrame();
+  sums_of_voxels_ = std::vector<std::int64_t>();
   intensities_ = std::vector<double>();
   quantiser_.releaseMemory();
 }
@@ -398,28 +399,10 @@ MergedVoxels::setScale()
   return true;
 }
 
-void
-MergedVoxels::writeMerged(io::VoxelFrame& merged)
+/** \brief The common step of the intensities on the lattice. */
+io::CommonStep
+MergedVoxels::commonStep() const
 {
-  merged = io::VoxelFrame();
-  merged.grid = scale_.grid;
-  intensities_.clear();
-  const double step = 1.0 / scale_.units;
-  bool has_colours = false;
-  sums_.forEach(
-      [&](std::uint64_t key, const SummedVoxel& sum, const SummedColour& colour) {
-        merged.keys.push_back(key);
-        intensities_.push_back(static_cast<double>(sum.intensity) * step);
-        if (!has_colours && colour.summands == 0)
-          return;
-        has_colours = true;
-        // Black where no stream has a colour.
-        merged.colours.resize(merged.keys.size());
-        if (colour.summands != 0)
-          merged.colours.back() = meanOf(colour);
-      });
-  if (has_colours)
-    merged.colour_bits = 8;
   io::CommonStep common;
   for (const Entry* entry : all_) {
     const EnteredStream& voxels = entry->voxels;
@@ -430,9 +413,76 @@ MergedVoxels::writeMerged(io::VoxelFrame& merged)
     else
       voxels.addTo(common);
   }
+  return common;
+}
+
+void
+MergedVoxels::writeMerged(io::VoxelFrame& merged)
+{
+  merged.clearVoxels();
+  merged.fields.clear();
+  merged.has_point_counts = false;
+  merged.depth_model.reset();
+  merged.viewpoint = {};
+  merged.grid = scale_.grid;
+  const io::CommonStep common = commonStep();
+  merged.colour_bits = writeVoxels(merged) ? 8 : 0;
+  if (common.divisor() == 1 && setWholeIntensities(merged))
+    return;
   std::size_t vanished = 0;
   constexpr bool may_refit = true; // each frame has a scale of its own
+  const double step = 1.0 / scale_.units;
+  intensities_.clear();
+  for (const std::int64_t sum : sums_of_voxels_)
+    intensities_.push_back(static_cast<double>(sum) * step);
   quantiser_.quantise(intensities_, common, may_refit, merged, vanished);
+}
+
+/** \brief Writes keys and colours, and lists the sums of intensities.
+ * \return whether there are colours */
+bool
+MergedVoxels::writeVoxels(io::VoxelFrame& merged)
+{
+  sums_of_voxels_.clear();
+  bool has_colours = false;
+  sums_.forEach(
+      [&](std::uint64_t key, const SummedVoxel& sum, const SummedColour& colour) {
+        merged.keys.push_back(key);
+        sums_of_voxels_.push_back(sum.intensity);
+        if (!has_colours && colour.summands == 0)
+          return;
+        has_colours = true;
+        // Black where no stream has a colour.
+        merged.colours.resize(merged.keys.size());
+        if (colour.summands != 0)
+          merged.colours.back() = meanOf(colour);
+      });
+  return has_colours;
+}
+
+/** \brief Sets intensities that are whole numbers of 0 to 65535, as the quantiser
+ * would.
+ * \return false if not all are */
+bool
+MergedVoxels::setWholeIntensities(io::VoxelFrame& merged) const
+{
+  if (scale_.units < 1.0)
+    return false;
+  const int shift = std::ilogb(scale_.units); // a power of two
+  constexpr std::int64_t highest_number = 65535;
+  std::int64_t highest = 0;
+  merged.intensities.resize(sums_of_voxels_.size());
+  for (std::size_t i = 0; i < sums_of_voxels_.size(); ++i) {
+    const std::int64_t number = sums_of_voxels_[i] >> shift;
+    if (number < 0 || number > highest_number)
+      return false;
+    highest = std::max(highest, number);
+    merged.intensities[i] = static_cast<std::uint16_t>(number);
+  }
+  merged.intensity_scale = io::IntensityScale();
+  while (highest > static_cast<std::int64_t>(merged.intensity_scale.maxSymbol()))
+    ++merged.intensity_scale.bits;
+  return true;
 }
 
 } // namespace nodes

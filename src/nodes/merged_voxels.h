@@ -119,8 +119,17 @@ private:
   bool
   setScale();
 
+  io::CommonStep
+  commonStep() const;
+
   void
   writeMerged(io::VoxelFrame& merged);
+
+  bool
+  writeVoxels(io::VoxelFrame& merged);
+
+  bool
+  setWholeIntensities(io::VoxelFrame& merged) const;
 
   const bool has_fixed_origin_;
   const std::size_t threads_;
@@ -135,6 +144,7 @@ private:
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
   std::vector<io::VoxelFrame> frames_; // of each thread
+  std::vector<std::int64_t> sums_of_voxels_;
   std::vector<double> intensities_;
 };
 

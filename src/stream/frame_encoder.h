@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
 
 #include "codec/published/frame.h"
@@ -19,7 +20,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Encodes the frames of one stream, voxels or points. */
-class FrameEncoder {
+class PCL_EXT_CODEC_EXPORT FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] format bitstream to write

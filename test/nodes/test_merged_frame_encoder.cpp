@@ -48,7 +48,7 @@ scaleOf(float offset, float step)
 
 /** \brief A centre whose merged frames are a stream. */
 struct Zone {
-  Zone() : node(centralSettings()), encoder(resolution, {}) {}
+  Zone() : node(centralSettings()), encoder({}) {}
 
   Bytes
   next(std::size_t number)

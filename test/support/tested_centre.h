@@ -35,7 +35,7 @@ using TestTime = std::atomic<Time>;
 class TestedCentre {
 public:
   explicit TestedCentre(const TestTime& now, bool has_thread = false)
-  : encoder_(0.04, {})
+  : encoder_({})
   , centre_(settingsOf(now, has_thread), {}, [this](const auto& frame) { take(frame); })
   {
     EXPECT_TRUE(centre_.settingsStatus().ok());

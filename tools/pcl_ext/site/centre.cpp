@@ -31,7 +31,7 @@ requestingListener(const Centre::RequestIFrame& request_i_frame)
 } // namespace
 
 Centre::Grid::Grid(Centre& centre_of_site, double resolution)
-: encoder(resolution, centre_of_site.options_.stream)
+: encoder(centre_of_site.options_.stream)
 , map(centre_of_site.options_.map, resolution, centre_of_site.console_)
 , centre(centre_of_site.settingsOf(resolution),
          requestingListener(centre_of_site.request_i_frame_),
