@@ -443,19 +443,23 @@ MergedVoxels::writeMerged(io::VoxelFrame& merged)
 bool
 MergedVoxels::writeVoxels(io::VoxelFrame& merged)
 {
-  sums_of_voxels_.clear();
+  const std::size_t count = sums_.size();
+  merged.keys.resize(count);
+  sums_of_voxels_.resize(count);
   bool has_colours = false;
+  std::size_t i = 0;
   sums_.forEach(
       [&](std::uint64_t key, const SummedVoxel& sum, const SummedColour& colour) {
-        merged.keys.push_back(key);
-        sums_of_voxels_.push_back(sum.intensity);
-        if (!has_colours && colour.summands == 0)
-          return;
-        has_colours = true;
-        // Black where no stream has a colour.
-        merged.colours.resize(merged.keys.size());
-        if (colour.summands != 0)
-          merged.colours.back() = meanOf(colour);
+        merged.keys[i] = key;
+        sums_of_voxels_[i] = sum.intensity;
+        if (colour.summands != 0) {
+          // Black where no stream has a colour.
+          if (!has_colours)
+            merged.colours.resize(count);
+          has_colours = true;
+          merged.colours[i] = meanOf(colour);
+        }
+        ++i;
       });
   return has_colours;
 }

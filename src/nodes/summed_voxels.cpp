@@ -8,19 +8,6 @@
 namespace pcl_ext {
 namespace nodes {
 
-namespace {
-
-template <typename OctantT>
-bool
-isEmpty(const OctantT& octant)
-{
-  return std::all_of(octant.begin(), octant.end(), [](const auto& voxel) {
-    return voxel.summands == 0;
-  });
-}
-
-} // namespace
-
 void
 SummedVoxels::clear() noexcept
 {
@@ -37,6 +24,7 @@ SummedVoxels::findOrInsert(Part& part, std::uint64_t octant_key)
   if (found != io::BlockDirectory::not_found)
     return found;
   part.octants.emplace_back();
+  part.occupied.push_back(0);
   part.are_in_order.push_back(0);
   part.keys.push_back(octant_key);
   part.directory.insert(octant_key);
@@ -74,8 +62,18 @@ SummedVoxels::add(std::size_t part_index, const std::vector<VoxelUpdate>& update
         static_cast<std::int64_t>(update.is_added ? sum + amount : sum - amount);
     const std::uint32_t one = update.is_added ? 1u : ~0u;
     voxel.summands += one;
-    if (voxel.summands == 0 && isEmpty(part.octants[index]))
-      part.emptied.push_back(index);
+    const auto bit = static_cast<std::uint8_t>(1u << cell);
+    std::uint8_t& occupied = part.occupied[index];
+    if (voxel.summands == 0) {
+      occupied = static_cast<std::uint8_t>(occupied & ~bit);
+      --part.voxels;
+      if (occupied == 0)
+        part.emptied.push_back(index);
+    }
+    else if ((occupied & bit) == 0) {
+      occupied = static_cast<std::uint8_t>(occupied | bit);
+      ++part.voxels;
+    }
     if (!update.has_colour)
       continue;
     if (part.colours.size() <= index)
@@ -118,7 +116,7 @@ SummedVoxels::dropEmptied()
   bool is_any_empty = false;
   for (Part& part : parts_) {
     for (const std::uint32_t index : part.emptied)
-      if (isEmpty(part.octants[index])) {
+      if (part.occupied[index] == 0) {
         part.are_in_order[index] = 0;
         is_any_empty = true;
       }
@@ -182,12 +180,23 @@ SummedVoxels::removeEmpty(Part& part) const
       continue;
     kept.keys.push_back(part.keys[i]);
     kept.octants.push_back(part.octants[i]);
+    kept.occupied.push_back(part.occupied[i]);
     kept.directory.insert(part.keys[i]);
     if (i < part.colours.size())
       kept.colours.push_back(part.colours[i]);
   }
   kept.are_in_order.assign(count, 1);
+  kept.voxels = part.voxels;
   part = std::move(kept);
+}
+
+std::size_t
+SummedVoxels::size() const
+{
+  std::size_t count = 0;
+  for (const Part& part : parts_)
+    count += part.voxels;
+  return count;
 }
 
 bool

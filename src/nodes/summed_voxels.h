@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "simd/bit_operations.h"
 #include "voxels/block_directory.h"
 
 #include <array>
@@ -73,21 +74,31 @@ public:
   void
   settle();
 
+  /** \brief Number of voxels. */
+  std::size_t
+  size() const;
+
   /** \brief Calls visit(key, SummedVoxel, SummedColour) for each voxel, in ascending
    * order of their keys. After settle(). */
   template <typename VisitT>
   void
   forEach(VisitT&& visit) const
   {
-    for (const Place& place : order_) {
-      const Part& part = parts_[place.part];
-      const SummedOctant& octant = part.octants[place.index];
-      const bool has_colours = place.index < part.colours.size();
-      for (std::size_t cell = 0; cell < cells; ++cell)
-        if (octant[cell].summands != 0)
-          visit(place.key * cells + cell,
-                octant[cell],
-                has_colours ? part.colours[place.index][cell] : SummedColour());
+    constexpr std::size_t ahead = 8;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      if (i + ahead < order_.size())
+        prefetch(&octantAt(order_[i + ahead]));
+      const Place& place = order_[i];
+      const SummedOctant& octant = octantAt(place);
+      const std::vector<ColouredOctant>& colours = parts_[place.part].colours;
+      const bool has_colours = place.index < colours.size();
+      for (unsigned int left = parts_[place.part].occupied[place.index]; left != 0;
+           left &= left - 1) {
+        const std::size_t cell = lowestBit(left);
+        visit(place.key * cells + cell,
+              octant[cell],
+              has_colours ? colours[place.index][cell] : SummedColour());
+      }
     }
   }
 
@@ -112,10 +123,12 @@ private:
     io::BlockDirectory directory;
     std::vector<std::uint64_t> keys;
     std::vector<SummedOctant> octants;
+    std::vector<std::uint8_t> occupied;  ///< cells of each
     std::vector<ColouredOctant> colours; ///< of the first ones; the others have none
     std::vector<std::uint8_t> are_in_order;
     std::vector<std::uint32_t> added;   ///< those that are not in the order yet
     std::vector<std::uint32_t> emptied; ///< those that lost their last voxel
+    std::size_t voxels = 0;
   };
 
   std::size_t
@@ -125,6 +138,12 @@ private:
                ? 0
                : static_cast<std::size_t>((octant_key * 0x9e3779b97f4a7c15) >> 32) %
                      part_count_;
+  }
+
+  const SummedOctant&
+  octantAt(const Place& place) const
+  {
+    return parts_[place.part].octants[place.index];
   }
 
   static std::uint32_t
