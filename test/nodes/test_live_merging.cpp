@@ -1,0 +1,234 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Merged frames of streams that change, end and begin again are those of the
+ * voxels that the streams have, whatever was merged before.
+ */
+#include "support/node_tests.h"
+
+#include <cmath>
+
+namespace {
+
+using namespace pcl_ext::nodes::test;
+using pcl_ext::io::VoxelColour;
+
+constexpr double resolution = 0.04;
+constexpr float step = 0.5f;
+
+/** \brief What is merged in a voxel. */
+struct Sum {
+  double intensity = 0.0;
+  std::array<unsigned int, 3> channels{};
+  unsigned int colours = 0;
+
+  VoxelColour
+  colour() const
+  {
+    if (colours == 0)
+      return {};
+    const auto mean = [&](std::size_t i) {
+      return static_cast<std::uint8_t>(
+          std::floor(static_cast<double>(channels[i]) / colours + 0.5));
+    };
+    return {mean(0), mean(1), mean(2)};
+  }
+};
+
+using Sums = std::map<std::array<std::int64_t, 3>, Sum>;
+
+/** \brief A stream of which a part changes from frame to frame. */
+class ChangingStream {
+public:
+  ChangingStream(std::uint64_t seed, double edge, bool has_colours) : random_(seed)
+  {
+    frame_ = pcl_ext::io::test::emptyFrame(6);
+    frame_.grid.resolution = edge;
+    frame_.intensity_scale.step = step;
+    frame_.colour_bits = has_colours ? 8 : 0;
+    for (std::int32_t& index : frame_.grid.first_index)
+      index = static_cast<std::int32_t>(below(random_, 40)) - 20;
+  }
+
+  const VoxelFrame&
+  frame() const
+  {
+    return frame_;
+  }
+
+  void
+  change()
+  {
+    constexpr std::size_t all = 300;
+    constexpr std::size_t few = 25;
+    const std::uint64_t kind = below(random_, 12);
+    if (kind == 0)
+      voxels_.clear(); // a frame without voxels
+    if (kind == 1)
+      frame_.grid.first_index[below(random_, 3)] += 7; // all voxels are elsewhere
+    if (kind == 2)
+      frame_.grid.first_index[0] += 3000; // the merged grid grows
+    if (kind == 3 && frame_.grid.first_index[0] > 3000)
+      frame_.grid.first_index[0] -= 3000;
+    for (std::size_t i = 0; !voxels_.empty() && i < few; ++i)
+      voxels_.erase(voxels_.lower_bound(below(random_, voxels_.rbegin()->first + 1)));
+    const std::size_t added = kind == 0 ? 0 : voxels_.empty() ? all : few;
+    for (std::size_t i = 0; i < added; ++i)
+      voxels_[below(random_, 1u << 15)] =
+          static_cast<std::uint16_t>(below(random_, 256));
+    writeFrame();
+  }
+
+  void
+  addTo(Sums& sums) const
+  {
+    for (std::size_t i = 0; i < frame_.size(); ++i) {
+      const auto position = pcl_ext::io::voxelPosition(frame_.keys[i]);
+      const auto index = [&](std::size_t axis, std::uint32_t place) {
+        return static_cast<std::int64_t>(
+            std::floor(frame_.grid.centre(axis, place) / resolution + 1e-6));
+      };
+      Sum& sum =
+          sums[{index(0, position.x), index(1, position.y), index(2, position.z)}];
+      sum.intensity += frame_.intensities[i] * static_cast<double>(step);
+      if (frame_.colour_bits == 0)
+        continue;
+      ++sum.colours;
+      sum.channels[0] += frame_.colours[i].r;
+      sum.channels[1] += frame_.colours[i].g;
+      sum.channels[2] += frame_.colours[i].b;
+    }
+  }
+
+private:
+  void
+  writeFrame()
+  {
+    pcl_ext::io::test::clearVoxels(frame_);
+    for (const auto& [key, intensity] : voxels_) {
+      frame_.keys.push_back(key);
+      frame_.intensities.push_back(intensity);
+      const auto channel = [&](unsigned int shift) {
+        return static_cast<std::uint8_t>(key * 2654435761u >> shift);
+      };
+      if (frame_.colour_bits > 0)
+        frame_.colours.push_back({channel(3), channel(7), channel(11)});
+    }
+  }
+
+  std::mt19937_64 random_;
+  VoxelFrame frame_;
+  std::map<std::uint64_t, std::uint16_t> voxels_;
+};
+
+void
+expectSums(const VoxelFrame& merged, const Sums& expected)
+{
+  ASSERT_TRUE(isConsistent(merged));
+  ASSERT_EQ(merged.size(), expected.size());
+  for (std::size_t i = 0; i < merged.size(); ++i) {
+    const auto found = expected.find(pcl_ext::io::test::latticeIndex(merged, i));
+    ASSERT_NE(found, expected.end());
+    ASSERT_EQ(static_cast<double>(merged.intensity_scale.value(merged.intensities[i])),
+              found->second.intensity);
+    if (merged.colour_bits > 0)
+      ASSERT_EQ(merged.colours[i], found->second.colour());
+    else
+      ASSERT_EQ(found->second.colours, 0u);
+  }
+}
+
+/** \brief The same streams in nodes of one thread and of several. */
+class LiveMerging : public ::testing::TestWithParam<std::uint64_t> {
+protected:
+  void
+  addStream(const std::string& name)
+  {
+    const std::uint64_t seed = 1000 * GetParam() + ++added_;
+    const double edge = added_ % 4 == 0 ? 2.0 * resolution : resolution;
+    streams_.erase(name);
+    streams_.emplace(name, ChangingStream(seed, edge, added_ % 3 == 0));
+    received_.erase(name);
+    for (CentralNode* node : {&one_thread_, &several_threads_}) {
+      node->removeStream(name);
+      node->addStream(name);
+    }
+  }
+
+  void
+  removeStream(const std::string& name)
+  {
+    received_.erase(name);
+    one_thread_.removeStream(name);
+    several_threads_.removeStream(name);
+  }
+
+  void
+  sendNext(const std::string& name)
+  {
+    ChangingStream& stream = streams_.at(name);
+    stream.change();
+    for (CentralNode* node : {&one_thread_, &several_threads_})
+      sendAndWait(*node, name, coded(stream.frame()));
+    received_[name] = clock_.clock()();
+  }
+
+  void
+  expectMerged()
+  {
+    Sums expected;
+    for (const auto& [name, time] : received_)
+      if (clock_.clock()() - time <= std::chrono::seconds(2))
+        streams_.at(name).addTo(expected);
+    VoxelFrame merged;
+    ASSERT_TRUE(one_thread_.merge(merged).ok());
+    expectSums(merged, expected);
+    VoxelFrame by_several;
+    ASSERT_TRUE(several_threads_.merge(by_several).ok());
+    expectSameFrame(by_several, merged);
+  }
+
+  static CentralNodeSettings
+  settings(FakeClock& clock, unsigned int threads)
+  {
+    CentralNodeSettings settings = centralSettings();
+    settings.clock = clock.clock();
+    settings.threads = threads;
+    return settings;
+  }
+
+  FakeClock clock_;
+  CentralNode one_thread_{settings(clock_, 1)};
+  CentralNode several_threads_{settings(clock_, 3)};
+  std::map<std::string, ChangingStream> streams_;
+  std::map<std::string, Time> received_;
+  std::uint64_t added_ = 0;
+};
+
+TEST_P(LiveMerging, HasWhatTheStreamsHaveNow)
+{
+  std::mt19937_64 random(GetParam());
+  constexpr std::size_t most = 40; // so many that threads share them
+  std::chrono::milliseconds now{1000};
+  for (std::size_t i = 0; i < most; ++i)
+    addStream(std::to_string(i));
+  for (std::size_t round = 0; round < 30; ++round) {
+    now += std::chrono::milliseconds(round % 10 == 9 ? 1900 : 150);
+    clock_.set(now);
+    for (std::size_t i = 0; i < most; ++i)
+      if (received_.count(std::to_string(i)) == (below(random, 3) == 0 ? 0u : 1u) ||
+          round == 0)
+        sendNext(std::to_string(i));
+    const std::string name = std::to_string(below(random, most));
+    if (below(random, 4) == 0)
+      addStream(name); // another one of this name
+    ASSERT_NO_FATAL_FAILURE(expectMerged()) << round;
+  }
+  for (std::size_t i = 0; i < most; ++i)
+    removeStream(std::to_string(i));
+  expectMerged();
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, LiveMerging, ::testing::Values(1, 2));
+
+} // namespace
