@@ -38,35 +38,39 @@ makeCellsNear()
 
 inline constexpr CellsNear cells_near = makeCellsNear();
 
-/** \brief A set of voxels in which neighbours are counted. */
-class BlockNeighbours {
+/** \brief Finds the blocks around a block. What is counted there is a set of voxels: a
+ * mask for each block, in the order of the blocks. */
+class BlocksAround {
 public:
-  /** \brief Sets the voxels.
-   * \param[in] keys Morton keys, ascending
-   * \param[in] depth of their grid
+  /** \brief Sets the blocks.
+   * \param[in] keys Morton keys of the blocks
+   * \param[in] depth of the grid of their voxels
    */
   void
   assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
   {
     levels_ = io::levelsAboveBlocks(depth);
-    blocks_.assign(keys);
-    directory_.assign(blocks_.keys);
+    directory_.assign(keys);
   }
 
-  /** \brief Removes the voxels, and releases memory. */
-  void
-  releaseMemory()
+  /** \brief The cells of a block that are in a set. */
+  std::uint64_t
+  maskOf(const std::vector<std::uint64_t>& set, std::uint64_t block) const
   {
-    blocks_ = io::BlockList();
-    directory_ = io::BlockDirectory();
+    const std::uint32_t index = directory_.find(block);
+    return index == io::BlockDirectory::not_found ? 0 : set[index];
   }
 
-  /** \brief Number of the 26 voxels around a voxel that are in the set.
+  /** \brief Number of the 26 voxels around a voxel that are in a set.
+   * \param[in] own the cells of the voxel's block that are in the set
    * \param[in] key of the voxel
    * \param[in] enough counting ends when it has reached this number
    */
   unsigned int
-  count(std::uint64_t key, unsigned int enough = 26) const
+  count(const std::vector<std::uint64_t>& set,
+        std::uint64_t own,
+        std::uint64_t key,
+        unsigned int enough) const
   {
     const std::uint64_t block = key >> io::block_key_bits;
     const auto cell = static_cast<unsigned int>(key % io::block_cells);
@@ -74,7 +78,7 @@ public:
                                             (cell >> 4 & 1) << 1 | (cell >> 1 & 1),
                                             (cell >> 3 & 1) << 1 | (cell & 1)};
     unsigned int number =
-        bitCount(maskOf(block) & ~(std::uint64_t{1} << cell) & cells_near[0][at[0]][0] &
+        bitCount(own & ~(std::uint64_t{1} << cell) & cells_near[0][at[0]][0] &
                  cells_near[1][at[1]][0] & cells_near[2][at[2]][0]);
     unsigned int edges = 0; // a bit for each axis on which the next block is near
     for (unsigned int axis = 0; axis < 3; ++axis)
@@ -84,19 +88,30 @@ public:
          crossed = (crossed - 1) & edges) {
       std::uint64_t other = block;
       if (cross(crossed, at, other))
-        number += bitCount(maskOf(other) & cells_near[0][at[0]][crossed & 1] &
+        number += bitCount(maskOf(set, other) & cells_near[0][at[0]][crossed & 1] &
                            cells_near[1][at[1]][crossed >> 1 & 1] &
                            cells_near[2][at[2]][crossed >> 2]);
     }
     return number;
   }
 
-  /** \brief True if a voxel, or one of the 26 around it, is in the set. */
-  bool
-  isNear(std::uint64_t key) const
+  /** \brief Those of some cells of a block, none of a set, that have a voxel of the set
+   * among the 26 around them.
+   * \param[in] own the cells of the block that are in the set */
+  std::uint64_t
+  nextTo(const std::vector<std::uint64_t>& set,
+         std::uint64_t own,
+         std::uint64_t block,
+         std::uint64_t cells) const
   {
-    return (maskOf(key >> io::block_key_bits) >> key % io::block_cells & 1) != 0 ||
-           count(key, 1) != 0;
+    std::uint64_t near = own;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      near |= io::occupiedAcross(near, 0, axis) | io::occupiedAcross(near, 0, axis + 3);
+    std::uint64_t found = cells & near;
+    for (std::uint64_t left = cells & ~near; left != 0; left &= left - 1)
+      if (count(set, 0, block << io::block_key_bits | lowestBit(left), 1) != 0)
+        found |= left & (0 - left);
+    return found;
   }
 
 private:
@@ -115,16 +130,73 @@ private:
     return true;
   }
 
-  std::uint64_t
-  maskOf(std::uint64_t block) const
+  unsigned int levels_ = 0;
+  io::BlockDirectory directory_;
+};
+
+/** \brief A set of voxels in which neighbours are counted. */
+class BlockNeighbours {
+public:
+  /** \brief Sets the voxels.
+   * \param[in] keys Morton keys, ascending
+   * \param[in] depth of their grid
+   */
+  void
+  assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
   {
-    const std::uint32_t index = directory_.find(block);
-    return index == io::BlockDirectory::not_found ? 0 : blocks_.masks[index];
+    blocks_.assign(keys);
+    around_.assign(blocks_.keys, depth);
   }
 
-  unsigned int levels_ = 0;
+  /** \brief Removes the voxels, and releases memory. */
+  void
+  releaseMemory()
+  {
+    *this = BlockNeighbours();
+  }
+
+  /** \brief Their blocks. */
+  const io::BlockList&
+  blocks() const
+  {
+    return blocks_;
+  }
+
+  /** \brief Number of the 26 voxels around a voxel that are in the set.
+   * \param[in] key of the voxel
+   * \param[in] enough counting ends when it has reached this number
+   */
+  unsigned int
+  count(std::uint64_t key, unsigned int enough = 26) const
+  {
+    return around_.count(blocks_.masks, ownOf(key), key, enough);
+  }
+
+  /** \brief True if a voxel, or one of the 26 around it, is in the set. */
+  bool
+  isNear(std::uint64_t key) const
+  {
+    const std::uint64_t own = ownOf(key);
+    return (own >> key % io::block_cells & 1) != 0 ||
+           around_.count(blocks_.masks, own, key, 1) != 0;
+  }
+
+  /** \brief As BlocksAround::nextTo(). */
+  std::uint64_t
+  nextTo(std::uint64_t own, std::uint64_t block, std::uint64_t cells) const
+  {
+    return around_.nextTo(blocks_.masks, own, block, cells);
+  }
+
+private:
+  std::uint64_t
+  ownOf(std::uint64_t key) const
+  {
+    return around_.maskOf(blocks_.masks, key >> io::block_key_bits);
+  }
+
   io::BlockList blocks_;
-  io::BlockDirectory directory_;
+  BlocksAround around_;
 };
 
 } // namespace PCL_EXT_ABI
