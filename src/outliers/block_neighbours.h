@@ -39,26 +39,34 @@ makeCellsNear()
 inline constexpr CellsNear cells_near = makeCellsNear();
 
 /** \brief Finds the blocks around a block. What is counted there is a set of voxels: a
- * mask for each block, in the order of the blocks. */
+ * mask for each block, in the order of the blocks. Blocks are found by the node blocks
+ * that they are in, which are so few that they stay in the processor's cache. */
 class BlocksAround {
 public:
   /** \brief Sets the blocks.
-   * \param[in] keys Morton keys of the blocks
+   * \param[in] keys Morton keys of the blocks, ascending
    * \param[in] depth of the grid of their voxels
    */
   void
   assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
   {
     levels_ = io::levelsAboveBlocks(depth);
-    directory_.assign(keys);
+    nodes_.assign(keys);
+    directory_.assign(nodes_.keys);
   }
 
   /** \brief The cells of a block that are in a set. */
   std::uint64_t
   maskOf(const std::vector<std::uint64_t>& set, std::uint64_t block) const
   {
-    const std::uint32_t index = directory_.find(block);
-    return index == io::BlockDirectory::not_found ? 0 : set[index];
+    const std::uint32_t node = directory_.find(block >> io::block_key_bits);
+    if (node == io::BlockDirectory::not_found)
+      return 0;
+    const std::uint64_t bit = std::uint64_t{1} << block % io::block_cells;
+    const std::uint64_t blocks = nodes_.masks[node];
+    return (blocks & bit) == 0
+               ? 0
+               : set[nodes_.first_voxels[node] + bitCount(blocks & (bit - 1))];
   }
 
   /** \brief Number of the 26 voxels around a voxel that are in a set.
@@ -131,6 +139,7 @@ private:
   }
 
   unsigned int levels_ = 0;
+  io::BlockList nodes_; // whose voxels are the blocks
   io::BlockDirectory directory_;
 };
 

@@ -40,11 +40,26 @@ public:
   static Direction
   directionOf(const std::array<float, 3>& from_sensor)
   {
-    std::size_t axis = 0;
-    for (const std::size_t other : {std::size_t{1}, std::size_t{2}})
-      if (std::fabs(from_sensor[other]) > std::fabs(from_sensor[axis]))
-        axis = other;
-    const float depth = std::fabs(from_sensor[axis]);
+    // The axes in their order from that of the face on; without an array, whose members
+    // would be read before they are written.
+    const auto [x, y, z] = from_sensor;
+    std::uint32_t axis = 0;
+    float ahead = x;
+    float row = y;
+    float column = z;
+    if (std::fabs(y) > std::fabs(ahead)) {
+      axis = 1;
+      ahead = y;
+      row = z;
+      column = x;
+    }
+    if (std::fabs(z) > std::fabs(ahead)) {
+      axis = 2;
+      ahead = z;
+      row = x;
+      column = y;
+    }
+    const float depth = std::fabs(ahead);
     // -1..1 -> squares
     const auto square = [depth](float across) {
       return std::min(static_cast<std::uint32_t>((across / depth + 1.0f) * 128.0f),
@@ -52,12 +67,8 @@ public:
     };
     if (!(depth > 0.0f))
       return {0, 0.0f};
-    const std::size_t face = 2 * axis + (from_sensor[axis] < 0.0f ? 1 : 0);
-    return {(static_cast<std::uint32_t>(face) * width +
-             square(from_sensor[(axis + 1) % 3])) *
-                    width +
-                square(from_sensor[(axis + 2) % 3]),
-            depth};
+    const std::uint32_t face = 2 * axis + (ahead < 0.0f ? 1 : 0);
+    return {(face * width + square(row)) * width + square(column), depth};
   }
 
   /** \brief Takes a depth, if it is the least of its square. */
