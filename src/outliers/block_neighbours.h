@@ -88,17 +88,28 @@ public:
     unsigned int number =
         bitCount(own & ~(std::uint64_t{1} << cell) & cells_near[0][at[0]][0] &
                  cells_near[1][at[1]][0] & cells_near[2][at[2]][0]);
-    unsigned int edges = 0; // a bit for each axis on which the next block is near
-    for (unsigned int axis = 0; axis < 3; ++axis)
-      edges |= at[axis] == 0 || at[axis] == 3 ? 1u << axis : 0u;
+    if (number >= enough)
+      return number;
+    // A bit for each axis on which the next block is near, and how its key differs.
+    unsigned int edges = 0;
+    std::array<std::uint64_t, 3> differences{};
+    for (unsigned int axis = 0; axis < 3; ++axis) {
+      std::uint64_t next = block;
+      if ((at[axis] == 0 && io::neighbourBlock(block, axis, levels_, next)) ||
+          (at[axis] == 3 && io::neighbourBlock(block, axis + 3, levels_, next)))
+        edges |= 1u << axis;
+      differences[axis] = next ^ block;
+    }
     // The non-empty subsets of the edges.
     for (unsigned int crossed = edges; crossed != 0 && number < enough;
          crossed = (crossed - 1) & edges) {
       std::uint64_t other = block;
-      if (cross(crossed, at, other))
-        number += bitCount(maskOf(set, other) & cells_near[0][at[0]][crossed & 1] &
-                           cells_near[1][at[1]][crossed >> 1 & 1] &
-                           cells_near[2][at[2]][crossed >> 2]);
+      for (unsigned int axis = 0; axis < 3; ++axis)
+        other ^= differences[axis] & (0 - std::uint64_t{crossed >> axis & 1});
+      const std::uint64_t near =
+          maskOf(set, other) & cells_near[0][at[0]][crossed & 1] &
+          cells_near[1][at[1]][crossed >> 1 & 1] & cells_near[2][at[2]][crossed >> 2];
+      number += near == 0 ? 0 : bitCount(near);
     }
     return number;
   }
@@ -123,21 +134,6 @@ public:
   }
 
 private:
-  /** \brief Replaces a block by the next one on some axes.
-   * \return false at the end of the grid
-   */
-  bool
-  cross(unsigned int axes,
-        const std::array<unsigned int, 3>& at,
-        std::uint64_t& block) const
-  {
-    for (unsigned int axis = 0; axis < 3; ++axis)
-      if ((axes >> axis & 1) != 0 &&
-          !io::neighbourBlock(block, at[axis] == 0 ? axis : axis + 3, levels_, block))
-        return false;
-    return true;
-  }
-
   unsigned int levels_ = 0;
   io::BlockList nodes_; // whose voxels are the blocks
   io::BlockDirectory directory_;
