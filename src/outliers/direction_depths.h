@@ -3,6 +3,8 @@
 
 #include <pcl_ext/version.h>
 
+#include "bytes/reserve_ahead.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,8 +81,10 @@ public:
     if (face.empty())
       face.assign(face_size, unseen);
     float& depth = face[direction.square % face_size];
-    if (depth == unseen)
-      squares_.push_back(direction.square);
+    // Without a branch, which would be mispredicted.
+    io::ensureSize(squares_, count_ + 1);
+    squares_[count_] = direction.square;
+    count_ += static_cast<std::size_t>(depth == unseen);
     depth = std::min(depth, direction.depth);
   }
 
@@ -92,26 +96,30 @@ public:
     return face.empty() ? unseen : face[square % face_size];
   }
 
-  /** \brief The squares that have one. */
-  const std::vector<std::uint32_t>&
-  squares() const
+  /** \brief Calls a function with each square that has one. */
+  template <typename Visit>
+  void
+  forEachSquare(Visit&& visit) const
   {
-    return squares_;
+    for (std::size_t i = 0; i < count_; ++i)
+      visit(squares_[i]);
   }
 
   void
   clear()
   {
-    for (const std::uint32_t square : squares_)
+    forEachSquare([this](std::uint32_t square) {
       faces_[square / face_size][square % face_size] = unseen;
-    squares_.clear();
+    });
+    count_ = 0;
   }
 
 private:
   static constexpr std::uint32_t face_size = width * width;
 
   std::array<std::vector<float>, 6> faces_; // empty until there is a depth
-  std::vector<std::uint32_t> squares_;      // that are not unseen
+  std::vector<std::uint32_t> squares_;      // count_ of them are not unseen
+  std::size_t count_ = 0;
 };
 
 } // namespace PCL_EXT_ABI

@@ -59,8 +59,9 @@ public:
   add(const DirectionDepths& rays, double resolution)
   {
     const auto edge = static_cast<float>(resolution);
-    for (const std::uint32_t square : rays.squares())
+    rays.forEachSquare([&](std::uint32_t square) {
       depths_.add({square, rays[square] / edge});
+    });
   }
 
   /** \brief Releases memory that assign() allocates again. */

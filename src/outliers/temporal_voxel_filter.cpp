@@ -110,7 +110,7 @@ public:
   std::size_t
   rememberedVoxels() const
   {
-    return tracked_.size();
+    return tracked_.count;
   }
 
 private:
@@ -144,7 +144,7 @@ private:
       forgetVoxels();
     else
       filterVoxels(frame, status);
-    if (memory_rule_.shouldRelease(tracked_.size()))
+    if (memory_rule_.shouldRelease(tracked_.count))
       releaseMemory();
     is_interrupted_ = false;
   }
@@ -158,7 +158,7 @@ private:
     const std::size_t part =
         presence_.isAnyNoisy() ? same_noisy_scene_part : same_scene_part;
     if (part * hit_count_ < shown_count_ ||
-        tracked_.size() > mostTracked(frame.size())) {
+        tracked_.count > mostTracked(frame.size())) {
       forgetVoxels();
       status = TemporalFilterStatus();
       update(frame, status);
@@ -295,7 +295,7 @@ void
 TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
 {
   std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  order.reserve(tracked_.size());
+  order.reserve(tracked_.count);
   std::size_t voxel = 0;
   for (std::size_t i = 0; i < tracked_.blocks.size(); ++i)
     for (std::uint64_t left = tracked_.shown[i] | tracked_.seldom[i]; left != 0;
@@ -316,8 +316,11 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
     }
   std::sort(order.begin(), order.end());
   next_.clear();
+  next_.reserve(order.size());
   for (const auto& [key, i] : order) {
-    next_.push(tracked_, i);
+    next_.push(tracked_.voxels[i]);
+    if (!tracked_.colours.empty())
+      next_.colours.push_back(tracked_.colours[i]);
     const std::uint64_t cell = std::uint64_t{1} << key % io::block_cells;
     const bool is_shown = tracked_.voxels[i].is_shown;
     next_.pushBlock(
@@ -331,7 +334,8 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
 void
 TemporalVoxelFilter::Implementation::changeScale(const io::IntensityScale& scale)
 {
-  for (TrackedVoxel& voxel : tracked_.voxels) {
+  for (std::size_t i = 0; i < tracked_.count; ++i) {
+    TrackedVoxel& voxel = tracked_.voxels[i];
     const std::uint32_t symbol =
         io::lowestSymbol(scale, scale_.value(voxel.intensity.shown()));
     voxel.intensity.restart(
@@ -403,7 +407,8 @@ TemporalVoxelFilter::Implementation::learnValues(const io::VoxelFrame& frame,
                                                  std::size_t voxel)
 {
   if (frame.hasIntensities())
-    next_.voxels.back().intensity.add(valueOf(frame, voxel), usual_intensities_);
+    next_.voxels[next_.count - 1].intensity.add(valueOf(frame, voxel),
+                                                usual_intensities_);
   if (frame.colour_bits > 0) {
     HeldColour& colour = next_.colours.back();
     colour[0].add(frame.colours[voxel].r, usual_colours_);
@@ -420,7 +425,7 @@ TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame,
   keys_.push_back(key);
   if (frame.hasIntensities())
     shown_intensities_.push_back(
-        symbolOf(frame, key, next_.voxels.back().intensity.shown()));
+        symbolOf(frame, key, next_.voxels[next_.count - 1].intensity.shown()));
   if (frame.colour_bits > 0) {
     HeldColour& colour = next_.colours.back();
     shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
@@ -440,7 +445,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
   keys_.clear();
   shown_intensities_.clear();
   shown_colours_.clear();
-  io::reserveAhead(next_.voxels, tracked_.size() + frame.size());
+  next_.reserve(tracked_.count + frame.size());
   const io::BlockList& hits = presence_.surfaces().occupied(0).blocks();
   Walk walk{frame, status};
   std::size_t i = 0;
@@ -472,22 +477,28 @@ TemporalVoxelFilter::Implementation::updateBlock(const BlockCells& block, Walk& 
   const std::uint64_t tracked = block.shown | block.seldom;
   std::uint64_t shown = 0;
   std::uint64_t seldom = 0;
+  const bool has_colours = walk.frame.colour_bits > 0;
   for (std::uint64_t left = tracked | block.hits; left != 0; left &= left - 1) {
     const std::uint64_t bit = left & (0 - left);
+    const bool is_tracked = (tracked & bit) != 0;
     // In place, as a copy of the record would wait for its members to be written.
-    if ((tracked & bit) != 0)
-      next_.push(tracked_, walk.tracked++);
-    else
-      next_.push(walk.frame.colour_bits > 0);
-    TrackedVoxel& voxel = next_.voxels.back();
+    TrackedVoxel& voxel =
+        next_.push(is_tracked ? tracked_.voxels[walk.tracked] : TrackedVoxel());
+    if (has_colours)
+      next_.colours.push_back(is_tracked ? tracked_.colours[walk.tracked]
+                                         : HeldColour());
+    walk.tracked += is_tracked ? 1 : 0;
     if (((block.shown | block.hits) & bit) != 0)
       updateVoxel(block, bit, is_near & bit, walk);
     else
       presence_.countMiss(voxel);
-    if ((block.hits & bit) == 0 && presence_.isForgotten(voxel))
-      next_.pop();
-    else
-      (voxel.is_shown ? shown : seldom) |= bit;
+    const bool is_forgotten = (block.hits & bit) == 0 && presence_.isForgotten(voxel);
+    const std::uint64_t kept = is_forgotten ? 0 : bit;
+    next_.count -= is_forgotten ? 1 : 0;
+    if (has_colours)
+      next_.colours.resize(next_.count);
+    shown |= voxel.is_shown ? bit : 0;
+    seldom |= voxel.is_shown ? 0 : kept;
   }
   hit_count_ += bitCount(block.shown & block.hits);
   next_.pushBlock(block.key, shown, seldom);
@@ -505,7 +516,7 @@ TemporalVoxelFilter::Implementation::updateVoxel(const BlockCells& block,
 {
   const std::uint64_t key = block.key << io::block_key_bits | lowestBit(bit);
   const bool is_hit = (block.hits & bit) != 0;
-  TrackedVoxel& voxel = next_.voxels.back();
+  TrackedVoxel& voxel = next_.voxels[next_.count - 1];
   if (voxel.is_shown)
     presence_.countShown(key, voxel, is_hit);
   if (is_hit) {

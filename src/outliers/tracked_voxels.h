@@ -3,6 +3,7 @@
 
 #include <pcl_ext/version.h>
 
+#include "bytes/reserve_ahead.h"
 #include "outliers/held_value.h"
 #include "voxels/voxel_block.h"
 
@@ -29,14 +30,9 @@ struct TrackedVoxels {
   std::vector<std::uint64_t> blocks; ///< their keys
   std::vector<std::uint64_t> shown;  ///< cells of each block that are shown
   std::vector<std::uint64_t> seldom; ///< that are not
-  std::vector<TrackedVoxel> voxels;
-  std::vector<HeldColour> colours; ///< of each voxel; empty without colours
-
-  std::size_t
-  size() const
-  {
-    return voxels.size();
-  }
+  std::vector<TrackedVoxel> voxels;  ///< the first count of these
+  std::vector<HeldColour> colours;   ///< of each voxel; empty without colours
+  std::size_t count = 0;
 
   void
   clear()
@@ -44,8 +40,8 @@ struct TrackedVoxels {
     blocks.clear();
     shown.clear();
     seldom.clear();
-    voxels.clear();
     colours.clear();
+    count = 0;
   }
 
   void
@@ -54,36 +50,24 @@ struct TrackedVoxels {
     blocks.shrink_to_fit();
     shown.shrink_to_fit();
     seldom.shrink_to_fit();
+    voxels.resize(count);
     voxels.shrink_to_fit();
     colours.shrink_to_fit();
   }
 
-  /** \brief Appends a voxel that is not tracked yet; its block comes after its voxels.
-   */
+  /** \brief Allocates memory for a number of voxels. */
   void
-  push(bool has_colour)
+  reserve(std::size_t number)
   {
-    voxels.emplace_back();
-    if (has_colour)
-      colours.emplace_back();
+    io::ensureSize(voxels, number);
   }
 
-  /** \brief Appends a voxel of others. */
-  void
-  push(const TrackedVoxels& others, std::size_t index)
+  /** \brief Appends a voxel, for which there is memory; its block comes after its
+   * voxels. */
+  TrackedVoxel&
+  push(const TrackedVoxel& voxel)
   {
-    voxels.push_back(others.voxels[index]);
-    if (!others.colours.empty())
-      colours.push_back(others.colours[index]);
-  }
-
-  /** \brief Removes the last voxel. */
-  void
-  pop()
-  {
-    voxels.pop_back();
-    if (!colours.empty())
-      colours.pop_back();
+    return voxels[count++] = voxel;
   }
 
   /** \brief Appends the block of the last voxels, if it has any, or adds some of its
