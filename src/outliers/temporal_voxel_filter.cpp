@@ -38,6 +38,7 @@ mostTracked(std::size_t frame_voxels)
   return 8 * frame_voxels + (std::size_t{1} << 16);
 }
 
+constexpr TrackedVoxel new_voxel;
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
 /** \brief A position, unless it is not known. */
@@ -482,8 +483,8 @@ TemporalVoxelFilter::Implementation::updateBlock(const BlockCells& block, Walk& 
     const std::uint64_t bit = left & (0 - left);
     const bool is_tracked = (tracked & bit) != 0;
     // In place, as a copy of the record would wait for its members to be written.
-    TrackedVoxel& voxel =
-        next_.push(is_tracked ? tracked_.voxels[walk.tracked] : TrackedVoxel());
+    const TrackedVoxel& last = is_tracked ? tracked_.voxels[walk.tracked] : new_voxel;
+    TrackedVoxel& voxel = next_.push(last);
     if (has_colours)
       next_.colours.push_back(is_tracked ? tracked_.colours[walk.tracked]
                                          : HeldColour());
