@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "outliers/direction_depths.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <array>
@@ -45,8 +46,17 @@ public:
       position_[axis] = static_cast<float>(voxels);
       nearest_[axis] = static_cast<std::int64_t>(std::round(voxels));
     }
+    io::VoxelPosition block{0, 0, 0}; // its first voxel
+    std::uint64_t block_key = 0;
     for (const std::uint64_t key : keys) {
-      const Direction direction = directionOf(key);
+      const std::uint64_t cell = key % io::block_cells;
+      if (key - cell != block_key) {
+        block_key = key - cell;
+        block = io::voxelPosition(block_key);
+      }
+      const io::VoxelPosition in_block = io::voxelPosition(cell);
+      const Direction direction = directionOf(
+          {block.x + in_block.x, block.y + in_block.y, block.z + in_block.z});
       if (direction.depth >= least_depth)
         depths_.add(direction);
     }
@@ -134,7 +144,12 @@ private:
   Direction
   directionOf(std::uint64_t key) const
   {
-    const io::VoxelPosition at = io::voxelPosition(key);
+    return directionOf(io::voxelPosition(key));
+  }
+
+  Direction
+  directionOf(const io::VoxelPosition& at) const
+  {
     const std::array<float, 3> from_sensor = {static_cast<float>(at.x) - position_[0],
                                               static_cast<float>(at.y) - position_[1],
                                               static_cast<float>(at.z) - position_[2]};

@@ -38,7 +38,7 @@ mostTracked(std::size_t frame_voxels)
   return 8 * frame_voxels + (std::size_t{1} << 16);
 }
 
-constexpr TrackedVoxel new_voxel;
+constexpr HeldColour new_colour{};
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
 /** \brief A position, unless it is not known. */
@@ -317,11 +317,9 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
     }
   std::sort(order.begin(), order.end());
   next_.clear();
-  next_.reserve(order.size());
+  next_.reserve(order.size(), colour_bits_ > 0);
   for (const auto& [key, i] : order) {
-    next_.push(tracked_.voxels[i]);
-    if (!tracked_.colours.empty())
-      next_.colours.push_back(tracked_.colours[i]);
+    next_.push(tracked_.voxels[i], tracked_.colourOf(i));
     const std::uint64_t cell = std::uint64_t{1} << key % io::block_cells;
     const bool is_shown = tracked_.voxels[i].is_shown;
     next_.pushBlock(
@@ -411,7 +409,7 @@ TemporalVoxelFilter::Implementation::learnValues(const io::VoxelFrame& frame,
     next_.voxels[next_.count - 1].intensity.add(valueOf(frame, voxel),
                                                 usual_intensities_);
   if (frame.colour_bits > 0) {
-    HeldColour& colour = next_.colours.back();
+    HeldColour& colour = next_.colours[next_.count - 1];
     colour[0].add(frame.colours[voxel].r, usual_colours_);
     colour[1].add(frame.colours[voxel].g, usual_colours_);
     colour[2].add(frame.colours[voxel].b, usual_colours_);
@@ -428,7 +426,7 @@ TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame,
     shown_intensities_.push_back(
         symbolOf(frame, key, next_.voxels[next_.count - 1].intensity.shown()));
   if (frame.colour_bits > 0) {
-    HeldColour& colour = next_.colours.back();
+    HeldColour& colour = next_.colours[next_.count - 1];
     shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
                               static_cast<std::uint8_t>(colour[1].shown()),
                               static_cast<std::uint8_t>(colour[2].shown())});
@@ -446,7 +444,7 @@ TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
   keys_.clear();
   shown_intensities_.clear();
   shown_colours_.clear();
-  next_.reserve(tracked_.count + frame.size());
+  next_.reserve(tracked_.count + frame.size(), frame.colour_bits > 0);
   const io::BlockList& hits = presence_.surfaces().occupied(0).blocks();
   Walk walk{frame, status};
   std::size_t i = 0;
@@ -478,17 +476,15 @@ TemporalVoxelFilter::Implementation::updateBlock(const BlockCells& block, Walk& 
   const std::uint64_t tracked = block.shown | block.seldom;
   std::uint64_t shown = 0;
   std::uint64_t seldom = 0;
-  const bool has_colours = walk.frame.colour_bits > 0;
   for (std::uint64_t left = tracked | block.hits; left != 0; left &= left - 1) {
     const std::uint64_t bit = left & (0 - left);
     const bool is_tracked = (tracked & bit) != 0;
-    // In place, as a copy of the record would wait for its members to be written.
-    const TrackedVoxel& last = is_tracked ? tracked_.voxels[walk.tracked] : new_voxel;
-    TrackedVoxel& voxel = next_.push(last);
-    if (has_colours)
-      next_.colours.push_back(is_tracked ? tracked_.colours[walk.tracked]
-                                         : HeldColour());
+    if (is_tracked)
+      next_.push(tracked_.voxels[walk.tracked], tracked_.colourOf(walk.tracked));
+    else
+      next_.push(TrackedVoxel(), next_.colours.empty() ? nullptr : &new_colour);
     walk.tracked += is_tracked ? 1 : 0;
+    TrackedVoxel& voxel = next_.voxels[next_.count - 1];
     if (((block.shown | block.hits) & bit) != 0)
       updateVoxel(block, bit, is_near & bit, walk);
     else
@@ -496,8 +492,6 @@ TemporalVoxelFilter::Implementation::updateBlock(const BlockCells& block, Walk& 
     const bool is_forgotten = (block.hits & bit) == 0 && presence_.isForgotten(voxel);
     const std::uint64_t kept = is_forgotten ? 0 : bit;
     next_.count -= is_forgotten ? 1 : 0;
-    if (has_colours)
-      next_.colours.resize(next_.count);
     shown |= voxel.is_shown ? bit : 0;
     seldom |= voxel.is_shown ? 0 : kept;
   }

@@ -30,8 +30,9 @@ struct TrackedVoxels {
   std::vector<std::uint64_t> blocks; ///< their keys
   std::vector<std::uint64_t> shown;  ///< cells of each block that are shown
   std::vector<std::uint64_t> seldom; ///< that are not
-  std::vector<TrackedVoxel> voxels;  ///< the first count of these
-  std::vector<HeldColour> colours;   ///< of each voxel; empty without colours
+  // One for each voxel, up to a count: longer vectors are not initialised each frame.
+  std::vector<TrackedVoxel> voxels;
+  std::vector<HeldColour> colours; ///< empty without colours
   std::size_t count = 0;
 
   void
@@ -40,7 +41,6 @@ struct TrackedVoxels {
     blocks.clear();
     shown.clear();
     seldom.clear();
-    colours.clear();
     count = 0;
   }
 
@@ -51,23 +51,35 @@ struct TrackedVoxels {
     shown.shrink_to_fit();
     seldom.shrink_to_fit();
     voxels.resize(count);
+    colours.resize(colours.empty() ? 0 : count);
     voxels.shrink_to_fit();
     colours.shrink_to_fit();
   }
 
   /** \brief Allocates memory for a number of voxels. */
   void
-  reserve(std::size_t number)
+  reserve(std::size_t number, bool has_colours)
   {
     io::ensureSize(voxels, number);
+    io::ensureSize(colours, has_colours ? number : 0);
   }
 
   /** \brief Appends a voxel, for which there is memory; its block comes after its
    * voxels. */
-  TrackedVoxel&
-  push(const TrackedVoxel& voxel)
+  void
+  push(const TrackedVoxel& voxel, const HeldColour* colour)
   {
-    return voxels[count++] = voxel;
+    voxels[count] = voxel;
+    if (colour != nullptr)
+      colours[count] = *colour;
+    ++count;
+  }
+
+  /** \brief The colour of a voxel, if it has one. */
+  const HeldColour*
+  colourOf(std::size_t voxel) const
+  {
+    return colours.empty() ? nullptr : &colours[voxel];
   }
 
   /** \brief Appends the block of the last voxels, if it has any, or adds some of its
