@@ -3,6 +3,8 @@
 
 #include <pcl_ext/version.h>
 
+#include "bytes/reserve_ahead.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,11 +42,26 @@ public:
   static Direction
   directionOf(const std::array<float, 3>& from_sensor)
   {
-    std::size_t axis = 0;
-    for (const std::size_t other : {std::size_t{1}, std::size_t{2}})
-      if (std::fabs(from_sensor[other]) > std::fabs(from_sensor[axis]))
-        axis = other;
-    const float depth = std::fabs(from_sensor[axis]);
+    // The axes in their order from that of the face on; without an array, whose members
+    // would be read before they are written.
+    const auto [x, y, z] = from_sensor;
+    std::uint32_t axis = 0;
+    float ahead = x;
+    float row = y;
+    float column = z;
+    if (std::fabs(y) > std::fabs(ahead)) {
+      axis = 1;
+      ahead = y;
+      row = z;
+      column = x;
+    }
+    if (std::fabs(z) > std::fabs(ahead)) {
+      axis = 2;
+      ahead = z;
+      row = x;
+      column = y;
+    }
+    const float depth = std::fabs(ahead);
     // -1..1 -> squares
     const auto square = [depth](float across) {
       return std::min(static_cast<std::uint32_t>((across / depth + 1.0f) * 128.0f),
@@ -52,12 +69,8 @@ public:
     };
     if (!(depth > 0.0f))
       return {0, 0.0f};
-    const std::size_t face = 2 * axis + (from_sensor[axis] < 0.0f ? 1 : 0);
-    return {(static_cast<std::uint32_t>(face) * width +
-             square(from_sensor[(axis + 1) % 3])) *
-                    width +
-                square(from_sensor[(axis + 2) % 3]),
-            depth};
+    const std::uint32_t face = 2 * axis + (ahead < 0.0f ? 1 : 0);
+    return {(face * width + square(row)) * width + square(column), depth};
   }
 
   /** \brief Takes a depth, if it is the least of its square. */
@@ -68,8 +81,10 @@ public:
     if (face.empty())
       face.assign(face_size, unseen);
     float& depth = face[direction.square % face_size];
-    if (depth == unseen)
-      squares_.push_back(direction.square);
+    // Without a branch, which would be mispredicted.
+    io::ensureSize(squares_, count_ + 1);
+    squares_[count_] = direction.square;
+    count_ += static_cast<std::size_t>(depth == unseen);
     depth = std::min(depth, direction.depth);
   }
 
@@ -81,26 +96,30 @@ public:
     return face.empty() ? unseen : face[square % face_size];
   }
 
-  /** \brief The squares that have one. */
-  const std::vector<std::uint32_t>&
-  squares() const
+  /** \brief Calls a function with each square that has one. */
+  template <typename Visit>
+  void
+  forEachSquare(Visit&& visit) const
   {
-    return squares_;
+    for (std::size_t i = 0; i < count_; ++i)
+      visit(squares_[i]);
   }
 
   void
   clear()
   {
-    for (const std::uint32_t square : squares_)
+    forEachSquare([this](std::uint32_t square) {
       faces_[square / face_size][square % face_size] = unseen;
-    squares_.clear();
+    });
+    count_ = 0;
   }
 
 private:
   static constexpr std::uint32_t face_size = width * width;
 
   std::array<std::vector<float>, 6> faces_; // empty until there is a depth
-  std::vector<std::uint32_t> squares_;      // that are not unseen
+  std::vector<std::uint32_t> squares_;      // count_ of them are not unseen
+  std::size_t count_ = 0;
 };
 
 } // namespace PCL_EXT_ABI

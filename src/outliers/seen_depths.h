@@ -4,13 +4,13 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "outliers/direction_depths.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -46,9 +46,20 @@ public:
       position_[axis] = static_cast<float>(voxels);
       nearest_[axis] = static_cast<std::int64_t>(std::round(voxels));
     }
-    for (const std::uint64_t key : keys)
-      if (const std::optional<Direction> direction = directionOf(key))
-        depths_.add(*direction);
+    io::VoxelPosition block{0, 0, 0}; // its first voxel
+    std::uint64_t block_key = 0;
+    for (const std::uint64_t key : keys) {
+      const std::uint64_t cell = key % io::block_cells;
+      if (key - cell != block_key) {
+        block_key = key - cell;
+        block = io::voxelPosition(block_key);
+      }
+      const io::VoxelPosition in_block = io::voxelPosition(cell);
+      const Direction direction = directionOf(
+          {block.x + in_block.x, block.y + in_block.y, block.z + in_block.z});
+      if (direction.depth >= least_depth)
+        depths_.add(direction);
+    }
   }
 
   /** \brief Adds the ends of rays that are not in the frame.
@@ -59,8 +70,9 @@ public:
   add(const DirectionDepths& rays, double resolution)
   {
     const auto edge = static_cast<float>(resolution);
-    for (const std::uint32_t square : rays.squares())
+    rays.forEachSquare([&](std::uint32_t square) {
       depths_.add({square, rays[square] / edge});
+    });
   }
 
   /** \brief Releases memory that assign() allocates again. */
@@ -75,8 +87,8 @@ public:
   bool
   isBehindOthers(std::uint64_t key) const
   {
-    const std::optional<Direction> at = directionOf(key);
-    return at && depths_[at->square] + margin < at->depth;
+    const Direction at = directionOf(key);
+    return at.depth >= least_depth && depths_[at.square] + margin < at.depth;
   }
 
   /** \brief What the sensor sees at the place of a voxel, by what is nearest in the
@@ -84,17 +96,17 @@ public:
   Sight
   sightOf(std::uint64_t key) const
   {
-    const std::optional<Direction> at = directionOf(key);
-    if (!at)
+    const Direction at = directionOf(key);
+    if (at.depth < least_depth)
       return Sight::Unknown;
     // Half of a voxel, in squares.
-    const std::uint32_t radius = at->depth <= 28.0f    ? 3
-                                 : at->depth <= 51.0f  ? 2
-                                 : at->depth <= 256.0f ? 1
-                                                       : 0;
-    const std::uint32_t column_of_at = at->square % width;
-    const std::uint32_t row_of_at = at->square / width % width;
-    const std::uint32_t face = at->square - row_of_at * width - column_of_at;
+    const std::uint32_t radius = at.depth <= 28.0f    ? 3
+                                 : at.depth <= 51.0f  ? 2
+                                 : at.depth <= 256.0f ? 1
+                                                      : 0;
+    const std::uint32_t column_of_at = at.square % width;
+    const std::uint32_t row_of_at = at.square / width % width;
+    const std::uint32_t face = at.square - row_of_at * width - column_of_at;
     const std::uint32_t top = row_of_at - std::min(row_of_at, radius);
     const std::uint32_t bottom = std::min(row_of_at + radius, width - 1);
     const std::uint32_t left = column_of_at - std::min(column_of_at, radius);
@@ -104,8 +116,8 @@ public:
       for (std::uint32_t column = left; column <= right; ++column)
         nearest = std::min(nearest, depths_[face + row * width + column]);
     return nearest == DirectionDepths::unseen ? Sight::Unknown
-           : nearest > at->depth + margin     ? Sight::Free
-           : nearest + margin < at->depth     ? Sight::Hidden
+           : nearest > at.depth + margin      ? Sight::Free
+           : nearest + margin < at.depth      ? Sight::Hidden
                                               : Sight::Surface;
   }
 
@@ -127,17 +139,21 @@ private:
   static constexpr std::uint32_t width = DirectionDepths::width;
   static constexpr double farthest = 0x1p28; // voxels, of the sensor from the grid
 
-  std::optional<Direction>
+  static constexpr float least_depth = 1.0f; // voxels; nearer ones have no direction
+
+  Direction
   directionOf(std::uint64_t key) const
   {
-    const io::VoxelPosition at = io::voxelPosition(key);
+    return directionOf(io::voxelPosition(key));
+  }
+
+  Direction
+  directionOf(const io::VoxelPosition& at) const
+  {
     const std::array<float, 3> from_sensor = {static_cast<float>(at.x) - position_[0],
                                               static_cast<float>(at.y) - position_[1],
                                               static_cast<float>(at.z) - position_[2]};
-    const Direction direction = DirectionDepths::directionOf(from_sensor);
-    if (direction.depth < 1.0f)
-      return std::nullopt;
-    return direction;
+    return DirectionDepths::directionOf(from_sensor);
   }
 
   std::array<float, 3> position_{};       // of the sensor, voxels from that of key 0

@@ -4,8 +4,8 @@
 #include "bytes/reserve_ahead.h"
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
-#include "outliers/held_value.h"
 #include "outliers/sensor_rest.h"
+#include "outliers/tracked_voxels.h"
 #include "outliers/voxel_presence.h"
 #include "voxelizing/point_batches.h"
 #include "voxels/intensity_symbols.h"
@@ -24,8 +24,6 @@ inline namespace PCL_EXT_ABI {
 
 namespace {
 
-using HeldColour = std::array<HeldValue, 3>;
-
 /** \brief A frame that has less than this part of the voxels that were shown before it,
  * one in so many, is of another scene: with noise that is larger than the voxels, less
  * than the second one. */
@@ -40,6 +38,7 @@ mostTracked(std::size_t frame_voxels)
   return 8 * frame_voxels + (std::size_t{1} << 16);
 }
 
+constexpr HeldColour new_colour{};
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
 /** \brief A position, unless it is not known. */
@@ -112,7 +111,7 @@ public:
   std::size_t
   rememberedVoxels() const
   {
-    return tracked_.size();
+    return tracked_.count;
   }
 
 private:
@@ -146,7 +145,7 @@ private:
       forgetVoxels();
     else
       filterVoxels(frame, status);
-    if (memory_rule_.shouldRelease(tracked_.size()))
+    if (memory_rule_.shouldRelease(tracked_.count))
       releaseMemory();
     is_interrupted_ = false;
   }
@@ -160,7 +159,7 @@ private:
     const std::size_t part =
         presence_.isAnyNoisy() ? same_noisy_scene_part : same_scene_part;
     if (part * hit_count_ < shown_count_ ||
-        tracked_.size() > mostTracked(frame.size())) {
+        tracked_.count > mostTracked(frame.size())) {
       forgetVoxels();
       status = TemporalFilterStatus();
       update(frame, status);
@@ -173,7 +172,6 @@ private:
       return;
     }
     judgeHolding();
-    presence_.setShown(keys_, frame.grid.depth);
     shown_count_ = keys_.size();
     frame.keys.swap(keys_);
     frame.intensities.swap(shown_intensities_);
@@ -198,11 +196,36 @@ private:
   void
   update(const io::VoxelFrame& frame, TemporalFilterStatus& status);
 
+  /** \brief The cells of a block that are tracked, and those of the frame. */
+  struct BlockCells {
+    std::uint64_t key;
+    std::uint64_t shown;
+    std::uint64_t seldom;
+    std::uint64_t hits;
+  };
+
+  /** \brief The voxels that come next. */
+  struct Walk {
+    const io::VoxelFrame& frame;
+    TemporalFilterStatus& status;
+    std::size_t tracked = 0;
+    std::size_t hit = 0;
+  };
+
+  void
+  updateBlock(const BlockCells& block, Walk& walk);
+
+  void
+  updateVoxel(const BlockCells& block,
+              std::uint64_t bit,
+              std::uint64_t is_near,
+              Walk& walk);
+
   void
   learnValues(const io::VoxelFrame& frame, std::size_t voxel);
 
   void
-  show(const io::VoxelFrame& frame);
+  show(const io::VoxelFrame& frame, std::uint64_t key);
 
   /** \brief True if more than one of so many shown voxels has nothing near in the
    * frame. */
@@ -222,10 +245,9 @@ private:
   io::IntensityScale scale_;
   unsigned int colour_bits_ = 0;
   bool has_depth_model_ = false;
-  std::vector<TrackedVoxel> tracked_; // keys ascending
-  std::vector<HeldColour> colours_;   // of each, with colours
-  std::size_t shown_count_ = 0;       // by the last frame
-  std::size_t hit_count_ = 0;         // of these, those that the current frame has
+  TrackedVoxels tracked_;
+  std::size_t shown_count_ = 0; // by the last frame
+  std::size_t hit_count_ = 0;   // of these, those that the current frame has
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
 
@@ -236,8 +258,7 @@ private:
 
   // Of the current frame; members so that their memory is reused.
   std::size_t left_count_ = 0; // shown voxels, or held ones, that it has nothing near
-  std::vector<TrackedVoxel> next_;
-  std::vector<HeldColour> next_colours_;
+  TrackedVoxels next_;
   std::vector<std::uint64_t> keys_; // of the shown ones in the end
   std::vector<std::uint16_t> shown_intensities_;
   std::vector<io::VoxelColour> shown_colours_;
@@ -275,36 +296,36 @@ void
 TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
 {
   std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  order.reserve(tracked_.size());
-  for (std::size_t i = 0; i < tracked_.size(); ++i) {
-    const io::VoxelPosition from = io::voxelPosition(tracked_[i].key);
-    std::array<std::int64_t, 3> to = {from.x, from.y, from.z};
-    bool is_inside = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      to[axis] += std::int64_t{grid_->first_index[axis]} - grid.first_index[axis];
-      is_inside = is_inside && to[axis] >= 0 && to[axis] < grid.size();
+  order.reserve(tracked_.count);
+  std::size_t voxel = 0;
+  for (std::size_t i = 0; i < tracked_.blocks.size(); ++i)
+    for (std::uint64_t left = tracked_.shown[i] | tracked_.seldom[i]; left != 0;
+         left &= left - 1, ++voxel) {
+      const io::VoxelPosition from =
+          io::voxelPosition(tracked_.blocks[i] << io::block_key_bits | lowestBit(left));
+      std::array<std::int64_t, 3> to = {from.x, from.y, from.z};
+      bool is_inside = true;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        to[axis] += std::int64_t{grid_->first_index[axis]} - grid.first_index[axis];
+        is_inside = is_inside && to[axis] >= 0 && to[axis] < grid.size();
+      }
+      if (is_inside)
+        order.emplace_back(io::mortonKey({static_cast<std::uint32_t>(to[0]),
+                                          static_cast<std::uint32_t>(to[1]),
+                                          static_cast<std::uint32_t>(to[2])}),
+                           voxel);
     }
-    if (is_inside)
-      order.emplace_back(io::mortonKey({static_cast<std::uint32_t>(to[0]),
-                                        static_cast<std::uint32_t>(to[1]),
-                                        static_cast<std::uint32_t>(to[2])}),
-                         i);
-  }
   std::sort(order.begin(), order.end());
   next_.clear();
-  next_colours_.clear();
-  keys_.clear();
+  next_.reserve(order.size(), colour_bits_ > 0);
   for (const auto& [key, i] : order) {
-    next_.push_back(tracked_[i]);
-    next_.back().key = key;
-    if (!colours_.empty())
-      next_colours_.push_back(colours_[i]);
-    if (tracked_[i].is_shown)
-      keys_.push_back(key);
+    next_.push(tracked_.voxels[i], tracked_.colourOf(i));
+    const std::uint64_t cell = std::uint64_t{1} << key % io::block_cells;
+    const bool is_shown = tracked_.voxels[i].is_shown;
+    next_.pushBlock(
+        key >> io::block_key_bits, is_shown ? cell : 0, is_shown ? 0 : cell);
   }
-  tracked_.swap(next_);
-  colours_.swap(next_colours_);
-  presence_.setShown(keys_, grid.depth);
+  std::swap(tracked_, next_);
 }
 
 /** \brief Changes the shown symbols to those of another scale, and learns values anew.
@@ -312,7 +333,8 @@ TemporalVoxelFilter::Implementation::moveTo(const io::VoxelGrid& grid)
 void
 TemporalVoxelFilter::Implementation::changeScale(const io::IntensityScale& scale)
 {
-  for (TrackedVoxel& voxel : tracked_) {
+  for (std::size_t i = 0; i < tracked_.count; ++i) {
+    TrackedVoxel& voxel = tracked_.voxels[i];
     const std::uint32_t symbol =
         io::lowestSymbol(scale, scale_.value(voxel.intensity.shown()));
     voxel.intensity.restart(
@@ -325,7 +347,6 @@ void
 TemporalVoxelFilter::Implementation::forgetVoxels()
 {
   tracked_.clear();
-  colours_.clear();
   presence_.forgetVoxels();
   shown_count_ = 0;
 }
@@ -334,11 +355,9 @@ TemporalVoxelFilter::Implementation::forgetVoxels()
 void
 TemporalVoxelFilter::Implementation::releaseMemory()
 {
-  tracked_.shrink_to_fit();
-  colours_.shrink_to_fit();
+  tracked_.shrinkToFit();
+  next_ = TrackedVoxels();
   keys_ = std::vector<std::uint64_t>();
-  next_ = std::vector<TrackedVoxel>();
-  next_colours_ = std::vector<HeldColour>();
   shown_intensities_ = std::vector<std::uint16_t>();
   shown_colours_ = std::vector<io::VoxelColour>();
   presence_.releaseMemory();
@@ -387,9 +406,10 @@ TemporalVoxelFilter::Implementation::learnValues(const io::VoxelFrame& frame,
                                                  std::size_t voxel)
 {
   if (frame.hasIntensities())
-    next_.back().intensity.add(valueOf(frame, voxel), usual_intensities_);
+    next_.voxels[next_.count - 1].intensity.add(valueOf(frame, voxel),
+                                                usual_intensities_);
   if (frame.colour_bits > 0) {
-    HeldColour& colour = next_colours_.back();
+    HeldColour& colour = next_.colours[next_.count - 1];
     colour[0].add(frame.colours[voxel].r, usual_colours_);
     colour[1].add(frame.colours[voxel].g, usual_colours_);
     colour[2].add(frame.colours[voxel].b, usual_colours_);
@@ -398,14 +418,15 @@ TemporalVoxelFilter::Implementation::learnValues(const io::VoxelFrame& frame,
 
 /** \brief Lists the last voxel of next_ as shown. */
 void
-TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame)
+TemporalVoxelFilter::Implementation::show(const io::VoxelFrame& frame,
+                                          std::uint64_t key)
 {
-  TrackedVoxel& voxel = next_.back();
-  keys_.push_back(voxel.key);
+  keys_.push_back(key);
   if (frame.hasIntensities())
-    shown_intensities_.push_back(symbolOf(frame, voxel.key, voxel.intensity.shown()));
+    shown_intensities_.push_back(
+        symbolOf(frame, key, next_.voxels[next_.count - 1].intensity.shown()));
   if (frame.colour_bits > 0) {
-    HeldColour& colour = next_colours_.back();
+    HeldColour& colour = next_.colours[next_.count - 1];
     shown_colours_.push_back({static_cast<std::uint8_t>(colour[0].shown()),
                               static_cast<std::uint8_t>(colour[1].shown()),
                               static_cast<std::uint8_t>(colour[2].shown())});
@@ -417,53 +438,93 @@ void
 TemporalVoxelFilter::Implementation::update(const io::VoxelFrame& frame,
                                             TemporalFilterStatus& status)
 {
-  const bool has_colours = frame.colour_bits > 0;
   hit_count_ = 0;
   left_count_ = 0;
   next_.clear();
-  next_colours_.clear();
   keys_.clear();
   shown_intensities_.clear();
   shown_colours_.clear();
-  io::reserveAhead(next_, tracked_.size() + frame.size());
+  next_.reserve(tracked_.count + frame.size(), frame.colour_bits > 0);
+  const io::BlockList& hits = presence_.surfaces().occupied(0).blocks();
+  Walk walk{frame, status};
   std::size_t i = 0;
   std::size_t j = 0;
-  while (i < tracked_.size() || j < frame.size()) {
-    const std::uint64_t tracked = i < tracked_.size() ? tracked_[i].key : no_key;
-    const std::uint64_t hit = j < frame.size() ? frame.keys[j] : no_key;
-    // In place, as a copy of the record would wait for its members to be written.
-    TrackedVoxel& voxel = next_.emplace_back();
-    if (has_colours)
-      next_colours_.emplace_back();
+  while (i < tracked_.blocks.size() || j < hits.size()) {
+    const std::uint64_t tracked =
+        i < tracked_.blocks.size() ? tracked_.blocks[i] : no_key;
+    const std::uint64_t hit = j < hits.size() ? hits.keys[j] : no_key;
+    BlockCells block{std::min(tracked, hit), 0, 0, 0};
     if (tracked <= hit) {
-      if (has_colours)
-        next_colours_.back() = colours_[i];
-      voxel = tracked_[i++];
+      block.shown = tracked_.shown[i];
+      block.seldom = tracked_.seldom[i++];
     }
-    else
-      voxel.key = hit;
-    if (voxel.is_shown)
-      presence_.countShown(voxel, hit <= tracked);
-    if (hit <= tracked) {
-      hit_count_ += voxel.is_shown ? 1 : 0;
-      presence_.countHit(voxel);
-      learnValues(frame, j++);
-      status.hidden += voxel.is_shown ? 0 : 1;
-    }
-    else {
-      left_count_ += presence_.countMiss(voxel, holds_now_) ? 1 : 0;
-      status.held += voxel.is_shown ? 1 : 0;
-    }
-    if (voxel.is_shown)
-      show(frame);
-    else if (hit > tracked && presence_.isForgotten(voxel)) {
-      next_.pop_back();
-      if (has_colours)
-        next_colours_.pop_back();
-    }
+    if (hit <= tracked)
+      block.hits = hits.masks[j++];
+    updateBlock(block, walk);
   }
-  tracked_.swap(next_);
-  colours_.swap(next_colours_);
+  std::swap(tracked_, next_);
+}
+
+/** \brief Merges the voxels of a block. */
+void
+TemporalVoxelFilter::Implementation::updateBlock(const BlockCells& block, Walk& walk)
+{
+  const std::uint64_t is_near =
+      presence_.nextToShown(
+          tracked_, block.key, block.shown, block.hits & ~block.shown) |
+      presence_.nextToHits(block.key, block.hits, block.shown & ~block.hits);
+  const std::uint64_t tracked = block.shown | block.seldom;
+  std::uint64_t shown = 0;
+  std::uint64_t seldom = 0;
+  for (std::uint64_t left = tracked | block.hits; left != 0; left &= left - 1) {
+    const std::uint64_t bit = left & (0 - left);
+    const bool is_tracked = (tracked & bit) != 0;
+    if (is_tracked)
+      next_.push(tracked_.voxels[walk.tracked], tracked_.colourOf(walk.tracked));
+    else
+      next_.push(TrackedVoxel(), next_.colours.empty() ? nullptr : &new_colour);
+    walk.tracked += is_tracked ? 1 : 0;
+    TrackedVoxel& voxel = next_.voxels[next_.count - 1];
+    if (((block.shown | block.hits) & bit) != 0)
+      updateVoxel(block, bit, is_near & bit, walk);
+    else
+      presence_.countMiss(voxel);
+    const bool is_forgotten = (block.hits & bit) == 0 && presence_.isForgotten(voxel);
+    const std::uint64_t kept = is_forgotten ? 0 : bit;
+    next_.count -= is_forgotten ? 1 : 0;
+    shown |= voxel.is_shown ? bit : 0;
+    seldom |= voxel.is_shown ? 0 : kept;
+  }
+  hit_count_ += bitCount(block.shown & block.hits);
+  next_.pushBlock(block.key, shown, seldom);
+}
+
+/** \brief Takes the last voxel of next_, which is shown or which the frame has.
+ * \param[in] bit of its cell
+ * \param[in] is_near whether one of the 26 around it is shown, if it is not, or the frame
+ * has one, if it has it not */
+void
+TemporalVoxelFilter::Implementation::updateVoxel(const BlockCells& block,
+                                                 std::uint64_t bit,
+                                                 std::uint64_t is_near,
+                                                 Walk& walk)
+{
+  const std::uint64_t key = block.key << io::block_key_bits | lowestBit(bit);
+  const bool is_hit = (block.hits & bit) != 0;
+  TrackedVoxel& voxel = next_.voxels[next_.count - 1];
+  if (voxel.is_shown)
+    presence_.countShown(key, voxel, is_hit);
+  if (is_hit) {
+    presence_.countHit(tracked_, key, is_near != 0, voxel);
+    learnValues(walk.frame, walk.hit++);
+    walk.status.hidden += voxel.is_shown ? 0 : 1;
+  }
+  else {
+    left_count_ += presence_.countMiss(key, is_near != 0, holds_now_, voxel) ? 1 : 0;
+    walk.status.held += voxel.is_shown ? 1 : 0;
+  }
+  if (voxel.is_shown)
+    show(walk.frame, key);
 }
 
 TemporalVoxelFilter::TemporalVoxelFilter(unsigned int frames, bool holds)

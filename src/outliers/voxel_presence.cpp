@@ -8,8 +8,6 @@ inline namespace PCL_EXT_ABI {
 
 namespace {
 
-constexpr std::uint32_t certain = 0xffff; // occupancy of a voxel that each frame has
-
 /** \brief Of the voxels around one, tracked but not shown: where noise is usual. */
 constexpr unsigned int least_seldom_neighbours = 2;
 constexpr unsigned int most_seldom_neighbours = 5;
@@ -65,41 +63,25 @@ VoxelPresence::beginFrame(const io::VoxelFrame& frame,
 }
 
 void
-VoxelPresence::beginVoxels(const std::vector<TrackedVoxel>& tracked, unsigned int depth)
+VoxelPresence::beginVoxels(const TrackedVoxels& tracked, unsigned int depth)
 {
-  keys_.resize(tracked.size());
-  std::size_t count = 0;
-  for (const TrackedVoxel& voxel : tracked) {
-    keys_[count] = voxel.key;
-    count += voxel.is_shown ? 0 : 1;
-  }
-  keys_.resize(count);
-  seldom_.assign(keys_, depth);
+  around_.assign(tracked.blocks, depth);
   hit_shares_.age();
   shown_number_ = 0;
 }
 
 void
-VoxelPresence::countShown(const TrackedVoxel& voxel, bool is_hit)
-{
-  if (shown_number_++ % HitShares::sample_step == 0)
-    hit_shares_.add(distanceOf(voxel.key), voxel.empty_ticks > 0, is_hit);
-}
-
-void
 VoxelPresence::forgetVoxels()
 {
-  shown_.releaseMemory();
-  seldom_.releaseMemory();
+  around_ = BlocksAround();
 }
 
 void
 VoxelPresence::releaseMemory()
 {
-  seldom_.releaseMemory();
+  around_ = BlocksAround();
   surfaces_.releaseMemory();
   depths_.releaseMemory();
-  keys_ = std::vector<std::uint64_t>();
 }
 
 std::size_t
@@ -128,32 +110,34 @@ VoxelPresence::look(const io::VoxelFrame& frame,
 /** \brief True where voxels come and go, as at the edges of things, whose pixels are
  * partly of what is behind. With more of them it is a surface that appears. */
 bool
-VoxelPresence::isAmongSeldomVoxels(std::uint64_t key) const
+VoxelPresence::isAmongSeldomVoxels(const TrackedVoxels& tracked,
+                                   std::uint64_t key) const
 {
-  const unsigned int around = seldom_.count(key, most_seldom_neighbours + 1);
-  return around >= least_seldom_neighbours && around <= most_seldom_neighbours;
+  const std::uint64_t own = around_.maskOf(tracked.seldom, key >> io::block_key_bits);
+  const unsigned int number =
+      around_.count(tracked.seldom, own, key, most_seldom_neighbours + 1);
+  return number >= least_seldom_neighbours && number <= most_seldom_neighbours;
 }
 
+/** \brief Decides whether a voxel that the frame has becomes shown. */
 void
-VoxelPresence::countHit(TrackedVoxel& voxel) const
+VoxelPresence::judgeHidden(const TrackedVoxels& tracked,
+                           std::uint64_t key,
+                           bool is_next_to_shown,
+                           TrackedVoxel& voxel) const
 {
-  voxel.empty_ticks = 0;
-  voxel.occupancy = static_cast<std::uint16_t>(
-      voxel.occupancy + (((certain - voxel.occupancy) * rate_) >> 16));
-  if (voxel.is_shown)
-    return;
   // Most voxels end here, next to a shown one.
-  if (voxel.occupancy <= sparse.shown_above && shown_.count(voxel.key, 1) != 0)
+  if (voxel.occupancy <= sparse.shown_above && is_next_to_shown)
     return;
-  const std::uint64_t distance = distanceOf(voxel.key);
+  const std::uint64_t distance = distanceOf(key);
   const bool is_sparse = surfaces_.isSparse(distance);
   const bool is_frequent = voxel.occupancy > (is_sparse ? sparse : dense).shown_above;
-  if (!is_frequent && shown_.count(voxel.key, 1) != 0)
+  if (!is_frequent && is_next_to_shown)
     return;
-  Support support = surfaces_.of(voxel.key, distance);
+  Support support = surfaces_.of(key, distance);
   if (support == Support::Enough && !is_frequent && !is_sparse &&
-      isAmongSeldomVoxels(voxel.key))
-    support = surfaces_.of(voxel.key, distance, 1);
+      isAmongSeldomVoxels(tracked, key))
+    support = surfaces_.of(key, distance, 1);
   if (support == Support::Enough && !is_frequent)
     voxel.occupancy = certain;
   voxel.is_shown =
@@ -161,26 +145,26 @@ VoxelPresence::countHit(TrackedVoxel& voxel) const
 }
 
 bool
-VoxelPresence::countMiss(TrackedVoxel& voxel, bool holds) const
+VoxelPresence::countMiss(std::uint64_t key,
+                         bool is_next_to_hit,
+                         bool holds,
+                         TrackedVoxel& voxel) const
 {
   // A surface that is in the next voxel of this frame may be in this one in the next.
-  const bool counts_frames = !voxel.is_shown || surfaces_.hasNeighbour(voxel.key);
   voxel.empty_ticks = static_cast<std::uint8_t>(std::min(
-      voxel.empty_ticks + (counts_frames ? FrameTicks::usual : ticks_), 0xffu));
+      voxel.empty_ticks + (is_next_to_hit ? FrameTicks::usual : ticks_), 0xffu));
   voxel.occupancy = static_cast<std::uint16_t>(
-      voxel.occupancy - ((voxel.occupancy * (counts_frames ? rate_ : fall_)) >> 16));
-  if (!voxel.is_shown)
-    return false;
-  const bool has_left = !counts_frames && (!holds_ || !isOfNoisySurface(voxel.key));
+      voxel.occupancy - ((voxel.occupancy * (is_next_to_hit ? rate_ : fall_)) >> 16));
+  const bool has_left = !is_next_to_hit && (!holds_ || !isOfNoisySurface(key));
   const Sight sight = has_depths_ && voxel.empty_ticks > ticks_to_look
-                          ? depths_.sightOf(voxel.key)
+                          ? depths_.sightOf(key)
                           : Sight::Unknown;
   if (sight == Sight::Free || (sight == Sight::Hidden && has_left)) {
     voxel.is_shown = false;
     voxel.occupancy = 0;
     return false;
   }
-  if (hasEnded(voxel, dense) && hasEnded(voxel, persistenceOf(voxel.key))) {
+  if (hasEnded(voxel, dense) && hasEnded(voxel, persistenceOf(key))) {
     voxel.is_shown = false;
     return false;
   }

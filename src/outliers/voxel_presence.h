@@ -6,28 +6,18 @@
 #include "outliers/block_neighbours.h"
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
-#include "outliers/held_value.h"
 #include "outliers/hit_shares.h"
 #include "outliers/seen_depths.h"
 #include "outliers/surface_support.h"
+#include "outliers/tracked_voxels.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
-
-/** \brief A voxel of the last frames. */
-struct TrackedVoxel {
-  std::uint64_t key;
-  std::uint16_t occupancy;  ///< running mean, 2^16 is 1
-  std::uint8_t empty_ticks; ///< since the last frame in which it was occupied
-  bool is_shown;
-  HeldValue intensity;
-};
 
 /** \brief Decides which tracked voxels are shown (doc/temporal_filter.md, "Rules"). */
 class VoxelPresence {
@@ -51,38 +41,79 @@ public:
   /** \brief Takes what is tracked, and begins to count the frame's voxels.
    * \param[in] depth of the grid */
   void
-  beginVoxels(const std::vector<TrackedVoxel>& tracked, unsigned int depth);
+  beginVoxels(const TrackedVoxels& tracked, unsigned int depth);
 
   /** \brief Counts a voxel that is shown by the last frame, for what is usual.
    * \param[in] is_hit whether the frame has it */
   void
-  countShown(const TrackedVoxel& voxel, bool is_hit);
+  countShown(std::uint64_t key, const TrackedVoxel& voxel, bool is_hit)
+  {
+    if (shown_number_++ % HitShares::sample_step == 0)
+      hit_shares_.add(distanceOf(key), voxel.empty_ticks > 0, is_hit);
+  }
 
-  /** \brief Takes a voxel that the frame has. */
+  /** \brief Of the cells of a block that the frame has and that are not shown, those next
+   * to what is shown.
+   * \param[in] tracked as in beginVoxels(), or nothing since forgetVoxels()
+   * \param[in] shown cells of the block */
+  std::uint64_t
+  nextToShown(const TrackedVoxels& tracked,
+              std::uint64_t block,
+              std::uint64_t shown,
+              std::uint64_t cells) const
+  {
+    return cells == 0 ? 0 : around_.nextTo(tracked.shown, shown, block, cells);
+  }
+
+  /** \brief Of the shown cells of a block that the frame has not, those next to what it
+   * has.
+   * \param[in] hits cells of the block that it has */
+  std::uint64_t
+  nextToHits(std::uint64_t block, std::uint64_t hits, std::uint64_t cells) const
+  {
+    return cells == 0 ? 0 : surfaces_.occupied(0).nextTo(hits, block, cells);
+  }
+
+  /** \brief Takes a voxel that the frame has.
+   * \param[in] tracked as above
+   * \param[in] is_next_to_shown whether it is not shown, and something next to it is */
   void
-  countHit(TrackedVoxel& voxel) const;
+  countHit(const TrackedVoxels& tracked,
+           std::uint64_t key,
+           bool is_next_to_shown,
+           TrackedVoxel& voxel) const
+  {
+    voxel.empty_ticks = 0;
+    voxel.occupancy = static_cast<std::uint16_t>(
+        voxel.occupancy + (((certain - voxel.occupancy) * rate_) >> 16));
+    if (!voxel.is_shown)
+      judgeHidden(tracked, key, is_next_to_shown, voxel);
+  }
 
-  /** \brief Takes a voxel that the frame has not.
+  /** \brief Takes a shown voxel that the frame has not.
+   * \param[in] is_next_to_hit whether the frame has one of the 26 around it
    * \param[in] holds whether it may stay where nothing near is measured, in this frame
    * \return whether it has not ended, and nothing near is measured
    */
   bool
-  countMiss(TrackedVoxel& voxel, bool holds) const;
+  countMiss(std::uint64_t key,
+            bool is_next_to_hit,
+            bool holds,
+            TrackedVoxel& voxel) const;
+
+  /** \brief Takes a voxel that is not shown and that the frame has not. */
+  void
+  countMiss(TrackedVoxel& voxel) const
+  {
+    voxel.occupancy =
+        static_cast<std::uint16_t>(voxel.occupancy - (voxel.occupancy * rate_ >> 16));
+  }
 
   /** \brief True if a voxel that the frame has not need not be tracked any more. */
   bool
   isForgotten(const TrackedVoxel& voxel) const
   {
     return !voxel.is_shown && voxel.occupancy < least_occupancy_;
-  }
-
-  /** \brief Takes what is shown in the end.
-   * \param[in] keys ascending
-   * \param[in] depth of the grid */
-  void
-  setShown(const std::vector<std::uint64_t>& keys, unsigned int depth)
-  {
-    shown_.assign(keys, depth);
   }
 
   /** \brief Shows nothing; what is usual stays. */
@@ -119,6 +150,8 @@ public:
   framesHeld() const;
 
 private:
+  static constexpr std::uint32_t certain = 0xffff; // of a voxel that each frame has
+
   /** \brief When a voxel is shown by its occupancy and hidden. */
   struct Persistence;
 
@@ -127,8 +160,14 @@ private:
        const std::optional<std::array<double, 3>>& sensor_position,
        const DirectionDepths& rays);
 
+  void
+  judgeHidden(const TrackedVoxels& tracked,
+              std::uint64_t key,
+              bool is_next_to_shown,
+              TrackedVoxel& voxel) const;
+
   bool
-  isAmongSeldomVoxels(std::uint64_t key) const;
+  isAmongSeldomVoxels(const TrackedVoxels& tracked, std::uint64_t key) const;
 
   bool
   hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const;
@@ -154,8 +193,7 @@ private:
   bool holds_;
   std::uint32_t rate_;            // of the running means, 2^16 is 1
   std::uint32_t least_occupancy_; // below it empty voxels are forgotten
-  BlockNeighbours shown_;         // by the last frame
-  BlockNeighbours seldom_;        // tracked, but not shown by it
+  BlocksAround around_;           // those of what is tracked
   SurfaceSupport surfaces_;
   HitShares hit_shares_;
   SeenDepths depths_;
@@ -163,7 +201,6 @@ private:
   unsigned int ticks_ = FrameTicks::usual; // since the last frame
   std::uint32_t fall_ = 0;       // of an occupancy where there is nothing, 2^16 is 1
   std::size_t shown_number_ = 0; // of those that were counted
-  std::vector<std::uint64_t> keys_;
 };
 
 } // namespace PCL_EXT_ABI
