@@ -113,10 +113,10 @@ public:
   /** \brief Decodes the first frame found in memory, as above, and tells how its voxels
    * differ from those of the last frame that was decoded, by whichever function.
    *
-   * With a frame of changes (CodedFrameStatistics::is_of_changes) the time depends on
-   * what changed and hardly on the number of voxels; other frames are decoded and
-   * compared. Voxels are made of points that a frame has, whatever setDecodesVoxels()
-   * says; the points, their numbers and fields are no part of changes.
+   * A frame of changes (CodedFrameStatistics::is_of_changes) takes less time than as a
+   * whole; other frames are decoded and compared. Voxels are made of points that a frame
+   * has, whatever setDecodesVoxels() says; the points, their numbers and fields are no
+   * part of changes.
    *
    * VoxelChanges::is_from_nothing is set where the last frame is not known: for the
    * first frame, and for that after the memory was dropped to keep a MemoryBudget or
