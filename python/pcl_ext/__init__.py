@@ -14,7 +14,7 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 from ._native import version as __version__
 from .bags import BagSummary, EncodingSummary, StreamSummary, encode_bag
 from .cloud import Cloud
-from .codec import CompressionWarning, Decoder, Encoder
+from .codec import CompressionWarning, Decoder, Encoder, VoxelChanges
 from .frames import FrameField, FrameSize, frame_size, laws, positions, sensors
 from .order import arrange_by_ring, sort_by_time
 from .outliers import OutlierRemoval, PointOutlierRemoval
@@ -55,6 +55,7 @@ __all__ = [
     "Status",
     "StreamSummary",
     "TemporalVoxelFilter",
+    "VoxelChanges",
     "__version__",
     "arrange_by_ring",
     "encode_bag",

@@ -11,6 +11,7 @@ from typing import (
     Any,
     Dict,
     Literal,
+    NamedTuple,
     Optional,
     Sequence,
     Tuple,
@@ -404,6 +405,18 @@ class Encoder:
             raise
 
 
+class VoxelChanges(NamedTuple):
+    """How the voxels of a frame differ from those of the last one that was decoded."""
+
+    #: Voxels that are there no more, or with other values, as they were.
+    gone: Cloud
+    #: Voxels that are new, or have other values, as they are.
+    came: Cloud
+    #: Whether no earlier frame was known: `came` has all voxels, and those of the receiver
+    #: are to be dropped.
+    is_from_nothing: bool
+
+
 class Decoder:
     """Decodes the frames of one stream, in either format.
 
@@ -516,9 +529,50 @@ class Decoder:
             warnings.warn(message, CompressionWarning, stacklevel=2)
         return None if cloud is None else Cloud(cloud)
 
+    def decode_changes(self, data: Buffer) -> Optional[VoxelChanges]:
+        """Decodes the first frame in memory to what changed, for a map or a display that
+        keeps its voxels: these without `gone` and with `came` are those of the frame.
+
+        Parameters
+        ----------
+        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+            Must not be changed during the call.
+
+        Returns
+        -------
+        VoxelChanges or None
+            Clouds as `decode` returns them, with one point at the centre of each voxel and
+            without further fields; a frame that has its points is turned into voxels. They
+            are the changes since the last frame that was decoded, by `decode` or this. None
+            if no frame was decoded: `status` says why, and the next changes are from the same
+            frame as these would have been.
+
+        Raises
+        ------
+        TypeError
+            If `data` is not bytes.
+
+        Examples
+        --------
+        >>> import numpy, pcl_ext
+        >>> encoder, decoder = pcl_ext.Encoder(resolution=0.1), pcl_ext.Decoder()
+        >>> changes = decoder.decode_changes(encoder.encode(numpy.zeros((1, 3))))
+        >>> changes.is_from_nothing, len(changes.came)
+        (True, 1)
+        >>> changes = decoder.decode_changes(encoder.encode(numpy.ones((1, 3))))
+        >>> len(changes.gone), len(changes.came)
+        (1, 1)
+        """
+        changes, code, message = self._native.decode_changes(data)
+        self._status = Status(code, message)
+        if changes is None:
+            return None
+        gone, came, is_from_nothing = changes
+        return VoxelChanges(Cloud(gone), Cloud(came), is_from_nothing)
+
     @property
     def status(self) -> Status:
-        """Outcome of the last call of `decode`."""
+        """Outcome of the last call of `decode` or `decode_changes`."""
         return self._status
 
     @property

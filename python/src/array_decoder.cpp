@@ -20,6 +20,7 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   cloud.reset();
+  is_of_changes_ = false;
   io::CompressionStatus status = decoder_.decode(bytes, size, frame_);
   if (!status.ok())
     return status;
@@ -34,10 +35,35 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
   return status;
 }
 
+io::CompressionStatus
+ArrayDecoder::decodeChanges(const std::uint8_t* bytes,
+                            std::size_t size,
+                            std::optional<Changes>& changes)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  changes.reset();
+  frame_.clearVoxels();
+  io::CompressionStatus status = decoder_.decode(bytes, size, changes_);
+  is_of_changes_ = status.ok();
+  if (!status.ok())
+    return status;
+  try {
+    changes.emplace(Changes{DecodedCloud(changes_.gone),
+                            DecodedCloud(changes_.came),
+                            changes_.is_from_nothing});
+  }
+  catch (const std::bad_alloc&) {
+    return outOfMemoryStatus<io::CompressionStatus>();
+  }
+  return status;
+}
+
 ArrayDecoder::Scores
 ArrayDecoder::score(OutlierFilter& outliers)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (is_of_changes_)
+    decoder_.latestVoxels(frame_);
   makeVoxels();
   const std::vector<float> log_odds = outliers.score(frame_);
   if (!frame_.has_point_counts || log_odds.size() != frame_.size())

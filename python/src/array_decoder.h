@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
@@ -42,6 +43,23 @@ public:
          const Denoising& denoising,
          std::optional<DecodedCloud>& cloud);
 
+  /** \brief What a frame changed, as clouds. */
+  struct Changes {
+    DecodedCloud gone;
+    DecodedCloud came;
+    bool is_from_nothing;
+  };
+
+  /** \brief Decodes the first frame in memory to what it changed.
+   * \param[in] bytes must not change meanwhile
+   * \param[in] size number of bytes
+   * \param[out] changes none unless the status is Ok
+   */
+  io::CompressionStatus
+  decodeChanges(const std::uint8_t* bytes,
+                std::size_t size,
+                std::optional<Changes>& changes);
+
   /** \brief Log-odds of the points of a cloud. */
   struct Scores {
     std::vector<float> log_odds; ///< NaN where there is no point, or no voxel for it
@@ -70,7 +88,10 @@ private:
 
   mutable std::mutex mutex_;
   io::FrameDecoder decoder_;
-  io::VoxelFrame frame_; // member so that its memory is reused
+  // Members so that their memory is reused.
+  io::VoxelFrame frame_;
+  io::VoxelChanges changes_;
+  bool is_of_changes_ = false; // the last frame, which frame_ then lacks
 };
 
 } // namespace python

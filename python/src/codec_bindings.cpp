@@ -125,6 +125,20 @@ decode(ArrayDecoder& decoder,
   return py::make_tuple(points, codeName(status.code()), text(status.message()));
 }
 
+py::tuple
+decodeChanges(ArrayDecoder& decoder, const py::object& data)
+{
+  const ByteView bytes(data);
+  std::optional<ArrayDecoder::Changes> changes;
+  const io::CompressionStatus status = withoutGil(
+      [&] { return decoder.decodeChanges(bytes.data(), bytes.size(), changes); });
+  py::object parts = py::none();
+  if (changes)
+    parts = py::make_tuple(
+        changes->gone.intoArray(), changes->came.intoArray(), changes->is_from_nothing);
+  return py::make_tuple(parts, codeName(status.code()), text(status.message()));
+}
+
 py::object
 stampOf(const ArrayDecoder& decoder)
 {
@@ -259,6 +273,7 @@ addDecoder(py::module_& module)
            "outliers"_a,
            "min_intensity"_a,
            "temporal_filter"_a)
+      .def("decode_changes", &decodeChanges, "data"_a)
       .def("stamp", &stampOf)
       .def("statistics", [](const ArrayDecoder& decoder) {
         return asDict(withoutGil([&] { return decoder.statistics(); }));

@@ -10,6 +10,7 @@
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "stream/frame_search.h"
+#include "stream/latest_voxels.h"
 #include "stream/version1_decoder.h"
 #include "voxels/memory_rule.h"
 #include "voxels/point_voxels.h"
@@ -36,29 +37,40 @@ public:
   CompressionStatus
   decode(std::streambuf& buffer, VoxelFrame& frame, CodingWorkspace& work)
   {
-    share_.begin();
-    const std::streambuf::off_type begin = positionOf(buffer);
-    std::size_t frame_offset = 0;
-    found_ = FoundFormat::None;
-    skipped_ = 0;
-    const auto input_failed = [](const std::string& reason) {
-      return CompressionStatus(CompressionCode::InputFailed,
-                               "reading failed: " + reason);
-    };
-    // The caller's buffer may throw, too.
-    CompressionStatus status =
-        callOrElse([&] { return decodeNext(buffer, frame, work, frame_offset); },
-                   outOfMemoryStatus<CompressionStatus>,
-                   input_failed);
-    const std::streambuf::off_type end = positionOf(buffer);
-    if (begin >= 0 && end > begin)
-      seekToNextSearch(
-          status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
-    if (!status.ok())
-      frame.clearVoxels();
-    followStream(status, frame, work);
-    share_.end(memoryBytes());
+    return decode(buffer, frame, nullptr, work);
+  }
+
+  CompressionStatus
+  decode(std::streambuf& buffer, VoxelChanges& changes, CodingWorkspace& work)
+  {
+    tells_changes_ = true;
+    const CompressionStatus status = decode(buffer, latest_.decoded(), &changes, work);
+    if (!status.ok()) {
+      changes.gone.clearVoxels();
+      changes.came.clearVoxels();
+      changes.is_from_nothing = false;
+    }
     return status;
+  }
+
+  bool
+  latestVoxels(VoxelFrame& frame)
+  {
+    share_.begin();
+    const auto list = [&] {
+      if (latest_.areKept())
+        frame = latest_.kept();
+      else if (areInCoder(last_found_))
+        version1_.listLastVoxels(frame);
+      else
+        return false;
+      return true;
+    };
+    const bool are_known = callOrElse(list, [] { return false; });
+    if (!are_known)
+      frame.clearVoxels();
+    share_.end(memoryBytes());
+    return are_known;
   }
 
   /** \brief Scratch memory for callers that pass none. */
@@ -90,6 +102,43 @@ public:
 private:
   /** \brief Bytes that may be read again with any limits. */
   static constexpr std::size_t least_allowance = std::size_t{1} << 20;
+
+  /** \brief Decodes a frame.
+   * \param[out] frame its voxels, unless only changes are asked for
+   * \param[out] changes null if they are not asked for
+   */
+  CompressionStatus
+  decode(std::streambuf& buffer,
+         VoxelFrame& frame,
+         VoxelChanges* changes,
+         CodingWorkspace& work)
+  {
+    share_.begin();
+    const std::streambuf::off_type begin = positionOf(buffer);
+    std::size_t frame_offset = 0;
+    found_ = FoundFormat::None;
+    size_ = 0;
+    are_listed_ = false;
+    skipped_ = 0;
+    const auto input_failed = [](const std::string& reason) {
+      return CompressionStatus(CompressionCode::InputFailed,
+                               "reading failed: " + reason);
+    };
+    // The caller's buffer may throw, too.
+    CompressionStatus status = callOrElse(
+        [&] { return decodeNext(buffer, frame, changes, work, frame_offset); },
+        outOfMemoryStatus<CompressionStatus>,
+        input_failed);
+    const std::streambuf::off_type end = positionOf(buffer);
+    if (begin >= 0 && end > begin)
+      seekToNextSearch(
+          status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
+    if (!status.ok())
+      frame.clearVoxels();
+    followStream(status, frame, work);
+    share_.end(memoryBytes());
+    return status;
+  }
 
   /** \brief Moves the buffer to where the next call has to search: after the frame, to
    * its second byte if its size may be forged, or to its first if it is to be kept.
@@ -187,6 +236,7 @@ private:
   CompressionStatus
   decodeNext(std::streambuf& buffer,
              VoxelFrame& frame,
+             VoxelChanges* changes,
              CodingWorkspace& work,
              std::size_t& frame_offset)
   {
@@ -217,20 +267,101 @@ private:
     ByteSource source(buffer,
                       limits_.max_frame_bytes -
                           std::min(limits_.max_frame_bytes, magic_size));
-    const CompressionStatus status =
-        is_published
-            ? published::decodeFrame(
-                  source, limits_, published_, published_order_, frame, statistics)
-            : version1_.decode(source, work, frame, statistics);
+    CompressionStatus status =
+        is_published ? decodePublished(source, frame, changes, statistics)
+                     : decodeVersion1(source, work, frame, changes, statistics);
     skipped_ = source.skipped();
     if (!status.ok())
       return status;
-    if (decodes_voxels_)
-      setVoxels(frame);
-    statistics.voxels = frame.points.areThere() ? frame.pointCount() : frame.size();
+    if (!are_listed_)
+      status = setFrame(frame, changes, statistics);
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
-    return statusOfVoxels(frame);
+    return status;
+  }
+
+  CompressionStatus
+  decodePublished(ByteSource& source,
+                  VoxelFrame& frame,
+                  const VoxelChanges* changes,
+                  CodedFrameStatistics& statistics)
+  {
+    if (changes != nullptr)
+      keepLatest();
+    return published::decodeFrame(
+        source, limits_, published_, published_order_, frame, statistics);
+  }
+
+  CompressionStatus
+  decodeVersion1(ByteSource& source,
+                 CodingWorkspace& work,
+                 VoxelFrame& frame,
+                 VoxelChanges* changes,
+                 CodedFrameStatistics& statistics)
+  {
+    if (CompressionStatus status = version1_.read(source); !status.ok())
+      return status;
+    if (changes == nullptr || !version1_.isOfChanges() || !areInCoder(last_found_)) {
+      if (changes != nullptr)
+        keepLatest();
+      return version1_.decode(work, frame, statistics);
+    }
+    CompressionStatus status = version1_.decodeChanges(work, *changes, statistics);
+    if (status.ok()) {
+      are_listed_ = true;
+      size_ = statistics.voxels;
+      changes->is_from_nothing = false;
+      latest_.leaveToCoder();
+    }
+    return status;
+  }
+
+  /** \brief Whether the coder of frames of changes knows the last frame.
+   * \param[in] format of this frame
+   */
+  bool
+  areInCoder(FoundFormat format) const
+  {
+    return format == FoundFormat::Version1 && version1_.knowsLastVoxels();
+  }
+
+  /** \brief Keeps the voxels of the last frame, which the coder of frames of changes is
+   * about to lose. */
+  void
+  keepLatest()
+  {
+    if (!latest_.areKept() && areInCoder(last_found_))
+      latest_.keep([this](VoxelFrame& frame) { version1_.listLastVoxels(frame); });
+  }
+
+  /** \brief Sets the voxels of a decoded frame if it has its points, and what differs
+   * from the last frame.
+   * \return Ok, with a warning if points were left out
+   */
+  CompressionStatus
+  setFrame(VoxelFrame& frame, VoxelChanges* changes, CodedFrameStatistics& statistics)
+  {
+    const auto set = [&] {
+      if (decodes_voxels_ || changes != nullptr)
+        setVoxels(frame);
+      statistics.voxels = frame.points.areThere() ? frame.pointCount() : frame.size();
+      size_ = frame.size() + frame.fieldValueCount() + frame.points.cloudSize();
+      CompressionStatus status = statusOfVoxels(frame);
+      if (changes != nullptr)
+        latest_.keepDecoded(*changes);
+      else if (tells_changes_ && areInCoder(found_))
+        latest_.leaveToCoder();
+      else if (tells_changes_)
+        // Without memory for a copy the next changes are from nothing.
+        callOrElse([&] { latest_.keepCopy(frame); }, [this] { latest_.drop(); });
+      return status;
+    };
+    return callOrCleanUp(set, [&] {
+      latest_.drop();
+      // The next frame refers to this one, which the caller does not get.
+      if (changes != nullptr)
+        version1_.forget();
+    });
   }
 
   /** \brief Releases memory that recent frames did not need, and the history of a
@@ -254,8 +385,7 @@ private:
       else
         published_ = published::History();
     }
-    std::size_t needed =
-        frame.size() + frame.fieldValueCount() + frame.points.cloudSize();
+    std::size_t needed = size_;
     if (status.ok())
       needed += statistics_.bytes;
     std::size_t taken = needed;
@@ -274,7 +404,8 @@ private:
   {
     const std::size_t of_voxel =
         own_workspace_.isUsed() ? kept_bytes_with_workspace : kept_bytes_of_voxel;
-    return of_voxel * memory_rule_.most() + version1_.memoryBytes();
+    return of_voxel * memory_rule_.most() + version1_.memoryBytes() +
+           latest_.memoryBytes();
   }
 
   /** \brief Drops what is kept of earlier frames, as the memory is needed elsewhere. */
@@ -284,6 +415,7 @@ private:
     version1_.drop();
     published_ = published::History();
     own_workspace_.releaseMemory();
+    latest_.drop();
     memory_rule_ = MemoryRule();
   }
 
@@ -292,12 +424,8 @@ private:
   {
     const auto release = [&] {
       version1_.releaseMemory();
-      frame.keys.shrink_to_fit();
-      frame.intensities.shrink_to_fit();
-      frame.colours.shrink_to_fit();
-      frame.point_counts.shrink_to_fit();
-      for (FrameField& field : frame.fields)
-        field.numbers.shrink_to_fit();
+      releaseExcess(frame);
+      latest_.releaseMemory();
     };
     // Without memory for smaller copies the memory stays as it is.
     callOrElse(release, [] {});
@@ -305,6 +433,7 @@ private:
 
   DecoderLimits limits_;
   bool decodes_voxels_ = true;
+  bool tells_changes_ = false; // a caller has asked for them
   bool keeps_incomplete_;
   std::uint64_t unfinished_search_ = 0; // last bytes of a search ended by the limit
   RereadAllowance rereads_;
@@ -314,8 +443,11 @@ private:
   // Of the current call.
   FoundFormat found_ = FoundFormat::None;
   std::size_t skipped_ = 0;
+  std::size_t size_ = 0;    // voxels, points and values of fields
+  bool are_listed_ = false; // the changes, without the whole frame
   Version1Decoder version1_;
   published::History published_;
+  LatestVoxels latest_;
   FrameOrder published_order_{false};
   CodingWorkspace own_workspace_;
   MemoryRule memory_rule_;
@@ -359,6 +491,29 @@ FrameDecoder::decode(const std::uint8_t* bytes,
 {
   MemoryBuffer buffer(bytes, size);
   return implementation_->decode(buffer, frame, *memory.workspace_);
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes, std::size_t size, VoxelChanges& changes)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, changes, implementation_->ownWorkspace());
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes,
+                     std::size_t size,
+                     VoxelChanges& changes,
+                     DecodingMemory& memory)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, changes, *memory.workspace_);
+}
+
+bool
+FrameDecoder::latestVoxels(VoxelFrame& frame)
+{
+  return implementation_->latestVoxels(frame);
 }
 
 void

@@ -13,16 +13,17 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief Decodes the frame that was read.
+ * \param[out] frame its voxels, or if there is a `gone` those of a frame of changes that
+ * came
+ * \param[out] gone of a frame of changes; null for all voxels
+ */
 CompressionStatus
-Version1Decoder::decode(ByteSource& source,
-                        CodingWorkspace& work,
+Version1Decoder::decode(CodingWorkspace& work,
                         VoxelFrame& frame,
+                        VoxelFrame* gone,
                         CodedFrameStatistics& statistics)
 {
-  memory_taken_ = 0;
-  std::uint32_t checksum = 0;
-  if (CompressionStatus status = readFrame(source, checksum); !status.ok())
-    return status;
   memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
   if (header_.content.has_fields)
     memory_taken_ += static_cast<std::size_t>(std::min<std::uint64_t>(
@@ -37,30 +38,31 @@ Version1Decoder::decode(ByteSource& source,
     order_ = FrameOrder(true);
   };
   if (CompressionStatus status =
-          callOrCleanUp([&] { return decodePayload(work, frame, sizes); }, reset);
+          callOrCleanUp([&] { return decodePayload(work, frame, gone, sizes); }, reset);
       !status.ok())
     return status;
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;
+  statistics.voxels = static_cast<std::size_t>(header_.voxel_count);
   statistics.is_of_changes = header_.is_of_changes;
   statistics.has_points = header_.content.has_scan;
   statistics.occupancy_bytes = sizes.occupancy;
   statistics.attribute_bytes = sizes.attributes;
   statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
-  statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
-  learn(checksum);
+  statistics.header_bytes = header_bytes_;
+  learn();
   return {};
 }
 
-/** \brief Reads a frame and checks that it is complete, not old, and can be decoded. */
 CompressionStatus
-Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
+Version1Decoder::read(ByteSource& source)
 {
+  memory_taken_ = 0;
   if (CompressionStatus status = readVersion1Header(source,
                                                     limits_,
                                                     header_,
-                                                    checksum,
+                                                    checksum_,
                                                     checked_bytes_,
                                                     state_.bytes_since_i_frame);
       !status.ok())
@@ -68,11 +70,12 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
   if (CompressionStatus status = limitFrame(); !status.ok())
     return status;
   header_size_ = checked_bytes_.size();
+  header_bytes_ = version1_magic_size + source.consumed();
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
   // Without its reference the checksum of a P-frame cannot be verified: its size is not
   // trusted, and the payload is skipped.
   if (CompressionStatus status =
-          header_.is_i_frame ? CompressionStatus() : checkOrder(checksum);
+          header_.is_i_frame ? CompressionStatus() : checkOrder();
       !status.ok()) {
     source.skip(payload_size);
     return source.failure() == ByteSource::Failure::None
@@ -83,9 +86,9 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
   memory_taken_ = checked_bytes_.size();
   if (source.failure() != ByteSource::Failure::None)
     return failedRead(source, "a payload");
-  if (CompressionStatus status = verifyChecksum(checksum); !status.ok())
+  if (CompressionStatus status = verifyChecksum(); !status.ok())
     return status;
-  return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
+  return header_.is_i_frame ? checkOrder() : CompressionStatus();
 }
 
 /** \brief The memory that the voxels of a frame take, without their blocks. */
@@ -132,11 +135,11 @@ Version1Decoder::tooManyBlocks() const
 }
 
 CompressionStatus
-Version1Decoder::verifyChecksum(std::uint32_t checksum) const
+Version1Decoder::verifyChecksum() const
 {
   if (chainedChecksum(header_.is_i_frame ? 0 : state_.checksum,
                       checked_bytes_.data(),
-                      checked_bytes_.size()) == checksum)
+                      checked_bytes_.size()) == checksum_)
     return {};
   return corruptFrame(
       "checksum mismatch of frame " + std::to_string(header_.frame_number) +
@@ -146,9 +149,9 @@ Version1Decoder::verifyChecksum(std::uint32_t checksum) const
 
 /** \brief Checks that a frame is not old, and that its reference was decoded. */
 CompressionStatus
-Version1Decoder::checkOrder(std::uint32_t checksum)
+Version1Decoder::checkOrder()
 {
-  if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
+  if (order_.isOld(header_.frame_number, checksum_, header_.is_i_frame))
     return oldFrame(header_.frame_number);
   if (header_.is_i_frame ||
       (has_history_ && header_.frame_number - 1 == state_.frame_number))
@@ -164,6 +167,7 @@ Version1Decoder::checkOrder(std::uint32_t checksum)
 CompressionStatus
 Version1Decoder::decodePayload(CodingWorkspace& work,
                                VoxelFrame& frame,
+                               VoxelFrame* gone,
                                PayloadSizes& sizes)
 {
   const std::uint8_t* payload = checked_bytes_.data() + header_size_;
@@ -174,7 +178,7 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
   if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
     return status;
   if (header_.is_of_changes)
-    return decodeChanges(work, payload, end, frame, sizes);
+    return decodeFrameOfChanges(work, payload, end, frame, gone, sizes);
   if (header_.content.has_scan)
     return decodeScan(payload, end, frame, sizes);
   const std::uint8_t* const supplement = end - header_.supplement_size;
@@ -197,28 +201,58 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
 
 /** \brief Decodes a frame of changes. */
 CompressionStatus
-Version1Decoder::decodeChanges(CodingWorkspace& work,
-                               const std::uint8_t* begin,
-                               const std::uint8_t* end,
-                               VoxelFrame& frame,
-                               PayloadSizes& sizes)
+Version1Decoder::decodeFrameOfChanges(CodingWorkspace& work,
+                                      const std::uint8_t* begin,
+                                      const std::uint8_t* end,
+                                      VoxelFrame& frame,
+                                      VoxelFrame* gone,
+                                      PayloadSizes& sizes)
 {
   if (!state_.mayBeFollowedByChanges())
     return corruptFrame("a frame of changes to one that it cannot refer to");
   if (state_.changes->blockCount() > maxTracked(frame_limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   sizes = {static_cast<std::size_t>(header_.payload_size), 0, 0};
-  if (state_.changes->decode(work,
+  const bool is_whole =
+      state_.changes->decode(work,
                              {begin,
                               end,
                               static_cast<std::size_t>(header_.voxel_count),
                               false,
                               frame_limits_.max_blocks},
-                             frame) &&
-      isConsistent(frame))
+                             frame);
+  if (is_whole && gone != nullptr && listChanges(work, *gone, frame))
     return {};
+  if (is_whole && gone == nullptr) {
+    state_.changes->listVoxels(work, frame);
+    if (isConsistent(frame))
+      return {};
+  }
   return corruptFrame("the payload does not decode to " +
                       std::to_string(header_.voxel_count) + " voxels");
+}
+
+/** \brief Lists the changes of a frame of changes.
+ * \param[in,out] came grid, scale and the like are given
+ * \return false if the frame is invalid
+ */
+bool
+Version1Decoder::listChanges(CodingWorkspace& work,
+                             VoxelFrame& gone,
+                             VoxelFrame& came) const
+{
+  gone.grid = came.grid;
+  gone.intensity_scale = came.intensity_scale;
+  gone.depth_model = came.depth_model;
+  gone.colour_bits = 0;
+  gone.has_point_counts = false;
+  gone.fields.clear();
+  gone.viewpoint = came.viewpoint;
+  state_.changes->listChanges(work, gone, came);
+  // That makes the whole frame consistent: its other voxels are of the last frame, which
+  // was, and has the same grid and scale; keys ascend with the blocks and their cells;
+  // and the coder has counted voxels and symbols.
+  return isConsistent(came);
 }
 
 /** \brief Decodes the points of a scan. */
@@ -423,7 +457,7 @@ Version1Decoder::prepareStamp()
 
 /** \brief Learns the frame that was decoded. */
 void
-Version1Decoder::learn(std::uint32_t checksum) noexcept
+Version1Decoder::learn() noexcept
 {
   if (header_.is_of_changes) {
     state_.changes->learn();
@@ -439,11 +473,25 @@ Version1Decoder::learn(std::uint32_t checksum) noexcept
   const bool is_empty = header_.voxel_count == 0;
   if (header_.content.hasSupplement() && !is_empty)
     state_.supplement->learn();
-  state_.learn(header_, checksum);
+  state_.learn(header_, checksum_);
   stamp_.swap(next_stamp_);
   has_history_ = true;
   is_dropped_ = false;
-  order_.decoded(state_.frame_number, checksum, !is_empty || stamp_);
+  order_.decoded(state_.frame_number, checksum_, !is_empty || stamp_);
+}
+
+void
+Version1Decoder::listLastVoxels(VoxelFrame& frame) const
+{
+  frame.clearVoxels();
+  frame.grid = state_.grid;
+  frame.intensity_scale = state_.intensity_scale;
+  frame.depth_model = state_.depth_model;
+  // Frames of changes have none, nor does what they refer to.
+  frame.colour_bits = 0;
+  frame.has_point_counts = false;
+  frame.fields.clear();
+  state_.changes->listLastVoxels(frame);
 }
 
 void

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
@@ -28,20 +29,59 @@ class Version1Decoder {
 public:
   explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits) {}
 
-  /** \brief Reads and decodes a frame after the magic bytes.
+  /** \brief Reads a frame after the magic bytes, and checks that it is complete, not
+   * old, and can be decoded.
    *
-   * A frame that fails does not change the history. An exception does not change it, or
-   * drops it until the next I-frame.
+   * A frame that fails here or in decode() does not change the history. An exception
+   * does not change it, or drops it until the next I-frame.
    * \param[in,out] source after the magic bytes
+   */
+  CompressionStatus
+  read(ByteSource& source);
+
+  /** \brief Decodes the frame that was read.
    * \param[in,out] work scratch memory
    * \param[out] frame the voxels; unspecified on failure
    * \param[out] statistics of this frame, without its size
    */
   CompressionStatus
-  decode(ByteSource& source,
-         CodingWorkspace& work,
-         VoxelFrame& frame,
-         CodedFrameStatistics& statistics);
+  decode(CodingWorkspace& work, VoxelFrame& frame, CodedFrameStatistics& statistics)
+  {
+    return decode(work, frame, nullptr, statistics);
+  }
+
+  /** \brief Decodes the frame that was read, which has to be one of changes to a frame
+   * that is known.
+   * \param[in,out] work scratch memory
+   * \param[out] changes unspecified on failure
+   * \param[out] statistics of this frame, without its size
+   */
+  CompressionStatus
+  decodeChanges(CodingWorkspace& work,
+                VoxelChanges& changes,
+                CodedFrameStatistics& statistics)
+  {
+    return decode(work, changes.came, &changes.gone, statistics);
+  }
+
+  /** \brief Whether the frame that was read is one of changes. */
+  bool
+  isOfChanges() const
+  {
+    return header_.is_of_changes;
+  }
+
+  /** \brief Whether all voxels of the last frame are known, as frames of changes refer
+   * to them. */
+  bool
+  knowsLastVoxels() const
+  {
+    return has_history_ && state_.mayBeFollowedByChanges();
+  }
+
+  /** \brief Sets a frame to the voxels of the last one, if they are known. */
+  void
+  listLastVoxels(VoxelFrame& frame) const;
 
   /** \brief Stamp and frame_id of the last decoded frame, if it has them. */
   const std::optional<FrameStamp>&
@@ -95,7 +135,10 @@ public:
 
 private:
   CompressionStatus
-  readFrame(ByteSource& source, std::uint32_t& checksum);
+  decode(CodingWorkspace& work,
+         VoxelFrame& frame,
+         VoxelFrame* gone,
+         CodedFrameStatistics& statistics);
 
   std::uint64_t
   bytesOfVoxels() const;
@@ -107,13 +150,16 @@ private:
   tooManyBlocks() const;
 
   CompressionStatus
-  checkOrder(std::uint32_t checksum);
+  checkOrder();
 
   CompressionStatus
-  verifyChecksum(std::uint32_t checksum) const;
+  verifyChecksum() const;
 
   CompressionStatus
-  decodePayload(CodingWorkspace& work, VoxelFrame& frame, PayloadSizes& sizes);
+  decodePayload(CodingWorkspace& work,
+                VoxelFrame& frame,
+                VoxelFrame* gone,
+                PayloadSizes& sizes);
 
   CompressionStatus
   decodeVoxels(CodingWorkspace& work,
@@ -123,11 +169,15 @@ private:
                PayloadSizes& sizes);
 
   CompressionStatus
-  decodeChanges(CodingWorkspace& work,
-                const std::uint8_t* begin,
-                const std::uint8_t* end,
-                VoxelFrame& frame,
-                PayloadSizes& sizes);
+  decodeFrameOfChanges(CodingWorkspace& work,
+                       const std::uint8_t* begin,
+                       const std::uint8_t* end,
+                       VoxelFrame& frame,
+                       VoxelFrame* gone,
+                       PayloadSizes& sizes);
+
+  bool
+  listChanges(CodingWorkspace& work, VoxelFrame& gone, VoxelFrame& came) const;
 
   CompressionStatus
   decodeScan(const std::uint8_t* begin,
@@ -163,7 +213,7 @@ private:
   prepareStamp();
 
   void
-  learn(std::uint32_t checksum) noexcept;
+  learn() noexcept;
 
   DecoderLimits limits_;
 
@@ -175,6 +225,8 @@ private:
 
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
+  std::uint32_t checksum_ = 0;
+  std::size_t header_bytes_ = 0; // with the magic ones
   FrameLimits frame_limits_{};
   std::size_t blocks_by_memory_ = most_blocks;
   std::vector<std::uint8_t> checked_bytes_;

@@ -2,6 +2,8 @@
 #include <pcl_ext/compression/voxel_changes.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 
 namespace pcl_ext {
 namespace io {
@@ -37,18 +39,12 @@ append(const VoxelFrame& frame, std::size_t begin, std::size_t end, VoxelFrame& 
     appendTo(part.colours, frame.colours);
 }
 
-bool
-differs(const VoxelFrame& before, std::size_t i, const VoxelFrame& after, std::size_t j)
-{
-  return (before.hasIntensities() && before.intensities[i] != after.intensities[j]) ||
-         (before.colour_bits > 0 && !(before.colours[i] == after.colours[j]));
-}
-
 } // namespace
 
 void
 findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& changes)
 {
+  changes.is_from_nothing = false;
   beginPart(before, changes.gone);
   beginPart(after, changes.came);
   if (!changes.areOfOneGrid() || before.depth_model != after.depth_model) {
@@ -56,24 +52,34 @@ findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& cha
     append(after, 0, after.size(), changes.came);
     return;
   }
+  const std::uint64_t* const was = before.keys.data();
+  const std::uint64_t* const is = after.keys.data();
+  const auto is_same = [&, has_intensities = before.hasIntensities()](std::size_t i,
+                                                                      std::size_t j) {
+    return was[i] == is[j] &&
+           (!has_intensities || before.intensities[i] == after.intensities[j]) &&
+           (before.colour_bits == 0 || before.colours[i] == after.colours[j]);
+  };
+  // Between two voxels that stay as they are all are gone, or came.
   std::size_t i = 0;
   std::size_t j = 0;
-  while (i < before.size() && j < after.size()) {
-    const std::uint64_t was = before.keys[i];
-    const std::uint64_t is = after.keys[j];
-    if (was < is)
-      append(before, i, i + 1, changes.gone);
-    else if (is < was)
-      append(after, j, j + 1, changes.came);
-    else if (differs(before, i, after, j)) {
-      append(before, i, i + 1, changes.gone);
-      append(after, j, j + 1, changes.came);
+  while (i < before.size() || j < after.size()) {
+    const std::size_t gone = i;
+    const std::size_t came = j;
+    while (i < before.size() && j < after.size() && !is_same(i, j)) {
+      const std::uint64_t next = std::min(was[i], is[j]);
+      i += was[i] == next ? 1 : 0;
+      j += is[j] == next ? 1 : 0;
     }
-    i += was <= is ? 1 : 0;
-    j += is <= was ? 1 : 0;
+    if (i == before.size() || j == after.size()) {
+      i = before.size();
+      j = after.size();
+    }
+    append(before, gone, i, changes.gone);
+    append(after, came, j, changes.came);
+    for (; i < before.size() && j < after.size() && is_same(i, j); ++i)
+      ++j;
   }
-  append(before, i, before.size(), changes.gone);
-  append(after, j, after.size(), changes.came);
 }
 
 } // namespace io

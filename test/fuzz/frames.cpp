@@ -4,12 +4,14 @@
  * Fuzz target: frames of an encoder that were changed, mostly with valid checksums.
  * Decoding never crashes or throws; a frame that is Ok is consistent, within its grid
  * and within the limits; one that is not is empty and comes with a reason; and the next
- * valid I-frame and the P-frame after it decode to exactly their voxels.
+ * valid I-frame and the P-frame after it decode to exactly their voxels. A decoder of
+ * changes agrees with one of whole frames.
  *
  * The input is a stream. The mutator takes it apart into frames, changes fields of
  * headers, depth models, payloads, symbols of the published layout and the order of the
  * frames, and computes the chain of checksums anew.
  */
+#include "changes_decoding.h"
 #include "checked_decoding.h"
 #include "frame_changes.h"
 #include "frame_row.h"
@@ -196,5 +198,6 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
       last.flags = begin[test::flags_offset];
   });
   requireFreshFrames(decoder, last);
+  requireSameChanges(data, size);
   return 0;
 }

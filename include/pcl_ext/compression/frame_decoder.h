@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
@@ -50,6 +51,15 @@ private:
  * history may be lost until then. Late and repeated frames are dropped (OldFrame); an
  * input that ended and is read again from its first frame is not old. See
  * doc/robustness.md.
+ *
+ * Who keeps the voxels, as a map or a display, can take only what changed:
+ * \code
+ * if (decoder.decode(bytes, size, changes).ok()) {
+ *   if (changes.is_from_nothing)
+ *     ; // drop all voxels
+ *   ; // remove changes.gone, then add changes.came
+ * }
+ * \endcode
  */
 class PCL_EXT_CODEC_EXPORT FrameDecoder {
 public:
@@ -99,6 +109,48 @@ public:
          std::size_t size,
          VoxelFrame& frame,
          DecodingMemory& memory);
+
+  /** \brief Decodes the first frame found in memory, as above, and tells how its voxels
+   * differ from those of the last frame that was decoded, by whichever function.
+   *
+   * A frame of changes (CodedFrameStatistics::is_of_changes) takes less time than as a
+   * whole; other frames are decoded and compared. Voxels are made of points that a frame
+   * has, whatever setDecodesVoxels() says; the points, their numbers and fields are no
+   * part of changes.
+   *
+   * VoxelChanges::is_from_nothing is set where the last frame is not known: for the
+   * first frame, and for that after the memory was dropped to keep a MemoryBudget or
+   * ran out. Frames before the first call of this function may be unknown, too, as
+   * their voxels are not kept. After a failure nothing changed, and the next frame that
+   * is decoded is compared with the same one as this.
+   * \param[in] bytes the first byte
+   * \param[in] size number of bytes
+   * \param[out] changes its memory is reused; both parts are empty unless the status is
+   * Ok
+   */
+  CompressionStatus
+  decode(const std::uint8_t* bytes, std::size_t size, VoxelChanges& changes);
+
+  /** \brief The same with scratch memory that several decoders share.
+   * \param[in] bytes the first byte
+   * \param[in] size number of bytes
+   * \param[out] changes as above
+   * \param[in,out] memory not to be used by another call at the same time
+   */
+  CompressionStatus
+  decode(const std::uint8_t* bytes,
+         std::size_t size,
+         VoxelChanges& changes,
+         DecodingMemory& memory);
+
+  /** \brief All voxels of the last frame that was decoded, without points, their numbers
+   * and fields: what the changes add up to.
+   * \param[out] frame its memory is reused. Empty if they are not known, which the next
+   * changes tell, too, see VoxelChanges::is_from_nothing
+   * \return false if they are not known, or there is no memory for them
+   */
+  bool
+  latestVoxels(VoxelFrame& frame);
 
   /** \brief Whether frames that have their points get their voxels, too, which takes as
    * much time as to decode them: true at first. Without them VoxelFrame::keys is empty,

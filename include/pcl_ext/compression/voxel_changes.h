@@ -25,6 +25,10 @@ struct VoxelChanges {
   VoxelFrame gone; ///< with the intensities and colours that the voxels had
   VoxelFrame came; ///< with those that they have; its grid is that of the later frame
 
+  /** \brief Whether no earlier frame was known, so that `came` has all voxels of the
+   * later one, and `gone` none: who applies changes drops the voxels that it has. */
+  bool is_from_nothing = false;
+
   /** \brief Whether both are of the same grid and scale, so that keys of voxels can be
    * compared. */
   bool
@@ -38,7 +42,7 @@ struct VoxelChanges {
 /** \brief Compares two frames.
  * \param[in] before as isConsistent() demands
  * \param[in] after likewise
- * \param[out] changes its memory is reused
+ * \param[out] changes its memory is reused; is_from_nothing is false
  */
 PCL_EXT_CODEC_EXPORT void
 findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& changes);

@@ -65,6 +65,44 @@ nextBlock(const Block& block, std::uint64_t cells, std::uint64_t changed)
           change_history};
 }
 
+/** \brief Lists the voxels of a frame that is known by its blocks. */
+void
+expand(const LastFrame& last, OctantList& octants, VoxelFrame& frame)
+{
+  const auto cells_of = [blocks = last.blocks.data()](std::size_t i) {
+    return blocks[i].cells;
+  };
+  const auto key_of = [blocks = last.blocks.data()](std::size_t i) {
+    return blocks[i].key;
+  };
+  reserveAhead(frame.intensities, last.symbols.size());
+  frame.intensities.assign(last.symbols.begin(), last.symbols.end());
+  octants.assign(last.blocks.size(), last.voxel_count, cells_of);
+  octants.listKeys(last.voxel_count, cells_of, key_of, frame.keys);
+}
+
+/** \brief Appends some voxels of a block to those of a frame.
+ * \param[in] some of the block's cells that are occupied
+ * \param[in] cells all of them
+ * \param[in] symbols of all voxels; empty if the frame has none
+ * \param[in] first the block's first voxel
+ */
+void
+appendCells(std::uint64_t key,
+            std::uint64_t some,
+            std::uint64_t cells,
+            const std::vector<std::uint16_t>& symbols,
+            std::size_t first,
+            VoxelFrame& frame)
+{
+  for (; some != 0; some &= some - 1) {
+    const std::uint64_t cell = some & (~some + 1);
+    frame.keys.push_back((key << block_key_bits) + lowestBit(some));
+    if (frame.hasIntensities())
+      frame.intensities.push_back(symbols[first + bitCount(cells & (cell - 1))]);
+  }
+}
+
 } // namespace
 
 void
@@ -168,7 +206,7 @@ ChangeCoder::encode(CodingWorkspace& memory,
 bool
 ChangeCoder::decode(CodingWorkspace& memory,
                     const CodedPayload& payload,
-                    VoxelFrame& frame)
+                    const VoxelFrame& frame)
 {
   fast::Workspace& work = memory.fast();
   highest_symbol_ = frame.hasIntensities()
@@ -182,12 +220,64 @@ ChangeCoder::decode(CodingWorkspace& memory,
   changed_.assign(last_.blocks.size(), 0);
   rans::NibbleDecoder coder(
       payload.begin, payload.end, rans::Interleaving::One, work.bytes);
-  if (coder.isOverrun() || !code(coder, work, nullptr) || !coder.isAtEnd())
-    return false;
-  reserveAhead(frame.intensities, next_.symbols.size());
-  frame.intensities.assign(next_.symbols.begin(), next_.symbols.end());
-  expand(work, frame.keys);
-  return true;
+  return !coder.isOverrun() && code(coder, work, nullptr) && coder.isAtEnd();
+}
+
+void
+ChangeCoder::listVoxels(CodingWorkspace& memory, VoxelFrame& frame) const
+{
+  expand(next_, memory.fast().frame.octants, frame);
+}
+
+void
+ChangeCoder::listChanges(CodingWorkspace& memory,
+                         VoxelFrame& gone,
+                         VoxelFrame& came) const
+{
+  const fast::FrameBlocks& blocks = memory.fast().frame;
+  gone.clearVoxels();
+  came.clearVoxels();
+  std::size_t before = 0; // voxels of the last frame
+  std::size_t now = 0;    // voxels of the frame
+  const Block* next = next_.blocks.data();
+  const auto list_old = [&](std::size_t i) {
+    const Block& block = last_.blocks[i];
+    std::uint64_t cells = block.cells;
+    if (changed_[i] != 0) {
+      // Its change history is not 0, so that the frame has it, too.
+      while (next->key != block.key)
+        ++next;
+      cells = next->cells;
+      appendCells(block.key,
+                  changed_[i] & block.cells,
+                  block.cells,
+                  last_.symbols,
+                  before,
+                  gone);
+      appendCells(block.key, changed_[i] & cells, cells, next_.symbols, now, came);
+    }
+    before += bitCount(block.cells);
+    now += bitCount(cells);
+  };
+  const auto list_new = [&](std::size_t j, std::size_t) {
+    const std::uint64_t cells = blocks.new_masks[j];
+    appendCells(blocks.new_keys[j], cells, cells, next_.symbols, now, came);
+    now += bitCount(cells);
+    return true;
+  };
+  walkSideBySide(last_.blocks, blocks.new_keys, list_old, list_new);
+}
+
+void
+ChangeCoder::listLastVoxels(VoxelFrame& frame) const
+{
+  if (last_.blocks.empty()) {
+    frame.keys = last_keys_;
+    frame.intensities = last_.symbols;
+    return;
+  }
+  OctantList octants;
+  expand(last_, octants, frame);
 }
 
 /** \brief Codes a frame: next_ from last_.
@@ -344,21 +434,6 @@ ChangeCoder::codeSymbols(Coder& coder,
   next_.blocks.resize(static_cast<std::size_t>(next - next_.blocks.data()));
   coder = symbols.coder();
   return true;
-}
-
-/** \brief Lists the keys of the voxels after the frame. */
-void
-ChangeCoder::expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) const
-{
-  const auto cells_of = [blocks = next_.blocks.data()](std::size_t i) {
-    return blocks[i].cells;
-  };
-  const auto key_of = [blocks = next_.blocks.data()](std::size_t i) {
-    return blocks[i].key;
-  };
-  OctantList& octants = work.frame.octants;
-  octants.assign(next_.blocks.size(), next_.voxel_count, cells_of);
-  octants.listKeys(next_.voxel_count, cells_of, key_of, keys);
 }
 
 void

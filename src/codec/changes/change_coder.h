@@ -73,15 +73,32 @@ public:
          const VoxelFrame& frame,
          std::vector<std::uint8_t>& payload);
 
-  /** \brief Inverse of encode(). Either learn() follows, or the frame is taken as
-   * failed, which changes nothing.
+  /** \brief Inverse of encode(). listVoxels() or listChanges() may follow, with the same
+   * memory; then either learn(), or the frame is taken as failed, which changes nothing.
    * \param[in,out] memory for the frame
    * \param[in] payload 1 voxel or more
-   * \param[in,out] frame its voxels are set; its other members are given
+   * \param[in] frame its grid and scale are those of the frame
    * \return false if the bytes are not exactly one payload of that many voxels
    */
   bool
-  decode(CodingWorkspace& memory, const CodedPayload& payload, VoxelFrame& frame);
+  decode(CodingWorkspace& memory, const CodedPayload& payload, const VoxelFrame& frame);
+
+  /** \brief Sets the voxels of a frame to those of the frame that was decoded. */
+  void
+  listVoxels(CodingWorkspace& memory, VoxelFrame& frame) const;
+
+  /** \brief Lists how the frame that was decoded differs from the last one.
+   * \param[in] memory of decode()
+   * \param[out] gone voxels of the last frame
+   * \param[out] came voxels of the frame that was decoded
+   */
+  void
+  listChanges(CodingWorkspace& memory, VoxelFrame& gone, VoxelFrame& came) const;
+
+  /** \brief Sets the voxels of a frame to those of the last one, which there has to
+   * be. */
+  void
+  listLastVoxels(VoxelFrame& frame) const;
 
   /** \brief Learns the frame that was decoded last. */
   void
@@ -119,9 +136,6 @@ private:
 
   void
   collectBlocks();
-
-  void
-  expand(fast::Workspace& work, std::vector<std::uint64_t>& keys) const;
 
   bool has_last_frame_ = false;
   /** \brief The last frame if it was copied and no frame referred to it, else empty;

@@ -58,6 +58,7 @@ isTaken(const VoxelFrame& next,
   const bool is_taken = decoder.decode(
       memory, {payload.data(), payload.data() + payload.size(), count, false}, back);
   if (is_taken) {
+    decoder.listVoxels(memory, back);
     EXPECT_EQ(back.keys, next.keys);
     EXPECT_EQ(back.intensities, next.intensities);
   }
