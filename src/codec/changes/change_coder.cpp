@@ -157,12 +157,12 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
     const std::uint64_t was = last_.blocks[i].cells;
     changed_[i] = was ^ cells;
     gone_[i] = was & ~cells;
-    const std::uint16_t* old_symbol = last_.symbols.data() + before;
-    const std::uint16_t* symbol =
-        frame.intensities.data() + (cells != 0 ? now_.first_voxels[now] : 0);
     const std::size_t voxels = bitCount(was);
-    before += voxels;
     const bool has_symbols = frame.hasIntensities() && (was & cells) != 0;
+    const std::uint16_t* old_symbol = has_symbols ? &last_.symbols[before] : nullptr;
+    const std::uint16_t* symbol =
+        has_symbols ? &frame.intensities[now_.first_voxels[now]] : nullptr;
+    before += voxels;
     if (has_symbols &&
         !(was == cells && std::equal(symbol, symbol + voxels, old_symbol)))
       for (std::uint64_t left = was | cells; left != 0; left &= left - 1) {
