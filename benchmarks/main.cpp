@@ -61,10 +61,12 @@ addCoderOptions(CLI::App& program, Options& options)
                      options.cloudini,
                      "points: cloudini's pcd_to_cloudini_converter, if it is there");
   program
-      .add_option("--seconds", options.seconds, "scale, at_once: length of each run")
+      .add_option(
+          "--seconds", options.seconds, "scale, centre, at_once: length of each run")
       ->check(CLI::Range(0.01, 86400.0));
   program
-      .add_option("--most-streams", options.most_streams, "scale: most streams to try")
+      .add_option(
+          "--most-streams", options.most_streams, "scale, centre: most streams to try")
       ->check(at_least_one);
   program.add_option(
       "--outlier-removal",
@@ -74,7 +76,7 @@ addCoderOptions(CLI::App& program, Options& options)
   program
       .add_option("--temporal-filter",
                   options.temporal_filter,
-                  "scale: frames over which the sensors filter their voxels, 8 "
+                  "scale, centre: frames over which the sensors filter their voxels, 8 "
                   "being usual; 0: they do not")
       ->check(CLI::Range(0u, pcl_ext::TemporalVoxelFilter::most_frames));
 }

@@ -19,17 +19,18 @@ namespace measuring {
 struct Options {
   std::vector<std::string> recordings; ///< folders of clouds
   std::vector<std::string> tables;
-  std::vector<std::string> efforts = {"fast"}; ///< of tables scale and at_once
+  std::vector<std::string> efforts = {"fast"}; ///< of tables scale, centre and at_once
   std::size_t frames = 60;                     ///< of each sensor of the robot cell
   std::size_t repetitions = 3; ///< of each stream; the least time of each frame counts
   std::vector<double> edges;   ///< voxel edges, metres; empty: the table's own
   std::string cloudini;        ///< of table points: its converter; empty: left out
-  double seconds = 5.0;        ///< of each run of tables scale and at_once
-  std::size_t most_streams = 800; ///< that table scale tries
+  double seconds = 5.0;        ///< of each run of tables scale, centre and at_once
+  std::size_t most_streams = 800; ///< that tables scale and centre try
   /** \brief Of table scale: log-odds below which the sensors remove a voxel as
    * noise. */
   std::optional<float> outlier_removal;
-  unsigned int temporal_filter = 0; ///< of table scale: the sensors', frames; 0: none
+  unsigned int temporal_filter =
+      0; ///< of tables scale, centre: the sensors', frames; 0: none
 
   std::vector<unsigned int> sensors; ///< of the robot cell; empty: all of the table
   std::uint32_t seed = 1;            ///< of the robot cell

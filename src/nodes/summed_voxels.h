@@ -39,7 +39,7 @@ struct SummedColour {
 
 /** \brief Sums of voxels in a grid, by their Morton keys, in ascending order.
  *
- * Memory: 150 bytes for an octant, 2 x 2 x 2 voxels, of which one or more are occupied,
+ * Memory: 200 bytes for an octant, 2 x 2 x 2 voxels, of which one or more are occupied,
  * and with colours 128 more. Octants without a voxel are removed when they are more than
  * a half.
  */
