@@ -72,6 +72,11 @@ EnteredStream::replace(io::VoxelFrame& voxels)
 {
   io::findChanges(voxels_, voxels, changes_);
   std::swap(voxels_, voxels);
+  // What is not merged is not kept.
+  voxels_.fields.clear();
+  voxels_.points = io::FramePoints();
+  voxels_.point_counts = std::vector<std::uint32_t>();
+  voxels_.has_point_counts = false;
   const std::size_t symbols = voxels_.hasIntensities()
                                   ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
                                   : 1;

@@ -5,9 +5,27 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace pcl_ext {
 namespace nodes {
+
+namespace {
+
+constexpr unsigned int most_bits = 16;
+
+/** \brief Whether a scale has no common step of its intensities, but spans them: from 0
+ * to a power of two. */
+bool
+spansPowerOfTwo(const io::IntensityScale& scale)
+{
+  int exponent = 0;
+  const double fraction =
+      std::frexp(static_cast<double>(scale.step) * scale.maxSymbol(), &exponent);
+  return scale.bits == most_bits && std::abs(fraction - 0.5) < 1e-6;
+}
+
+} // namespace
 
 MergedFrameEncoder::MergedFrameEncoder(const io::StreamSettings& stream)
 : encoder_(io::StreamFormat::Version1,
@@ -22,6 +40,7 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
                            const std::string& frame_id,
                            std::vector<std::uint8_t>& bytes)
 {
+  bytes.clear();
   const auto microseconds =
       std::chrono::duration_cast<std::chrono::microseconds>(stamp).count();
   return callOrElse(
@@ -41,14 +60,14 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
 const io::VoxelFrame&
 MergedFrameEncoder::onHeldScale(const io::VoxelFrame& merged)
 {
-  constexpr unsigned int most_bits = 16;
+  constexpr float most_times = 4.0f;
   const io::IntensityScale& scale = merged.intensity_scale;
   const bool has_same_numbers = held_.offset == scale.offset &&
                                 held_.step == scale.step && held_.bits >= scale.bits;
-  // Without a common step the step is a share of the largest intensity.
   const bool has_coarser_steps = held_.offset == scale.offset &&
-                                 held_.step > scale.step && held_.bits == most_bits &&
-                                 scale.bits == most_bits;
+                                 held_.step > scale.step &&
+                                 held_.step <= most_times * scale.step &&
+                                 spansPowerOfTwo(held_) && spansPowerOfTwo(scale);
   if (encoder_.isIFrameDue() || !(has_same_numbers || has_coarser_steps))
     held_ = scale;
   if (held_ == scale)

@@ -19,6 +19,7 @@ namespace nodes {
 namespace {
 
 constexpr float no_limit = std::numeric_limits<float>::infinity();
+constexpr unsigned int most_threads = 8; // more would look at the same updates
 
 io::IntensityQuantiser
 mergingQuantiser()
@@ -65,10 +66,10 @@ MergedVoxels::MergedVoxels(double resolution,
                            const std::optional<Origin>& origin,
                            unsigned int threads)
 : has_fixed_origin_(origin.has_value())
-, threads_(threads)
-, sums_(threads)
+, threads_(std::min(threads, most_threads))
+, sums_(threads_)
 , quantiser_(mergingQuantiser())
-, frames_(threads)
+, frames_(threads_)
 {
   scale_.grid.resolution = resolution;
   scale_.grid.origin = origin.value_or(Origin{});
@@ -166,7 +167,7 @@ MergedVoxels::updateSums()
       std::any_of(all_.begin(), all_.end(), [](const Entry* entry) {
         return entry->voxels.hasChanges();
       });
-  if (is_other_scale || !writeUpdates() ||
+  if (is_other_scale || !has_grid_ || !writeUpdates() ||
       (are_any_changed && moveOrigin(voxelCount() - outsideLattice())))
     enterAll();
   else {
@@ -379,8 +380,9 @@ MergedVoxels::intensityLimit() const
 bool
 MergedVoxels::setScale()
 {
-  // A sum of 2^22 of the largest intensities has less than 63 bits.
-  constexpr int bits_of_highest = 40;
+  // A sum of 2^28 of the largest intensities, as many as a frame may have, has less than
+  // 63 bits.
+  constexpr int bits_of_highest = 34;
   constexpr int spare_bits = 1;
   constexpr int most_spare_bits = 5;
   const float limit = intensityLimit();
@@ -472,7 +474,8 @@ MergedVoxels::setWholeIntensities(io::VoxelFrame& merged) const
 {
   if (scale_.units < 1.0)
     return false;
-  const int shift = std::ilogb(scale_.units); // a power of two
+  constexpr int most_bits = 63;
+  const int shift = std::min(std::ilogb(scale_.units), most_bits); // a power of two
   constexpr std::int64_t highest_number = 65535;
   std::int64_t highest = 0;
   merged.intensities.resize(sums_of_voxels_.size());

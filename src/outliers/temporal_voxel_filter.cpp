@@ -103,9 +103,9 @@ public:
   void
   reset()
   {
-    DirectionDepths rays = std::move(rays_); // of the next frame
-    *this = Implementation(frames_, holds_);
-    rays_ = std::move(rays);
+    Implementation fresh(frames_, holds_);
+    std::swap(fresh.rays_, rays_); // of the next frame
+    *this = std::move(fresh);
   }
 
   std::size_t

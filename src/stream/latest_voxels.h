@@ -136,13 +136,18 @@ private:
     frame.has_point_counts = false;
     frame.point_counts.clear();
     frame.fields.clear();
+    frame.viewpoint = {};
     frame.points = FramePoints();
   }
 
   static std::size_t
   bytesOf(const VoxelFrame& frame)
   {
-    return frame.keys.capacity() * sizeof(std::uint64_t) +
+    // Values of fields stay after a frame that failed.
+    std::size_t of_fields = 0;
+    for (const FrameField& field : frame.fields)
+      of_fields += field.numbers.capacity() * sizeof(field.numbers[0]);
+    return of_fields + frame.keys.capacity() * sizeof(std::uint64_t) +
            frame.intensities.capacity() * sizeof(std::uint16_t) +
            frame.colours.capacity() * sizeof(VoxelColour) +
            frame.point_counts.capacity() * sizeof(std::uint32_t);

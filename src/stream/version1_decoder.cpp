@@ -247,7 +247,8 @@ Version1Decoder::listChanges(CodingWorkspace& work,
   gone.colour_bits = 0;
   gone.has_point_counts = false;
   gone.fields.clear();
-  gone.viewpoint = came.viewpoint;
+  came.viewpoint = {};
+  gone.viewpoint = {};
   state_.changes->listChanges(work, gone, came);
   // That makes the whole frame consistent: its other voxels are of the last frame, which
   // was, and has the same grid and scale; keys ascend with the blocks and their cells;
@@ -491,6 +492,7 @@ Version1Decoder::listLastVoxels(VoxelFrame& frame) const
   frame.colour_bits = 0;
   frame.has_point_counts = false;
   frame.fields.clear();
+  frame.viewpoint = {};
   state_.changes->listLastVoxels(frame);
 }
 

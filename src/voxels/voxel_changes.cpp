@@ -19,6 +19,7 @@ beginPart(const VoxelFrame& frame, VoxelFrame& part)
   part.intensity_scale = frame.intensity_scale;
   part.depth_model = frame.depth_model;
   part.colour_bits = frame.colour_bits;
+  part.viewpoint = {};
   part.has_point_counts = false;
   part.fields.clear();
   part.points = FramePoints();

@@ -306,6 +306,19 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
     }
 }
 
+TEST_F(Merging, OfIntensitiesOf0BehindTinyOnes)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(4);
+  frame.keys = {1, 2, 3};
+  frame.intensities = {1, 2, 3};
+  frame.intensity_scale.step = 1e-30f;
+  sendAndWait(node, "a", codedAlone(frame));
+  EXPECT_EQ(mergedVoxels(node).size(), 3u);
+  frame.intensities = {0, 0, 0};
+  sendAndWait(node, "a", codedAlone(frame));
+  EXPECT_EQ(mergedVoxels(node), worldVoxels(frame));
+}
+
 TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
 {
   const CodedStream stream = streamOf(1);

@@ -135,6 +135,37 @@ TEST(MergedFrames, KeepColours)
   EXPECT_EQ(decoder.stamp()->frame_id, "world");
 }
 
+/** \brief Three voxels, with intensities in steps of 2 up to 131070, or of 1. */
+VoxelFrame
+frameOf(std::vector<std::uint16_t> numbers, float step)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(4);
+  frame.grid.resolution = resolution;
+  frame.keys = {1, 20, 300};
+  frame.intensities = std::move(numbers);
+  frame.intensity_scale.bits = 16;
+  frame.intensity_scale.step = step;
+  return frame;
+}
+
+TEST(MergedFrames, WholeIntensitiesAreExactBehindOnesThatHaveNoStep)
+{
+  Zone zone;
+  zone.node.addStream("a");
+  pcl_ext::io::FrameDecoder decoder;
+  VoxelFrame decoded;
+  // The first one is on a scale of 16 bits with steps of about 2.
+  sendAndWait(zone.node, "a", coded(frameOf({50000, 3, 1}, 2.0f)));
+  ASSERT_EQ(pcl_ext::io::test::decoded(decoder, zone.next(1), decoded),
+            CompressionCode::Ok);
+  ASSERT_GT(decoded.intensity_scale.step, 2.0f);
+  const VoxelFrame frame = frameOf({40000, 3, 1}, 1.0f);
+  sendAndWait(zone.node, "a", coded(frame));
+  ASSERT_EQ(pcl_ext::io::test::decoded(decoder, zone.next(2), decoded),
+            CompressionCode::Ok);
+  EXPECT_EQ(worldVoxels(decoded), worldVoxels(frame));
+}
+
 TEST(MergedFrames, AreOfTheStampsThatAreAskedFor)
 {
   FakeClock clock;
