@@ -14,7 +14,7 @@ using namespace pcl_ext::nodes::test;
 using pcl_ext::io::VoxelColour;
 
 constexpr double resolution = 0.04;
-constexpr float step = 0.5f;
+constexpr float half_step = 0.5f;
 
 /** \brief What is merged in a voxel. */
 struct Sum {
@@ -44,7 +44,7 @@ public:
   {
     frame_ = pcl_ext::io::test::emptyFrame(6);
     frame_.grid.resolution = edge;
-    frame_.intensity_scale.step = step;
+    frame_.intensity_scale.step = half_step;
     frame_.colour_bits = has_colours ? 8 : 0;
     for (std::int32_t& index : frame_.grid.first_index)
       index = static_cast<std::int32_t>(below(random_, 40)) - 20;
@@ -90,7 +90,7 @@ public:
       };
       Sum& sum =
           sums[{index(0, position.x), index(1, position.y), index(2, position.z)}];
-      sum.intensity += frame_.intensities[i] * static_cast<double>(step);
+      sum.intensity += frame_.intensities[i] * static_cast<double>(half_step);
       if (frame_.colour_bits == 0)
         continue;
       ++sum.colours;
