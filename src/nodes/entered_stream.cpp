@@ -139,50 +139,84 @@ EnteredStream::measureIntensities()
   }
 }
 
-void
-EnteredStream::appendUpdates(const io::VoxelFrame& voxels,
-                             bool are_added,
-                             const MergedScale& scale)
+/** \brief What the intensity of a voxel adds to a sum. */
+std::int64_t
+EnteredStream::unitsOf(const io::VoxelFrame& voxels,
+                       std::size_t voxel,
+                       const MergedScale& scale) const
 {
-  const auto limit = static_cast<double>(scale.limit);
-  const std::size_t outside = forEachOnLattice(
-      voxels,
-      scale.grid.resolution,
-      scale.grid.origin,
-      [&](std::size_t i, const LatticeIndex& index) {
-        std::array<std::uint32_t, 3> position;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const std::int64_t from_grid =
-              std::int64_t{index[axis]} - scale.grid.first_index[axis];
-          has_all_in_grid_ &= from_grid >= 0 && from_grid < scale.grid.size();
-          position[axis] = static_cast<std::uint32_t>(from_grid);
-        }
-        VoxelUpdate update{};
-        update.key = io::mortonKey({position[0], position[1], position[2]});
-        const float intensity =
-            voxels.hasIntensities()
-                ? voxels.intensity_scale.value(voxels.intensities[i])
-                : 1.0f;
-        const double reduced =
-            std::clamp(static_cast<double>(intensity), -limit, limit);
-        update.intensity =
-            static_cast<std::int64_t>(std::nearbyint(reduced * scale.units));
-        update.is_added = are_added;
-        update.has_colour = voxels.colour_bits > 0;
-        if (update.has_colour)
-          update.colour = voxels.fullColour(i);
-        updates_.push_back(update);
-      });
-  outside_lattice_ += are_added ? outside : 0 - outside;
+  const float intensity = voxels.hasIntensities()
+                              ? voxels.intensity_scale.value(voxels.intensities[voxel])
+                              : 1.0f;
+  const double units =
+      static_cast<double>(std::clamp(intensity, -scale.limit, scale.limit)) *
+      scale.units;
+  // Rounded, without a call of the library.
+  return static_cast<std::int64_t>(units + (units < 0.0 ? -0.5 : 0.5));
+}
+
+/** \brief Appends the update of one voxel.
+ * \return false if it is outside of the lattice */
+bool
+EnteredStream::appendUpdate(const io::VoxelFrame& voxels,
+                            std::size_t voxel,
+                            bool is_added,
+                            const MergedScale& scale)
+{
+  const io::VoxelPosition of_stream = io::voxelPosition(voxels.keys[voxel]);
+  const std::array<std::uint32_t, 3> place{of_stream.x, of_stream.y, of_stream.z};
+  std::array<std::uint32_t, 3> position{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const LatticeAxis lattice(scale.grid.resolution, scale.grid.origin[axis]);
+    std::int32_t index = 0;
+    if (!lattice.find(voxels.grid.centre(axis, place[axis]), index)) {
+      outside_lattice_ += is_added ? 1 : ~std::size_t{0};
+      return false;
+    }
+    const std::int64_t from_grid = std::int64_t{index} - scale.grid.first_index[axis];
+    has_all_in_grid_ &= from_grid >= 0 && from_grid < scale.grid.size();
+    position[axis] = static_cast<std::uint32_t>(from_grid);
+  }
+  VoxelUpdate update{};
+  update.key = io::mortonKey({position[0], position[1], position[2]});
+  update.intensity = unitsOf(voxels, voxel, scale) * (is_added ? 1 : -1);
+  update.summands = is_added ? 1 : -1;
+  update.has_colour = voxels.colour_bits > 0;
+  if (update.has_colour)
+    update.colour = voxels.fullColour(voxel);
+  updates_.push_back(update);
+  return true;
 }
 
 bool
 EnteredStream::writeUpdates(const MergedScale& scale)
 {
+  const io::VoxelFrame& gone = changes_.gone;
+  const io::VoxelFrame& came = changes_.came;
   updates_.clear();
   has_all_in_grid_ = true;
-  appendUpdates(changes_.gone, false, scale);
-  appendUpdates(changes_.came, true, scale);
+  const bool is_one_grid = changes_.areOfOneGrid();
+  // Side by side, as neighbours are in the same octants.
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < gone.size() || j < came.size()) {
+    const bool are_both = i < gone.size() && j < came.size();
+    if (are_both && is_one_grid && gone.colour_bits == 0 &&
+        gone.keys[i] == came.keys[j]) {
+      if (appendUpdate(gone, i, false, scale)) {
+        updates_.back().intensity += unitsOf(came, j, scale);
+        updates_.back().summands = 0;
+      }
+      else
+        ++outside_lattice_; // where it stays
+      ++i;
+      ++j;
+    }
+    else if (j == came.size() || (are_both && gone.keys[i] <= came.keys[j]))
+      appendUpdate(gone, i++, false, scale);
+    else
+      appendUpdate(came, j++, true, scale);
+  }
   return has_all_in_grid_;
 }
 
@@ -191,14 +225,15 @@ EnteredStream::writeAllUpdates(const MergedScale& scale)
 {
   updates_.clear();
   outside_lattice_ = 0;
-  appendUpdates(voxels_, true, scale);
+  for (std::size_t i = 0; i < voxels_.size(); ++i)
+    appendUpdate(voxels_, i, true, scale);
 }
 
 void
 EnteredStream::endUpdate()
 {
   // That of all voxels is hardly ever needed again.
-  if (updates_.size() > voxels_.size() / 2) {
+  if (updates_.size() >= voxels_.size()) {
     updates_ = std::vector<VoxelUpdate>();
     changes_ = io::VoxelChanges();
     return;

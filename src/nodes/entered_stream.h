@@ -126,8 +126,16 @@ private:
   void
   measureIntensities();
 
-  void
-  appendUpdates(const io::VoxelFrame& voxels, bool are_added, const MergedScale& scale);
+  bool
+  appendUpdate(const io::VoxelFrame& voxels,
+               std::size_t voxel,
+               bool is_added,
+               const MergedScale& scale);
+
+  std::int64_t
+  unitsOf(const io::VoxelFrame& voxels,
+          std::size_t voxel,
+          const MergedScale& scale) const;
 
   float
   intensityOf(std::size_t symbol) const

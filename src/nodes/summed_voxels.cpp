@@ -58,9 +58,10 @@ SummedVoxels::add(std::size_t part_index, const std::vector<VoxelUpdate>& update
     // Without overflow, which would be undefined; of unsigned numbers it is not.
     const auto amount = static_cast<std::uint64_t>(update.intensity);
     const auto sum = static_cast<std::uint64_t>(voxel.intensity);
-    voxel.intensity =
-        static_cast<std::int64_t>(update.is_added ? sum + amount : sum - amount);
-    const std::uint32_t one = update.is_added ? 1u : ~0u;
+    voxel.intensity = static_cast<std::int64_t>(sum + amount);
+    if (update.summands == 0)
+      continue;
+    const std::uint32_t one = update.summands > 0 ? 1u : ~0u;
     voxel.summands += one;
     const auto bit = static_cast<std::uint8_t>(1u << cell);
     std::uint8_t& occupied = part.occupied[index];

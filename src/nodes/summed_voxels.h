@@ -15,11 +15,11 @@ namespace pcl_ext {
 namespace nodes {
 
 /** \brief A voxel of a stream that is added to the voxel of the merged grid that contains
- * it, or taken away again. */
+ * it, is taken away again, or has another intensity. */
 struct VoxelUpdate {
-  std::uint64_t key; ///< Morton key in the merged grid
-  std::int64_t intensity;
-  bool is_added;
+  std::uint64_t key;      ///< Morton key in the merged grid
+  std::int64_t intensity; ///< to be added
+  std::int8_t summands;   ///< 1: it is added, -1: taken away, 0: it stays
   bool has_colour;
   io::VoxelColour colour; ///< in channels of 0 to 255
 };
