@@ -194,6 +194,7 @@ EnteredStream::writeUpdates(const MergedScale& scale)
   const io::VoxelFrame& gone = changes_.gone;
   const io::VoxelFrame& came = changes_.came;
   updates_.clear();
+  updates_.reserve(gone.size() + came.size());
   has_all_in_grid_ = true;
   const bool is_one_grid = changes_.areOfOneGrid();
   // Side by side, as neighbours are in the same octants.
@@ -224,6 +225,7 @@ void
 EnteredStream::writeAllUpdates(const MergedScale& scale)
 {
   updates_.clear();
+  updates_.reserve(voxels_.size());
   outside_lattice_ = 0;
   for (std::size_t i = 0; i < voxels_.size(); ++i)
     appendUpdate(voxels_, i, true, scale);

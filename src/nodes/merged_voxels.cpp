@@ -67,7 +67,7 @@ MergedVoxels::MergedVoxels(double resolution,
                            unsigned int threads)
 : has_fixed_origin_(origin.has_value())
 , threads_(std::min(threads, most_threads))
-, sums_(threads_)
+, sums_(std::max<std::size_t>(1, threads_ / 4)) // each part takes a look at all updates
 , quantiser_(mergingQuantiser())
 , frames_(threads_)
 {
