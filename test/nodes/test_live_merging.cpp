@@ -199,7 +199,7 @@ protected:
 
   FakeClock clock_;
   CentralNode one_thread_{settings(clock_, 1)};
-  CentralNode several_threads_{settings(clock_, 3)};
+  CentralNode several_threads_{settings(clock_, 8)};
   std::map<std::string, ChangingStream> streams_;
   std::map<std::string, Time> received_;
   std::uint64_t added_ = 0;
