@@ -37,12 +37,21 @@ constexpr double rate = 20.0; // of all streams and of the merged one, Hz
 constexpr unsigned int i_frame_rate = 300;
 constexpr double cell_distance = 12.0; // metres
 
+io::StreamSettings
+streamSettings(io::Effort effort)
+{
+  io::StreamSettings settings;
+  settings.effort = effort;
+  settings.i_frame_rate = i_frame_rate;
+  return settings;
+}
+
 /** \brief The streams of a sensor in other cells: the same voxels further along x. */
 class MovedStream {
 public:
   MovedStream(double resolution, io::Effort effort)
   : voxels_apart_(static_cast<std::int32_t>(cell_distance / resolution))
-  , encoder_(settingsOf(effort))
+  , encoder_(streamSettings(effort))
   {}
 
   std::vector<Bytes>
@@ -61,15 +70,6 @@ public:
   }
 
 private:
-  static io::StreamSettings
-  settingsOf(io::Effort effort)
-  {
-    io::StreamSettings settings;
-    settings.effort = effort;
-    settings.i_frame_rate = i_frame_rate;
-    return settings;
-  }
-
   std::int32_t voxels_apart_;
   nodes::MergedFrameEncoder encoder_;
 };
@@ -92,7 +92,7 @@ public:
   Centre(const std::vector<std::vector<Bytes>>& streams,
          double resolution,
          io::Effort effort)
-  : streams_(streams), node_(settingsOf(resolution)), encoder_(of(effort))
+  : streams_(streams), node_(settingsOf(resolution)), encoder_(streamSettings(effort))
   {
     for (std::size_t i = 0; i < streams_.size(); ++i)
       node_.addStream(std::to_string(i));
@@ -126,15 +126,6 @@ private:
   {
     nodes::CentralNodeSettings settings;
     settings.resolution = resolution;
-    return settings;
-  }
-
-  static io::StreamSettings
-  of(io::Effort effort)
-  {
-    io::StreamSettings settings;
-    settings.effort = effort;
-    settings.i_frame_rate = i_frame_rate;
     return settings;
   }
 

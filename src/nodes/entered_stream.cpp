@@ -9,61 +9,46 @@ namespace nodes {
 
 namespace {
 
-/** \brief Lattice indices of centres along one axis. */
-class LatticeAxis {
+/** \brief Lattice indices of the centres of voxels, in double precision. */
+class CentreLattice {
 public:
-  LatticeAxis(double resolution, double origin)
+  CentreLattice(double resolution, const std::array<double, 3>& origin)
   : voxels_per_metre_(1.0 / resolution), origin_(origin)
   {}
 
-  /** \brief False if the index is outside of the lattice. */
+  /** \brief Finds the index of a voxel of a frame; false if it is outside of the
+   * lattice. */
   bool
-  find(double centre, std::int32_t& index) const
+  find(const io::VoxelFrame& frame,
+       std::size_t voxel,
+       EnteredStream::LatticeIndex& index) const
+  {
+    const io::VoxelPosition position = io::voxelPosition(frame.keys[voxel]);
+    return findOnAxis(frame.grid.centre(0, position.x), 0, index) &&
+           findOnAxis(frame.grid.centre(1, position.y), 1, index) &&
+           findOnAxis(frame.grid.centre(2, position.z), 2, index);
+  }
+
+private:
+  bool
+  findOnAxis(double centre, std::size_t axis, EnteredStream::LatticeIndex& index) const
   {
     // A centre on a face is in the upper voxel, but may be just below after rounding.
     constexpr double margin = 1.0 / 1024.0;
     constexpr auto end = static_cast<double>(io::lattice_end);
     // From the lower end of the lattice, so that a cast rounds down.
-    const double position = (centre - origin_) * voxels_per_metre_ + margin + end;
+    const double position = (centre - origin_[axis]) * voxels_per_metre_ + margin + end;
     // Negated, so that NaN fails.
     if (!(position >= 0.0 && position < 2.0 * end))
       return false;
-    index = static_cast<std::int32_t>(position) -
-            static_cast<std::int32_t>(io::lattice_end);
+    index[axis] = static_cast<std::int32_t>(position) -
+                  static_cast<std::int32_t>(io::lattice_end);
     return true;
   }
 
-private:
   double voxels_per_metre_;
-  double origin_;
+  std::array<double, 3> origin_;
 };
-
-/** \brief Calls visit(voxel, index) for the voxels of a frame that are on the lattice of
- * an origin.
- * \return number of the others */
-template <typename VisitT>
-std::size_t
-forEachOnLattice(const io::VoxelFrame& frame,
-                 double resolution,
-                 const std::array<double, 3>& origin,
-                 VisitT&& visit)
-{
-  const LatticeAxis x(resolution, origin[0]);
-  const LatticeAxis y(resolution, origin[1]);
-  const LatticeAxis z(resolution, origin[2]);
-  EnteredStream::LatticeIndex index{};
-  std::size_t outside = 0;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
-    if (x.find(frame.grid.centre(0, position.x), index[0]) &&
-        y.find(frame.grid.centre(1, position.y), index[1]) &&
-        z.find(frame.grid.centre(2, position.z), index[2]))
-      visit(i, index);
-    else
-      ++outside;
-  }
-  return outside;
-}
 
 } // namespace
 
@@ -143,7 +128,7 @@ EnteredStream::measureIntensities()
 std::int64_t
 EnteredStream::unitsOf(const io::VoxelFrame& voxels,
                        std::size_t voxel,
-                       const MergedScale& scale) const
+                       const MergedScale& scale)
 {
   const float intensity = voxels.hasIntensities()
                               ? voxels.intensity_scale.value(voxels.intensities[voxel])
@@ -155,25 +140,18 @@ EnteredStream::unitsOf(const io::VoxelFrame& voxels,
   return static_cast<std::int64_t>(units + (units < 0.0 ? -0.5 : 0.5));
 }
 
-/** \brief Appends the update of one voxel.
- * \return false if it is outside of the lattice */
-bool
+/** \brief Appends the update of one voxel that has an index on the lattice. */
+void
 EnteredStream::appendUpdate(const io::VoxelFrame& voxels,
                             std::size_t voxel,
+                            const LatticeIndex& index,
                             bool is_added,
                             const MergedScale& scale)
 {
-  const io::VoxelPosition of_stream = io::voxelPosition(voxels.keys[voxel]);
-  const std::array<std::uint32_t, 3> place{of_stream.x, of_stream.y, of_stream.z};
   std::array<std::uint32_t, 3> position{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const LatticeAxis lattice(scale.grid.resolution, scale.grid.origin[axis]);
-    std::int32_t index = 0;
-    if (!lattice.find(voxels.grid.centre(axis, place[axis]), index)) {
-      outside_lattice_ += is_added ? 1 : ~std::size_t{0};
-      return false;
-    }
-    const std::int64_t from_grid = std::int64_t{index} - scale.grid.first_index[axis];
+    const std::int64_t from_grid =
+        std::int64_t{index[axis]} - scale.grid.first_index[axis];
     has_all_in_grid_ &= from_grid >= 0 && from_grid < scale.grid.size();
     position[axis] = static_cast<std::uint32_t>(from_grid);
   }
@@ -185,7 +163,6 @@ EnteredStream::appendUpdate(const io::VoxelFrame& voxels,
   if (update.has_colour)
     update.colour = voxels.fullColour(voxel);
   updates_.push_back(update);
-  return true;
 }
 
 bool
@@ -196,28 +173,42 @@ EnteredStream::writeUpdates(const MergedScale& scale)
   updates_.clear();
   updates_.reserve(gone.size() + came.size());
   has_all_in_grid_ = true;
-  const bool is_one_grid = changes_.areOfOneGrid();
+  const CentreLattice lattice(scale.grid.resolution, scale.grid.origin);
+  LatticeIndex index{};
+  const auto take_away = [&](std::size_t i) {
+    if (lattice.find(gone, i, index))
+      appendUpdate(gone, i, index, false, scale);
+    else
+      --outside_lattice_;
+  };
+  const auto add = [&](std::size_t j) {
+    if (lattice.find(came, j, index))
+      appendUpdate(came, j, index, true, scale);
+    else
+      ++outside_lattice_;
+  };
+  const auto replace_intensity = [&](std::size_t i, std::size_t j) {
+    if (!lattice.find(gone, i, index))
+      return;
+    appendUpdate(gone, i, index, false, scale);
+    updates_.back().intensity += unitsOf(came, j, scale);
+    updates_.back().summands = 0;
+  };
+  const bool may_replace = changes_.areOfOneGrid() && gone.colour_bits == 0;
   // Side by side, as neighbours are in the same octants.
   std::size_t i = 0;
   std::size_t j = 0;
-  while (i < gone.size() || j < came.size()) {
-    const bool are_both = i < gone.size() && j < came.size();
-    if (are_both && is_one_grid && gone.colour_bits == 0 &&
-        gone.keys[i] == came.keys[j]) {
-      if (appendUpdate(gone, i, false, scale)) {
-        updates_.back().intensity += unitsOf(came, j, scale);
-        updates_.back().summands = 0;
-      }
-      else
-        ++outside_lattice_; // where it stays
-      ++i;
-      ++j;
-    }
-    else if (j == came.size() || (are_both && gone.keys[i] <= came.keys[j]))
-      appendUpdate(gone, i++, false, scale);
+  while (i < gone.size() && j < came.size())
+    if (may_replace && gone.keys[i] == came.keys[j])
+      replace_intensity(i++, j++);
+    else if (gone.keys[i] <= came.keys[j])
+      take_away(i++);
     else
-      appendUpdate(came, j++, true, scale);
-  }
+      add(j++);
+  while (i < gone.size())
+    take_away(i++);
+  while (j < came.size())
+    add(j++);
   return has_all_in_grid_;
 }
 
@@ -227,8 +218,13 @@ EnteredStream::writeAllUpdates(const MergedScale& scale)
   updates_.clear();
   updates_.reserve(voxels_.size());
   outside_lattice_ = 0;
+  const CentreLattice lattice(scale.grid.resolution, scale.grid.origin);
+  LatticeIndex index{};
   for (std::size_t i = 0; i < voxels_.size(); ++i)
-    appendUpdate(voxels_, i, true, scale);
+    if (lattice.find(voxels_, i, index))
+      appendUpdate(voxels_, i, index, true, scale);
+    else
+      ++outside_lattice_;
 }
 
 void
@@ -250,12 +246,16 @@ EnteredStream::measure(double resolution,
                        const std::array<double, 3>& origin,
                        std::optional<io::LatticeRange>& range) const
 {
-  const std::size_t outside = forEachOnLattice(
-      voxels_, resolution, origin, [&](std::size_t, const LatticeIndex& index) {
-        range =
-            range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
-      });
-  return voxels_.size() - outside;
+  const CentreLattice lattice(resolution, origin);
+  LatticeIndex index{};
+  std::size_t on_lattice = 0;
+  for (std::size_t i = 0; i < voxels_.size(); ++i) {
+    if (!lattice.find(voxels_, i, index))
+      continue;
+    ++on_lattice;
+    range = range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
+  }
+  return on_lattice;
 }
 
 void

@@ -126,16 +126,15 @@ private:
   void
   measureIntensities();
 
-  bool
+  void
   appendUpdate(const io::VoxelFrame& voxels,
                std::size_t voxel,
+               const LatticeIndex& index,
                bool is_added,
                const MergedScale& scale);
 
-  std::int64_t
-  unitsOf(const io::VoxelFrame& voxels,
-          std::size_t voxel,
-          const MergedScale& scale) const;
+  static std::int64_t
+  unitsOf(const io::VoxelFrame& voxels, std::size_t voxel, const MergedScale& scale);
 
   float
   intensityOf(std::size_t symbol) const
