@@ -3,60 +3,95 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pcl_ext {
 namespace nodes {
 
 namespace {
 
-/** \brief Lattice indices of the centres of voxels, in double precision. */
-class CentreLattice {
+/** \brief What intensities add to sums, by their symbols. */
+class SymbolUnits {
 public:
-  CentreLattice(double resolution, const std::array<double, 3>& origin)
-  : voxels_per_metre_(1.0 / resolution), origin_(origin)
-  {}
-
-  /** \brief Finds the index of a voxel of a frame; false if it is outside of the
-   * lattice. */
-  bool
-  find(const io::VoxelFrame& frame,
-       std::size_t voxel,
-       EnteredStream::LatticeIndex& index) const
+  SymbolUnits(const io::VoxelFrame& voxels, const MergedScale& scale)
+  : scale_(scale), intensities_(voxels.intensity_scale)
   {
-    const io::VoxelPosition position = io::voxelPosition(frame.keys[voxel]);
-    return findOnAxis(frame.grid.centre(0, position.x), 0, index) &&
-           findOnAxis(frame.grid.centre(1, position.y), 1, index) &&
-           findOnAxis(frame.grid.centre(2, position.z), 2, index);
+    if (!voxels.hasIntensities())
+      table_ = {unitsOf(1.0f)};
+    else if (intensities_.maxSymbol() < voxels.size())
+      for (std::uint32_t symbol = 0; symbol <= intensities_.maxSymbol(); ++symbol)
+        table_.push_back(compute(static_cast<std::uint16_t>(symbol)));
+  }
+
+  std::int64_t
+  operator[](std::uint16_t symbol) const
+  {
+    return table_.empty() ? compute(symbol) : table_[symbol];
   }
 
 private:
-  bool
-  findOnAxis(double centre, std::size_t axis, EnteredStream::LatticeIndex& index) const
+  std::int64_t
+  compute(std::uint16_t symbol) const
   {
-    // A centre on a face is in the upper voxel, but may be just below after rounding.
-    constexpr double margin = 1.0 / 1024.0;
-    constexpr auto end = static_cast<double>(io::lattice_end);
-    // From the lower end of the lattice, so that a cast rounds down.
-    const double position = (centre - origin_[axis]) * voxels_per_metre_ + margin + end;
-    // Negated, so that NaN fails.
-    if (!(position >= 0.0 && position < 2.0 * end))
-      return false;
-    index[axis] = static_cast<std::int32_t>(position) -
-                  static_cast<std::int32_t>(io::lattice_end);
-    return true;
+    return unitsOf(intensities_.value(symbol));
   }
 
-  double voxels_per_metre_;
-  std::array<double, 3> origin_;
+  std::int64_t
+  unitsOf(float intensity) const
+  {
+    const double units =
+        static_cast<double>(std::clamp(intensity, -scale_.limit, scale_.limit)) *
+        scale_.units;
+    // Rounded, without a call of the library.
+    return static_cast<std::int64_t>(units + (units < 0.0 ? -0.5 : 0.5));
+  }
+
+  MergedScale scale_;
+  io::IntensityScale intensities_;
+  std::vector<std::int64_t> table_; // empty: there are more symbols than voxels
 };
+
+std::uint16_t
+symbolOf(const io::VoxelFrame& voxels, std::size_t voxel)
+{
+  return voxels.hasIntensities() ? voxels.intensities[voxel] : std::uint16_t{0};
+}
+
+VoxelUpdate
+updateOf(const io::VoxelFrame& voxels,
+         std::size_t voxel,
+         const SymbolUnits& units,
+         bool is_added)
+{
+  VoxelUpdate update{};
+  update.intensity = units[symbolOf(voxels, voxel)] * (is_added ? 1 : -1);
+  update.summands = is_added ? 1 : -1;
+  update.has_colour = voxels.colour_bits > 0;
+  if (update.has_colour)
+    update.colour = voxels.fullColour(voxel);
+  return update;
+}
+
+/** \brief Whether voxels of two frames that have colours, or one of which has, differ in
+ * them. */
+bool
+haveOtherColours(const io::VoxelFrame& one,
+                 std::size_t i,
+                 const io::VoxelFrame& other,
+                 std::size_t j)
+{
+  return one.colour_bits == 0 || other.colour_bits == 0 ||
+         !(one.fullColour(i) == other.fullColour(j));
+}
 
 } // namespace
 
 void
 EnteredStream::replace(io::VoxelFrame& voxels)
 {
-  io::findChanges(voxels_, voxels, changes_);
+  std::swap(before_, voxels_);
   std::swap(voxels_, voxels);
+  is_replaced_ = true;
   // What is not merged is not kept.
   voxels_.fields.clear();
   voxels_.points = io::FramePoints();
@@ -65,14 +100,15 @@ EnteredStream::replace(io::VoxelFrame& voxels)
   const std::size_t symbols = voxels_.hasIntensities()
                                   ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
                                   : 1;
-  if (changes_.gone.intensity_scale == changes_.came.intensity_scale &&
-      counts_.size() == symbols)
-    follow(changes_.gone, false);
+  if (before_.intensity_scale == voxels_.intensity_scale && counts_.size() == symbols) {
+    count(voxels_, true);
+    count(before_, false);
+  }
   else {
     counts_.assign(symbols, 0);
+    count(voxels_, true);
     are_other_symbols_ = true;
   }
-  follow(changes_.came, true);
   measureIntensities();
 }
 
@@ -89,20 +125,13 @@ EnteredStream::removeVoxels()
 
 /** \brief Counts the symbols of voxels. */
 void
-EnteredStream::follow(const io::VoxelFrame& voxels, bool is_added)
+EnteredStream::count(const io::VoxelFrame& voxels, bool is_added)
 {
-  const auto number = static_cast<std::uint32_t>(voxels.size());
-  if (number == 0)
-    return;
-  if (!voxels.hasIntensities()) {
-    are_other_symbols_ = true;
-    counts_[0] += is_added ? number : 0 - number;
-    return;
-  }
-  for (const std::uint16_t symbol : voxels.intensities) {
-    std::uint32_t& count = counts_[symbol];
-    are_other_symbols_ |= count == (is_added ? 0u : 1u);
-    count += is_added ? 1u : ~0u;
+  const std::uint32_t one = is_added ? 1u : ~0u;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    std::uint32_t& number = counts_[symbolOf(voxels, i)];
+    are_other_symbols_ |= number == (is_added ? 0u : 1u);
+    number += one;
   }
 }
 
@@ -124,91 +153,97 @@ EnteredStream::measureIntensities()
   }
 }
 
-/** \brief What the intensity of a voxel adds to a sum. */
-std::int64_t
-EnteredStream::unitsOf(const io::VoxelFrame& voxels,
-                       std::size_t voxel,
-                       const MergedScale& scale)
+/** \brief Appends the update of a voxel of the grid keys_ is set to. */
+void
+EnteredStream::append(std::uint64_t key, const VoxelUpdate& update)
 {
-  const float intensity = voxels.hasIntensities()
-                              ? voxels.intensity_scale.value(voxels.intensities[voxel])
-                              : 1.0f;
-  const double units =
-      static_cast<double>(std::clamp(intensity, -scale.limit, scale.limit)) *
-      scale.units;
-  // Rounded, without a call of the library.
-  return static_cast<std::int64_t>(units + (units < 0.0 ? -0.5 : 0.5));
+  const std::uint64_t merged_key = keys_.find(key);
+  if (merged_key < MergedKeys::outside_grid)
+    updates_.append(merged_key, update);
+  else if (merged_key == MergedKeys::outside_grid)
+    has_all_in_grid_ = false;
+  else
+    outside_lattice_ += static_cast<std::size_t>(update.summands);
 }
 
-/** \brief Appends the update of one voxel that has an index on the lattice. */
+/** \brief Appends the updates of all voxels of one frame. */
 void
-EnteredStream::appendUpdate(const io::VoxelFrame& voxels,
-                            std::size_t voxel,
-                            const LatticeIndex& index,
-                            bool is_added,
-                            const MergedScale& scale)
+EnteredStream::writeOne(const io::VoxelFrame& voxels,
+                        bool is_added,
+                        const MergedScale& scale)
 {
-  std::array<std::uint32_t, 3> position{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t from_grid =
-        std::int64_t{index[axis]} - scale.grid.first_index[axis];
-    has_all_in_grid_ &= from_grid >= 0 && from_grid < scale.grid.size();
-    position[axis] = static_cast<std::uint32_t>(from_grid);
+  keys_.setGrids(voxels.grid, scale.grid);
+  const SymbolUnits units(voxels, scale);
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    append(voxels.keys[i], updateOf(voxels, i, units, is_added));
+}
+
+/** \brief Appends the updates of voxels of two frames of one grid that differ. */
+void
+EnteredStream::writeChanges(const MergedScale& scale)
+{
+  keys_.setGrids(voxels_.grid, scale.grid);
+  const SymbolUnits units_before(before_, scale);
+  const SymbolUnits units(voxels_, scale);
+  const bool has_colours = before_.colour_bits + voxels_.colour_bits > 0;
+  constexpr std::uint64_t behind_all = ~std::uint64_t{0};
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < before_.size() || j < voxels_.size()) {
+    const std::uint64_t was = i < before_.size() ? before_.keys[i] : behind_all;
+    const std::uint64_t is = j < voxels_.size() ? voxels_.keys[j] : behind_all;
+    if (has_colours && (was != is || haveOtherColours(before_, i, voxels_, j))) {
+      if (was <= is)
+        append(was, updateOf(before_, i++, units_before, false));
+      if (is <= was)
+        append(is, updateOf(voxels_, j++, units, true));
+      continue;
+    }
+    // Without branches, which could not be predicted among noise.
+    VoxelUpdate update{};
+    const bool is_gone = was <= is;
+    const bool is_here = is <= was;
+    if (is_here)
+      update.intensity = units[symbolOf(voxels_, j)];
+    if (is_gone)
+      update.intensity -= units_before[symbolOf(before_, i)];
+    update.summands = static_cast<std::int8_t>(is_here - is_gone);
+    i += is_gone ? 1 : 0;
+    j += is_here ? 1 : 0;
+    if (update.intensity != 0 || update.summands != 0)
+      append(std::min(was, is), update);
+    else
+      skipSame(i, j);
   }
-  VoxelUpdate update{};
-  update.key = io::mortonKey({position[0], position[1], position[2]});
-  update.intensity = unitsOf(voxels, voxel, scale) * (is_added ? 1 : -1);
-  update.summands = is_added ? 1 : -1;
-  update.has_colour = voxels.colour_bits > 0;
-  if (update.has_colour)
-    update.colour = voxels.fullColour(voxel);
-  updates_.push_back(update);
+}
+
+/** \brief Skips voxels of the two frames that are the same, one after another. */
+void
+EnteredStream::skipSame(std::size_t& i, std::size_t& j) const
+{
+  const bool have_same_symbols = before_.intensity_scale == voxels_.intensity_scale;
+  if (!have_same_symbols || before_.colour_bits + voxels_.colour_bits > 0)
+    return;
+  const std::size_t most = std::min(before_.size() - i, voxels_.size() - j);
+  std::size_t same = 0;
+  while (same < most && before_.keys[i + same] == voxels_.keys[j + same] &&
+         symbolOf(before_, i + same) == symbolOf(voxels_, j + same))
+    ++same;
+  i += same;
+  j += same;
 }
 
 bool
 EnteredStream::writeUpdates(const MergedScale& scale)
 {
-  const io::VoxelFrame& gone = changes_.gone;
-  const io::VoxelFrame& came = changes_.came;
   updates_.clear();
-  updates_.reserve(gone.size() + came.size());
   has_all_in_grid_ = true;
-  const CentreLattice lattice(scale.grid.resolution, scale.grid.origin);
-  LatticeIndex index{};
-  const auto take_away = [&](std::size_t i) {
-    if (lattice.find(gone, i, index))
-      appendUpdate(gone, i, index, false, scale);
-    else
-      --outside_lattice_;
-  };
-  const auto add = [&](std::size_t j) {
-    if (lattice.find(came, j, index))
-      appendUpdate(came, j, index, true, scale);
-    else
-      ++outside_lattice_;
-  };
-  const auto replace_intensity = [&](std::size_t i, std::size_t j) {
-    if (!lattice.find(gone, i, index))
-      return;
-    appendUpdate(gone, i, index, false, scale);
-    updates_.back().intensity += unitsOf(came, j, scale);
-    updates_.back().summands = 0;
-  };
-  const bool may_replace = changes_.areOfOneGrid() && gone.colour_bits == 0;
-  // Side by side, as neighbours are in the same octants.
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < gone.size() && j < came.size())
-    if (may_replace && gone.keys[i] == came.keys[j])
-      replace_intensity(i++, j++);
-    else if (gone.keys[i] <= came.keys[j])
-      take_away(i++);
-    else
-      add(j++);
-  while (i < gone.size())
-    take_away(i++);
-  while (j < came.size())
-    add(j++);
+  if (before_.grid == voxels_.grid)
+    writeChanges(scale);
+  else {
+    writeOne(before_, false, scale);
+    writeOne(voxels_, true, scale);
+  }
   return has_all_in_grid_;
 }
 
@@ -216,28 +251,18 @@ void
 EnteredStream::writeAllUpdates(const MergedScale& scale)
 {
   updates_.clear();
-  updates_.reserve(voxels_.size());
   outside_lattice_ = 0;
-  const CentreLattice lattice(scale.grid.resolution, scale.grid.origin);
-  LatticeIndex index{};
-  for (std::size_t i = 0; i < voxels_.size(); ++i)
-    if (lattice.find(voxels_, i, index))
-      appendUpdate(voxels_, i, index, true, scale);
-    else
-      ++outside_lattice_;
+  writeOne(voxels_, true, scale);
+  has_written_all_ = true;
 }
 
 void
 EnteredStream::endUpdate()
 {
-  // That of all voxels is hardly ever needed again.
-  if (updates_.size() >= voxels_.size()) {
-    updates_ = std::vector<VoxelUpdate>();
-    changes_ = io::VoxelChanges();
-    return;
-  }
-  changes_.gone.clearVoxels();
-  changes_.came.clearVoxels();
+  is_replaced_ = false;
+  // As many updates are hardly ever needed again.
+  if (std::exchange(has_written_all_, false))
+    updates_ = VoxelUpdates();
   updates_.clear();
 }
 
@@ -247,10 +272,10 @@ EnteredStream::measure(double resolution,
                        std::optional<io::LatticeRange>& range) const
 {
   const CentreLattice lattice(resolution, origin);
-  LatticeIndex index{};
+  CentreLattice::Index index{};
   std::size_t on_lattice = 0;
   for (std::size_t i = 0; i < voxels_.size(); ++i) {
-    if (!lattice.find(voxels_, i, index))
+    if (!lattice.find(voxels_.grid, voxels_.keys[i], index))
       continue;
     ++on_lattice;
     range = range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};

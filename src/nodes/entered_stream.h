@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "nodes/merged_keys.h"
 #include "nodes/summed_voxels.h"
 #include "voxelizing/common_step.h"
 #include "voxels/grid_fit.h"
@@ -29,11 +29,9 @@ struct MergedScale {
 /** \brief The voxels of a stream that are in a merged frame. For one thread at a time. */
 class EnteredStream {
 public:
-  using LatticeIndex = std::array<std::int32_t, 3>;
-
-  /** \brief Takes other voxels in place of those that are entered, and finds what changes
-   * thereby.
-   * \param[in,out] voxels of the stream's next frame; the ones before afterwards
+  /** \brief Takes other voxels in place of those that are entered. To be updated
+   * before the next time.
+   * \param[in,out] voxels of the stream's next frame; swapped with memory that is free
    */
   void
   replace(io::VoxelFrame& voxels);
@@ -48,11 +46,11 @@ public:
     return voxels_;
   }
 
-  /** \brief Whether replace() or removeVoxels() left anything to update. */
+  /** \brief Whether there are other voxels since the last update. */
   bool
-  hasChanges() const
+  isReplaced() const
   {
-    return changes_.gone.size() + changes_.came.size() > 0;
+    return is_replaced_;
   }
 
   /** \brief Writes the updates for what has changed. Of a voxel that came outside of
@@ -65,7 +63,7 @@ public:
   void
   writeAllUpdates(const MergedScale& scale);
 
-  const std::vector<VoxelUpdate>&
+  const VoxelUpdates&
   updates() const
   {
     return updates_;
@@ -121,20 +119,22 @@ public:
 
 private:
   void
-  follow(const io::VoxelFrame& voxels, bool is_added);
+  count(const io::VoxelFrame& voxels, bool is_added);
 
   void
   measureIntensities();
 
   void
-  appendUpdate(const io::VoxelFrame& voxels,
-               std::size_t voxel,
-               const LatticeIndex& index,
-               bool is_added,
-               const MergedScale& scale);
+  writeChanges(const MergedScale& scale);
 
-  static std::int64_t
-  unitsOf(const io::VoxelFrame& voxels, std::size_t voxel, const MergedScale& scale);
+  void
+  skipSame(std::size_t& i, std::size_t& j) const;
+
+  void
+  writeOne(const io::VoxelFrame& voxels, bool is_added, const MergedScale& scale);
+
+  void
+  append(std::uint64_t key, const VoxelUpdate& update);
 
   float
   intensityOf(std::size_t symbol) const
@@ -145,8 +145,11 @@ private:
   }
 
   io::VoxelFrame voxels_;
-  io::VoxelChanges changes_; // since the last update
-  std::vector<VoxelUpdate> updates_;
+  io::VoxelFrame before_; // that are in the sums, until the update
+  bool is_replaced_ = false;
+  MergedKeys keys_;
+  VoxelUpdates updates_;
+  bool has_written_all_ = false; // of all voxels
   std::size_t outside_lattice_ = 0;
   bool has_all_in_grid_ = true;
   // Of the intensities, by their symbols.

@@ -67,7 +67,7 @@ MergedVoxels::MergedVoxels(double resolution,
                            unsigned int threads)
 : has_fixed_origin_(origin.has_value())
 , threads_(std::min(threads, most_threads))
-, sums_(std::max<std::size_t>(1, threads_ / 4)) // each part takes a look at all updates
+, sums_(threads_)
 , quantiser_(mergingQuantiser())
 , frames_(threads_)
 {
@@ -106,7 +106,6 @@ MergedVoxels::releaseMemory() noexcept
   has_grid_ = false;
   for (io::VoxelFrame& frame : frames_)
     frame = io::VoxelFrame();
-  sums_of_voxels_ = std::vector<std::int64_t>();
   intensities_ = std::vector<double>();
   quantiser_.releaseMemory();
 }
@@ -165,7 +164,7 @@ MergedVoxels::updateSums()
   const bool is_other_scale = setScale();
   const bool are_any_changed =
       std::any_of(all_.begin(), all_.end(), [](const Entry* entry) {
-        return entry->voxels.hasChanges();
+        return entry->voxels.isReplaced();
       });
   if (is_other_scale || !has_grid_ || !writeUpdates() ||
       (are_any_changed && moveOrigin(voxelCount() - outsideLattice())))
@@ -198,7 +197,7 @@ MergedVoxels::writeUpdates()
 {
   std::atomic<bool> are_all_in_grid{true};
   forEachEntry([&](Entry& entry, std::size_t) {
-    if (entry.voxels.hasChanges() && !entry.voxels.writeUpdates(scale_))
+    if (entry.voxels.isReplaced() && !entry.voxels.writeUpdates(scale_))
       are_all_in_grid = false;
   });
   return are_all_in_grid;
@@ -207,21 +206,10 @@ MergedVoxels::writeUpdates()
 void
 MergedVoxels::addUpdates()
 {
-  sums_.begin();
-  std::size_t updates = 0;
+  std::vector<const VoxelUpdates*> of_streams;
   for (const Entry* entry : all_)
-    updates += entry->voxels.updates().size();
-  const auto add_to = [&](std::size_t part) {
-    for (const Entry* entry : all_)
-      sums_.add(part, entry->voxels.updates());
-  };
-  constexpr std::size_t few = 4096; // hardly worth a thread
-  if (updates > few)
-    io::runAtOnce(sums_.partCount(), add_to);
-  else
-    for (std::size_t part = 0; part < sums_.partCount(); ++part)
-      add_to(part);
-  sums_.settle();
+    of_streams.push_back(&entry->voxels.updates());
+  sums_.add(of_streams);
 }
 
 /** \brief Enters all voxels of all streams anew, on a grid that has them. */
@@ -428,42 +416,32 @@ MergedVoxels::writeMerged(io::VoxelFrame& merged)
   merged.viewpoint = {};
   merged.grid = scale_.grid;
   const io::CommonStep common = commonStep();
-  merged.colour_bits = writeVoxels(merged) ? 8 : 0;
+  merged.keys.assign(sums_.keys(), sums_.keys() + sums_.size());
+  merged.colour_bits = writeColours(merged) ? 8 : 0;
   if (common.divisor() == 1 && setWholeIntensities(merged))
     return;
   std::size_t vanished = 0;
   constexpr bool may_refit = true; // each frame has a scale of its own
   const double step = 1.0 / scale_.units;
   intensities_.clear();
-  for (const std::int64_t sum : sums_of_voxels_)
-    intensities_.push_back(static_cast<double>(sum) * step);
+  for (std::size_t i = 0; i < sums_.size(); ++i)
+    intensities_.push_back(static_cast<double>(sums_.intensities()[i]) * step);
   quantiser_.quantise(intensities_, common, may_refit, merged, vanished);
 }
 
-/** \brief Writes keys and colours, and lists the sums of intensities.
- * \return whether there are colours */
+/** \brief Writes the mean colours of voxels.
+ * \return whether there are any */
 bool
-MergedVoxels::writeVoxels(io::VoxelFrame& merged)
+MergedVoxels::writeColours(io::VoxelFrame& merged) const
 {
-  const std::size_t count = sums_.size();
-  merged.keys.resize(count);
-  sums_of_voxels_.resize(count);
-  bool has_colours = false;
-  std::size_t i = 0;
-  sums_.forEach(
-      [&](std::uint64_t key, const SummedVoxel& sum, const SummedColour& colour) {
-        merged.keys[i] = key;
-        sums_of_voxels_[i] = sum.intensity;
-        if (colour.summands != 0) {
-          // Black where no stream has a colour.
-          if (!has_colours)
-            merged.colours.resize(count);
-          has_colours = true;
-          merged.colours[i] = meanOf(colour);
-        }
-        ++i;
-      });
-  return has_colours;
+  const SummedColour* const sums = sums_.colours();
+  const auto has_colour = [](const SummedColour& sum) { return sum.summands != 0; };
+  if (sums == nullptr || std::none_of(sums, sums + sums_.size(), has_colour))
+    return false;
+  // Black where no stream has a colour.
+  for (std::size_t i = 0; i < sums_.size(); ++i)
+    merged.colours.push_back(has_colour(sums[i]) ? meanOf(sums[i]) : io::VoxelColour());
+  return true;
 }
 
 /** \brief Sets intensities that are whole numbers of 0 to 65535, as the quantiser
@@ -478,9 +456,9 @@ MergedVoxels::setWholeIntensities(io::VoxelFrame& merged) const
   const int shift = std::min(std::ilogb(scale_.units), most_bits); // a power of two
   constexpr std::int64_t highest_number = 65535;
   std::int64_t highest = 0;
-  merged.intensities.resize(sums_of_voxels_.size());
-  for (std::size_t i = 0; i < sums_of_voxels_.size(); ++i) {
-    const std::int64_t number = sums_of_voxels_[i] >> shift;
+  merged.intensities.resize(sums_.size());
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const std::int64_t number = sums_.intensities()[i] >> shift;
     if (number < 0 || number > highest_number)
       return false;
     highest = std::max(highest, number);

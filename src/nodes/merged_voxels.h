@@ -126,7 +126,7 @@ private:
   writeMerged(io::VoxelFrame& merged);
 
   bool
-  writeVoxels(io::VoxelFrame& merged);
+  writeColours(io::VoxelFrame& merged) const;
 
   bool
   setWholeIntensities(io::VoxelFrame& merged) const;
@@ -144,7 +144,6 @@ private:
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
   std::vector<io::VoxelFrame> frames_; // of each thread
-  std::vector<std::int64_t> sums_of_voxels_;
   std::vector<double> intensities_;
 };
 

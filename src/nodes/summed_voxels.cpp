@@ -1,213 +1,222 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/summed_voxels.h"
 
+#include "simd/bit_operations.h"
+#include "voxelizing/run_at_once.h"
+#include "voxels/radix_sort.h"
+
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace pcl_ext {
 namespace nodes {
 
+namespace {
+
+/** \brief The sum of two numbers without overflow, which would be undefined. */
+std::int64_t
+sumOf(std::int64_t one, std::int64_t other)
+{
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(one) +
+                                   static_cast<std::uint64_t>(other));
+}
+
+} // namespace
+
+void
+SummedVoxels::Sums::reserve(std::size_t further, bool has_colours)
+{
+  const std::size_t needed = size + further;
+  // Doubled, as vectors are, but with elements that can be written.
+  const auto reserve_in = [needed](auto& values) {
+    if (values.size() < needed)
+      values.resize(std::max(needed, 2 * values.size()));
+  };
+  reserve_in(keys);
+  reserve_in(intensities);
+  reserve_in(summands);
+  if (has_colours)
+    reserve_in(colours);
+}
+
+void
+SummedVoxels::Sums::append(const Sums& other,
+                           std::size_t begin,
+                           std::size_t end,
+                           bool has_colours)
+{
+  if (begin == end)
+    return;
+  reserve(end - begin, has_colours);
+  const auto append_to = [&](auto& values, const auto& from) {
+    std::copy(from.data() + begin, from.data() + end, values.data() + size);
+  };
+  append_to(keys, other.keys);
+  append_to(intensities, other.intensities);
+  append_to(summands, other.summands);
+  if (has_colours)
+    append_to(colours, other.colours);
+  size += end - begin;
+}
+
+void
+SummedVoxels::BlockSums::load(const Sums& sums, std::size_t begin, std::size_t end)
+{
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::size_t cell = sums.keys[i] % cells;
+    intensities_[cell] = sums.intensities[i];
+    summands_[cell] = sums.summands[i];
+    touched_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  }
+  if (colours_.empty())
+    return;
+  for (std::size_t i = begin; i < end; ++i)
+    colours_[sums.keys[i] % cells] = sums.colours[i];
+}
+
+void
+SummedVoxels::BlockSums::add(const VoxelUpdate& update)
+{
+  const std::size_t cell = update.cell;
+  intensities_[cell] = sumOf(intensities_[cell], update.intensity);
+  // An integer of two's complement: less than nothing is added as well.
+  const auto summands = static_cast<std::uint32_t>(update.summands);
+  summands_[cell] += summands;
+  touched_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  if (!update.has_colour)
+    return;
+  SummedColour& colour = colours_[cell];
+  colour.summands += summands;
+  colour.channels[0] += summands * update.colour.r;
+  colour.channels[1] += summands * update.colour.g;
+  colour.channels[2] += summands * update.colour.b;
+}
+
+void
+SummedVoxels::BlockSums::moveTo(std::uint64_t block_key, Sums& sums)
+{
+  const bool has_colours = !colours_.empty();
+  const std::uint64_t first_key = block_key << VoxelUpdates::block_bits;
+  for (std::size_t i = 0; i < touched_.size(); ++i)
+    for (std::uint64_t left = std::exchange(touched_[i], 0); left != 0;
+         left &= left - 1) {
+      const std::size_t cell = 64 * i + lowestBit(left);
+      // Written in any case: a voxel without summands is overwritten by the next one.
+      sums.keys[sums.size] = first_key + cell;
+      sums.intensities[sums.size] = std::exchange(intensities_[cell], 0);
+      if (has_colours)
+        sums.colours[sums.size] = std::exchange(colours_[cell], SummedColour());
+      const std::uint32_t summands = std::exchange(summands_[cell], 0);
+      sums.summands[sums.size] = summands;
+      sums.size += summands != 0 ? 1 : 0;
+    }
+}
+
 void
 SummedVoxels::clear() noexcept
 {
+  sums_ = Sums();
+  has_colours_ = false;
+  runs_ = Runs();
+  spare_runs_ = Runs();
   parts_ = std::vector<Part>();
-  order_ = std::vector<Place>();
-  added_ = std::vector<Place>();
-  spare_ = std::vector<Place>();
-}
-
-std::uint32_t
-SummedVoxels::findOrInsert(Part& part, std::uint64_t octant_key)
-{
-  const std::uint32_t found = part.directory.find(octant_key);
-  if (found != io::BlockDirectory::not_found)
-    return found;
-  part.octants.emplace_back();
-  part.occupied.push_back(0);
-  part.are_in_order.push_back(0);
-  part.keys.push_back(octant_key);
-  part.directory.insert(octant_key);
-  return static_cast<std::uint32_t>(part.keys.size() - 1);
 }
 
 void
-SummedVoxels::add(std::size_t part_index, const std::vector<VoxelUpdate>& updates)
+SummedVoxels::add(const std::vector<const VoxelUpdates*>& of_streams)
 {
-  Part& part = parts_[part_index];
-  std::uint64_t last_key = ~std::uint64_t{0};
-  std::uint32_t index = 0;
-  bool is_here = false;
-  for (const VoxelUpdate& update : updates) {
-    const std::uint64_t octant_key = update.key / cells;
-    if (octant_key != last_key) {
-      last_key = octant_key;
-      is_here = partOf(octant_key) == part_index;
-      if (!is_here)
-        continue;
-      index = findOrInsert(part, octant_key);
-      if (part.are_in_order[index] == 0) {
-        part.added.push_back(index);
-        part.are_in_order[index] = 1;
-      }
+  gatherRuns(of_streams);
+  sums_.reserve(0, has_colours_);
+  // Each part begins with the first run of a block.
+  constexpr std::size_t few = 1024; // hardly worth a thread
+  const std::size_t count = std::min(threads_, 1 + runs_.size() / few);
+  parts_.resize(std::max(parts_.size(), count));
+  std::vector<std::size_t> first_runs(count + 1);
+  for (std::size_t i = 0; i <= count; ++i) {
+    std::size_t first = runs_.size() * i / count;
+    while (first > 0 && first < runs_.size() &&
+           runs_[first].key == runs_[first - 1].key)
+      ++first;
+    first_runs[i] = first;
+  }
+  io::runAtOnce(count, [&](std::size_t i) {
+    addPart(of_streams, first_runs[i], first_runs[i + 1], parts_[i]);
+  });
+  joinParts(count);
+}
+
+/** \brief Lists the runs of all updates by their blocks. */
+void
+SummedVoxels::gatherRuns(const std::vector<const VoxelUpdates*>& of_streams)
+{
+  runs_.clear();
+  for (std::size_t stream = 0; stream < of_streams.size(); ++stream) {
+    const VoxelUpdates& updates = *of_streams[stream];
+    has_colours_ |= updates.has_colours;
+    for (VoxelUpdates::Run run : updates.runs) {
+      run.stream = static_cast<std::uint32_t>(stream);
+      runs_.push_back(run);
     }
-    else if (!is_here)
-      continue;
-    const std::size_t cell = update.key % cells;
-    SummedVoxel& voxel = part.octants[index][cell];
-    // Without overflow, which would be undefined; of unsigned numbers it is not.
-    const auto amount = static_cast<std::uint64_t>(update.intensity);
-    const auto sum = static_cast<std::uint64_t>(voxel.intensity);
-    voxel.intensity = static_cast<std::int64_t>(sum + amount);
-    if (update.summands == 0)
-      continue;
-    const std::uint32_t one = update.summands > 0 ? 1u : ~0u;
-    voxel.summands += one;
-    const auto bit = static_cast<std::uint8_t>(1u << cell);
-    std::uint8_t& occupied = part.occupied[index];
-    if (voxel.summands == 0) {
-      occupied = static_cast<std::uint8_t>(occupied & ~bit);
-      --part.voxels;
-      if (occupied == 0)
-        part.emptied.push_back(index);
-    }
-    else if ((occupied & bit) == 0) {
-      occupied = static_cast<std::uint8_t>(occupied | bit);
-      ++part.voxels;
-    }
-    if (!update.has_colour)
-      continue;
-    if (part.colours.size() <= index)
-      part.colours.resize(part.octants.size());
-    SummedColour& colour = part.colours[index][cell];
-    colour.summands += one;
-    colour.channels[0] += one * update.colour.r;
-    colour.channels[1] += one * update.colour.g;
-    colour.channels[2] += one * update.colour.b;
   }
-}
-
-void
-SummedVoxels::settle()
-{
-  dropEmptied();
-  mergeAdded();
-  std::vector<std::size_t> in_order(parts_.size());
-  for (const Place& place : order_)
-    ++in_order[place.part];
-  bool is_any_removed = false;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    constexpr std::size_t few = 64;
-    if (parts_[i].keys.size() <= 2 * in_order[i] + few)
-      continue;
-    removeEmpty(parts_[i]);
-    is_any_removed = true;
-  }
-  if (!is_any_removed)
-    return;
-  for (Place& place : order_)
-    place.index = parts_[place.part].directory.find(place.key);
-}
-
-/** \brief Takes octants that are without a voxel now out of the order, or does not put
- * them into it. */
-void
-SummedVoxels::dropEmptied()
-{
-  bool is_any_empty = false;
-  for (Part& part : parts_) {
-    for (const std::uint32_t index : part.emptied)
-      if (part.occupied[index] == 0) {
-        part.are_in_order[index] = 0;
-        is_any_empty = true;
-      }
-    part.emptied.clear();
-  }
-  if (!is_any_empty)
-    return;
-  const auto is_out = [&](const Place& place) {
-    return parts_[place.part].are_in_order[place.index] == 0;
-  };
-  order_.erase(std::remove_if(order_.begin(), order_.end(), is_out), order_.end());
-  for (Part& part : parts_) {
-    const auto is_empty = [&](std::uint32_t i) { return part.are_in_order[i] == 0; };
-    part.added.erase(std::remove_if(part.added.begin(), part.added.end(), is_empty),
-                     part.added.end());
-  }
-}
-
-/** \brief Puts octants with their first voxel into the order. */
-void
-SummedVoxels::mergeAdded()
-{
-  added_.clear();
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    Part& part = parts_[i];
-    for (const std::uint32_t index : part.added)
-      added_.push_back({part.keys[index], static_cast<std::uint32_t>(i), index});
-    part.added.clear();
-  }
-  if (added_.empty())
-    return;
-  const auto is_before = [](const Place& one, const Place& other) {
-    return one.key < other.key;
-  };
-  std::sort(added_.begin(), added_.end(), is_before);
-  spare_.clear();
-  spare_.reserve(order_.size() + added_.size());
-  std::merge(order_.begin(),
-             order_.end(),
-             added_.begin(),
-             added_.end(),
-             std::back_inserter(spare_),
-             is_before);
-  order_.swap(spare_);
-}
-
-/** \brief Removes the octants of a part that are not in the order, which changes the
- * index of others. */
-void
-SummedVoxels::removeEmpty(Part& part) const
-{
-  Part kept;
-  std::size_t count = 0;
-  for (const std::uint8_t is_in_order : part.are_in_order)
-    count += is_in_order;
-  kept.keys.reserve(count);
-  kept.octants.reserve(count);
-  kept.directory.clear(count);
-  for (std::size_t i = 0; i < part.keys.size(); ++i) {
-    if (part.are_in_order[i] == 0)
-      continue;
-    kept.keys.push_back(part.keys[i]);
-    kept.octants.push_back(part.octants[i]);
-    kept.occupied.push_back(part.occupied[i]);
-    kept.directory.insert(part.keys[i]);
-    if (i < part.colours.size())
-      kept.colours.push_back(part.colours[i]);
-  }
-  kept.are_in_order.assign(count, 1);
-  kept.voxels = part.voxels;
-  part = std::move(kept);
+  io::radixSort(runs_, spare_runs_, io::usedBits(runs_));
 }
 
 std::size_t
-SummedVoxels::size() const
+SummedVoxels::firstOfBlock(std::uint64_t block_key) const
 {
-  std::size_t count = 0;
-  for (const Part& part : parts_)
-    count += part.voxels;
-  return count;
+  const std::uint64_t* const first =
+      std::lower_bound(keys(), keys() + size(), block_key << VoxelUpdates::block_bits);
+  return static_cast<std::size_t>(first - keys());
+}
+
+/** \brief Sums the updates of some runs, and copies the voxels between their blocks and
+ * behind them up to the next run; before the first run those from the beginning on. */
+void
+SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
+                      std::size_t first_run,
+                      std::size_t end_run,
+                      Part& part) const
+{
+  part.sums.size = 0;
+  if (has_colours_)
+    part.block.addColours();
+  std::size_t next = first_run == 0 ? 0 : firstOfBlock(runs_[first_run].key);
+  const std::size_t end =
+      end_run == runs_.size() ? size() : firstOfBlock(runs_[end_run].key);
+  for (std::size_t i = first_run; i < end_run;) {
+    const std::uint64_t block_key = runs_[i].key;
+    const std::size_t first_of_block = firstOfBlock(block_key);
+    const std::size_t end_of_block = firstOfBlock(block_key + 1);
+    part.sums.append(sums_, next, first_of_block, has_colours_);
+    part.block.load(sums_, first_of_block, end_of_block);
+    std::size_t most = end_of_block - first_of_block;
+    next = end_of_block;
+    for (; i < end_run && runs_[i].key == block_key; ++i) {
+      const std::vector<VoxelUpdate>& updates = of_streams[runs_[i].stream]->updates;
+      for (std::size_t j = runs_[i].begin; j < runs_[i].end; ++j)
+        part.block.add(updates[j]);
+      most += runs_[i].end - runs_[i].begin;
+    }
+    part.sums.reserve(std::min(most, VoxelUpdates::block_cells) + 1, has_colours_);
+    part.block.moveTo(block_key, part.sums);
+  }
+  part.sums.append(sums_, next, end, has_colours_);
+}
+
+/** \brief Makes the sums of those of parts. */
+void
+SummedVoxels::joinParts(std::size_t count)
+{
+  std::swap(sums_, parts_[0].sums);
+  for (std::size_t i = 1; i < count; ++i)
+    sums_.append(parts_[i].sums, 0, parts_[i].sums.size, has_colours_);
 }
 
 bool
 SummedVoxels::hasAnyBetween(std::uint64_t begin, std::uint64_t end) const
 {
-  const auto first = std::lower_bound(
-      order_.begin(), order_.end(), begin / cells, [](const Place& place, auto key) {
-        return place.key < key;
-      });
-  return first != order_.end() && first->key * cells < end;
+  const std::uint64_t* const first = std::lower_bound(keys(), keys() + size(), begin);
+  return first != keys() + size() && *first < end;
 }
 
 } // namespace nodes

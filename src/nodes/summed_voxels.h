@@ -3,9 +3,6 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "simd/bit_operations.h"
-#include "voxels/block_directory.h"
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -17,18 +14,64 @@ namespace nodes {
 /** \brief A voxel of a stream that is added to the voxel of the merged grid that contains
  * it, is taken away again, or has another intensity. */
 struct VoxelUpdate {
-  std::uint64_t key;      ///< Morton key in the merged grid
   std::int64_t intensity; ///< to be added
+  std::uint16_t cell;     ///< Morton key in the block
   std::int8_t summands;   ///< 1: it is added, -1: taken away, 0: it stays
   bool has_colour;
   io::VoxelColour colour; ///< in channels of 0 to 255
 };
 
-/** \brief What is summed in a voxel of the merged grid. Of integers, so that the order
- * of summands does not matter, and so that each can be taken away again. */
-struct SummedVoxel {
-  std::int64_t intensity = 0;
-  std::uint32_t summands = 0; ///< voxels of streams; 0: there is none here
+/** \brief Updates of a stream. */
+class VoxelUpdates {
+public:
+  /** \brief Blocks have 16 x 16 x 16 voxels, so that the sums of one fit the cache. */
+  static constexpr unsigned int block_bits = 12;
+  static constexpr std::size_t block_cells = std::size_t{1} << block_bits;
+
+  /** \brief Updates in a row of one block. */
+  struct Run {
+    std::uint64_t key; ///< Morton key of the block
+    std::uint32_t begin;
+    std::uint32_t end;
+    std::uint32_t stream; ///< set by SummedVoxels
+  };
+
+  /** \brief Appends an update.
+   * \param[in] key Morton key of its voxel in the merged grid
+   * \param[in] update its cell is set
+   */
+  void
+  append(std::uint64_t key, const VoxelUpdate& update)
+  {
+    // Members are set where they are, as processors are slow to read what was just
+    // written with other widths.
+    const std::uint64_t block_key = key >> block_bits;
+    if (runs.empty() || runs.back().key != block_key) {
+      Run& run = runs.emplace_back();
+      run.key = block_key;
+      run.begin = static_cast<std::uint32_t>(updates.size());
+    }
+    VoxelUpdate& appended = updates.emplace_back();
+    appended.intensity = update.intensity;
+    appended.cell = static_cast<std::uint16_t>(key % block_cells);
+    appended.summands = update.summands;
+    appended.has_colour = update.has_colour;
+    appended.colour = update.colour;
+    runs.back().end = static_cast<std::uint32_t>(updates.size());
+    has_colours |= update.has_colour;
+  }
+
+  void
+  clear()
+  {
+    updates.clear();
+    runs.clear();
+    has_colours = false;
+  }
+
+  std::vector<VoxelUpdate> updates;
+  std::vector<Run> runs;
+  bool has_colours = false; ///< any of them
 };
 
 /** \brief Sum of colours. */
@@ -37,69 +80,52 @@ struct SummedColour {
   std::array<std::uint32_t, 3> channels{};
 };
 
-/** \brief Sums of voxels in a grid, by their Morton keys, in ascending order.
+/** \brief Sums of voxels in a grid, in ascending order of their Morton keys.
  *
- * Memory: 200 bytes for an octant, 2 x 2 x 2 voxels, of which one or more are occupied,
- * and with colours 128 more. Octants without a voxel are removed when they are more than
- * a half.
+ * Of integers, so that the order of summands does not matter, and so that each can be
+ * taken away again. Blocks with updates are summed in the cache, others are copied.
+ *
+ * Memory: 40 to 80 bytes for a voxel, with colours 72 to 144; 50 kB for each thread.
  */
 class SummedVoxels {
 public:
-  /** \param[in] parts into which octants are divided, 1 or more, for as many threads */
-  explicit SummedVoxels(std::size_t parts) : part_count_(parts) {}
-
-  std::size_t
-  partCount() const
-  {
-    return part_count_;
-  }
+  /** \param[in] threads that sum, 1 or more; the result does not depend on it */
+  explicit SummedVoxels(std::size_t threads) : threads_(threads) {}
 
   /** \brief Removes all voxels and all memory. */
   void
   clear() noexcept;
 
-  /** \brief Begins updates. */
+  /** \brief Sums the updates of some streams. */
   void
-  begin()
-  {
-    parts_.resize(part_count_);
-  }
-
-  /** \brief Sums those of some updates that belong to a part, after begin(). Different parts
-   * at the same time; settle() has to follow. */
-  void
-  add(std::size_t part, const std::vector<VoxelUpdate>& updates);
-
-  /** \brief Ends updates. */
-  void
-  settle();
+  add(const std::vector<const VoxelUpdates*>& of_streams);
 
   /** \brief Number of voxels. */
   std::size_t
-  size() const;
-
-  /** \brief Calls visit(key, SummedVoxel, SummedColour) for each voxel, in ascending
-   * order of their keys. After settle(). */
-  template <typename VisitT>
-  void
-  forEach(VisitT&& visit) const
+  size() const
   {
-    constexpr std::size_t ahead = 8;
-    for (std::size_t i = 0; i < order_.size(); ++i) {
-      if (i + ahead < order_.size())
-        prefetch(&octantAt(order_[i + ahead]));
-      const Place& place = order_[i];
-      const SummedOctant& octant = octantAt(place);
-      const std::vector<ColouredOctant>& colours = parts_[place.part].colours;
-      const bool has_colours = place.index < colours.size();
-      for (unsigned int left = parts_[place.part].occupied[place.index]; left != 0;
-           left &= left - 1) {
-        const std::size_t cell = lowestBit(left);
-        visit(place.key * cells + cell,
-              octant[cell],
-              has_colours ? colours[place.index][cell] : SummedColour());
-      }
-    }
+    return sums_.size;
+  }
+
+  /** \brief Morton keys of the voxels. */
+  const std::uint64_t*
+  keys() const
+  {
+    return sums_.keys.data();
+  }
+
+  /** \brief Sums of the intensities of each voxel. */
+  const std::int64_t*
+  intensities() const
+  {
+    return sums_.intensities.data();
+  }
+
+  /** \brief Sums of the colours of each voxel; null if there are none. */
+  const SummedColour*
+  colours() const
+  {
+    return has_colours_ ? sums_.colours.data() : nullptr;
   }
 
   /** \brief Whether a voxel's key is in a range, the end not included. */
@@ -107,62 +133,81 @@ public:
   hasAnyBetween(std::uint64_t begin, std::uint64_t end) const;
 
 private:
-  static constexpr std::size_t cells = 8;
-  using SummedOctant = std::array<SummedVoxel, cells>;
-  using ColouredOctant = std::array<SummedColour, cells>;
+  using Runs = std::vector<VoxelUpdates::Run>;
 
-  /** \brief Where an octant is. */
-  struct Place {
-    std::uint64_t key;
-    std::uint32_t part;
-    std::uint32_t index;
-  };
-
-  /** \brief A part of the octants, by index. */
-  struct Part {
-    io::BlockDirectory directory;
+  /** \brief Sums, by ascending keys. */
+  struct Sums {
+    std::size_t size = 0; ///< of what follows, which has room for more
     std::vector<std::uint64_t> keys;
-    std::vector<SummedOctant> octants;
-    std::vector<std::uint8_t> occupied;  ///< cells of each
-    std::vector<ColouredOctant> colours; ///< of the first ones; the others have none
-    std::vector<std::uint8_t> are_in_order;
-    std::vector<std::uint32_t> added;   ///< those that are not in the order yet
-    std::vector<std::uint32_t> emptied; ///< those that lost their last voxel
-    std::size_t voxels = 0;
+    std::vector<std::int64_t> intensities;
+    std::vector<std::uint32_t> summands; ///< voxels of streams
+    std::vector<SummedColour> colours;   ///< empty if there are none
+
+    /** \brief Makes room for further voxels. */
+    void
+    reserve(std::size_t further, bool has_colours);
+
+    void
+    append(const Sums& other, std::size_t begin, std::size_t end, bool has_colours);
   };
+
+  /** \brief The voxels of a block, by their cells. Without voxels between two blocks. */
+  class BlockSums {
+  public:
+    /** \brief From now on voxels have colours. */
+    void
+    addColours()
+    {
+      colours_.resize(cells);
+    }
+
+    void
+    load(const Sums& sums, std::size_t begin, std::size_t end);
+
+    void
+    add(const VoxelUpdate& update);
+
+    /** \brief Appends the voxels to others, which have room for them and one more, and
+     * removes them. */
+    void
+    moveTo(std::uint64_t block_key, Sums& sums);
+
+  private:
+    static constexpr std::size_t cells = VoxelUpdates::block_cells;
+
+    std::array<std::int64_t, cells> intensities_{};
+    std::array<std::uint32_t, cells> summands_{};
+    std::array<std::uint64_t, cells / 64> touched_{}; // a bit for each cell
+    std::vector<SummedColour> colours_;               // empty, or of each cell
+  };
+
+  /** \brief What a thread sums. */
+  struct Part {
+    BlockSums block;
+    Sums sums;
+  };
+
+  void
+  gatherRuns(const std::vector<const VoxelUpdates*>& of_streams);
+
+  void
+  addPart(const std::vector<const VoxelUpdates*>& of_streams,
+          std::size_t first_run,
+          std::size_t end_run,
+          Part& part) const;
 
   std::size_t
-  partOf(std::uint64_t octant_key) const
-  {
-    return part_count_ == 1
-               ? 0
-               : static_cast<std::size_t>((octant_key * 0x9e3779b97f4a7c15) >> 32) %
-                     part_count_;
-  }
-
-  const SummedOctant&
-  octantAt(const Place& place) const
-  {
-    return parts_[place.part].octants[place.index];
-  }
-
-  static std::uint32_t
-  findOrInsert(Part& part, std::uint64_t octant_key);
+  firstOfBlock(std::uint64_t block_key) const;
 
   void
-  dropEmptied();
+  joinParts(std::size_t count);
 
-  void
-  mergeAdded();
-
-  void
-  removeEmpty(Part& part) const;
-
-  const std::size_t part_count_;
+  const std::size_t threads_;
+  Sums sums_;
+  bool has_colours_ = false;
+  Runs runs_; // keep their memory
+  Runs spare_runs_;
   std::vector<Part> parts_;
-  std::vector<Place> order_; // of the octants with voxels, by key
-  std::vector<Place> added_; // keep their memory
-  std::vector<Place> spare_;
 };
 
 } // namespace nodes
