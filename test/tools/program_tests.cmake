@@ -33,6 +33,7 @@ pcl_ext_add_test(
     tools/test_program_inputs.cpp
     tools/test_program_interruption.cpp
     tools/test_program_kept.cpp
+    tools/test_program_layouts.cpp
     tools/test_program_jobs.cpp
     tools/test_program_limits.cpp
     tools/test_program_many_bags.cpp
@@ -44,6 +45,7 @@ pcl_ext_add_test(
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/surface_closure.cpp
+    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/inputs/message_layout.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")

@@ -4,6 +4,7 @@
 #include "commands/encode_remarks.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "inputs/message_layout.h"
 #include "inputs/point_cloud_conversions.h"
 
 #include <algorithm>
@@ -330,6 +331,8 @@ BagEncoding::addStream(std::size_t number)
   const EncodedStream& encoded = streams_[number]->encoded;
   added.metadata =
       options_.encoding.metadataOf(name, encoded.law(), encoded.isOfLidar());
+  if (input_->isBag())
+    addLayout(in_flight_.front().cloud->cloud.cloud, added.metadata);
   addViewpoints(console_,
                 options_.encoding,
                 name,

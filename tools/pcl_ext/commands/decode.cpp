@@ -1,4 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/filters/lidar_clouds.h>
+
 #include "commands/commands.h"
 #include "console/console.h"
 #include "console/exit_status.h"
@@ -17,8 +19,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -29,6 +33,9 @@ namespace {
 using measuring::formatted;
 using recording::RecordedFrame;
 
+/** \brief Order of the points of decoded clouds. */
+enum class PointOrder { AsDecoded, ByTime, ByRing };
+
 struct DecodeOptions {
   std::string input;
   Output output;
@@ -36,6 +43,8 @@ struct DecodeOptions {
   DecodingOptions decoding;
   CloudFormat format = CloudFormat::PcdCompressed;
   bool is_bag = false;
+  bool is_packed = false;
+  PointOrder order = PointOrder::AsDecoded;
   bool is_quiet = false;
   const CLI::App* app = nullptr; // whose options these are
 };
@@ -65,7 +74,7 @@ public:
         chosen.push_back(input_.nameOf(stream));
     }
     if (is_bag_)
-      bag_ = std::make_unique<DecodedBag>(options.output, input_);
+      bag_ = std::make_unique<DecodedBag>(options.output, input_, options.is_packed);
     else
       folder_ = std::make_unique<CloudFolder>(options.output.path,
                                               options.format,
@@ -105,8 +114,9 @@ public:
     printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
     if (isInterrupted())
       return interrupted;
-    return lost_ + outside_grid_ > 0 || !input_.damage().empty() ? something_failed
-                                                                 : all_done;
+    return lost_ + outside_grid_ + unordered_ > 0 || !input_.damage().empty()
+               ? something_failed
+               : all_done;
   }
 
 private:
@@ -125,6 +135,10 @@ private:
                          "x.mcap for a bag");
     if (!options.is_bag && extension != ".mcap") {
       refuseDevice(path);
+      refuseOptions(*options.app,
+                    {"--packed"},
+                    "is for a bag, and '" + path +
+                        "' is a folder of files: leave it out, or name x.mcap");
       return false;
     }
     refuseOptions(*options.app,
@@ -168,6 +182,7 @@ private:
     decoded_ += decoder.decodedVoxels();
     removed_ += decoder.decodedVoxels() - decoder.voxels().size();
     toCloud(decoder.voxels(), cloud_);
+    orderPoints(item);
     points_ += decoder.voxels().pointCount();
     if (bag_)
       bag_->write(item, frame_, cloud_, input_);
@@ -179,6 +194,25 @@ private:
                      viewpoints_[item.stream].at(item.time));
     else
       ++empty_;
+  }
+
+  /** \brief Puts the points of a cloud into the order that was asked for. Of each
+   * stream the first failure is told. */
+  void
+  orderPoints(const RecordingInput::Item& item)
+  {
+    if (options_.order == PointOrder::AsDecoded)
+      return;
+    const PreprocessingStatus status = options_.order == PointOrder::ByTime
+                                           ? sortByTime(cloud_)
+                                           : arrangeByRing(cloud_);
+    if (status.ok())
+      return;
+    ++unordered_;
+    if (unordered_streams_.insert(item.stream).second)
+      console_.error(
+          input_.nameOf(item.stream) + ", frame " + std::to_string(item.number) +
+          ": its points stay in the order of the frame: " + status.message());
   }
 
   /** \brief What outliers were judged by: the units of the streams. */
@@ -243,6 +277,8 @@ private:
   std::size_t removed_ = 0; // of these
   std::size_t other_messages_ = 0;
   std::size_t lost_ = 0;
+  std::size_t unordered_ = 0; // frames whose points could not be ordered
+  std::set<std::size_t> unordered_streams_;
   std::size_t outside_grid_ = 0; // points without a voxel
   std::string first_outside_grid_;
 };
@@ -266,6 +302,23 @@ addDecode(CLI::App& app)
       "--ply", [options] { options->format = CloudFormat::Ply; }, "PLY files");
   CLI::Option* const bag = app.add_flag(
       "--bag", options->is_bag, "OUT is a rosbag2 folder with PointCloud2");
+  app.add_flag("--packed",
+               options->is_packed,
+               "points of a bag without padding, instead of the layout of the messages "
+               "that the stream was made of");
+  const auto add_order = [&](const char* name, PointOrder order, const char* help) {
+    return app.add_flag_callback(
+        name, [options, order] { options->order = order; }, help);
+  };
+  CLI::Option* const by_time = add_order(
+      "--sort-by-time",
+      PointOrder::ByTime,
+      "points in the order in which a lidar measured them, by their fields of "
+      "time and ring");
+  add_order("--arrange-by-ring",
+            PointOrder::ByRing,
+            "points in a row for each ring and a column for each time")
+      ->excludes(by_time);
   ply->excludes(pcd);
   bag->excludes(pcd)->excludes(ply);
   addDecodingOptions(app, options->decoding);

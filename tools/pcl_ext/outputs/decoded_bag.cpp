@@ -26,7 +26,7 @@ DecodedBag::check(const recording::RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
-DecodedBag::DecodedBag(const Output& output, RecordingInput& input)
+DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_packed)
 : path_(output.path), existing_(output.existing())
 {
   recording::McapReader* const bag = input.bag();
@@ -44,13 +44,15 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input)
   }
   for (std::size_t stream = 0; stream < input.reader().streams().size(); ++stream) {
     streams_.push_back(0);
+    const StreamMetadata& metadata = input.reader().streams()[stream].metadata;
+    layouts_.push_back(is_packed ? MessageLayout() : layoutOf(metadata));
     if (!input.isChosen(stream))
       continue;
     std::string topic = topicOf(input.nameOf(stream));
     while (!topics.insert(topic).second)
       topic += "/decoded";
     recording::McapChannel decoded = recording::pointCloudChannel(topic);
-    addOtherMetadata(input.reader().streams()[stream].metadata, decoded.metadata);
+    addOtherMetadata(metadata, decoded.metadata);
     check(writer_.addChannel(decoded, McapChunking::Shared, streams_.back()));
   }
 }
@@ -70,6 +72,7 @@ DecodedBag::write(const RecordingInput::Item& item,
       describeCloud(cloud, frame.stamp.count() != 0 ? frame.stamp : item.time);
   content.frame_id = frame.frame_id;
   content.bytes = cloud.data;
+  arrange(layouts_[item.stream], content);
   recording::writePointCloud(content, false, message_.bytes);
   check(writer_.write(message_));
 }

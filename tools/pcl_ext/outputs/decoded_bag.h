@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "inputs/message_layout.h"
 #include "inputs/recording_input.h"
 #include "outputs/output_path.h"
 #include "recording/mcap_writer.h"
@@ -20,8 +21,11 @@ namespace tools {
 class DecodedBag {
 public:
   /** \brief Opens the bag, with a topic for each stream that was chosen: its name
-   * without /pcl_ext at its end. */
-  DecodedBag(const Output& output, RecordingInput& input);
+   * without /pcl_ext at its end.
+   * \param[in] is_packed its points have no padding; else the layout of the messages that
+   * a stream was made of, if the recording tells
+   */
+  DecodedBag(const Output& output, RecordingInput& input, bool is_packed);
 
   /** \brief Writes a decoded cloud. */
   void
@@ -47,6 +51,7 @@ private:
   recording::ExistingFile existing_;
   recording::McapWriter writer_;
   std::vector<std::size_t> streams_;               // channels of the streams
+  std::vector<MessageLayout> layouts_;             // of the streams
   std::vector<std::optional<std::size_t>> others_; // of the channels of the input
   recording::McapMessage message_;
 };
