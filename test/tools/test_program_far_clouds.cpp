@@ -185,7 +185,7 @@ TEST_F(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
         moved == 0.0 ? "" : " --pose=" + sign + "600000," + sign + "5200000,0,0,0,0,1";
     const std::string name = std::to_string(static_cast<int>(moved)) + ".mcap";
     expectRun("encode in.mcap -o x" + name + " -r 0.04" + pose);
-    expectRun("decode x" + name + " -o again" + name);
+    expectRun("decode x" + name + " -o again" + name + " --packed");
     recording::McapReader reader;
     ASSERT_TRUE(reader.open(folder / ("again" + name)).ok());
     recording::McapMessage read;

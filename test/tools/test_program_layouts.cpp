@@ -17,6 +17,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <random>
 
 namespace pcl_ext {
 namespace tools {
@@ -259,6 +261,54 @@ TEST_F(ProgramLayouts, RowsAreThoseOfTheRings)
       EXPECT_EQ(point.ring, row);
       EXPECT_EQ(point.t, 1000 * column);
     }
+}
+
+TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
+{
+  writeBag(folder / "bag.mcap", driverMessage());
+  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01 --pose=600000,5200000,0,0,0,0,1")
+                .status,
+            0);
+  const ProgramRun decoded = run("decode small.mcap -o again.mcap");
+  EXPECT_EQ(decoded.status, 0);
+  EXPECT_NE(decoded.errors.find("as their coordinates need FLOAT64 now"),
+            std::string::npos)
+      << decoded.errors;
+  const PointCloudMessage cloud = readOnlyCloud(folder / "again.mcap");
+  ASSERT_EQ(cloud.fields[0].datatype, pcl::PCLPointField::FLOAT64);
+  double x = 0.0;
+  std::memcpy(&x, cloud.bytes.data(), sizeof(x));
+  EXPECT_NEAR(x, 600000.0, 10.0);
+}
+
+TEST_F(ProgramLayouts, WhatTheOrderTakesIsTold)
+{
+  // Points of no rays, shuffled.
+  PointCloudMessage message = driverMessage();
+  message.height = 1;
+  message.width = rows * columns;
+  message.row_step = message.width * message.point_step;
+  message.bytes.resize(message.row_step);
+  std::mt19937 random(1);
+  for (std::uint32_t i = 0; i < message.width; ++i) {
+    DriverPoint point{};
+    for (float* coordinate : {&point.x, &point.y, &point.z})
+      *coordinate = static_cast<float>(random() % 100000) * 1e-4f;
+    std::memcpy(&message.bytes[i * sizeof(point)], &point, sizeof(point));
+  }
+  writeBag(folder / "bag.mcap", message);
+  const auto sizeOf = [&](const std::string& options) {
+    EXPECT_EQ(run("encode bag.mcap -o x.pcxi --overwrite -r 0.01 " + options).status,
+              0);
+    return std::filesystem::file_size(folder / "x.pcxi");
+  };
+  const auto unordered = sizeOf("--keep-points");
+  const auto ordered = sizeOf("--keep-order");
+  const std::string errors =
+      run("encode bag.mcap -o x.pcxi --overwrite -r 0.01 --keep-order").errors;
+  const std::string expected = "the order of the points takes " +
+                               std::to_string(ordered - unordered) + " bytes of ";
+  EXPECT_NE(errors.find(expected), std::string::npos) << errors << expected;
 }
 
 TEST_F(ProgramLayouts, CloudsWithoutATimeAreNotSorted)

@@ -108,6 +108,11 @@ public:
     for (const StreamDecoder& decoder : decoders_)
       if (const std::string remark = decoder.remark(); !remark.empty())
         console_.remark(remark);
+    if (bag_)
+      for (const std::size_t stream : bag_->packedStreams())
+        console_.remark(input_.nameOf(stream) +
+                        ": its messages do not have the layout that they had, as their "
+                        "coordinates need FLOAT64 now");
     if (frames_ == 0)
       throw std::runtime_error("no frame could be decoded; '" + options_.output.path +
                                "' was not written");

@@ -32,7 +32,8 @@ remarkOnStream(Console& console,
                    (report.left_out.rfind("fields", 0) == 0 && !are_all
                         ? "; --fields keeps fields"
                         : ""));
-  for (const std::string& remark : {report.budget_remark,
+  for (const std::string& remark : {report.order_remark,
+                                    report.budget_remark,
                                     report.frame_id_remark,
                                     report.unit_remark,
                                     report.outlier_remark})

@@ -161,6 +161,15 @@ areTheSame(const PointFieldMessage& one, const PointFieldMessage& other)
          (one.name == other.name || (isColour(one) && isColour(other)));
 }
 
+/** \brief Whether coordinates are FLOAT64. */
+bool
+hasDoubles(const std::vector<PointFieldMessage>& fields)
+{
+  return std::any_of(fields.begin(), fields.end(), [](const PointFieldMessage& field) {
+    return field.name == "x" && field.datatype == pcl::PCLPointField::FLOAT64;
+  });
+}
+
 /** \brief Where the fields of a message are to go. */
 class Arrangement {
 public:
@@ -264,11 +273,15 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata)
   metadata[layout_metadata] = text.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-void
+bool
 arrange(const MessageLayout& layout, PointCloudMessage& message)
 {
-  if (layout.point_step > 0)
-    Arrangement(layout, message).apply(layout.row_padding, message);
+  if (layout.point_step == 0)
+    return true;
+  if (!hasDoubles(layout.fields) && hasDoubles(message.fields))
+    return false;
+  Arrangement(layout, message).apply(layout.row_padding, message);
+  return true;
 }
 
 } // namespace tools

@@ -37,8 +37,9 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata);
  * bytes are 0, as is padding.
  * \param[in] layout as layoutOf() returns it; without point_step nothing is done
  * \param[in,out] message in the byte order of this machine, without padding
+ * \return false: nothing was done, as coordinates need FLOAT64 and the layout has FLOAT32
  */
-void
+bool
 arrange(const MessageLayout& layout, recording::PointCloudMessage& message);
 
 } // namespace tools

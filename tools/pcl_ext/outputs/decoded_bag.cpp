@@ -72,7 +72,8 @@ DecodedBag::write(const RecordingInput::Item& item,
       describeCloud(cloud, frame.stamp.count() != 0 ? frame.stamp : item.time);
   content.frame_id = frame.frame_id;
   content.bytes = cloud.data;
-  arrange(layouts_[item.stream], content);
+  if (!arrange(layouts_[item.stream], content))
+    packed_streams_.insert(item.stream);
   recording::writePointCloud(content, false, message_.bytes);
   check(writer_.write(message_));
 }

@@ -9,7 +9,9 @@
 
 #include <pcl/PCLPointCloud2.h>
 
+#include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,14 @@ public:
   void
   passThrough(const RecordingInput::Item& item, RecordingInput& input);
 
+  /** \brief Streams whose points have no padding though they had, as coordinates need
+   * FLOAT64 now. */
+  const std::set<std::size_t>&
+  packedStreams() const
+  {
+    return packed_streams_;
+  }
+
   /** \brief Copies metadata and attachments, and completes the bag, as
    * FrameOutput::finish(). */
   std::string
@@ -50,8 +60,9 @@ private:
   std::string path_;
   recording::ExistingFile existing_;
   recording::McapWriter writer_;
-  std::vector<std::size_t> streams_;               // channels of the streams
-  std::vector<MessageLayout> layouts_;             // of the streams
+  std::vector<std::size_t> streams_;   // channels of the streams
+  std::vector<MessageLayout> layouts_; // of the streams
+  std::set<std::size_t> packed_streams_;
   std::vector<std::optional<std::size_t>> others_; // of the channels of the input
   recording::McapMessage message_;
 };

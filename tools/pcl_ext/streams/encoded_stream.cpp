@@ -299,6 +299,7 @@ EncodedStream::add(const StreamEncoder& encoder)
   if (report_.sums.encoded_points == 0)
     report_.unit_remark = encoder.unitRemark();
   takeFirst(report_.left_out, encoder.leftOut());
+  takeFirst(report_.order_remark, encoder.orderRemark());
   takeFirst(report_.budget_remark, encoder.budgetRemark());
   takeFirst(report_.frame_id_remark, encoder.frameIdRemark());
   takeFirst(report_.outlier_remark, encoder.outlierRemark());

@@ -147,8 +147,10 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        "', that of the clouds before '" + cloud_frame_id_ +
                        "'; all points of a stream are in one coordinate frame, '" +
                        frame_id_ + "'";
-  if (sums_.encoded_points == 0)
+  if (sums_.encoded_points == 0) {
     noteUnit(cloud, statistics.frame, source);
+    noteOrder(encoded, bytes.size());
+  }
   EncodedSums sums = sumsOf(statistics, bytes.size());
   if (sums.points_in_order > 0 && sums_.order.empty()) {
     const io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
@@ -170,6 +172,25 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
   return true;
+}
+
+/** \brief Notes what a frame would take if its points had another order. */
+void
+StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
+{
+  if (!settings_->compression.keep_order || !order_remark_.empty())
+    return;
+  nodes::SensorNodeSettings settings = *settings_;
+  settings.compression.keep_order = false;
+  settings.compression.keep_points = true;
+  settings.compression.max_rate = 0.0;
+  settings.compression.max_encode_ms = 0.0;
+  std::vector<std::uint8_t> unordered;
+  if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame())
+    return;
+  order_remark_ = name_ + ": the order of the points takes " +
+                  counted(bytes - std::min(bytes, unordered.size()), "byte") + " of " +
+                  std::to_string(bytes) + " in the first frame with points";
 }
 
 EncodedSums

@@ -169,6 +169,14 @@ public:
   std::string
   budgetRemark() const;
 
+  /** \brief A sentence on what the order of points took in the first frame with points;
+   * empty without --keep-order. */
+  const std::string&
+  orderRemark() const
+  {
+    return order_remark_;
+  }
+
   /** \brief A sentence if the first cloud with points seems to be in millimetres. */
   const std::string&
   unitRemark() const
@@ -186,6 +194,9 @@ private:
   findCorners(const pcl::PCLPointCloud2& cloud,
               Eigen::Vector4f& min,
               Eigen::Vector4f& max) const;
+
+  void
+  noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes);
 
   void
   noteUnit(const pcl::PCLPointCloud2& cloud,
@@ -212,6 +223,7 @@ private:
   std::string frame_id_remark_; ///< see frameIdRemark()
   std::string left_out_;        ///< see leftOut()
   std::string unit_remark_;     ///< see unitRemark()
+  std::string order_remark_;    ///< see orderRemark()
   IntensityLaw law_ = IntensityLaw::Count;
   bool is_of_lidar_ = false;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
