@@ -186,8 +186,7 @@ printCentre(const Options& options, std::ostream& output)
         "table centre: --frames is " + std::to_string(options.frames) +
         "; it must be above --seconds * 20, or " + std::to_string(frames_to_repeat) +
         " at least, as streams are repeated from their first frame");
-  Workload workload;
-  workload.temporal_filter = options.temporal_filter;
+  Workload workload = workloadOf(options);
   workload.i_frame_rate = i_frame_rate;
   const measuring::Variant& variant = measuring::variantNamed(options.efforts.front());
   const std::vector<SensorStream> sources =
@@ -196,6 +195,8 @@ printCentre(const Options& options, std::ostream& output)
             "The robot cell's six cameras, repeated in cells "
          << formatted(cell_distance, 0) << " m apart, 4 cm, number of points, effort "
          << variant.name << ", ";
+  if (workload.outlier_removal)
+    output << "outliers removed at the sensors, ";
   if (workload.temporal_filter != 0)
     output << "filtered over " << workload.temporal_filter << " frames, ";
   output << formatted(rate, 0) << " Hz; " << std::thread::hardware_concurrency()

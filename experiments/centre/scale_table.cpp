@@ -67,12 +67,7 @@ streamCount(std::size_t streams, const Options& options)
 MarkdownTable::Row
 rowOf(const Options& options, const std::string& effort)
 {
-  Workload workload;
-  if (options.outlier_removal) {
-    workload.outlier_removal.emplace();
-    workload.outlier_removal->min_log_odds = *options.outlier_removal;
-  }
-  workload.temporal_filter = options.temporal_filter;
+  const Workload workload = workloadOf(options);
   const std::vector<SensorStream> sources =
       encodeCell(options.frames, workload, variantNamed(effort));
   const double bytes = meanPerFrame(sources, &SensorStream::bytes);

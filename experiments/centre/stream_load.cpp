@@ -183,6 +183,18 @@ private:
 
 } // namespace
 
+Workload
+workloadOf(const Options& options)
+{
+  Workload workload;
+  if (options.outlier_removal) {
+    workload.outlier_removal.emplace();
+    workload.outlier_removal->min_log_odds = *options.outlier_removal;
+  }
+  workload.temporal_filter = options.temporal_filter;
+  return workload;
+}
+
 std::vector<SensorStream>
 encodeCell(std::size_t frames, const Workload& workload, const Variant& variant)
 {

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "experiments/tables.h"
 #include "measuring/workload.h"
 
 #include <cstddef>
@@ -16,6 +17,10 @@ namespace experiments {
 
 using measuring::Variant;
 using measuring::Workload;
+
+/** \brief What options say of the sensors. */
+Workload
+workloadOf(const Options& options);
 
 /** \brief An encoded stream that is sent repeatedly. */
 struct SensorStream {

@@ -231,4 +231,50 @@ TEST_P(LiveMerging, HasWhatTheStreamsHaveNow)
 
 INSTANTIATE_TEST_SUITE_P(Seeds, LiveMerging, ::testing::Values(1, 2));
 
+/** \brief Scattered voxels, each in a block of its own. */
+VoxelFrame
+scattered(std::mt19937_64& random)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(10);
+  frame.grid.resolution = resolution;
+  std::map<std::uint64_t, std::uint16_t> voxels;
+  while (voxels.size() < 12000)
+    voxels[below(random, 1u << 30)] = static_cast<std::uint16_t>(below(random, 200));
+  for (const auto& [key, intensity] : voxels) {
+    frame.keys.push_back(key);
+    frame.intensities.push_back(intensity);
+  }
+  return frame;
+}
+
+TEST(LiveMergingOfManyBlocks, IsTheSameByEachNumberOfThreads)
+{
+  std::mt19937_64 random(5);
+  std::vector<std::unique_ptr<CentralNode>> nodes;
+  for (const unsigned int threads : {1u, 3u, 8u}) {
+    CentralNodeSettings settings = centralSettings();
+    settings.threads = threads;
+    nodes.push_back(std::make_unique<CentralNode>(settings));
+    nodes.back()->addStream("a");
+    nodes.back()->addStream("b");
+  }
+  for (std::size_t round = 0; round < 4; ++round) {
+    // First a and b, then another a, another b, ...
+    for (const std::string name : {"a", "b"})
+      if (round == 0 || (round % 2 == 0) == (name == "a")) {
+        const std::vector<std::uint8_t> bytes = coded(scattered(random));
+        for (const auto& node : nodes)
+          sendAndWait(*node, name, bytes);
+      }
+    VoxelFrame merged;
+    ASSERT_TRUE(nodes[0]->merge(merged).ok());
+    EXPECT_GT(merged.size(), 23000u);
+    for (std::size_t i = 1; i < nodes.size(); ++i) {
+      VoxelFrame by_several;
+      ASSERT_TRUE(nodes[i]->merge(by_several).ok());
+      expectSameFrame(by_several, merged);
+    }
+  }
+}
+
 } // namespace
