@@ -43,15 +43,11 @@ describe(std::size_t numbers)
   }
 }
 
-/** \brief What to do with a file that has another layout than its name tells. */
+/** \brief The option that names fields, for messages. */
 std::string
-advice(std::size_t numbers)
+optionOf(std::size_t numbers)
 {
-  if (numbers == kitti_numbers)
-    return "give it a name that ends in .bin, but not in .pcd.bin";
-  if (numbers == nuscenes_numbers)
-    return "give it a name that ends in .pcd.bin";
-  return "convert it to PCD or PLY";
+  return "--bin-fields " + binFieldsOf(numbers);
 }
 
 /** \brief The known layouts that a file of so many bytes may have. */
@@ -61,9 +57,23 @@ fittingLayouts(std::size_t bytes)
   std::string layouts;
   for (const std::size_t numbers : {3u, 4u, 5u, 6u})
     if (bytes % (numbers * sizeof(float)) == 0)
-      layouts +=
-          (layouts.empty() ? "; its size would fit " : " or ") + describe(numbers);
-  return layouts;
+      layouts += (layouts.empty() ? "; its size would fit " : " or ") +
+                 describe(numbers) + ": " + optionOf(numbers);
+  return layouts.empty() ? "; --bin-fields names other fields and types" : layouts;
+}
+
+/** \brief Refuses points that are not whole.
+ * \param[in] source who tells the fields, in words
+ */
+void
+checkSize(std::size_t bytes,
+          const std::vector<FileField>& fields,
+          const std::string& source)
+{
+  const std::uint64_t point_bytes = bytesOf(fields);
+  if (bytes % point_bytes != 0)
+    fail("it has " + std::to_string(bytes) + " bytes, which is no multiple of " +
+         std::to_string(point_bytes) + ": " + source + fittingLayouts(bytes));
 }
 
 /** \brief How much numbers differ from those that are so many numbers later, on
@@ -132,10 +142,11 @@ likelyNumbers(const std::vector<float>& numbers,
   return likely;
 }
 
-/** \brief Refuses a file that is not in the assumed layout. */
+/** \brief Refuses a file that is not in the layout that its name tells. */
 void
-checkLayout(const std::vector<std::uint8_t>& data, std::size_t assumed)
+checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>& fields)
 {
+  const std::size_t assumed = fields.size();
   constexpr std::size_t most_checked = std::size_t{1} << 18;
   std::vector<float> numbers(std::min(data.size() / sizeof(float), most_checked));
   std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
@@ -152,20 +163,21 @@ checkLayout(const std::vector<std::uint8_t>& data, std::size_t assumed)
             likelyNumbers(numbers, are_odd, data.size() / sizeof(float), assumed);
         likely != assumed)
       fail("its numbers are those of " + describe(likely) + ", not of " +
-           describe(assumed) + ": " + advice(likely));
-  if (data.size() % (assumed * sizeof(float)) != 0)
-    fail("it has " + std::to_string(data.size()) + " bytes, which is no multiple of " +
-         std::to_string(assumed * sizeof(float)) + ": by its name it has " +
-         describe(assumed) + fittingLayouts(data.size()));
+           describe(assumed) + ": give " + optionOf(likely) +
+           ", where _ leaves a number out");
+  checkSize(data.size(), fields, "by its name it has " + describe(assumed));
   if (areManyOdd(are_odd, assumed, assumed))
     fail("its numbers are no lengths and intensities: by its name it has " +
-         describe(assumed) + ", each a little-endian float32");
+         describe(assumed) +
+         ", each a little-endian float32; --bin-fields names other fields and types");
 }
 
 } // namespace
 
 void
-readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
+readBin(const std::string& path,
+        const std::vector<FileField>& given,
+        pcl::PCLPointCloud2& cloud)
 {
   const std::uint64_t bytes = fs::file_size(path);
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
@@ -177,14 +189,17 @@ readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
   if (!file.read(reinterpret_cast<char*>(data.data()),
                  static_cast<std::streamsize>(bytes)))
     fail("reading it failed");
-  std::vector<const char*> names = {"x", "y", "z", "intensity"};
-  if (hasNuScenesName(path))
-    names.push_back("ring");
-  std::vector<FileField> fields;
-  for (const char* name : names)
-    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+  const std::vector<FileField> fields =
+      !given.empty() ? given
+                     : parseBinFields(binFieldsOf(
+                           hasNuScenesName(path) ? nuscenes_numbers : kitti_numbers));
   toLittleEndian(fields, data);
-  checkLayout(data, fields.size());
+  if (given.empty())
+    checkLayout(data, fields);
+  else
+    checkSize(data.size(),
+              fields,
+              "--bin-fields has " + std::to_string(bytesOf(fields)) + " bytes a point");
   startCloud(fields, bytes / bytesOf(fields), 1, cloud);
   cloud.data = std::move(data);
 }

@@ -39,8 +39,13 @@ struct PlyHeader {
   std::uint64_t rows = 0;
   std::uint64_t bytes = 0; ///< of the header
   std::uint64_t lines = 0; ///< of the header
+  char line_end = '\n';    ///< see lineEndOf()
   bool has_end = false;
 };
+
+/** \brief Whether elements have lists. */
+bool
+hasList(const PlyElement& element);
 
 /** \brief The name that PCL gives the field of a property: normals have other ones. */
 std::string

@@ -69,7 +69,7 @@ faultOf(const FieldDescription& field)
 } // namespace
 
 CompressionStatus
-FieldCollector::select(const std::vector<FieldDescription>& offered)
+FieldCollector::select(const std::vector<FieldDescription>& offered, bool of_voxels)
 {
   selected_.clear();
   const auto add = [&](std::size_t index, double step) {
@@ -99,7 +99,8 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
     add(static_cast<std::size_t>(found - offered.begin()), setting.step);
   }
   for (std::size_t index = 0; are_all && index < offered.size(); ++index)
-    if (isOneOfAllFields(offered[index], codes_colours_))
+    if (isOneOfAllFields(offered[index],
+                         codes_colours_ && !(of_voxels && keeps_points_)))
       add(index, 0.0);
   std::size_t values = 0;
   for (const Selected& field : selected_) {
