@@ -47,7 +47,7 @@ isOdd(const std::uint8_t* point,
       const std::vector<std::uint32_t>& offsets,
       bool is_double)
 {
-  constexpr double largest = 1e9;
+  const double largest = is_double ? 1e15 : 1e9;
   constexpr double smallest = 1e-20;
   bool is_huge = false;
   bool is_tiny = true;
