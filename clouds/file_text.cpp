@@ -69,6 +69,35 @@ appendReal(std::string_view word, std::uint64_t size, std::vector<std::uint8_t>&
   return true;
 }
 
+/** \brief Appends a whole number.
+ * \return false if the word is none, or none of the field
+ */
+bool
+appendInteger(std::string_view word,
+              const FileField& field,
+              std::vector<std::uint8_t>& bytes)
+{
+  // The 32 bits of a colour are written as either.
+  if ((field.name == "rgb" || field.name == "rgba") && field.bytes == 4)
+    return appendWhole<std::uint32_t>(word, bytes) ||
+           appendWhole<std::int32_t>(word, bytes);
+  const bool is_signed = field.kind == FileField::Kind::Signed;
+  switch (field.bytes) {
+  case 1:
+    return is_signed ? appendWhole<std::int8_t>(word, bytes)
+                     : appendWhole<std::uint8_t>(word, bytes);
+  case 2:
+    return is_signed ? appendWhole<std::int16_t>(word, bytes)
+                     : appendWhole<std::uint16_t>(word, bytes);
+  case 4:
+    return is_signed ? appendWhole<std::int32_t>(word, bytes)
+                     : appendWhole<std::uint32_t>(word, bytes);
+  default:
+    return is_signed ? appendWhole<std::int64_t>(word, bytes)
+                     : appendWhole<std::uint64_t>(word, bytes);
+  }
+}
+
 /** \brief Appends the number that a word is.
  * \return false if it is no number of the field
  */
@@ -86,25 +115,14 @@ appendNumber(std::string_view word,
     word.remove_prefix(1);
   if (field.kind == Kind::Real)
     return appendReal(word, field.bytes, bytes);
-  // The 32 bits of a colour are written as either.
-  if ((field.name == "rgb" || field.name == "rgba") && field.bytes == 4)
-    return appendWhole<std::uint32_t>(word, bytes) ||
-           appendWhole<std::int32_t>(word, bytes);
-  const bool is_signed = field.kind == Kind::Signed;
-  switch (field.bytes) {
-  case 1:
-    return is_signed ? appendWhole<std::int8_t>(word, bytes)
-                     : appendWhole<std::uint8_t>(word, bytes);
-  case 2:
-    return is_signed ? appendWhole<std::int16_t>(word, bytes)
-                     : appendWhole<std::uint16_t>(word, bytes);
-  case 4:
-    return is_signed ? appendWhole<std::int32_t>(word, bytes)
-                     : appendWhole<std::uint32_t>(word, bytes);
-  default:
-    return is_signed ? appendWhole<std::int64_t>(word, bytes)
-                     : appendWhole<std::uint64_t>(word, bytes);
-  }
+  if (appendInteger(word, field, bytes))
+    return true;
+  // Whole numbers may be written as 255.0.
+  double number = 0.0;
+  constexpr double most = 9007199254740992.0; // has each whole number up to it
+  return isWhole(word, number) && std::abs(number) <= most &&
+         number == std::floor(number) &&
+         appendInteger(std::to_string(static_cast<std::int64_t>(number)), field, bytes);
 }
 
 /** \brief The words of a line, one after the other. */

@@ -51,10 +51,12 @@ readProperty(const std::vector<std::string>& words, PlyElement& element)
               : numberOf(words.size() == 3 ? words[1] : std::string());
   const std::optional<FileField> count = is_list ? numberOf(words[2]) : std::nullopt;
   const bool has_integer_count = count && count->kind != Kind::Real;
-  if (!number || is_list != has_integer_count)
-    fail(element.name == "vertex"
-             ? "its header has a property of vertices that is no number"
-             : "its header has a property that PLY has not");
+  if (!number || is_list != has_integer_count) {
+    if (element.name == "vertex")
+      fail("its header has a property of vertices that is no number");
+    element.has_unknown = true;
+    return;
+  }
   number->name = words.back();
   constexpr std::size_t most_properties = 1000;
   if (element.properties.size() == most_properties)

@@ -27,6 +27,7 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
+  bool has_unknown = false; ///< properties that PLY has not, which are not among them
 };
 
 /** \brief What comes before the elements. */

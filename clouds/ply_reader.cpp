@@ -38,6 +38,9 @@ public:
            i < element.count && readLine(file_, line, header_.line_end);
            ++i)
         ++lines_;
+    else if (element.has_unknown)
+      fail("before its vertices are elements '" + shownText(element.name) +
+           "' with a property that PLY has not");
     else if (hasList(element))
       for (std::uint64_t i = 0; i < element.count; ++i)
         skipOne(element);
@@ -261,7 +264,7 @@ findGrid(const PlyHeader& header)
       header.columns * header.rows != grid->count)
     fail("num_cols x num_rows and the number of elements range_grid in its header "
          "differ");
-  if (grid->properties.size() != 1 || !grid->properties[0].count ||
+  if (grid->has_unknown || grid->properties.size() != 1 || !grid->properties[0].count ||
       grid->properties[0].field.kind == Kind::Real)
     fail("the elements range_grid in its header are no lists of vertices");
   return &*grid;

@@ -43,20 +43,24 @@ find(const PCLPointCloud2& cloud, const std::string& name)
   return found == cloud.fields.end() ? nullptr : &*found;
 }
 
-/** \brief Gives coordinates their usual names. */
+/** \brief Gives coordinates and packed colours their usual names. */
 void
-nameCoordinates(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 {
-  const std::array<std::string, 3> names = {"X", "Y", "Z"};
-  if (std::none_of(names.begin(), names.end(), [&cloud](const std::string& name) {
-        return find(cloud, name) != nullptr && find(cloud, lowerCase(name)) == nullptr;
-      }))
-    return;
-  for (PCLPointField& field : cloud.fields)
-    if (const std::string small = lowerCase(field.name);
-        isCoordinateName(field.name) && find(cloud, small) == nullptr)
-      field.name = small;
-  remarks.emplace_back("its fields X, Y and Z are taken as x, y and z");
+  std::string given;
+  std::string usual;
+  for (PCLPointField& field : cloud.fields) {
+    const std::string small = lowerCase(field.name);
+    const bool is_known =
+        isCoordinateName(field.name) || small == "rgb" || small == "rgba";
+    if (!is_known || find(cloud, small) != nullptr)
+      continue;
+    given += (given.empty() ? "" : ", ") + field.name;
+    usual += (usual.empty() ? "" : ", ") + small;
+    field.name = small;
+  }
+  if (!given.empty())
+    remarks.push_back("its fields " + given + " are taken as " + usual);
 }
 
 /** \brief Turns coordinates into floats or doubles, all of one type. */
@@ -335,7 +339,7 @@ std::vector<std::string>
 makeUsual(PCLPointCloud2& cloud, bool is_ply)
 {
   std::vector<std::string> remarks;
-  nameCoordinates(cloud, remarks);
+  nameUsually(cloud, remarks);
   makeCoordinatesReal(cloud, remarks);
   makePackedColourUnsigned(cloud);
   packColours(cloud, is_ply, remarks);

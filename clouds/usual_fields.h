@@ -15,7 +15,8 @@ namespace clouds {
 
 /** \brief Gives a cloud the fields that PCL's programs look for:
  *
- * - X, Y and Z become x, y and z, where there are none of these names;
+ * - X, Y, Z, RGB and RGBA become x, y, z, rgb and rgba, where there are none of these
+ *   names;
  * - coordinates that are whole numbers, or of several types, become floats, doubles
  *   where floats cannot have each value;
  * - a packed colour, `rgb` or `rgba`, that is INT32 becomes UINT32: the same 32 bits;

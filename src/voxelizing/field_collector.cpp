@@ -68,6 +68,14 @@ faultOf(const FieldDescription& field)
 
 } // namespace
 
+bool
+FieldCollector::meansAll() const
+{
+  return std::any_of(settings_.begin(), settings_.end(), [](const FieldSetting& field) {
+    return field.name == all_fields;
+  });
+}
+
 CompressionStatus
 FieldCollector::select(const std::vector<FieldDescription>& offered, bool of_voxels)
 {

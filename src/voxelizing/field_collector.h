@@ -65,6 +65,10 @@ public:
     std::size_t index; ///< among those that the cloud offers
   };
 
+  /** \brief Whether the settings mean all fields. */
+  bool
+  meansAll() const;
+
   const std::vector<Selected>&
   selected() const
   {

@@ -23,7 +23,6 @@ namespace test {
 
 namespace {
 
-using recording::test::writeBytes;
 using Remarks = std::vector<std::string>;
 
 /** \brief Files that other programs write in other ways than PCL. */
@@ -35,7 +34,7 @@ protected:
        const std::string& bytes,
        const std::string& bin_fields = "")
   {
-    writeBytes(folder_ / name, {bytes.begin(), bytes.end()});
+    recording::test::writeBytes(folder_ / name, {bytes.begin(), bytes.end()});
     return readCloud(folder_ / name,
                      cloud_,
                      bin_fields.empty() ? std::vector<FileField>()
@@ -146,7 +145,7 @@ const std::string xyz = "property float x\nproperty float y\nproperty float z\n"
 
 /** \brief Points of a sensor that turns, with numbers as a data set has them. */
 std::string
-scanOf(std::size_t points, std::size_t numbers)
+scanBytes(std::size_t points, std::size_t numbers)
 {
   std::string bytes;
   for (std::size_t i = 0; i < points; ++i) {
@@ -170,7 +169,7 @@ using Colours = std::vector<std::uint32_t>;
 
 TEST_F(FileLayouts, NuScenesNameHasFiveNumbersAPoint)
 {
-  EXPECT_EQ(read("scan__LIDAR_TOP__1532402927647951.pcd.bin", scanOf(64, 5)),
+  EXPECT_EQ(read("scan__LIDAR_TOP__1532402927647951.pcd.bin", scanBytes(64, 5)),
             Remarks());
   EXPECT_EQ(fieldNames(), "x y z intensity ring");
   ASSERT_EQ(cloud_.width, 64u);
@@ -203,7 +202,7 @@ TEST_F(FileLayouts, FieldsOfBinFilesAreThoseThatAreNamed)
                "float64, metres"}));
   // Also of files of another name, and of nuScenes' one.
   for (const char* name : {"a.dat", "a.pcd.bin"}) {
-    EXPECT_EQ(read(name, scanOf(5, 4), "x,y,z,intensity"), Remarks());
+    EXPECT_EQ(read(name, scanBytes(5, 4), "x,y,z,intensity"), Remarks());
     EXPECT_EQ(cloud_.width, 5u);
   }
 }
@@ -245,18 +244,18 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
   for (const auto& [numbers_of_point, fields] : layouts) {
     std::string bytes;
     for (std::size_t i = 0; i < 400; ++i)
-      bytes += scanOf(i + 1, std::max<std::size_t>(numbers_of_point, 4))
+      bytes += scanBytes(i + 1, std::max<std::size_t>(numbers_of_point, 4))
                    .substr(i * std::max<std::size_t>(numbers_of_point, 4) * 4,
                            numbers_of_point * 4);
     expect(refusal("a.bin", bytes), std::string("give --bin-fields ") + fields);
   }
-  expect(refusal("a.bin", scanOf(12, 5).substr(0, 60)),
+  expect(refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
          "60 bytes, which is no multiple of 16");
-  expect(refusal("a.bin", scanOf(12, 5).substr(0, 60)),
+  expect(refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
          "x y z intensity ring, as nuScenes'): --bin-fields x,y,z,intensity,ring");
-  expect(refusal("a.bin", scanOf(64, 5), "x,y,z,ring:uint8"),
+  expect(refusal("a.bin", scanBytes(64, 5), "x,y,z,ring:uint8"),
          "1280 bytes, which is no multiple of 13: --bin-fields has 13 bytes a point");
-  expect(refusal("a.bin", scanOf(65, 4), "x:float64,y:float64,z:float64,_:float64"),
+  expect(refusal("a.bin", scanBytes(65, 4), "x:float64,y:float64,z:float64,_:float64"),
          "no multiple of 32");
   // Numbers of 16 bits.
   std::string small;
@@ -302,6 +301,7 @@ TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
       append(static_cast<float>(i * (axis + 1)), data);
     data += std::string(4, '\x55');
     append(0.5f * static_cast<float>(i), data);
+    append(1600000000.0 + 0.001 * i, data);
     data += std::string(6, '\x55');
     append(static_cast<std::uint16_t>(i % 32), data);
     data += std::string(12, '\x55');
@@ -310,13 +310,14 @@ TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
                  pcd("x y z _ intensity _ timestamp _ ring _",
                      "4 4 4 1 4 1 8 1 2 1",
                      "F F F U F U F U U U",
-                     "1 1 1 4 1 0 0 6 1 12",
+                     "1 1 1 4 1 0 1 6 1 12",
                      64,
                      data)),
-            (Remarks{"the field 'timestamp' is left out: its SIZE or COUNT is 0"}));
+            Remarks());
   ASSERT_EQ(cloud_.width, 64u);
   EXPECT_EQ(floats("z")[63], 189.0f);
   EXPECT_EQ(floats("intensity")[63], 31.5f);
+  EXPECT_EQ(doubles("timestamp")[63], 1600000000.0 + 0.001 * 63);
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16)[63], 31);
   // In text they have no words.
   read("a.pcd",
@@ -332,8 +333,7 @@ TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
   const std::string small = "version .7\nfields X Y Z Intensity\nsize 4 4 4 4\n"
                             "type f f f f\ncount 1 1 1 1\nwidth 2\nheight 1\n"
                             "points 2\ndata ASCII\n1 2 3 4\n5 6 7 8\n";
-  EXPECT_EQ(read("a.pcd", small),
-            Remarks{"its fields X, Y and Z are taken as x, y and z"});
+  EXPECT_EQ(read("a.pcd", small), Remarks{"its fields X, Y, Z are taken as x, y, z"});
   EXPECT_EQ(fieldNames(), "x y z Intensity");
   EXPECT_EQ(floats("y"), (Floats{2.0f, 6.0f}));
   read("a.ply",
@@ -341,6 +341,10 @@ TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
            "property float X\nproperty float Y\nproperty float Z\n",
            "1 2 3\n4 5 6\n"));
   EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z RGB", "4 4 4 4", "F F F U", "1 1 1 1", 1, "ascii\n1 2 3 255\n")),
+      Remarks{"its fields RGB are taken as rgb"});
   // X is another field where there is an x.
   EXPECT_EQ(
       read("a.pcd",
@@ -555,6 +559,47 @@ TEST_F(FileLayouts, ListsOfVerticesAreLeftOut)
       refusal("a.ply", ply("binary_little_endian", properties, binary.substr(0, 40)))
           .find("cut off"),
       std::string::npos);
+}
+
+TEST_F(FileLayouts, OtherElementsMayHaveAnyProperties)
+{
+  const std::string header = ply("binary_little_endian", xyz, "");
+  const std::string other = "element camera 1\nproperty string name\n";
+  const std::string numbers_of_points(24, '\0');
+  std::string after = header;
+  after.insert(after.find("end_header"), other);
+  EXPECT_EQ(read("a.ply", after + numbers_of_points + "\x03top"), Remarks());
+  EXPECT_EQ(floats("z"), (Floats{0.0f, 0.0f}));
+  std::string before = header;
+  before.insert(before.find("element"), other);
+  EXPECT_EQ(
+      refusal("a.ply", before + "\x03top" + numbers_of_points),
+      "before its vertices are elements 'camera' with a property that PLY has not");
+  before = ply("ascii", xyz, "");
+  before.insert(before.find("element"), other);
+  read("a.ply", before + "top\n1 2 3\n4 5 6\n");
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+}
+
+TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
+{
+  const auto file = [](const std::string& number) {
+    return pcd("x y z ring",
+               "4 4 4 1",
+               "F F F U",
+               "1 1 1 1",
+               1,
+               "ascii\n1 2 3 " + number + "\n");
+  };
+  for (const char* number : {"7.0", "7", "+7", "7.", ".7e1"}) {
+    SCOPED_TRACE(number);
+    read("a.pcd", file(number));
+    EXPECT_EQ(numbers<std::uint8_t>("ring", F::UINT8), std::vector<std::uint8_t>{7});
+  }
+  for (const char* number : {"7.5", "256.0", "-1.0", "nan", "1e300", "7.0x"})
+    EXPECT_NE(refusal("a.pcd", file(number)).find("is no number of the field 'ring'"),
+              std::string::npos)
+        << number;
 }
 
 TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)

@@ -191,7 +191,7 @@ TEST_F(ProgramFiles, SeparateColoursAreColours)
 {
   writeText("a.pcd", pcdOf("r g b", "1 1 1", "U U U", "255 0 9"));
   pcl::PCLPointCloud2 cloud;
-  EXPECT_EQ(roundTrip("a.pcd", "", cloud),
+  EXPECT_EQ(roundTrip("a.pcd", "--fields all", cloud),
             "pcl_ext encode: /a: its fields r, g, b (uint8) are taken as its colour\n");
   ASSERT_EQ(cloud.width * cloud.height, points_of_case);
   for (const auto& [x, colour] : numbersByX<std::uint32_t>(cloud, "rgb"))

@@ -150,9 +150,10 @@ struct FieldSetting {
 };
 
 /** \brief In the place of a name, without a step: all fields that can be kept and that no
- * other setting names, but x, y, z and, where the frame has the same colours in
- * colour_bits, rgb and rgba: not in one of voxels whose points are kept, whose colours
- * are means. It means them also where a field is called so. */
+ * other setting names, but x, y, z. With colour_bits, rgb and rgba are among them in
+ * frames of voxels whose points are kept, as the colours of these are means; a scan has
+ * the colours of its points in 8 bits a channel instead. It means all also where a field
+ * is called so. */
 inline constexpr char all_fields[] = "all";
 
 /** \brief The stream and what its frames have besides intensities. */
