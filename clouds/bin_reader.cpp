@@ -63,6 +63,18 @@ fittingLayouts(std::size_t bytes)
   return layouts.empty() ? "; --bin-fields names other fields and types" : layouts;
 }
 
+/** \brief Layouts of fewer numbers that may be the likely one: the numbers of two points
+ * may be those of one, as where the rows of a sensor alternate. */
+std::string
+smallerLayouts(std::size_t likely, std::size_t assumed)
+{
+  std::string layouts;
+  for (const std::size_t numbers : {kitti_numbers, nuscenes_numbers, std::size_t{3}})
+    if (numbers < likely && numbers != assumed && likely % numbers == 0)
+      layouts += ", or " + optionOf(numbers);
+  return layouts;
+}
+
 /** \brief Refuses points that are not whole.
  * \param[in] source who tells the fields, in words
  */
@@ -165,7 +177,7 @@ checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>&
         likely != assumed)
       fail("its numbers are those of " + describe(likely) + ", not of " +
            describe(assumed) + ": give " + optionOf(likely) +
-           ", where _ leaves a number out");
+           ", where _ leaves a number out" + smallerLayouts(likely, assumed));
   checkSize(data.size(), fields, "by its name it has " + describe(assumed));
   if (areManyOdd(are_odd, assumed, assumed))
     fail("its numbers are no lengths and intensities: by its name it has " +

@@ -257,6 +257,18 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
          "1280 bytes, which is no multiple of 13: --bin-fields has 13 bytes a point");
   expect(refusal("a.bin", scanBytes(65, 4), "x:float64,y:float64,z:float64,_:float64"),
          "no multiple of 32");
+  // Two points of a sensor whose rows alternate are alike as one.
+  std::string alternating;
+  for (std::size_t i = 0; i < 400; ++i)
+    for (const float number : {i % 2 == 0 ? 5.0f : -9.0f,
+                               0.01f * static_cast<float>(i),
+                               i % 2 == 0 ? -30.0f : 30.0f,
+                               i % 2 == 0 ? 4.0f : 200.0f,
+                               static_cast<float>(i % 2)})
+      append(number, alternating);
+  expect(refusal("a.bin", alternating),
+         "give --bin-fields x,y,z,_,_,_,_,_,_,_, where _ leaves a number out, or "
+         "--bin-fields x,y,z,intensity,ring");
   // Numbers of 16 bits.
   std::string small;
   for (std::uint16_t i = 0; i < 256; ++i)
