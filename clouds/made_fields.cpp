@@ -46,31 +46,46 @@ MadeField
 copyOf(const pcl::PCLPointField& field)
 {
   const FileField of_file = fileFieldOf(field);
-  const std::size_t bytes = of_file.bytes * of_file.count;
-  return {field, bytes, [offset = field.offset, bytes](const auto* from, auto* to) {
-            std::memcpy(to, from + offset, bytes);
-          }};
+  return {field, of_file.bytes * of_file.count, nullptr};
 }
 
 void
 setFields(std::vector<MadeField>& fields, pcl::PCLPointCloud2& cloud)
 {
-  std::uint32_t step = 0;
-  for (MadeField& made : fields) {
-    made.field.offset = step;
-    step += static_cast<std::uint32_t>(made.bytes);
+  // Fields that are copied and are neighbours in both clouds are copied at once.
+  std::vector<std::function<void(const std::uint8_t*, std::uint8_t*)>> steps;
+  std::size_t step = 0;
+  for (std::size_t i = 0; i < fields.size();) {
+    const std::size_t to = step;
+    if (fields[i].make) {
+      steps.push_back([to, make = fields[i].make](const auto* point, auto* made) {
+        make(point, made + to);
+      });
+      fields[i].field.offset = static_cast<std::uint32_t>(step);
+      step += fields[i++].bytes;
+      continue;
+    }
+    const std::size_t from = fields[i].field.offset;
+    for (; i < fields.size() && !fields[i].make &&
+           fields[i].field.offset == from + (step - to);
+         ++i) {
+      fields[i].field.offset = static_cast<std::uint32_t>(step);
+      step += fields[i].bytes;
+    }
+    steps.push_back([from, to, bytes = step - to](const auto* point, auto* made) {
+      std::memcpy(made + to, point + from, bytes);
+    });
   }
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
   std::vector<std::uint8_t> data(points * step);
   for (std::size_t i = 0; i < points; ++i)
-    for (const MadeField& made : fields)
-      made.make(cloud.data.data() + i * cloud.point_step,
-                data.data() + i * step + made.field.offset);
+    for (const auto& make : steps)
+      make(&cloud.data[i * cloud.point_step], &data[i * step]);
   cloud.fields.clear();
   for (MadeField& made : fields)
     cloud.fields.push_back(std::move(made.field));
-  cloud.point_step = step;
-  cloud.row_step = cloud.width * step;
+  cloud.point_step = static_cast<std::uint32_t>(step);
+  cloud.row_step = cloud.width * cloud.point_step;
   cloud.data = std::move(data);
 }
 

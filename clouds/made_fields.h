@@ -44,7 +44,8 @@ private:
 struct MadeField {
   pcl::PCLPointField field; ///< name, datatype and count
   std::size_t bytes = 0;    ///< of a point
-  std::function<void(const std::uint8_t* from, std::uint8_t* to)> make;
+  /** \brief Makes its bytes of those of a point; none: it is copied from the offset. */
+  std::function<void(const std::uint8_t* point, std::uint8_t* made)> make;
 };
 
 /** \brief A field that is copied. */

@@ -193,6 +193,11 @@ makePackedColourUnsigned(PCLPointCloud2& cloud)
 std::optional<double>
 fullValue(const PCLPointCloud2& cloud, const std::vector<NumberReader>& channels)
 {
+  const auto isByte = [](const NumberReader& channel) {
+    return channel.fileField().kind == Kind::Unsigned && channel.fileField().bytes == 1;
+  };
+  if (std::all_of(channels.begin(), channels.end(), isByte))
+    return 255.0;
   double largest = 0.0;
   bool are_whole = true;
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
@@ -259,6 +264,8 @@ findChannels(const PCLPointCloud2& cloud)
 std::uint32_t
 channelOf(double value, double full)
 {
+  if (full == 255.0 && value <= full && value == std::floor(value))
+    return static_cast<std::uint32_t>(value);
   return std::isfinite(value)
              ? static_cast<std::uint32_t>(std::lround(255.0 * (value / full)))
              : 0;

@@ -16,7 +16,7 @@ addBinFields(CLI::App& app, std::vector<clouds::FileField>& fields)
   addParsed(app,
             "--bin-fields",
             "NAME[:TYPE],...",
-            "of .bin files: x,y,z,ring:uint16; _: left out (KITTI's, nuScenes')",
+            "of .bin files: x,y,z,_,ring:uint16; _: left out (by name)",
             [&fields](const std::string& text) {
               try {
                 fields = clouds::parseBinFields(text);
