@@ -145,6 +145,23 @@ private:
   std::string_view rest_;
 };
 
+/** \brief The words of a line in which commas are between numbers, with blanks in their
+ * place: only if there are as many numbers as promised, as 1,5 may be one number. */
+std::string
+withoutCommas(const std::string& line, const std::vector<FileField>& fields)
+{
+  std::uint64_t promised = 0;
+  for (const FileField& field : fields)
+    promised += field.count;
+  std::string separated = line;
+  std::replace(separated.begin(), separated.end(), ',', ' ');
+  Words words(separated);
+  std::uint64_t count = 0;
+  while (!words.next().empty())
+    ++count;
+  return count == promised ? separated : line;
+}
+
 void
 readPoint(const std::string& line,
           const std::vector<FileField>& fields,
@@ -315,7 +332,10 @@ readTextPoints(std::istream& file,
                         : "line " + std::to_string(number) + " is too long");
     if (line.empty() && may_have_empty_lines)
       continue;
-    readPoint(line, fields, number, bytes);
+    readPoint(line.find(',') == line.npos ? line : withoutCommas(line, fields),
+              fields,
+              number,
+              bytes);
     ++point;
   }
 }

@@ -593,6 +593,19 @@ TEST_F(FileLayouts, OtherElementsMayHaveAnyProperties)
   EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
 }
 
+TEST_F(FileLayouts, CommasMayBeBetweenNumbers)
+{
+  for (const char* points : {"1.5,2,3\n4,5,6\n", "1.5, 2, 3\n4 5 6\n"}) {
+    SCOPED_TRACE(points);
+    read("a.ply", ply("ascii", xyz, points));
+    EXPECT_EQ(floats("x"), (Floats{1.5f, 4.0f}));
+    EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  }
+  // But not where they may be points.
+  EXPECT_NE(refusal("a.ply", ply("ascii", xyz, "1,5 2,5 3,5\n4 5 6\n")).find("'1,5'"),
+            std::string::npos);
+}
+
 TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
 {
   const auto file = [](const std::string& number) {
