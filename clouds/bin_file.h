@@ -50,10 +50,11 @@ binFieldsOf(std::size_t numbers);
  * lidar has them or, if the name ends in .pcd.bin, x, y, z, intensity, ring, as nuScenes
  * has them
  * \param[out] cloud one row of points; the header is unchanged
+ * \return what the user is to know: that given fields may be wrong
  * \throws std::runtime_error with what is wrong: the size, numbers that are no
  * coordinates in metres, or those of points that have another number of numbers
  */
-void
+std::vector<std::string>
 readBin(const std::string& path,
         const std::vector<FileField>& given,
         pcl::PCLPointCloud2& cloud);

@@ -155,39 +155,81 @@ likelyNumbers(const std::vector<float>& numbers,
   return likely;
 }
 
+/** \brief The first numbers of a file as floats, and which of them are no lengths. */
+struct FirstNumbers {
+  explicit FirstNumbers(const std::vector<std::uint8_t>& data)
+  {
+    constexpr std::size_t most_checked = std::size_t{1} << 18;
+    numbers.resize(std::min(data.size() / sizeof(float), most_checked));
+    std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
+    for (float& number : numbers) {
+      constexpr float largest = 1e9f; // infinity is odd, NaN that of missing points
+      are_odd.push_back(std::abs(number) > largest ||
+                        std::fpclassify(number) == FP_SUBNORMAL);
+      if (!std::isfinite(number))
+        number = 0.0f;
+    }
+  }
+
+  std::vector<float> numbers; ///< 0 where they are not finite
+  std::vector<bool> are_odd;
+};
+
+/** \brief Which other layout a file has, in words; empty: that which is assumed. */
+std::string
+otherLayout(const FirstNumbers& first, std::size_t bytes, std::size_t assumed)
+{
+  if (bytes % sizeof(float) != 0)
+    return "";
+  const std::size_t likely =
+      likelyNumbers(first.numbers, first.are_odd, bytes / sizeof(float), assumed);
+  return likely == assumed
+             ? ""
+             : "its numbers are those of " + describe(likely) + ", not of " +
+                   describe(assumed) + ": give " + optionOf(likely) +
+                   ", where _ leaves a number out" + smallerLayouts(likely, assumed);
+}
+
 /** \brief Refuses a file that is not in the layout that its name tells. */
 void
 checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>& fields)
 {
   const std::size_t assumed = fields.size();
-  constexpr std::size_t most_checked = std::size_t{1} << 18;
-  std::vector<float> numbers(std::min(data.size() / sizeof(float), most_checked));
-  std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
-  std::vector<bool> are_odd;
-  for (float& number : numbers) {
-    constexpr float largest = 1e9f; // infinity is odd, NaN that of missing points
-    are_odd.push_back(std::abs(number) > largest ||
-                      std::fpclassify(number) == FP_SUBNORMAL);
-    if (!std::isfinite(number))
-      number = 0.0f;
-  }
-  if (data.size() % sizeof(float) == 0)
-    if (const std::size_t likely =
-            likelyNumbers(numbers, are_odd, data.size() / sizeof(float), assumed);
-        likely != assumed)
-      fail("its numbers are those of " + describe(likely) + ", not of " +
-           describe(assumed) + ": give " + optionOf(likely) +
-           ", where _ leaves a number out" + smallerLayouts(likely, assumed));
+  const FirstNumbers first(data);
+  if (const std::string other = otherLayout(first, data.size(), assumed);
+      !other.empty())
+    fail(other);
   checkSize(data.size(), fields, "by its name it has " + describe(assumed));
-  if (areManyOdd(are_odd, assumed, assumed))
+  if (areManyOdd(first.are_odd, assumed, assumed))
     fail("its numbers are no lengths and intensities: by its name it has " +
          describe(assumed) +
          ", each a little-endian float32; --bin-fields names other fields and types");
 }
 
+/** \brief Checks a file for the layout that the user gives.
+ * \return that it looks like one of another layout
+ */
+std::vector<std::string>
+checkGivenLayout(const std::vector<std::uint8_t>& data,
+                 const std::vector<FileField>& fields)
+{
+  checkSize(data.size(),
+            fields,
+            "--bin-fields has " + std::to_string(bytesOf(fields)) + " bytes a point");
+  if (!std::all_of(fields.begin(), fields.end(), [](const FileField& field) {
+        return field.bytes == sizeof(float) && (field.kind == FileField::Kind::Real ||
+                                                field.kind == FileField::Kind::Ignored);
+      }))
+    return {};
+  const std::string other = otherLayout(FirstNumbers(data), data.size(), fields.size());
+  return other.empty()
+             ? std::vector<std::string>()
+             : std::vector<std::string>{"--bin-fields may be wrong: " + other};
+}
+
 } // namespace
 
-void
+std::vector<std::string>
 readBin(const std::string& path,
         const std::vector<FileField>& given,
         pcl::PCLPointCloud2& cloud)
@@ -207,14 +249,14 @@ readBin(const std::string& path,
                      : parseBinFields(binFieldsOf(
                            hasNuScenesName(path) ? nuscenes_numbers : kitti_numbers));
   toLittleEndian(fields, data);
+  std::vector<std::string> remarks;
   if (given.empty())
     checkLayout(data, fields);
   else
-    checkSize(data.size(),
-              fields,
-              "--bin-fields has " + std::to_string(bytesOf(fields)) + " bytes a point");
+    remarks = checkGivenLayout(data, fields);
   startCloud(fields, bytes / bytesOf(fields), 1, cloud);
   cloud.data = std::move(data);
+  return remarks;
 }
 
 } // namespace clouds

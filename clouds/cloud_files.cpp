@@ -192,7 +192,7 @@ readCloud(const std::string& path,
   else if (kind == FileKind::Ply)
     remarks = readPly(path, cloud);
   else if (kind == FileKind::Bin || (kind == FileKind::Unknown && !bin_fields.empty()))
-    readBin(path, bin_fields, cloud);
+    remarks = readBin(path, bin_fields, cloud);
   else
     fail(whyNotACloud(kind));
   cloud.header = pcl::PCLHeader();

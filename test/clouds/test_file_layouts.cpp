@@ -257,6 +257,12 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
          "1280 bytes, which is no multiple of 13: --bin-fields has 13 bytes a point");
   expect(refusal("a.bin", scanBytes(65, 4), "x:float64,y:float64,z:float64,_:float64"),
          "no multiple of 32");
+  // What the user gives is read, and doubted.
+  const Remarks doubts = read("a.bin", scanBytes(400, 5), "x,y,z,_");
+  ASSERT_EQ(doubts.size(), 1u);
+  expect(doubts[0],
+         "--bin-fields may be wrong: its numbers are those of 5 floats a point");
+  EXPECT_EQ(read("a.bin", scanBytes(400, 5), "x,y,z,_,_"), Remarks());
   // Two points of a sensor whose rows alternate are alike as one.
   std::string alternating;
   for (std::size_t i = 0; i < 400; ++i)
