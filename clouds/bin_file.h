@@ -34,8 +34,8 @@ stemOf(const std::string& path)
   return (hasNuScenesName(path) ? stem.stem() : stem).string();
 }
 
-/** \brief Fields of a point by their names, with commas between them, each with :TYPE if
- * it is no float32: "x,y,z,intensity,ring:uint16". A field named _ is left out.
+/** \brief Fields of a point by their names, with commas between them, each with :TYPE
+ * if it is no float32: "x,y,z,intensity,ring:uint16". A field named _ is left out.
  * \throws std::runtime_error with what is wrong, also if x, y or z is missing
  */
 std::vector<FileField>
@@ -47,8 +47,8 @@ binFieldsOf(std::size_t numbers);
 
 /** \brief Reads a file of little-endian numbers, point after point.
  * \param[in] given fields of a point; none: x, y, z, reflectance as float32, as KITTI's
- * lidar has them or, if the name ends in .pcd.bin, x, y, z, intensity, ring, as nuScenes
- * has them
+ * lidar has them or, if the name ends in .pcd.bin, x, y, z, intensity, ring, as those of
+ * nuScenes
  * \param[out] cloud one row of points; the header is unchanged
  * \return what the user is to know: that given fields may be wrong
  * \throws std::runtime_error with what is wrong: the size, numbers that are no

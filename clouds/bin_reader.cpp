@@ -63,8 +63,8 @@ fittingLayouts(std::size_t bytes)
   return layouts.empty() ? "; --bin-fields names other fields and types" : layouts;
 }
 
-/** \brief Layouts of fewer numbers that may be the likely one: the numbers of two points
- * may be those of one, as where the rows of a sensor alternate. */
+/** \brief Layouts of fewer numbers that may be the likely one: two points may be taken
+ * for one, as where the rows of a sensor alternate. */
 std::string
 smallerLayouts(std::size_t likely, std::size_t assumed)
 {

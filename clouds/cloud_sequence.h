@@ -46,8 +46,8 @@ public:
     return {};
   }
 
-  /** \brief What of the clouds that were read is left out, or taken otherwise than it is
-   * in their files, a line each. */
+  /** \brief What of the clouds that were read is left out, or taken otherwise than it
+   * is in their files, a line each. */
   virtual std::vector<std::string>
   remarksOnClouds() const
   {

@@ -71,8 +71,8 @@ countOf(const std::string& name, const std::string& text);
 /** \brief Most bytes of a line. */
 constexpr std::uint64_t most_line_bytes = std::uint64_t{1} << 24;
 
-/** \brief What ends the lines of a file: CR if the first one ends with CR alone, else LF,
- * before which lines may have a CR. The place in the file stays. */
+/** \brief What ends the lines of a file: CR if the first one ends with CR alone, else
+ * LF, before which lines may have a CR. The place in the file stays. */
 char
 lineEndOf(std::istream& file);
 

@@ -257,7 +257,8 @@ readBytes(std::istream& file, std::vector<std::uint8_t>& bytes)
     fail("reading it failed");
 }
 
-/** \brief The fields without those named _, which PCL leaves out of compressed points. */
+/** \brief The fields without those named _, which PCL leaves out of compressed points.
+ */
 std::vector<FileField>
 withoutGaps(std::vector<FileField> fields)
 {

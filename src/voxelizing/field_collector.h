@@ -30,8 +30,8 @@ public:
 
   /** \brief Chooses the fields of a cloud.
    * \param[in] offered those that it has
-   * \param[in] of_voxels of a frame of voxels, whose colours are means: where points are
-   * kept, all fields are those of their colours, too, which a scan has besides
+   * \param[in] of_voxels of a frame of voxels, whose colours are means: where points
+   * are kept, all fields are those of their colours, too, which a scan has besides
    * \return Ok, or InvalidInput if there is none of a name, one cannot be kept, or
    * there are too many
    */

@@ -30,8 +30,8 @@ protected:
     writeBytes(folder / name, Bytes(text.begin(), text.end()));
   }
 
-  /** \brief Encodes a file with its points, each exact to half a millimetre, and decodes
-   * it again.
+  /** \brief Encodes a file with its points, each exact to half a millimetre, and
+   * decodes it again.
    * \return what encode prints on standard error
    */
   std::string
