@@ -43,15 +43,12 @@ describe(std::size_t numbers)
   }
 }
 
-/** \brief What to do with a file that has another layout than its name tells. */
+/** \brief The option that names fields, for messages. */
 std::string
-advice(std::size_t numbers)
+optionOf(std::size_t numbers)
 {
-  if (numbers == kitti_numbers)
-    return "give it a name that ends in .bin, but not in .pcd.bin";
-  if (numbers == nuscenes_numbers)
-    return "give it a name that ends in .pcd.bin";
-  return "convert it to PCD or PLY";
+  const std::string option = "--bin-fields " + binFieldsOf(numbers);
+  return numbers == 6 ? option + " or x,y,z,intensity,elongation,time" : option;
 }
 
 /** \brief The known layouts that a file of so many bytes may have. */
@@ -61,9 +58,35 @@ fittingLayouts(std::size_t bytes)
   std::string layouts;
   for (const std::size_t numbers : {3u, 4u, 5u, 6u})
     if (bytes % (numbers * sizeof(float)) == 0)
-      layouts +=
-          (layouts.empty() ? "; its size would fit " : " or ") + describe(numbers);
+      layouts += (layouts.empty() ? "; its size would fit " : " or ") +
+                 describe(numbers) + ": " + optionOf(numbers);
+  return layouts.empty() ? "; --bin-fields names other fields and types" : layouts;
+}
+
+/** \brief Layouts of fewer numbers that may be the likely one: two points may be taken
+ * for one, as where the rows of a sensor alternate. */
+std::string
+smallerLayouts(std::size_t likely, std::size_t assumed)
+{
+  std::string layouts;
+  for (const std::size_t numbers : {kitti_numbers, nuscenes_numbers, std::size_t{3}})
+    if (numbers < likely && numbers != assumed && likely % numbers == 0)
+      layouts += ", or " + optionOf(numbers);
   return layouts;
+}
+
+/** \brief Refuses points that are not whole.
+ * \param[in] source who tells the fields, in words
+ */
+void
+checkSize(std::size_t bytes,
+          const std::vector<FileField>& fields,
+          const std::string& source)
+{
+  const std::uint64_t point_bytes = bytesOf(fields);
+  if (bytes % point_bytes != 0)
+    fail("it has " + std::to_string(bytes) + " bytes, which is no multiple of " +
+         std::to_string(point_bytes) + ": " + source + fittingLayouts(bytes));
 }
 
 /** \brief How much numbers differ from those that are so many numbers later, on
@@ -132,40 +155,84 @@ likelyNumbers(const std::vector<float>& numbers,
   return likely;
 }
 
-/** \brief Refuses a file that is not in the assumed layout. */
-void
-checkLayout(const std::vector<std::uint8_t>& data, std::size_t assumed)
-{
-  constexpr std::size_t most_checked = std::size_t{1} << 18;
-  std::vector<float> numbers(std::min(data.size() / sizeof(float), most_checked));
-  std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
-  std::vector<bool> are_odd;
-  for (float& number : numbers) {
-    constexpr float largest = 1e9f; // infinity is odd, NaN that of missing points
-    are_odd.push_back(std::abs(number) > largest ||
-                      std::fpclassify(number) == FP_SUBNORMAL);
-    if (!std::isfinite(number))
-      number = 0.0f;
+/** \brief The first numbers of a file as floats, and which of them are no lengths. */
+struct FirstNumbers {
+  explicit FirstNumbers(const std::vector<std::uint8_t>& data)
+  {
+    constexpr std::size_t most_checked = std::size_t{1} << 18;
+    numbers.resize(std::min(data.size() / sizeof(float), most_checked));
+    std::memcpy(numbers.data(), data.data(), numbers.size() * sizeof(float));
+    for (float& number : numbers) {
+      constexpr float largest = 1e9f; // infinity is odd, NaN that of missing points
+      are_odd.push_back(std::abs(number) > largest ||
+                        std::fpclassify(number) == FP_SUBNORMAL);
+      if (!std::isfinite(number))
+        number = 0.0f;
+    }
   }
-  if (data.size() % sizeof(float) == 0)
-    if (const std::size_t likely =
-            likelyNumbers(numbers, are_odd, data.size() / sizeof(float), assumed);
-        likely != assumed)
-      fail("its numbers are those of " + describe(likely) + ", not of " +
-           describe(assumed) + ": " + advice(likely));
-  if (data.size() % (assumed * sizeof(float)) != 0)
-    fail("it has " + std::to_string(data.size()) + " bytes, which is no multiple of " +
-         std::to_string(assumed * sizeof(float)) + ": by its name it has " +
-         describe(assumed) + fittingLayouts(data.size()));
-  if (areManyOdd(are_odd, assumed, assumed))
+
+  std::vector<float> numbers; ///< 0 where they are not finite
+  std::vector<bool> are_odd;
+};
+
+/** \brief Which other layout a file has, in words; empty: that which is assumed. */
+std::string
+otherLayout(const FirstNumbers& first, std::size_t bytes, std::size_t assumed)
+{
+  if (bytes % sizeof(float) != 0)
+    return "";
+  const std::size_t likely =
+      likelyNumbers(first.numbers, first.are_odd, bytes / sizeof(float), assumed);
+  return likely == assumed
+             ? ""
+             : "its numbers are those of " + describe(likely) + ", not of " +
+                   describe(assumed) + ": give " + optionOf(likely) +
+                   ", where _ leaves a number out" + smallerLayouts(likely, assumed);
+}
+
+/** \brief Refuses a file that is not in the layout that its name tells. */
+void
+checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>& fields)
+{
+  const std::size_t assumed = fields.size();
+  const FirstNumbers first(data);
+  if (const std::string other = otherLayout(first, data.size(), assumed);
+      !other.empty())
+    fail(other);
+  checkSize(data.size(), fields, "by its name it has " + describe(assumed));
+  if (areManyOdd(first.are_odd, assumed, assumed))
     fail("its numbers are no lengths and intensities: by its name it has " +
-         describe(assumed) + ", each a little-endian float32");
+         describe(assumed) +
+         ", each a little-endian float32; --bin-fields names other fields and types");
+}
+
+/** \brief Checks a file for the layout that the user gives.
+ * \return that it looks like one of another layout
+ */
+std::vector<std::string>
+checkGivenLayout(const std::vector<std::uint8_t>& data,
+                 const std::vector<FileField>& fields)
+{
+  checkSize(data.size(),
+            fields,
+            "--bin-fields has " + std::to_string(bytesOf(fields)) + " bytes a point");
+  if (!std::all_of(fields.begin(), fields.end(), [](const FileField& field) {
+        return field.bytes == sizeof(float) && (field.kind == FileField::Kind::Real ||
+                                                field.kind == FileField::Kind::Ignored);
+      }))
+    return {};
+  const std::string other = otherLayout(FirstNumbers(data), data.size(), fields.size());
+  return other.empty()
+             ? std::vector<std::string>()
+             : std::vector<std::string>{"--bin-fields may be wrong: " + other};
 }
 
 } // namespace
 
-void
-readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
+std::vector<std::string>
+readBin(const std::string& path,
+        const std::vector<FileField>& given,
+        pcl::PCLPointCloud2& cloud)
 {
   const std::uint64_t bytes = fs::file_size(path);
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
@@ -177,16 +244,19 @@ readBin(const std::string& path, pcl::PCLPointCloud2& cloud)
   if (!file.read(reinterpret_cast<char*>(data.data()),
                  static_cast<std::streamsize>(bytes)))
     fail("reading it failed");
-  std::vector<const char*> names = {"x", "y", "z", "intensity"};
-  if (hasNuScenesName(path))
-    names.push_back("ring");
-  std::vector<FileField> fields;
-  for (const char* name : names)
-    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+  const std::vector<FileField> fields =
+      !given.empty() ? given
+                     : parseBinFields(binFieldsOf(
+                           hasNuScenesName(path) ? nuscenes_numbers : kitti_numbers));
   toLittleEndian(fields, data);
-  checkLayout(data, fields.size());
+  std::vector<std::string> remarks;
+  if (given.empty())
+    checkLayout(data, fields);
+  else
+    remarks = checkGivenLayout(data, fields);
   startCloud(fields, bytes / bytesOf(fields), 1, cloud);
   cloud.data = std::move(data);
+  return remarks;
 }
 
 } // namespace clouds

@@ -5,6 +5,7 @@
 #include "clouds/file_text.h"
 #include "clouds/pcd_file.h"
 #include "clouds/ply_file.h"
+#include "clouds/usual_fields.h"
 
 #include <algorithm>
 #include <array>
@@ -42,18 +43,24 @@ extensionOf(const std::string& path)
  * nothing but tiny ones; none: it has none that are finite and not 0, as those of
  * missing points. */
 std::optional<bool>
-isOdd(const std::uint8_t* point, const std::vector<std::uint32_t>& offsets)
+isOdd(const std::uint8_t* point,
+      const std::vector<std::uint32_t>& offsets,
+      bool is_double)
 {
-  constexpr float largest = 1e9f;
-  constexpr float smallest = 1e-20f;
+  const double largest = is_double ? 1e15 : 1e9;
+  constexpr double smallest = 1e-20;
   bool is_huge = false;
   bool is_tiny = true;
   bool is_there = false;
   for (const std::uint32_t offset : offsets) {
-    float coordinate = 0.0f;
-    std::memcpy(&coordinate, point + offset, sizeof(coordinate));
-    const float length = std::abs(coordinate);
-    if (!std::isfinite(length) || length == 0.0f)
+    double coordinate = 0.0;
+    float less_precise = 0.0f;
+    if (is_double)
+      std::memcpy(&coordinate, point + offset, sizeof(coordinate));
+    else
+      std::memcpy(&less_precise, point + offset, sizeof(less_precise));
+    const double length = std::abs(is_double ? coordinate : double{less_precise});
+    if (!std::isfinite(length) || length == 0.0)
       continue;
     is_there = true;
     is_huge |= length > largest;
@@ -68,19 +75,24 @@ void
 checkCoordinates(const pcl::PCLPointCloud2& cloud)
 {
   std::vector<std::uint32_t> offsets;
+  std::size_t doubles = 0;
   for (const pcl::PCLPointField& field : cloud.fields)
     if ((field.name == "x" || field.name == "y" || field.name == "z") &&
-        field.datatype == pcl::PCLPointField::FLOAT32)
+        (field.datatype == pcl::PCLPointField::FLOAT32 ||
+         field.datatype == pcl::PCLPointField::FLOAT64)) {
       offsets.push_back(field.offset);
-  if (offsets.empty() || cloud.point_step == 0)
-    return;
+      doubles += field.datatype == pcl::PCLPointField::FLOAT64 ? 1 : 0;
+    }
+  const bool is_double = doubles > 0;
+  if (offsets.empty() || (is_double && doubles != offsets.size()))
+    return; // Who reads the coordinates refuses them.
   constexpr std::size_t most_checked = 4096;
   std::size_t checked = 0;
   std::size_t odd = 0;
   for (std::size_t at = 0;
        at + cloud.point_step <= cloud.data.size() && checked < most_checked;
        at += cloud.point_step)
-    if (const std::optional<bool> is_odd = isOdd(&cloud.data[at], offsets)) {
+    if (const std::optional<bool> is_odd = isOdd(&cloud.data[at], offsets, is_double)) {
       ++checked;
       odd += *is_odd ? 1 : 0;
     }
@@ -156,7 +168,8 @@ whyNotACloud(FileKind kind)
            "pcl::io::OctreePointCloudCompression";
   default:
     return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
-           "end in .bin as files of KITTI's or nuScenes' lidar";
+           "end in .bin as files of KITTI's or nuScenes' lidar; --bin-fields names the "
+           "fields of other files without a header";
   }
 }
 
@@ -167,20 +180,26 @@ hasNameOfCloud(const std::string& path)
   return extension == ".pcd" || extension == ".ply" || extension == ".bin";
 }
 
-void
-readCloud(const std::string& path, pcl::PCLPointCloud2& cloud)
+std::vector<std::string>
+readCloud(const std::string& path,
+          pcl::PCLPointCloud2& cloud,
+          const std::vector<FileField>& bin_fields)
 {
   const FileKind kind = kindOf(path);
+  std::vector<std::string> remarks;
   if (kind == FileKind::Pcd)
-    readPcd(path, cloud);
+    remarks = readPcd(path, cloud);
   else if (kind == FileKind::Ply)
-    readPly(path, cloud);
-  else if (kind == FileKind::Bin)
-    readBin(path, cloud);
+    remarks = readPly(path, cloud);
+  else if (kind == FileKind::Bin || (kind == FileKind::Unknown && !bin_fields.empty()))
+    remarks = readBin(path, bin_fields, cloud);
   else
     fail(whyNotACloud(kind));
   cloud.header = pcl::PCLHeader();
+  const std::vector<std::string> of_fields = makeUsual(cloud, kind == FileKind::Ply);
+  remarks.insert(remarks.end(), of_fields.begin(), of_fields.end());
   checkCoordinates(cloud);
+  return remarks;
 }
 
 } // namespace clouds

@@ -5,9 +5,12 @@
  */
 #pragma once
 
+#include "clouds/file_text.h"
+
 #include <pcl/PCLPointCloud2.h>
 
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace clouds {
@@ -16,7 +19,7 @@ namespace clouds {
 enum class FileKind {
   Pcd,
   Ply,
-  Bin, ///< float32 numbers without a header, see readBin()
+  Bin, ///< numbers without a header, see readBin()
   Mcap,
   Ros1Bag,
   Sqlite,        ///< as a rosbag2 folder may have
@@ -54,11 +57,17 @@ hasNameOfCloud(const std::string& path);
 
 /** \brief Reads the cloud of a file.
  * \param[in] path of a PCD, PLY or .bin file
- * \param[out] cloud its points; header.stamp and header.frame_id are empty
+ * \param[out] cloud its points, with coordinates and colours as makeUsual() has them;
+ * header.stamp and header.frame_id are empty
+ * \param[in] bin_fields of a point of a .bin file, or one of an unknown kind; none: as
+ * its name tells, see readBin()
+ * \return what of the file is left out or taken otherwise than it is there, a line each
  * \throws std::runtime_error that says why the file cannot be read, without its name
  */
-void
-readCloud(const std::string& path, pcl::PCLPointCloud2& cloud);
+std::vector<std::string>
+readCloud(const std::string& path,
+          pcl::PCLPointCloud2& cloud,
+          const std::vector<FileField>& bin_fields = {});
 
 } // namespace clouds
 } // namespace pcl_ext

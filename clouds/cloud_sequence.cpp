@@ -70,8 +70,11 @@ checkSameSensor(const std::vector<std::string>& files,
 
 class FileSequence : public CloudSequence {
 public:
-  FileSequence(std::string name, std::vector<std::string> files)
+  FileSequence(std::string name,
+               std::vector<std::string> files,
+               const std::vector<FileField>& bin_fields)
   : CloudSequence(std::move(name))
+  , bin_fields_(bin_fields)
   , files_(std::move(files))
   , remark_(checkSameSensor(files_, viewpoints_))
   , stamps_(stampsOfNames(files_))
@@ -83,6 +86,12 @@ public:
     const bool has_both = !remark_.empty() && !stamps_.problem.empty();
     const std::string remarks = remark_ + (has_both ? "; " : "") + stamps_.problem;
     return remarks.empty() ? remarks : name() + ": " + remarks;
+  }
+
+  std::vector<std::string>
+  remarksOnClouds() const override
+  {
+    return remarks_on_clouds_;
   }
 
   std::size_t
@@ -113,7 +122,11 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     try {
-      readCloud(files_[index], cloud);
+      for (const std::string& remark : readCloud(files_[index], cloud, bin_fields_))
+        if (std::find(remarks_on_clouds_.begin(), remarks_on_clouds_.end(), remark) ==
+                remarks_on_clouds_.end() &&
+            remarks_on_clouds_.size() < most_remarks)
+          remarks_on_clouds_.push_back(remark);
     }
     catch (const std::exception& error) {
       throw std::runtime_error("cannot read '" + files_[index] + "': " + error.what());
@@ -121,9 +134,13 @@ public:
   }
 
 private:
+  static constexpr std::size_t most_remarks = 32;
+
+  std::vector<FileField> bin_fields_; // of a .bin file
   std::vector<std::string> files_;
   std::vector<std::string> viewpoints_; // of the files
   std::string remark_;
+  std::vector<std::string> remarks_on_clouds_;
   StampsOfFiles stamps_;
 };
 
@@ -171,11 +188,12 @@ cloudFilesOf(const fs::path& folder)
 std::unique_ptr<CloudSequence>
 makeSequence(const std::string& name,
              std::vector<std::string> files,
-             std::size_t max_frames)
+             std::size_t max_frames,
+             const std::vector<FileField>& bin_fields)
 {
   if (max_frames != 0 && files.size() > max_frames)
     files.resize(max_frames);
-  return std::make_unique<FileSequence>(name, std::move(files));
+  return std::make_unique<FileSequence>(name, std::move(files), bin_fields);
 }
 
 /** \brief The last part of a folder's path. */
@@ -229,7 +247,8 @@ makeNamesDistinct(std::vector<std::unique_ptr<CloudSequence>>& sequences)
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,
               std::size_t max_frames,
-              FileGrouping grouping)
+              FileGrouping grouping,
+              const std::vector<FileField>& bin_fields)
 {
   std::vector<std::unique_ptr<CloudSequence>> sequences;
   std::vector<FileGroup> groups;
@@ -237,15 +256,17 @@ openSequences(const std::vector<SequenceInput>& inputs,
     if (!fs::exists(input.path))
       throw std::runtime_error("there is no '" + input.name + "'");
     if (fs::is_directory(input.path))
-      sequences.push_back(
-          makeSequence(folderName(input.name), cloudFilesOf(input.path), max_frames));
+      sequences.push_back(makeSequence(
+          folderName(input.name), cloudFilesOf(input.path), max_frames, bin_fields));
     else
       addFile(input, grouping, groups);
   }
   for (FileGroup& group : groups) {
     const std::string name = groups.size() > 1 ? folderName(group.folder) : "";
-    sequences.push_back(makeSequence(
-        name.empty() ? group.first_name : name, std::move(group.files), max_frames));
+    sequences.push_back(makeSequence(name.empty() ? group.first_name : name,
+                                     std::move(group.files),
+                                     max_frames,
+                                     bin_fields));
   }
   makeNamesDistinct(sequences);
   return sequences;
@@ -263,6 +284,22 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
     if (const std::string remark = sequence->remark(); !remark.empty())
       std::cerr << remark << '\n';
   return sequences;
+}
+
+bool
+hasBinFile(const std::string& path)
+{
+  const auto isBin = [](const std::string& file) {
+    const FileKind kind = kindOf(file);
+    return kind == FileKind::Bin || kind == FileKind::Unknown;
+  };
+  if (!fs::is_directory(path))
+    return isBin(path);
+  return std::any_of(fs::directory_iterator(path),
+                     fs::directory_iterator(),
+                     [&isBin](const fs::directory_entry& entry) {
+                       return isCloudFile(entry) && isBin(entry.path().string());
+                     });
 }
 
 std::string

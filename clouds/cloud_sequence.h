@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "clouds/file_text.h"
 #include "simulator/robot_cell.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -41,6 +42,14 @@ public:
   /** \brief What may be wrong with the clouds, a line for the user; empty if nothing. */
   virtual std::string
   remark() const
+  {
+    return {};
+  }
+
+  /** \brief What of the clouds that were read is left out, or taken otherwise than it
+   * is in their files, a line each. */
+  virtual std::vector<std::string>
+  remarksOnClouds() const
   {
     return {};
   }
@@ -93,17 +102,24 @@ enum class FileGrouping {
  * those of the files named singly; see readCloud() for the kinds of files.
  * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
+ * \param[in] bin_fields see readCloud()
  * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud,
  * or the files of a sequence are of several sensors, as far as their headers tell
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,
               std::size_t max_frames,
-              FileGrouping grouping);
+              FileGrouping grouping,
+              const std::vector<FileField>& bin_fields = {});
 
 /** \brief The same, with one sequence for all files named singly; remarks are printed. */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
+
+/** \brief Whether a file is one without a header, or a folder has such files, which
+ * readCloud() reads with the fields that the user names. */
+bool
+hasBinFile(const std::string& path);
 
 /** \brief What openSequences() leaves out of a folder: other files, and folders. Hidden
  * ones are not meant. Empty if there is nothing. */

@@ -69,6 +69,35 @@ appendReal(std::string_view word, std::uint64_t size, std::vector<std::uint8_t>&
   return true;
 }
 
+/** \brief Appends a whole number.
+ * \return false if the word is none, or none of the field
+ */
+bool
+appendInteger(std::string_view word,
+              const FileField& field,
+              std::vector<std::uint8_t>& bytes)
+{
+  // The 32 bits of a colour are written as either.
+  if ((field.name == "rgb" || field.name == "rgba") && field.bytes == 4)
+    return appendWhole<std::uint32_t>(word, bytes) ||
+           appendWhole<std::int32_t>(word, bytes);
+  const bool is_signed = field.kind == FileField::Kind::Signed;
+  switch (field.bytes) {
+  case 1:
+    return is_signed ? appendWhole<std::int8_t>(word, bytes)
+                     : appendWhole<std::uint8_t>(word, bytes);
+  case 2:
+    return is_signed ? appendWhole<std::int16_t>(word, bytes)
+                     : appendWhole<std::uint16_t>(word, bytes);
+  case 4:
+    return is_signed ? appendWhole<std::int32_t>(word, bytes)
+                     : appendWhole<std::uint32_t>(word, bytes);
+  default:
+    return is_signed ? appendWhole<std::int64_t>(word, bytes)
+                     : appendWhole<std::uint64_t>(word, bytes);
+  }
+}
+
 /** \brief Appends the number that a word is.
  * \return false if it is no number of the field
  */
@@ -86,21 +115,14 @@ appendNumber(std::string_view word,
     word.remove_prefix(1);
   if (field.kind == Kind::Real)
     return appendReal(word, field.bytes, bytes);
-  const bool is_signed = field.kind == Kind::Signed;
-  switch (field.bytes) {
-  case 1:
-    return is_signed ? appendWhole<std::int8_t>(word, bytes)
-                     : appendWhole<std::uint8_t>(word, bytes);
-  case 2:
-    return is_signed ? appendWhole<std::int16_t>(word, bytes)
-                     : appendWhole<std::uint16_t>(word, bytes);
-  case 4:
-    return is_signed ? appendWhole<std::int32_t>(word, bytes)
-                     : appendWhole<std::uint32_t>(word, bytes);
-  default:
-    return is_signed ? appendWhole<std::int64_t>(word, bytes)
-                     : appendWhole<std::uint64_t>(word, bytes);
-  }
+  if (appendInteger(word, field, bytes))
+    return true;
+  // Whole numbers may be written as 255.0.
+  double number = 0.0;
+  constexpr double most = 9007199254740992.0; // has each whole number up to it
+  return isWhole(word, number) && std::abs(number) <= most &&
+         number == std::floor(number) &&
+         appendInteger(std::to_string(static_cast<std::int64_t>(number)), field, bytes);
 }
 
 /** \brief The words of a line, one after the other. */
@@ -123,6 +145,23 @@ private:
   std::string_view rest_;
 };
 
+/** \brief The words of a line in which commas are between numbers, with blanks in their
+ * place: only if there are as many numbers as promised, as 1,5 may be one number. */
+std::string
+withoutCommas(const std::string& line, const std::vector<FileField>& fields)
+{
+  std::uint64_t promised = 0;
+  for (const FileField& field : fields)
+    promised += field.count;
+  std::string separated = line;
+  std::replace(separated.begin(), separated.end(), ',', ' ');
+  Words words(separated);
+  std::uint64_t count = 0;
+  while (!words.next().empty())
+    ++count;
+  return count == promised ? separated : line;
+}
+
 void
 readPoint(const std::string& line,
           const std::vector<FileField>& fields,
@@ -134,7 +173,17 @@ readPoint(const std::string& line,
   };
   Words words(line);
   std::uint64_t count = 0;
-  for (const FileField& field : fields)
+  for (const FileField& field : fields) {
+    if (field.kind == FileField::Kind::IgnoredList) {
+      std::uint64_t numbers = 0;
+      bool is_whole = isWhole(words.next(), numbers);
+      for (; is_whole && numbers > 0; --numbers)
+        is_whole = !words.next().empty();
+      if (!is_whole)
+        failAtLine(": the list '" + shownText(field.name) +
+                   "' has fewer numbers than it promises");
+      continue;
+    }
     for (std::uint64_t i = 0; i < field.count; ++i, ++count) {
       const std::string_view word = words.next();
       if (word.empty())
@@ -148,6 +197,7 @@ readPoint(const std::string& line,
                           "are between them"
                         : ""));
     }
+  }
   if (!words.next().empty())
     failAtLine(" has more than " + std::to_string(count) +
                " numbers, which its header promises");
@@ -159,6 +209,31 @@ void
 fail(const std::string& reason)
 {
   throw std::runtime_error(reason);
+}
+
+std::string
+upperCase(std::string word)
+{
+  for (char& letter : word)
+    if (letter >= 'a' && letter <= 'z')
+      letter = static_cast<char>(letter - 'a' + 'A');
+  return word;
+}
+
+std::string
+lowerCase(std::string word)
+{
+  for (char& letter : word)
+    if (letter >= 'A' && letter <= 'Z')
+      letter = static_cast<char>(letter - 'A' + 'a');
+  return word;
+}
+
+bool
+isCoordinateName(const std::string& name)
+{
+  const std::string small = lowerCase(name);
+  return small == "x" || small == "y" || small == "z";
 }
 
 std::uint64_t
@@ -208,13 +283,28 @@ countOf(const std::string& name, const std::string& text)
   return std::stoull(text);
 }
 
+char
+lineEndOf(std::istream& file)
+{
+  const std::istream::pos_type begin = file.tellg();
+  int next = file.get();
+  for (std::uint64_t bytes = 0; bytes < most_header_bytes && next != '\n' &&
+                                next != '\r' && next != std::char_traits<char>::eof();
+       ++bytes)
+    next = file.get();
+  const char end = next == '\r' && file.peek() != '\n' ? '\r' : '\n';
+  file.clear();
+  file.seekg(begin);
+  return end;
+}
+
 bool
-readLine(std::istream& file, std::string& line, std::uint64_t most)
+readLine(std::istream& file, std::string& line, char end, std::uint64_t most)
 {
   line.clear();
   for (int next = file.get(); next != std::char_traits<char>::eof();
        next = file.get()) {
-    if (next == '\n')
+    if (next == end)
       return true;
     if (line.size() == most)
       return false;
@@ -225,6 +315,7 @@ readLine(std::istream& file, std::string& line, std::uint64_t most)
 
 void
 readTextPoints(std::istream& file,
+               char end,
                const std::vector<FileField>& fields,
                std::uint64_t points,
                std::uint64_t header_lines,
@@ -235,22 +326,25 @@ readTextPoints(std::istream& file,
   std::uint64_t number = header_lines;
   for (std::uint64_t point = 0; point < points;) {
     ++number;
-    if (!readLine(file, line))
+    if (!readLine(file, line, end))
       fail(line.empty() ? "it was cut off: it has " + std::to_string(point) +
                               " lines of points, not " + std::to_string(points)
                         : "line " + std::to_string(number) + " is too long");
     if (line.empty() && may_have_empty_lines)
       continue;
-    readPoint(line, fields, number, bytes);
+    readPoint(line.find(',') == line.npos ? line : withoutCommas(line, fields),
+              fields,
+              number,
+              bytes);
     ++point;
   }
 }
 
 void
-checkNoLinesFollow(std::istream& file)
+checkNoLinesFollow(std::istream& file, char end)
 {
   std::string line;
-  while (readLine(file, line))
+  while (readLine(file, line, end))
     if (line.find_first_not_of(" \t\r") != std::string::npos)
       fail("lines follow the points that its header promises: '" + shownText(line) +
            "'");

@@ -19,13 +19,29 @@ fail(const std::string& reason);
 
 /** \brief A field of points in a file: numbers that follow each other. */
 struct FileField {
-  enum class Kind { Real, Signed, Unsigned, Ignored };
+  enum class Kind {
+    Real,
+    Signed,
+    Unsigned,
+    Ignored,
+    IgnoredList ///< in text: how many numbers follow, and these; it has no bytes
+  };
 
   std::string name;
   Kind kind = Kind::Real;
   std::uint64_t bytes = 4; ///< of a number
   std::uint64_t count = 1; ///< numbers
 };
+
+/** \brief A word in capitals, and in small letters, those of ASCII. */
+std::string
+upperCase(std::string word);
+std::string
+lowerCase(std::string word);
+
+/** \brief Whether a field is x, y or z, in small letters or capitals. */
+bool
+isCoordinateName(const std::string& name);
 
 /** \brief Bytes of a point of some fields. */
 std::uint64_t
@@ -55,14 +71,24 @@ countOf(const std::string& name, const std::string& text);
 /** \brief Most bytes of a line. */
 constexpr std::uint64_t most_line_bytes = std::uint64_t{1} << 24;
 
+/** \brief What ends the lines of a file: CR if the first one ends with CR alone, else
+ * LF, before which lines may have a CR. The place in the file stays. */
+char
+lineEndOf(std::istream& file);
+
 /** \brief Reads a line; a file of no lines is not read as one.
+ * \param[in] end see lineEndOf()
  * \return false at the end, and if the line is longer than so many bytes
  */
 bool
-readLine(std::istream& file, std::string& line, std::uint64_t most = most_line_bytes);
+readLine(std::istream& file,
+         std::string& line,
+         char end,
+         std::uint64_t most = most_line_bytes);
 
 /** \brief Reads lines of points, which must have the numbers that the header promises.
  * \param[in] file at the first of the lines
+ * \param[in] end of lines
  * \param[in] fields of a point; numbers of ignored ones become 0
  * \param[in] points their number
  * \param[in] header_lines before them, for messages
@@ -72,6 +98,7 @@ readLine(std::istream& file, std::string& line, std::uint64_t most = most_line_b
  */
 void
 readTextPoints(std::istream& file,
+               char end,
                const std::vector<FileField>& fields,
                std::uint64_t points,
                std::uint64_t header_lines,
@@ -81,7 +108,7 @@ readTextPoints(std::istream& file,
 /** \brief Refuses a text in which more lines follow the points that its header
  * promises. */
 void
-checkNoLinesFollow(std::istream& file);
+checkNoLinesFollow(std::istream& file, char end);
 
 /** \brief Refuses a file with bytes of further points. */
 void

@@ -39,12 +39,14 @@ readPcdHeader(const std::string& path);
 
 /** \brief Reads a PCD file. A cloud takes at most 176 bytes of memory for each byte of
  * its file.
- * \param[out] cloud its fields as in the file, also those named _; numbers in the order
+ * \param[out] cloud its fields as in the file, also those named _, which fields of
+ * numbers that PCL has not become; none that have a COUNT of 0; numbers in the order
  * of this machine; the header is unchanged
+ * \return what of the file is left out, a line each
  * \throws std::runtime_error with what is wrong: the header is not whole, the file has
  * fewer or more points than it promises, or words that are no numbers
  */
-void
+std::vector<std::string>
 readPcd(const std::string& path, pcl::PCLPointCloud2& cloud);
 
 /** \brief How a PCD file has its points. */

@@ -14,6 +14,7 @@ extern "C" { // which some versions of lzf.h lack
 #include <iterator>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace clouds {
@@ -27,6 +28,7 @@ struct PcdLines {
   std::map<std::string, std::string> values;
   std::uint64_t bytes = 0;   ///< of the header
   std::uint64_t lines = 0;   ///< of the header
+  char line_end = '\n';      ///< see lineEndOf()
   std::string unknown_line;  ///< empty: all are known
   std::string repeated_word; ///< empty: no word is first in two lines
 };
@@ -55,14 +57,16 @@ readPcdLines(const std::string& path)
     return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   PcdLines lines;
+  lines.line_end = lineEndOf(file);
   std::string line;
   while (lines.bytes < most_header_bytes &&
-         readLine(file, line, most_header_bytes - lines.bytes)) {
+         readLine(file, line, lines.line_end, most_header_bytes - lines.bytes)) {
     lines.bytes += line.size() + 1;
     ++lines.lines;
-    const std::vector<std::string> words = wordsOf(line);
+    std::vector<std::string> words = wordsOf(line);
     if (words.empty() || words[0].front() == '#')
       continue;
+    words[0] = upperCase(words[0]);
     if (!isKnownWord(words[0]) || words.size() == 1) {
       lines.unknown_line = line;
       continue;
@@ -80,9 +84,55 @@ readPcdLines(const std::string& path)
   return std::nullopt;
 }
 
+/** \brief A field of a point by its words in a header.
+ * \param[in,out] remarks what is left out
+ * \return nothing if it has no numbers
+ */
+std::optional<FileField>
+pcdField(const std::string& name,
+         const std::string& size,
+         const std::string& given_type,
+         const std::string& count,
+         std::vector<std::string>& remarks)
+{
+  using Kind = FileField::Kind;
+  const std::string type = upperCase(given_type);
+  if (type != "I" && type != "U" && type != "F")
+    fail("its header has the unknown TYPE '" + shownText(given_type) + "'");
+  FileField field;
+  field.name = name;
+  field.kind = name == "_"   ? Kind::Ignored // fills a point up
+               : type == "I" ? Kind::Signed
+               : type == "U" ? Kind::Unsigned
+                             : Kind::Real;
+  field.bytes = countOf("SIZE", size);
+  field.count = countOf("COUNT", count);
+  if (field.bytes == 0 || field.count == 0) {
+    if (name != "_")
+      remarks.push_back("the field '" + shownText(name) +
+                        "' is left out: its SIZE or COUNT is 0");
+    return std::nullopt;
+  }
+  constexpr std::uint64_t most_bytes = 16; // of a number
+  constexpr std::uint64_t most_count = 1 << 20;
+  if (field.bytes > most_bytes || field.count > most_count)
+    fail("its header has no valid SIZE or COUNT");
+  if (field.kind == Kind::Ignored || hasDatatype(field))
+    return field;
+  if (isCoordinateName(name))
+    fail("its header has no valid SIZE and TYPE of the field '" + shownText(name) +
+         "'");
+  remarks.push_back("the field '" + shownText(name) +
+                    "' is left out: PCL has no numbers of its SIZE and TYPE");
+  field.name = "_";
+  field.kind = Kind::Ignored;
+  return field;
+}
+
 /** \brief The fields of a point as the header of a PCD file tells. */
 std::vector<FileField>
-pcdFields(const std::map<std::string, std::string>& values)
+pcdFields(const std::map<std::string, std::string>& values,
+          std::vector<std::string>& remarks)
 {
   const auto wordsIn = [&values](const std::string& name) {
     const auto found = values.find(name);
@@ -100,27 +150,17 @@ pcdFields(const std::map<std::string, std::string>& values)
   std::vector<FileField> fields;
   std::uint64_t point_bytes = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    using Kind = FileField::Kind;
-    FileField field;
-    field.name = names[i];
-    field.kind = names[i] == "_"   ? Kind::Ignored // fills a point up
-                 : types[i] == "I" ? Kind::Signed
-                 : types[i] == "U" ? Kind::Unsigned
-                                   : Kind::Real;
-    if (types[i] != "I" && types[i] != "U" && types[i] != "F")
-      fail("its header has the unknown TYPE '" + shownText(types[i]) + "'");
-    field.bytes = countOf("SIZE", sizes[i]);
-    field.count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
+    const std::optional<FileField> field = pcdField(
+        names[i], sizes[i], types[i], counts.empty() ? "1" : counts[i], remarks);
+    if (!field)
+      continue;
     constexpr std::uint64_t most_point_bytes = 1 << 20;
-    if (field.bytes == 0 || field.bytes > 8 || field.count == 0 ||
-        field.count > most_point_bytes ||
-        (point_bytes += field.bytes * field.count) > most_point_bytes)
+    if ((point_bytes += field->bytes * field->count) > most_point_bytes)
       fail("its header has no valid SIZE or COUNT");
-    if (field.kind != Kind::Ignored && !hasDatatype(field))
-      fail("its header has no valid SIZE and TYPE of the field '" +
-           shownText(field.name) + "'");
-    fields.push_back(field);
+    fields.push_back(*field);
   }
+  if (fields.empty())
+    fail("its header has no fields with numbers");
   return fields;
 }
 
@@ -129,7 +169,8 @@ struct PcdContent {
   std::vector<FileField> fields;
   std::uint64_t width = 0;
   std::uint64_t height = 0;
-  std::string storage; ///< ascii, binary, binary_compressed
+  std::string storage;              ///< ascii, binary, binary_compressed
+  std::vector<std::string> remarks; ///< what is left out
 };
 
 PcdContent
@@ -137,9 +178,6 @@ contentOf(const std::optional<PcdLines>& lines)
 {
   if (!lines)
     fail("its header has no line DATA: it was cut off, or is no PCD file");
-  if (!lines->unknown_line.empty())
-    fail("its header has a line that PCD has not: '" + shownText(lines->unknown_line) +
-         "'");
   if (!lines->repeated_word.empty())
     fail("its header has two lines " + lines->repeated_word);
   std::map<std::string, std::string> values = lines->values;
@@ -153,6 +191,9 @@ contentOf(const std::optional<PcdLines>& lines)
     if (values.count(name) == 0)
       fail(std::string("its header has no line ") + name);
   PcdContent content;
+  if (!lines->unknown_line.empty())
+    content.remarks.push_back("its header has a line that PCD has not: '" +
+                              shownText(lines->unknown_line) + "'");
   content.width = countOf("WIDTH", values.at("WIDTH"));
   content.height = countOf("HEIGHT", values.at("HEIGHT"));
   constexpr std::uint64_t most_points = std::uint64_t{1} << 31;
@@ -163,8 +204,8 @@ contentOf(const std::optional<PcdLines>& lines)
   if (values.count("POINTS") != 0 &&
       countOf("POINTS", values.at("POINTS")) != content.width * content.height)
     fail("WIDTH x HEIGHT and POINTS in its header differ");
-  content.fields = pcdFields(values);
-  const std::string& storage = values.at("DATA");
+  content.fields = pcdFields(values, content.remarks);
+  const std::string storage = lowerCase(values.at("DATA"));
   if (storage != "ascii" && storage != "binary" && storage != "binary_compressed")
     fail("its points are stored as '" + shownText(storage) +
          "', which is none of ascii, binary and binary_compressed");
@@ -175,10 +216,14 @@ contentOf(const std::optional<PcdLines>& lines)
 /** \brief Refuses a PCD file in which another cloud, or more points, follow the points
  * that its header promises.
  * \param[in] file after the points
+ * \param[in] end of lines
  * \param[in] point_bytes of a point that is not text nor compressed, else 0
  */
 void
-checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
+checkNothingFollows(std::istream& file,
+                    char end,
+                    bool is_text,
+                    std::uint64_t point_bytes)
 {
   const std::istream::pos_type points_end = file.tellg();
   // PCL's writer fills compressed points up to the size of a page.
@@ -189,14 +234,14 @@ checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
     return;
   const std::istream::pos_type begin = file.tellg();
   std::string line;
-  readLine(file, line);
+  readLine(file, line, end);
   if (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0)
     fail("another cloud follows the first one: put each into a file of its own, and "
          "name the files or their folder");
   file.clear();
   if (is_text) {
     file.seekg(begin);
-    checkNoLinesFollow(file);
+    checkNoLinesFollow(file, end);
     return;
   }
   file.seekg(0, std::ios::end);
@@ -212,18 +257,28 @@ readBytes(std::istream& file, std::vector<std::uint8_t>& bytes)
     fail("reading it failed");
 }
 
-/** \brief Reads the points after the sizes that compressed ones have before them. */
+/** \brief The fields without those named _, which PCL leaves out of compressed points.
+ */
+std::vector<FileField>
+withoutGaps(std::vector<FileField> fields)
+{
+  fields.erase(std::remove_if(fields.begin(),
+                              fields.end(),
+                              [](const FileField& field) { return field.name == "_"; }),
+               fields.end());
+  return fields;
+}
+
+/** \brief Reads the points after the sizes that compressed ones have before them.
+ * \param[in,out] content of its fields those that the points have
+ */
 void
 readCompressed(std::istream& file,
-               const PcdContent& content,
+               PcdContent& content,
                std::uint64_t file_bytes,
                std::vector<std::uint8_t>& points)
 {
-  for (const FileField& field : content.fields)
-    if (field.kind == FileField::Kind::Ignored)
-      fail("its compressed points have a field named _");
   const std::uint64_t count = content.width * content.height;
-  const std::uint64_t point_bytes = bytesOf(content.fields);
   std::vector<std::uint8_t> sizes(8); // compressed, uncompressed; little-endian
   if (file_bytes < sizes.size())
     fail("it was cut off: it has " + std::to_string(file_bytes) +
@@ -235,6 +290,10 @@ readCompressed(std::istream& file,
   };
   const std::uint64_t compressed = sizeAt(0);
   const std::uint64_t uncompressed = sizeAt(4);
+  if (const auto fields = withoutGaps(content.fields);
+      uncompressed == count * bytesOf(fields))
+    content.fields = fields;
+  const std::uint64_t point_bytes = bytesOf(content.fields);
   if (uncompressed != count * point_bytes)
     fail("its points have " + std::to_string(uncompressed) +
          " bytes uncompressed, not the " + std::to_string(count * point_bytes) +
@@ -272,11 +331,11 @@ readPcdHeader(const std::string& path)
       values["FIELDS"], values["WIDTH"], values["HEIGHT"], values["VIEWPOINT"]};
 }
 
-void
+std::vector<std::string>
 readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
 {
   const std::optional<PcdLines> lines = readPcdLines(path);
-  const PcdContent content = contentOf(lines);
+  PcdContent content = contentOf(lines);
   const std::uint64_t points = content.width * content.height;
   const std::uint64_t point_bytes = bytesOf(content.fields);
   const std::uint64_t all_bytes = fs::file_size(path);
@@ -295,18 +354,22 @@ readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
          std::to_string(least));
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(lines->bytes));
-  startCloud(content.fields, content.width, content.height, cloud);
+  std::vector<std::uint8_t> data;
   if (is_text)
-    readTextPoints(file, content.fields, points, lines->lines, true, cloud.data);
+    readTextPoints(
+        file, lines->line_end, content.fields, points, lines->lines, true, data);
   else if (is_binary) {
-    cloud.data.resize(points * point_bytes);
-    readBytes(file, cloud.data);
+    data.resize(points * point_bytes);
+    readBytes(file, data);
   }
   else
-    readCompressed(file, content, bytes, cloud.data);
+    readCompressed(file, content, bytes, data);
   if (!is_text)
-    toLittleEndian(content.fields, cloud.data);
-  checkNothingFollows(file, is_text, is_binary ? point_bytes : 0);
+    toLittleEndian(content.fields, data);
+  checkNothingFollows(file, lines->line_end, is_text, is_binary ? point_bytes : 0);
+  startCloud(content.fields, content.width, content.height, cloud);
+  cloud.data = std::move(data);
+  return content.remarks;
 }
 
 } // namespace clouds

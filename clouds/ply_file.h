@@ -15,14 +15,15 @@ namespace pcl_ext {
 namespace clouds {
 
 /** \brief Reads a PLY file, as text or with numbers in either order.
- * \param[out] cloud properties of the vertices; red, green and blue of 8 bits are `rgb`
- * and with alpha `rgba`, as PCL's fields of these names. It is organised if the file
- * has the lines num_cols and num_rows, and then NaN where its element range_grid has no
- * vertex. Other elements are left out. The header is unchanged
+ * \param[out] cloud properties of the vertices, but no lists; normals have the names of
+ * PCL's fields. It is organised if the file has the lines num_cols and num_rows, and
+ * then NaN where its element range_grid has no vertex. Other elements are left out. The
+ * header is unchanged
+ * \return what of the vertices is left out, a line each
  * \throws std::runtime_error with what is wrong: the header does not agree with itself,
  * the file has fewer or more points than it promises, or words that are no numbers
  */
-void
+std::vector<std::string>
 readPly(const std::string& path, pcl::PCLPointCloud2& cloud);
 
 /** \brief The bytes of a binary PLY file. An organised cloud has its rows and columns in

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/ply_header.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -24,12 +25,15 @@ numberOf(const std::string& type)
     const char* other_name;
     Kind kind;
     std::uint64_t bytes;
-  } types[] = {{"char", "int8", Kind::Signed, 1},
+  } types[] = {{"bool", "boolean", Kind::Unsigned, 1},
+               {"char", "int8", Kind::Signed, 1},
                {"uchar", "uint8", Kind::Unsigned, 1},
                {"short", "int16", Kind::Signed, 2},
                {"ushort", "uint16", Kind::Unsigned, 2},
                {"int", "int32", Kind::Signed, 4},
                {"uint", "uint32", Kind::Unsigned, 4},
+               {"long", "int64", Kind::Signed, 8},
+               {"ulong", "uint64", Kind::Unsigned, 8},
                {"float", "float32", Kind::Real, 4},
                {"double", "float64", Kind::Real, 8}};
   for (const auto& candidate : types)
@@ -47,11 +51,12 @@ readProperty(const std::vector<std::string>& words, PlyElement& element)
               : numberOf(words.size() == 3 ? words[1] : std::string());
   const std::optional<FileField> count = is_list ? numberOf(words[2]) : std::nullopt;
   const bool has_integer_count = count && count->kind != Kind::Real;
-  if (element.name == "vertex" ? !number || is_list
-                               : !number || is_list != has_integer_count)
-    fail(element.name == "vertex"
-             ? "its header has a property of vertices that is no number"
-             : "its header has a property that PLY has not");
+  if (!number || is_list != has_integer_count) {
+    if (element.name == "vertex")
+      fail("its header has a property of vertices that is no number");
+    element.has_unknown = true;
+    return;
+  }
   number->name = words.back();
   constexpr std::size_t most_properties = 1000;
   if (element.properties.size() == most_properties)
@@ -120,6 +125,14 @@ readHeaderLine(const std::vector<std::string>& words, PlyHeader& header)
 
 } // namespace
 
+bool
+hasList(const PlyElement& element)
+{
+  return std::any_of(element.properties.begin(),
+                     element.properties.end(),
+                     [](const PlyProperty& property) { return property.count; });
+}
+
 std::string
 plyNameToField(const std::string& property)
 {
@@ -143,8 +156,9 @@ readPlyHeader(std::istream& file)
 {
   PlyHeader header;
   std::string line;
+  header.line_end = lineEndOf(file);
   while (header.bytes < most_header_bytes && !header.has_end &&
-         readLine(file, line, most_header_bytes - header.bytes)) {
+         readLine(file, line, header.line_end, most_header_bytes - header.bytes)) {
     header.bytes += line.size() + 1;
     ++header.lines;
     readHeaderLine(wordsOf(line), header);

@@ -27,6 +27,7 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
+  bool has_unknown = false; ///< properties that PLY has not, which are not among them
 };
 
 /** \brief What comes before the elements. */
@@ -39,8 +40,13 @@ struct PlyHeader {
   std::uint64_t rows = 0;
   std::uint64_t bytes = 0; ///< of the header
   std::uint64_t lines = 0; ///< of the header
+  char line_end = '\n';    ///< see lineEndOf()
   bool has_end = false;
 };
+
+/** \brief Whether elements have lists. */
+bool
+hasList(const PlyElement& element);
 
 /** \brief The name that PCL gives the field of a property: normals have other ones. */
 std::string

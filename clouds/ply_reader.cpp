@@ -32,15 +32,16 @@ public:
   void
   skip(const PlyElement& element)
   {
-    const bool has_list =
-        std::any_of(element.properties.begin(),
-                    element.properties.end(),
-                    [](const PlyProperty& property) { return property.count; });
     std::string line;
     if (header_.is_text)
-      for (std::uint64_t i = 0; i < element.count && readLine(file_, line); ++i)
+      for (std::uint64_t i = 0;
+           i < element.count && readLine(file_, line, header_.line_end);
+           ++i)
         ++lines_;
-    else if (has_list)
+    else if (element.has_unknown)
+      fail("before its vertices are elements '" + shownText(element.name) +
+           "' with a property that PLY has not");
+    else if (hasList(element))
       for (std::uint64_t i = 0; i < element.count; ++i)
         skipOne(element);
     else if (element.properties.empty() || element.count <= bytes_)
@@ -56,12 +57,21 @@ public:
     const std::vector<FileField> fields = fieldsOf(element);
     std::vector<std::uint8_t> vertices;
     if (header_.is_text) {
-      readTextPoints(file_, fields, element.count, lines_, false, vertices);
+      readTextPoints(file_,
+                     header_.line_end,
+                     textFieldsOf(element),
+                     element.count,
+                     lines_,
+                     false,
+                     vertices);
       lines_ += element.count;
       return vertices;
     }
     vertices.resize(element.count * bytesOf(fields));
-    read(vertices.data(), vertices.size());
+    if (hasList(element))
+      readBetweenLists(element, vertices);
+    else
+      read(vertices.data(), vertices.size());
     if (header_.is_big_endian != isBigEndianMachine())
       for (std::size_t at = 0; at < vertices.size();)
         for (const FileField& field : fields) {
@@ -87,22 +97,50 @@ public:
     return vertices;
   }
 
+  /** \brief The properties that are no lists. */
   static std::vector<FileField>
   fieldsOf(const PlyElement& element)
   {
     std::vector<FileField> fields;
     for (const PlyProperty& property : element.properties)
-      fields.push_back(property.field);
+      if (!property.count)
+        fields.push_back(property.field);
     return fields;
   }
 
 private:
+  static std::vector<FileField>
+  textFieldsOf(const PlyElement& element)
+  {
+    std::vector<FileField> fields;
+    for (const PlyProperty& property : element.properties)
+      fields.push_back(property.count
+                           ? FileField{property.field.name, Kind::IgnoredList, 0, 1}
+                           : property.field);
+    return fields;
+  }
+
+  /** \brief Reads numbers of elements that have lists, too. */
+  void
+  readBetweenLists(const PlyElement& element, std::vector<std::uint8_t>& numbers)
+  {
+    std::size_t at = 0;
+    for (std::uint64_t i = 0; i < element.count; ++i)
+      for (const PlyProperty& property : element.properties)
+        if (property.count)
+          skipBytes(readInteger(*property.count) * property.field.bytes);
+        else {
+          read(&numbers[at], property.field.bytes);
+          at += property.field.bytes;
+        }
+  }
+
   /** \brief A list with the number of its numbers before them. */
   std::vector<std::uint64_t>
   readTextCell()
   {
     std::string line;
-    if (!readLine(file_, line))
+    if (!readLine(file_, line, header_.line_end))
       fail("it was cut off in its image");
     std::vector<std::uint64_t> numbers;
     for (const std::string& word : wordsOf(line)) {
@@ -136,7 +174,11 @@ private:
   {
     if (bytes > bytes_)
       fail("it was cut off, or its header is wrong");
-    file_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
+    constexpr std::uint64_t most_ignored = 4096; // without reading the buffer anew
+    if (bytes <= most_ignored)
+      file_.ignore(static_cast<std::streamsize>(bytes));
+    else
+      file_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
   }
 
   void
@@ -147,7 +189,7 @@ private:
                                : property.field.bytes);
   }
 
-  /** \brief A number of a list, or how many it has: below 2^32. */
+  /** \brief A number of a list, or how many it has. */
   std::uint64_t
   readInteger(const FileField& field)
   {
@@ -156,8 +198,12 @@ private:
     std::uint64_t number = 0;
     for (std::size_t i = 0; i < field.bytes; ++i)
       number = number << 8 | bytes[header_.is_big_endian ? i : field.bytes - 1 - i];
-    if (field.kind == Kind::Signed && (number >> (8 * field.bytes - 1)) != 0)
-      fail("it has a list with a negative number of numbers, or of a vertex");
+    constexpr std::uint64_t most = std::uint64_t{1} << 32;
+    if (number >= most ||
+        (field.kind == Kind::Signed && (number >> (8 * field.bytes - 1)) != 0))
+      fail(
+          "it has a list with a number of numbers, or of a vertex, that is negative or "
+          "too large");
     return number;
   }
 
@@ -167,119 +213,40 @@ private:
   std::uint64_t bytes_; ///< after the header
 };
 
-/** \brief Where a cloud's field comes from. */
-struct FieldSource {
-  std::array<std::size_t, 4> offsets{}; ///< in a vertex; of a colour b, g, r, a
-  std::size_t parts = 1;
-};
+/** \brief The fields of a cloud: the properties by PCL's names. */
+std::vector<FileField>
+cloudFieldsOf(const PlyElement& vertices)
+{
+  std::vector<FileField> fields = PlyReader::fieldsOf(vertices);
+  for (FileField& field : fields)
+    field.name = plyNameToField(field.name);
+  return fields;
+}
 
-/** \brief The fields of a cloud: the properties, with those of a colour in one. */
-class CloudFields {
-public:
-  explicit CloudFields(const std::vector<FileField>& properties)
-  {
-    const bool has_colour = find(properties, "red") && find(properties, "green") &&
-                            find(properties, "blue");
-    std::size_t offset = 0;
-    for (const FileField& property : properties) {
-      if (has_colour && isColourPart(property, "red"))
-        addColour(properties);
-      else if (!has_colour || !isPartOfColour(property)) {
-        fields_.push_back(property);
-        fields_.back().name = plyNameToField(property.name);
-        sources_.push_back({{offset, 0, 0, 0}, 1});
-      }
-      offset += property.bytes;
-    }
+/** \brief Whether points can have coordinates that are NaN. */
+bool
+mayBeMissing(const std::vector<FileField>& fields)
+{
+  return std::any_of(fields.begin(), fields.end(), [](const FileField& field) {
+    return isCoordinateName(field.name) && field.kind == Kind::Real;
+  });
+}
+
+/** \brief Makes a point one that is not there. */
+void
+setMissing(const std::vector<FileField>& fields, std::uint8_t* point)
+{
+  for (const FileField& field : fields) {
+    const double missing = std::numeric_limits<double>::quiet_NaN();
+    const auto missing_float = static_cast<float>(missing);
+    if (isCoordinateName(field.name) && field.kind == Kind::Real)
+      std::memcpy(point,
+                  field.bytes == 8 ? static_cast<const void*>(&missing)
+                                   : static_cast<const void*>(&missing_float),
+                  field.bytes);
+    point += field.bytes;
   }
-
-  const std::vector<FileField>&
-  fields() const
-  {
-    return fields_;
-  }
-
-  /** \brief Copies a vertex into a point. */
-  void
-  copy(const std::uint8_t* vertex, std::uint8_t* point) const
-  {
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      const FieldSource& source = sources_[i];
-      if (source.parts == 1)
-        std::memcpy(point, vertex + source.offsets[0], fields_[i].bytes);
-      else {
-        std::uint32_t colour = source.parts == 3 ? 0xff000000u : 0;
-        for (std::size_t part = 0; part < source.parts; ++part)
-          colour |= std::uint32_t{vertex[source.offsets[part]]} << (8 * part);
-        std::memcpy(point, &colour, sizeof(colour));
-      }
-      point += fields_[i].bytes;
-    }
-  }
-
-  /** \brief Makes a point one that is not there. */
-  void
-  setMissing(std::uint8_t* point) const
-  {
-    for (const FileField& field : fields_) {
-      const bool is_coordinate =
-          field.name == "x" || field.name == "y" || field.name == "z";
-      const double missing = std::numeric_limits<double>::quiet_NaN();
-      const auto missing_float = static_cast<float>(missing);
-      if (is_coordinate && field.kind == Kind::Real)
-        std::memcpy(point,
-                    field.bytes == 8 ? static_cast<const void*>(&missing)
-                                     : static_cast<const void*>(&missing_float),
-                    field.bytes);
-      point += field.bytes;
-    }
-  }
-
-private:
-  static bool
-  isColourPart(const FileField& property, const std::string& name)
-  {
-    return property.kind == Kind::Unsigned && property.bytes == 1 &&
-           (property.name == name || property.name == "diffuse_" + name);
-  }
-
-  /** \brief Where a part of a colour is in a vertex. */
-  static std::optional<std::size_t>
-  find(const std::vector<FileField>& properties, const std::string& name)
-  {
-    std::size_t offset = 0;
-    for (const FileField& property : properties) {
-      if (isColourPart(property, name))
-        return offset;
-      offset += property.bytes;
-    }
-    return std::nullopt;
-  }
-
-  static bool
-  isPartOfColour(const FileField& property)
-  {
-    return isColourPart(property, "green") || isColourPart(property, "blue") ||
-           isColourPart(property, "alpha");
-  }
-
-  void
-  addColour(const std::vector<FileField>& properties)
-  {
-    FieldSource source;
-    source.parts = 0;
-    for (const char* name : {"blue", "green", "red", "alpha"})
-      if (const auto offset = find(properties, name))
-        source.offsets[source.parts++] = *offset;
-    const bool has_alpha = source.parts == 4;
-    fields_.push_back(
-        {has_alpha ? "rgba" : "rgb", has_alpha ? Kind::Unsigned : Kind::Real, 4, 1});
-    sources_.push_back(source);
-  }
-
-  std::vector<FileField> fields_;
-  std::vector<FieldSource> sources_;
-};
+}
 
 /** \brief The range_grid of an image; null: there is none.
  * \throws std::runtime_error if it cannot be that of the header's columns and rows
@@ -297,7 +264,7 @@ findGrid(const PlyHeader& header)
       header.columns * header.rows != grid->count)
     fail("num_cols x num_rows and the number of elements range_grid in its header "
          "differ");
-  if (grid->properties.size() != 1 || !grid->properties[0].count ||
+  if (grid->has_unknown || grid->properties.size() != 1 || !grid->properties[0].count ||
       grid->properties[0].field.kind == Kind::Real)
     fail("the elements range_grid in its header are no lists of vertices");
   return &*grid;
@@ -331,32 +298,45 @@ checkSizes(const PlyHeader& header, const PlyElement& vertices, std::uint64_t by
     fail("its header promises an image that its points cannot fill");
 }
 
+/** \brief Sets the points of an image.
+ * \param[in] grid the number of each point's vertex, or -1
+ */
 void
-fillCloud(const CloudFields& fields,
+fillImage(const std::vector<FileField>& fields,
           const std::vector<std::uint8_t>& vertices,
-          std::uint64_t vertex_count,
-          std::uint64_t vertex_bytes,
           const std::vector<std::int64_t>& grid,
           pcl::PCLPointCloud2& cloud)
 {
-  const std::size_t count = std::size_t{cloud.width} * cloud.height;
-  cloud.data.assign(count * cloud.point_step, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::int64_t vertex = grid.empty() ? static_cast<std::int64_t>(i) : grid[i];
-    std::uint8_t* const point = cloud.data.data() + i * cloud.point_step;
-    if (vertex < 0)
-      fields.setMissing(point);
-    else if (static_cast<std::uint64_t>(vertex) < vertex_count)
-      fields.copy(vertices.data() + static_cast<std::size_t>(vertex) * vertex_bytes,
-                  point);
+  const std::size_t step = cloud.point_step;
+  cloud.data.assign(grid.size() * step, 0);
+  for (std::size_t i = 0; i < grid.size(); ++i) {
+    std::uint8_t* const point = cloud.data.data() + i * step;
+    if (grid[i] < 0)
+      setMissing(fields, point);
+    else if (static_cast<std::uint64_t>(grid[i]) < vertices.size() / step)
+      std::memcpy(point, &vertices[static_cast<std::size_t>(grid[i]) * step], step);
     else
       fail("its image has a vertex that is not there");
   }
 }
 
+/** \brief Refuses a file that goes on after the vertices, its last elements. */
+void
+checkEnd(std::istream& file,
+         const PlyHeader& header,
+         const PlyElement& vertices,
+         std::uint64_t file_bytes)
+{
+  if (header.is_text)
+    checkNoLinesFollow(file, header.line_end);
+  else
+    checkNoPointsFollow(file_bytes - static_cast<std::uint64_t>(file.tellg()),
+                        bytesOf(PlyReader::fieldsOf(vertices)));
+}
+
 } // namespace
 
-void
+std::vector<std::string>
 readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
 {
   std::ifstream file(path, std::ios::binary);
@@ -369,6 +349,9 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
                    [](const PlyElement& element) { return element.name == "vertex"; });
   if (vertices == header.elements.end())
     fail("its header has no vertices");
+  const std::vector<FileField> fields = cloudFieldsOf(*vertices);
+  if (fields.empty())
+    fail("its vertices have no numbers");
   checkSizes(header, *vertices, bytes);
   const PlyElement* const grid_element = findGrid(header);
   PlyReader reader(file, header, bytes);
@@ -382,21 +365,30 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
       grid = reader.readGrid(*element);
     else if (element < vertices || grid_element != nullptr)
       reader.skip(*element);
-  const std::vector<FileField> properties = PlyReader::fieldsOf(*vertices);
-  if (header.elements.back().name == "vertex") {
-    if (header.is_text)
-      checkNoLinesFollow(file);
-    else
-      checkNoPointsFollow(all_bytes - static_cast<std::uint64_t>(file.tellg()),
-                          bytesOf(properties));
+  if (header.elements.back().name == "vertex")
+    checkEnd(file, header, *vertices, all_bytes);
+  std::vector<std::string> remarks;
+  bool is_image = header.columns > 0 && header.rows > 0;
+  const bool has_gaps = grid_element != nullptr && mayBeMissing(fields);
+  if (grid_element != nullptr && !has_gaps) {
+    is_image = false;
+    remarks.emplace_back(
+        "its rows and columns are left out: whole numbers of x, y and z "
+        "cannot tell where a point is missing");
   }
-  const CloudFields fields(properties);
-  const bool is_image = header.columns > 0 && header.rows > 0;
-  startCloud(fields.fields(),
+  startCloud(fields,
              is_image ? header.columns : vertices->count,
              is_image ? header.rows : 1,
              cloud);
-  fillCloud(fields, points, vertices->count, bytesOf(properties), grid, cloud);
+  if (has_gaps)
+    fillImage(fields, points, grid, cloud);
+  else
+    cloud.data = std::move(points);
+  for (const PlyProperty& property : vertices->properties)
+    if (property.count)
+      remarks.push_back("the property '" + shownText(property.field.name) +
+                        "' of vertices is left out: it is a list");
+  return remarks;
 }
 
 } // namespace clouds

@@ -46,6 +46,8 @@ PointContents::collect(PointBatches& points,
     frame.fields.clear();
     return {};
   }
+  if (CompressionStatus status = fields_.select(points.fields(), true); !status.ok())
+    return status;
   if (memory_rule_.shouldRelease(64 * points_used))
     fields_.releaseMemory();
   EncoderSettings of_voxels = settings;

@@ -22,11 +22,12 @@ public:
   /** \param[in] settings as accepted by checkSettings() */
   explicit PointContents(const EncoderSettings& settings) : fields_(settings) {}
 
-  /** \brief Chooses the fields of a cloud; see FieldCollector::select(). */
+  /** \brief Chooses the fields of a cloud for a scan; see FieldCollector::select().
+   * collect() chooses those for voxels. */
   CompressionStatus
   select(const PointBatches& points)
   {
-    return fields_.select(points.fields());
+    return fields_.select(points.fields(), false);
   }
 
   /** \brief The fields of the cloud, as they were chosen. */

@@ -68,8 +68,16 @@ faultOf(const FieldDescription& field)
 
 } // namespace
 
+bool
+FieldCollector::meansAll() const
+{
+  return std::any_of(settings_.begin(), settings_.end(), [](const FieldSetting& field) {
+    return field.name == all_fields;
+  });
+}
+
 CompressionStatus
-FieldCollector::select(const std::vector<FieldDescription>& offered)
+FieldCollector::select(const std::vector<FieldDescription>& offered, bool of_voxels)
 {
   selected_.clear();
   const auto add = [&](std::size_t index, double step) {
@@ -99,7 +107,8 @@ FieldCollector::select(const std::vector<FieldDescription>& offered)
     add(static_cast<std::size_t>(found - offered.begin()), setting.step);
   }
   for (std::size_t index = 0; are_all && index < offered.size(); ++index)
-    if (isOneOfAllFields(offered[index], codes_colours_))
+    if (isOneOfAllFields(offered[index],
+                         codes_colours_ && !(of_voxels && keeps_points_)))
       add(index, 0.0);
   std::size_t values = 0;
   for (const Selected& field : selected_) {

@@ -23,16 +23,20 @@ class FieldCollector {
 public:
   /** \param[in] settings fields to keep; see StreamSettings::fields */
   explicit FieldCollector(const StreamSettings& settings)
-  : settings_(settings.fields), codes_colours_(settings.colour_bits > 0)
+  : settings_(settings.fields)
+  , codes_colours_(settings.colour_bits > 0)
+  , keeps_points_(settings.keepsPoints())
   {}
 
   /** \brief Chooses the fields of a cloud.
    * \param[in] offered those that it has
+   * \param[in] of_voxels of a frame of voxels, whose colours are means: where points
+   * are kept, all fields are those of their colours, too, which a scan has besides
    * \return Ok, or InvalidInput if there is none of a name, one cannot be kept, or
    * there are too many
    */
   CompressionStatus
-  select(const std::vector<FieldDescription>& offered);
+  select(const std::vector<FieldDescription>& offered, bool of_voxels);
 
   /** \brief Sets the fields of a frame.
    * \param[in] points the cloud that was voxelized
@@ -60,6 +64,10 @@ public:
     FieldDescription description;
     std::size_t index; ///< among those that the cloud offers
   };
+
+  /** \brief Whether the settings mean all fields. */
+  bool
+  meansAll() const;
 
   const std::vector<Selected>&
   selected() const
@@ -104,6 +112,7 @@ private:
 
   std::vector<FieldSetting> settings_;
   bool codes_colours_;
+  bool keeps_points_;
   std::vector<Selected> selected_;
   // Of the current frame; members so that their memory is reused.
   LocatedPoints located_;

@@ -137,7 +137,10 @@ ScanCollector::collect(PointBatches& points,
   statistics.resolution = grid_.resolution;
   statistics.intensities_out_of_range =
       setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
-  scan.colour_bits = contents.colours ? settings_.colour_bits : 0;
+  constexpr unsigned int exact_bits = 8; // as all fields are
+  scan.colour_bits = !contents.colours   ? 0
+                     : fields.meansAll() ? exact_bits
+                                         : settings_.colour_bits;
   setColours(scan);
   status = setFields(fields, scan);
   return true;

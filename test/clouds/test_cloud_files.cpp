@@ -435,7 +435,10 @@ TEST(CloudFiles, BinFilesOfOtherNumbersAreRefused)
   Bytes cut = bytesOf(points);
   cut.pop_back();
   expectRefusal(cut, "which is no multiple of 16");
-  expectRefusal(Bytes(60), "would fit 3 floats a point (x y z) or 5 floats a point");
+  expectRefusal(Bytes(60),
+                "would fit 3 floats a point (x y z): --bin-fields x,y,z or 5 floats a "
+                "point (x y z intensity ring, as nuScenes'): --bin-fields "
+                "x,y,z,intensity,ring");
 }
 
 TEST(CloudFiles, OnlyCloudsWithoutLengthsAreTakenForDamaged)

@@ -163,17 +163,19 @@ TEST(ClassFields, OfNormalsAreMeansInVoxels)
   EXPECT_EQ((*received)[0].curvature, 0.5f); // 2.5 steps, rounded to even
 }
 
-TEST(ClassFields, OfColoursAreExactWhereTheyAreNotCodedByVoxel)
+/** \brief Expects that points come back with their colours, by their labels. */
+void
+expectColoursOfPoints(unsigned int colour_bits, float spacing)
 {
   IntensityCompressionSettings settings;
   settings.resolution = 1.0;
-  settings.colour_bits = 0;
+  settings.colour_bits = colour_bits;
   settings.keep_points = true;
   settings.fields = {{all_fields}};
   pcl::PointCloud<pcl::PointXYZRGBL>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBL>);
   for (std::uint32_t i = 0; i < 300; ++i) {
     pcl::PointXYZRGBL point;
-    point.x = point.y = point.z = 0.5f;
+    point.x = point.y = point.z = 0.5f + spacing * static_cast<float>(i);
     point.rgba = 0xff000000u + 7919 * i;
     point.label = i; // the points of a voxel ascend with the first field
     cloud->push_back(point);
@@ -190,6 +192,16 @@ TEST(ClassFields, OfColoursAreExactWhereTheyAreNotCodedByVoxel)
     colours[point.label] = point.rgba;
   for (const auto& point : *cloud)
     EXPECT_EQ(colours[point.label], point.rgba);
+}
+
+TEST(ClassFields, OfColoursAreExactWhereAllAreMeant)
+{
+  for (const unsigned int colour_bits : {0u, 4u, 6u})
+    for (const float spacing :
+         {0.0f, 0.2f, 1.5f}) { // voxels of many points, and of one
+      SCOPED_TRACE(std::to_string(colour_bits) + " bits, " + std::to_string(spacing));
+      expectColoursOfPoints(colour_bits, spacing);
+    }
 }
 
 TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)

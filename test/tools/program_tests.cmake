@@ -26,6 +26,7 @@ pcl_ext_add_test(
     tools/test_program_benchmark.cpp
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
+    tools/test_program_files.cpp
     tools/test_program_far_clouds.cpp
     tools/test_program_fields.cpp
     tools/test_program_help.cpp

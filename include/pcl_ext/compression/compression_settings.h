@@ -150,8 +150,10 @@ struct FieldSetting {
 };
 
 /** \brief In the place of a name, without a step: all fields that can be kept and that no
- * other setting names, but x, y, z and, unless colour_bits is 0, rgb and rgba. It means
- * them also where a field is called so. */
+ * other setting names, but x, y, z. With colour_bits, rgb and rgba are among them in
+ * frames of voxels whose points are kept, as the colours of these are means; a scan has
+ * the colours of its points in 8 bits a channel instead. It means all also where a field
+ * is called so. */
 inline constexpr char all_fields[] = "all";
 
 /** \brief The stream and what its frames have besides intensities. */
@@ -319,7 +321,8 @@ parseFields(const std::string& text, std::vector<FieldSetting>& fields);
 
 /** \brief Whether `all_fields` stands for a field, too.
  * \param[in] field of a cloud, not x, y or z
- * \param[in] codes_colours colour_bits is not 0
+ * \param[in] codes_colours the frame has colours besides that are those of its fields'
+ * values: colour_bits is not 0, and it is not one of voxels whose points are kept
  */
 PCL_EXT_CODEC_EXPORT bool
 isOneOfAllFields(const FieldDescription& field, bool codes_colours);

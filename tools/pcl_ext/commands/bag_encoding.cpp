@@ -377,6 +377,8 @@ int
 BagEncoding::finish()
 {
   failures_.finish();
+  for (const std::string& remark : input_->remarksOnClouds())
+    console_.remark(remark);
   sumUp();
   const std::vector<std::string> damage = input_->damage();
   for (const std::string& place : damage)

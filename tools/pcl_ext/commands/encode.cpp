@@ -4,6 +4,7 @@
 #include "commands/encode_bags.h"
 #include "console/exit_status.h"
 #include "inputs/bag_list.h"
+#include "options/bin_options.h"
 #include "options/options.h"
 #include "outputs/manifest.h"
 
@@ -101,6 +102,7 @@ addEncode(CLI::App& app)
             1e6,
             "HZ",
             "clouds per second, of files; times in names are left out");
+  addBinFields(app, options->input.bin_fields);
   addParsed(app,
             "--frames",
             "A:B",

@@ -169,6 +169,14 @@ public:
   {
     return {};
   }
+
+  /** \brief What of the clouds that were read until now is left out, or taken otherwise
+   * than it is in the input, a line each. */
+  virtual std::vector<std::string>
+  remarksOnClouds() const
+  {
+    return {};
+  }
 };
 
 /** \brief What of the input is wanted. */
@@ -178,7 +186,8 @@ struct InputOptions {
   bool has_rate = false;        ///< the user gave one
   bool may_have_streams = true; ///< the output takes more than one
   FrameRange frames;            ///< of each stream
-  std::vector<std::string> topics; ///< of a bag; empty: all clouds
+  std::vector<std::string> topics;           ///< of a bag; empty: all clouds
+  std::vector<clouds::FileField> bin_fields; ///< of .bin files; empty: by their names
 };
 
 /** \brief Opens files, folders, globs of them, or a bag.

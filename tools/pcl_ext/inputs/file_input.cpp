@@ -62,6 +62,16 @@ public:
     return remarks_;
   }
 
+  std::vector<std::string>
+  remarksOnClouds() const override
+  {
+    std::vector<std::string> remarks;
+    for (std::size_t stream = 0; stream < sequences_.size(); ++stream)
+      for (const std::string& remark : sequences_[stream]->remarksOnClouds())
+        remarks.push_back(streams_[stream] + ": " + remark);
+    return remarks;
+  }
+
   bool
   assumesTimes(std::size_t stream) const override
   {
@@ -164,12 +174,19 @@ openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& o
 {
   if (!options.topics.empty())
     throw UsageError("--topics is for bags, and these are files");
+  if (!options.bin_fields.empty() &&
+      std::none_of(paths.begin(), paths.end(), [](const clouds::SequenceInput& input) {
+        return clouds::hasBinFile(input.path);
+      }))
+    throw UsageError("--bin-fields is for files without a header, such as .bin, and "
+                     "there are none");
   return std::make_unique<FileInput>(
       clouds::openSequences(paths,
                             0,
                             options.may_have_streams
                                 ? clouds::FileGrouping::ByFolder
-                                : clouds::FileGrouping::OneSequence),
+                                : clouds::FileGrouping::OneSequence,
+                            options.bin_fields),
       remarksOn(paths, options.may_have_streams),
       options);
 }

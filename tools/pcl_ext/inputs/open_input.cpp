@@ -21,8 +21,11 @@ namespace fs = std::filesystem;
 using clouds::FileKind;
 
 void
-refuseRate(const std::string& bag, const InputOptions& options)
+refuseOptionsOfFiles(const std::string& bag, const InputOptions& options)
 {
+  if (!options.bin_fields.empty())
+    throw UsageError("--bin-fields is for files; '" + bag +
+                     "' is a bag, whose messages name their fields");
   if (options.has_rate)
     throw UsageError("--rate is for files; '" + bag +
                      "' is a bag, which has its own times");
@@ -52,7 +55,7 @@ openInput(const InputOptions& options)
 {
   if (options.inputs.size() == 1)
     if (std::optional<Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
-      refuseRate(options.inputs[0], options);
+      refuseOptionsOfFiles(options.inputs[0], options);
       return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
     }
   std::vector<clouds::SequenceInput> paths;
@@ -67,7 +70,7 @@ openInput(const InputOptions& options)
   if (bag != paths.end() && paths.size() > 1)
     throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
   if (bag != paths.end()) {
-    refuseRate(bag->path, options);
+    refuseOptionsOfFiles(bag->path, options);
     return isRos1Bag(bag->path) ? openRos1Bag(bag->path, options)
                                 : openMcap(bag->path, options);
   }
@@ -76,7 +79,8 @@ openInput(const InputOptions& options)
       continue;
     const FileKind kind = clouds::kindOf(path);
     // Clouds that are damaged are reported when they are read, and the others go on.
-    if (!clouds::isCloud(kind) && !clouds::hasNameOfCloud(path))
+    const bool has_fields = kind == FileKind::Unknown && !options.bin_fields.empty();
+    if (!clouds::isCloud(kind) && !clouds::hasNameOfCloud(path) && !has_fields)
       throw std::runtime_error("'" + path +
                                "' is not a cloud: " + clouds::whyNotACloud(kind));
   }

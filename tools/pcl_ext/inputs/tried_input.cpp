@@ -3,6 +3,7 @@
 
 #include "clouds/cloud_sequence.h"
 #include "console/interruption.h"
+#include "options/bin_options.h"
 #include "options/options.h"
 #include "simulator/crop_box.h"
 
@@ -54,6 +55,7 @@ addTriedInput(CLI::App& app, TriedInput& tried, const std::string& description)
             1e6,
             "HZ",
             "clouds per second, of files; times in names are left out");
+  addBinFields(app, tried.input.bin_fields);
   addNames(app, "--topics", tried.input.topics, "only these clouds of a bag");
 }
 
@@ -66,8 +68,9 @@ completeTriedInput(const CLI::App& app, TriedInput& tried, EncodingOptions& opti
   tried.takes_cell = tried.input.inputs.empty();
   if (!tried.takes_cell)
     return;
-  refuseOptions(
-      app, {"--rate", "--topics"}, "is for inputs: leave it out, or name one");
+  refuseOptions(app,
+                {"--rate", "--bin-fields", "--topics"},
+                "is for inputs: leave it out, or name one");
   options.setDefaults(isGiven(app, "--resolution") ? options.codec().resolution
                                                    : cell_resolution,
                       options.law().value_or(cell_law));
@@ -87,6 +90,8 @@ holdTriedInput(const TriedInput& tried,
   HoldLimits limits;
   limits.clouds = clouds;
   std::vector<HeldClouds> streams = holdClouds(*input, limits);
+  for (const std::string& remark : input->remarksOnClouds())
+    console.remark(remark);
   options.checkStreams(input->streams());
   for (const HeldClouds& stream : streams) {
     for (const std::string& failure : stream.failures)

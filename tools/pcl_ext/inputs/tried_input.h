@@ -20,7 +20,7 @@ struct TriedInput {
   bool takes_cell = false; ///< or there is no input
 };
 
-/** \brief Adds the input, --cell, --rate and --topics.
+/** \brief Adds the input, --cell, --rate, --bin-fields and --topics.
  * \param[in] description of the input
  */
 void

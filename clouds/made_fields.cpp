@@ -1,0 +1,93 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/made_fields.h"
+
+#include <cstring>
+#include <utility>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+using Kind = FileField::Kind;
+
+template <typename NumberT>
+double
+numberAt(const std::uint8_t* bytes)
+{
+  NumberT number;
+  std::memcpy(&number, bytes, sizeof(number));
+  return static_cast<double>(number);
+}
+
+} // namespace
+
+double
+NumberReader::operator()(const std::uint8_t* point) const
+{
+  const std::uint8_t* const number = point + offset_;
+  if (file_field_.kind == Kind::Real)
+    return file_field_.bytes == sizeof(float) ? numberAt<float>(number)
+                                              : numberAt<double>(number);
+  const bool is_signed = file_field_.kind == Kind::Signed;
+  switch (file_field_.bytes) {
+  case 1:
+    return is_signed ? numberAt<std::int8_t>(number) : numberAt<std::uint8_t>(number);
+  case 2:
+    return is_signed ? numberAt<std::int16_t>(number) : numberAt<std::uint16_t>(number);
+  case 4:
+    return is_signed ? numberAt<std::int32_t>(number) : numberAt<std::uint32_t>(number);
+  default:
+    return is_signed ? numberAt<std::int64_t>(number) : numberAt<std::uint64_t>(number);
+  }
+}
+
+MadeField
+copyOf(const pcl::PCLPointField& field)
+{
+  const FileField of_file = fileFieldOf(field);
+  return {field, of_file.bytes * of_file.count, nullptr};
+}
+
+void
+setFields(std::vector<MadeField>& fields, pcl::PCLPointCloud2& cloud)
+{
+  // Fields that are copied and are neighbours in both clouds are copied at once.
+  std::vector<std::function<void(const std::uint8_t*, std::uint8_t*)>> steps;
+  std::size_t step = 0;
+  for (std::size_t i = 0; i < fields.size();) {
+    const std::size_t to = step;
+    if (fields[i].make) {
+      steps.push_back([to, make = fields[i].make](const auto* point, auto* made) {
+        make(point, made + to);
+      });
+      fields[i].field.offset = static_cast<std::uint32_t>(step);
+      step += fields[i++].bytes;
+      continue;
+    }
+    const std::size_t from = fields[i].field.offset;
+    for (; i < fields.size() && !fields[i].make &&
+           fields[i].field.offset == from + (step - to);
+         ++i) {
+      fields[i].field.offset = static_cast<std::uint32_t>(step);
+      step += fields[i].bytes;
+    }
+    steps.push_back([from, to, bytes = step - to](const auto* point, auto* made) {
+      std::memcpy(made + to, point + from, bytes);
+    });
+  }
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  std::vector<std::uint8_t> data(points * step);
+  for (std::size_t i = 0; i < points; ++i)
+    for (const auto& make : steps)
+      make(&cloud.data[i * cloud.point_step], &data[i * step]);
+  cloud.fields.clear();
+  for (MadeField& made : fields)
+    cloud.fields.push_back(std::move(made.field));
+  cloud.point_step = static_cast<std::uint32_t>(step);
+  cloud.row_step = cloud.width * cloud.point_step;
+  cloud.data = std::move(data);
+}
+
+} // namespace clouds
+} // namespace pcl_ext

@@ -1,0 +1,358 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/usual_fields.h"
+
+#include "clouds/file_text.h"
+#include "clouds/made_fields.h"
+#include "clouds/point_fields.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext {
+namespace clouds {
+
+namespace {
+
+using Kind = FileField::Kind;
+using pcl::PCLPointCloud2;
+using pcl::PCLPointField;
+
+/** \brief A number as users name it: "uint16". */
+std::string
+typeName(const FileField& field)
+{
+  const std::string bits = std::to_string(8 * field.bytes);
+  return (field.kind == Kind::Real     ? "float"
+          : field.kind == Kind::Signed ? "int"
+                                       : "uint") +
+         bits;
+}
+
+const PCLPointField*
+find(const PCLPointCloud2& cloud, const std::string& name)
+{
+  const auto found = std::find_if(
+      cloud.fields.begin(), cloud.fields.end(), [&name](const auto& field) {
+        return field.name == name && field.count == 1;
+      });
+  return found == cloud.fields.end() ? nullptr : &*found;
+}
+
+/** \brief Gives coordinates and packed colours their usual names. */
+void
+nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+{
+  std::string given;
+  std::string usual;
+  for (PCLPointField& field : cloud.fields) {
+    const std::string small = lowerCase(field.name);
+    const bool is_known =
+        isCoordinateName(field.name) || small == "rgb" || small == "rgba";
+    if (!is_known || find(cloud, small) != nullptr)
+      continue;
+    given += (given.empty() ? "" : ", ") + field.name;
+    usual += (usual.empty() ? "" : ", ") + small;
+    field.name = small;
+  }
+  if (!given.empty())
+    remarks.push_back("its fields " + given + " are taken as " + usual);
+}
+
+/** \brief Turns coordinates into floats or doubles, all of one type. */
+void
+makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+{
+  std::vector<FileField> types;
+  for (const char* name : {"x", "y", "z"})
+    if (const PCLPointField* const field = find(cloud, name))
+      types.push_back(fileFieldOf(*field));
+  const auto isAsFirst = [&types](const FileField& type) {
+    return type.kind == types[0].kind && type.bytes == types[0].bytes;
+  };
+  if (types.size() != 3 || (types[0].kind == Kind::Real &&
+                            std::all_of(types.begin(), types.end(), isAsFirst)))
+    return;
+  const bool is_double =
+      std::any_of(types.begin(), types.end(), [](const FileField& type) {
+        return type.bytes > (type.kind == Kind::Real ? sizeof(float) : 2);
+      });
+  std::vector<MadeField> fields;
+  for (const PCLPointField& field : cloud.fields) {
+    if (!isCoordinateName(field.name) || lowerCase(field.name) != field.name ||
+        field.count != 1) {
+      fields.push_back(copyOf(field));
+      continue;
+    }
+    MadeField& made = fields.emplace_back();
+    made.field = field;
+    made.field.datatype = is_double ? PCLPointField::FLOAT64 : PCLPointField::FLOAT32;
+    made.bytes = is_double ? sizeof(double) : sizeof(float);
+    made.make = [read = NumberReader(field), is_double](const auto* from, auto* to) {
+      const double number = read(from);
+      const auto less_precise = static_cast<float>(number);
+      if (is_double)
+        std::memcpy(to, &number, sizeof(number));
+      else
+        std::memcpy(to, &less_precise, sizeof(less_precise));
+    };
+  }
+  setFields(fields, cloud);
+  remarks.push_back("its coordinates x, y and z (" + typeName(types[0]) + ", " +
+                    typeName(types[1]) + ", " + typeName(types[2]) + ") are taken as " +
+                    (is_double ? "float64" : "float32") + ", metres");
+}
+
+/** \brief Whether doubles have each value of a field of 64-bit integers. */
+bool
+areExactAsDoubles(const PCLPointCloud2& cloud, const PCLPointField& field)
+{
+  const bool is_signed = fileFieldOf(field).kind == Kind::Signed;
+  constexpr std::int64_t most = std::int64_t{1} << 53;
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  for (std::size_t i = 0; i < points; ++i)
+    for (std::uint32_t j = 0; j < field.count; ++j) {
+      std::int64_t number;
+      std::memcpy(&number,
+                  &cloud.data[i * cloud.point_step + field.offset + 8 * j],
+                  sizeof(number));
+      if (number > most || number < (is_signed ? -most : 0))
+        return false;
+    }
+  return true;
+}
+
+/** \brief A field of 64-bit integers as doubles. */
+MadeField
+asDoubles(PCLPointField field)
+{
+  MadeField made;
+  made.field = field;
+  made.field.datatype = PCLPointField::FLOAT64;
+  made.bytes = sizeof(double) * field.count;
+  made.make = [field = std::move(field)](const std::uint8_t* from, std::uint8_t* to) {
+    PCLPointField value = field;
+    for (std::uint32_t j = 0; j < field.count; ++j, value.offset += sizeof(double)) {
+      const double number = NumberReader(value)(from);
+      std::memcpy(to + sizeof(double) * j, &number, sizeof(number));
+    }
+  };
+  return made;
+}
+
+/** \brief Turns integers of 64 bits, which frames have no fields for, into doubles where
+ * these are exact, else into two numbers with the same bits. */
+void
+splitLongIntegers(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+{
+  const auto isLong = [](const PCLPointField& field) {
+    const FileField type = fileFieldOf(field);
+    return type.bytes == 8 && type.kind != Kind::Real && field.name != "_";
+  };
+  if (std::none_of(cloud.fields.begin(), cloud.fields.end(), isLong))
+    return;
+  std::vector<MadeField> fields;
+  for (const PCLPointField& field : cloud.fields) {
+    if (!isLong(field)) {
+      fields.push_back(copyOf(field));
+      continue;
+    }
+    const bool is_exact = areExactAsDoubles(cloud, field);
+    if (is_exact)
+      fields.push_back(asDoubles(field));
+    else {
+      fields.push_back(copyOf(field));
+      fields.back().field.datatype = PCLPointField::UINT32;
+      fields.back().field.count *= 2;
+    }
+    remarks.push_back("its field " + shownText(field.name) + " (" +
+                      typeName(fileFieldOf(field)) + ") is taken as " +
+                      (is_exact
+                           ? "float64, which has the same values"
+                           : "two uint32 with the same bits, as float64 has not all "
+                             "of its values"));
+  }
+  setFields(fields, cloud);
+}
+
+/** \brief The bits of packed colours are those of an unsigned number. */
+void
+makePackedColourUnsigned(PCLPointCloud2& cloud)
+{
+  for (PCLPointField& field : cloud.fields)
+    if ((field.name == "rgb" || field.name == "rgba") &&
+        field.datatype == PCLPointField::INT32)
+      field.datatype = PCLPointField::UINT32;
+}
+
+/** \brief Which values of a channel are black, 0, and full. */
+std::optional<double>
+fullValue(const PCLPointCloud2& cloud, const std::vector<NumberReader>& channels)
+{
+  const auto isByte = [](const NumberReader& channel) {
+    return channel.fileField().kind == Kind::Unsigned && channel.fileField().bytes == 1;
+  };
+  if (std::all_of(channels.begin(), channels.end(), isByte))
+    return 255.0;
+  double largest = 0.0;
+  bool are_whole = true;
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  for (std::size_t i = 0; i < points; ++i)
+    for (const NumberReader& channel : channels) {
+      const double value = channel(cloud.data.data() + i * cloud.point_step);
+      if (value < 0.0)
+        return std::nullopt;
+      if (!std::isfinite(value))
+        continue; // of a missing point
+      largest = std::max(largest, value);
+      are_whole &= value == std::floor(value);
+    }
+  const bool are_shares =
+      std::any_of(channels.begin(), channels.end(), [](const NumberReader& channel) {
+        return channel.fileField().kind == Kind::Real;
+      });
+  if (are_shares && largest <= 1.0)
+    return 1.0;
+  if (!are_whole && largest > 255.0)
+    return std::nullopt;
+  return largest <= 255.0     ? std::optional(255.0)
+         : largest <= 65535.0 ? std::optional(65535.0)
+                              : std::nullopt;
+}
+
+/** \brief The channels of a colour in a cloud. */
+struct Channels {
+  std::vector<const PCLPointField*> fields; ///< red, green, blue
+  const PCLPointField* alpha = nullptr;     ///< null: there is none
+};
+
+/** \brief The field of a channel, in any case of letters. */
+const PCLPointField*
+findChannel(const PCLPointCloud2& cloud, const std::string& name)
+{
+  for (const PCLPointField& field : cloud.fields)
+    if (field.count == 1 && lowerCase(field.name) == name)
+      return &field;
+  return nullptr;
+}
+
+std::optional<Channels>
+findChannels(const PCLPointCloud2& cloud)
+{
+  const std::array<std::string, 4> names[] = {
+      {"red", "green", "blue", "alpha"},
+      {"diffuse_red", "diffuse_green", "diffuse_blue", "alpha"},
+      {"r", "g", "b", "a"}};
+  for (const auto& of_channels : names) {
+    Channels channels;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (const PCLPointField* const field = findChannel(cloud, of_channels[i]))
+        channels.fields.push_back(field);
+    if (channels.fields.size() < 3)
+      continue;
+    channels.alpha = findChannel(cloud, of_channels[3]);
+    return channels;
+  }
+  return std::nullopt;
+}
+
+/** \brief A number of a channel in 8 bits. */
+std::uint32_t
+channelOf(double value, double full)
+{
+  if (full == 255.0 && value <= full && value == std::floor(value))
+    return static_cast<std::uint32_t>(value);
+  return std::isfinite(value)
+             ? static_cast<std::uint32_t>(std::lround(255.0 * (value / full)))
+             : 0;
+}
+
+/** \brief The packed colour of channels. */
+MadeField
+packedColour(const std::vector<NumberReader>& channels,
+             double full,
+             const std::optional<NumberReader>& alpha,
+             double full_alpha)
+{
+  MadeField made;
+  made.field.name = alpha ? "rgba" : "rgb";
+  made.field.datatype = alpha ? PCLPointField::UINT32 : PCLPointField::FLOAT32;
+  made.field.count = 1;
+  made.bytes = sizeof(std::uint32_t);
+  made.make = [=](const std::uint8_t* from, std::uint8_t* to) {
+    std::uint32_t colour = alpha ? channelOf((*alpha)(from), full_alpha) : 255;
+    for (const NumberReader& channel : channels)
+      colour = colour << 8 | channelOf(channel(from), full);
+    std::memcpy(to, &colour, sizeof(colour));
+  };
+  return made;
+}
+
+/** \brief Packs the channels of colours that are fields of their own. */
+void
+packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remarks)
+{
+  std::optional<Channels> found = findChannels(cloud);
+  if (!found || find(cloud, "rgb") != nullptr || find(cloud, "rgba") != nullptr)
+    return;
+  std::string names;
+  std::vector<NumberReader> channels;
+  for (const PCLPointField* const field : found->fields) {
+    channels.emplace_back(*field);
+    names += (names.empty() ? "" : ", ") + shownText(field->name);
+  }
+  const std::optional<double> full = fullValue(cloud, channels);
+  if (!full)
+    return;
+  std::optional<NumberReader> alpha;
+  if (found->alpha != nullptr)
+    alpha.emplace(*found->alpha);
+  const std::optional<double> full_alpha =
+      alpha ? fullValue(cloud, {*alpha}) : std::nullopt;
+  if (!full_alpha) {
+    alpha.reset();
+    found->alpha = nullptr;
+  }
+  std::vector<MadeField> fields;
+  bool is_packed = false;
+  for (const PCLPointField& field : cloud.fields) {
+    const bool is_channel =
+        std::find(found->fields.begin(), found->fields.end(), &field) !=
+        found->fields.end();
+    if (is_channel && !is_packed)
+      fields.push_back(
+          packedColour(channels, *full, alpha, full_alpha.value_or(255.0)));
+    is_packed |= is_channel;
+    if (!is_channel && &field != found->alpha)
+      fields.push_back(copyOf(field));
+  }
+  const FileField type = channels[0].fileField();
+  setFields(fields, cloud);
+  if (!is_ply || type.bytes != 1)
+    remarks.push_back("its fields " + names + " (" + typeName(type) +
+                      ") are taken as its colour" +
+                      (type.bytes == 1 ? ""
+                                       : ", in 8 bits a channel, of 0 to " +
+                                             std::to_string(static_cast<int>(*full))));
+}
+
+} // namespace
+
+std::vector<std::string>
+makeUsual(PCLPointCloud2& cloud, bool is_ply)
+{
+  std::vector<std::string> remarks;
+  nameUsually(cloud, remarks);
+  makeCoordinatesReal(cloud, remarks);
+  makePackedColourUnsigned(cloud);
+  packColours(cloud, is_ply, remarks);
+  splitLongIntegers(cloud, remarks);
+  return remarks;
+}
+
+} // namespace clouds
+} // namespace pcl_ext

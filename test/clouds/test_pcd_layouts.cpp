@@ -1,0 +1,291 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/file_layouts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace clouds {
+namespace test {
+
+TEST_F(FileLayouts, PackedColoursAreTheSameBitsInEachType)
+{
+  for (const char* type : {"I", "U", "u", "i"}) {
+    SCOPED_TRACE(type);
+    const std::string types = std::string("F F F ") + type;
+    EXPECT_EQ(read("a.pcd",
+                   pcd("x y z rgb",
+                       "4 4 4 4",
+                       types,
+                       "1 1 1 1",
+                       4,
+                       "ascii\n1 2 3 16711680\n4 5 6 255\n7 8 9 -16776961\n"
+                       "1 1 1 4278255360\n")),
+              Remarks());
+    EXPECT_EQ(colours("rgb", F::UINT32), (Colours{0xff0000, 0xff, 0x0000ff, 0x00ff00}));
+    std::string binary = "binary\n";
+    for (int i = 0; i < 2; ++i) {
+      append(1.0f, binary);
+      append(2.0f, binary);
+      append(3.0f, binary);
+      append(std::int32_t(-16776961 + i), binary);
+    }
+    read("a.pcd", pcd("x y z rgba", "4 4 4 4", types, "1 1 1 1", 2, binary));
+    EXPECT_EQ(numbers<std::uint32_t>("rgba", F::UINT32),
+              (Colours{0xff0000ff, 0xff000100}));
+  }
+}
+
+TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
+{
+  // As SUSTechPOINTS' example has them, with gaps of several bytes.
+  std::string data = "binary\n";
+  for (int i = 0; i < 64; ++i) {
+    for (int axis = 0; axis < 3; ++axis)
+      append(static_cast<float>(i * (axis + 1)), data);
+    data += std::string(4, '\x55');
+    append(0.5f * static_cast<float>(i), data);
+    append(1600000000.0 + 0.001 * i, data);
+    data += std::string(6, '\x55');
+    append(static_cast<std::uint16_t>(i % 32), data);
+    data += std::string(12, '\x55');
+  }
+  EXPECT_EQ(read("a.pcd",
+                 pcd("x y z _ intensity _ timestamp _ ring _",
+                     "4 4 4 1 4 1 8 1 2 1",
+                     "F F F U F U F U U U",
+                     "1 1 1 4 1 0 1 6 1 12",
+                     64,
+                     data)),
+            Remarks());
+  ASSERT_EQ(cloud_.width, 64u);
+  EXPECT_EQ(floats("z")[63], 189.0f);
+  EXPECT_EQ(floats("intensity")[63], 31.5f);
+  EXPECT_EQ(doubles("timestamp")[63], 1600000000.0 + 0.001 * 63);
+  EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16)[63], 31);
+  // In text they have no words.
+  read("a.pcd",
+       pcd("x time y z", "4 8 4 4", "F F F F", "1 0 1 1", 1, "ascii\n1 2 3\n"));
+  EXPECT_EQ(floats("z"), Floats{3.0f});
+  EXPECT_NE(refusal("a.pcd", pcd("x y z", "4 4 4", "F F F", "0 0 0", 9, "ascii\n"))
+                .find("no fields with numbers"),
+            std::string::npos);
+}
+
+TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
+{
+  const std::string small = "version .7\nfields X Y Z Intensity\nsize 4 4 4 4\n"
+                            "type f f f f\ncount 1 1 1 1\nwidth 2\nheight 1\n"
+                            "points 2\ndata ASCII\n1 2 3 4\n5 6 7 8\n";
+  EXPECT_EQ(read("a.pcd", small), Remarks{"its fields X, Y, Z are taken as x, y, z"});
+  EXPECT_EQ(fieldNames(), "x y z Intensity");
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 6.0f}));
+  read("a.ply",
+       ply("ascii",
+           "property float X\nproperty float Y\nproperty float Z\n",
+           "1 2 3\n4 5 6\n"));
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z RGB", "4 4 4 4", "F F F U", "1 1 1 1", 1, "ascii\n1 2 3 255\n")),
+      Remarks{"its fields RGB are taken as rgb"});
+  // X is another field where there is an x.
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z X", "4 4 4 4", "F F F F", "1 1 1 1", 1, "ascii\n1 2 3 4\n")),
+      Remarks());
+  EXPECT_EQ(fieldNames(), "x y z X");
+  EXPECT_EQ(floats("x"), Floats{1.0f});
+}
+
+TEST_F(FileLayouts, ALineThatPcdHasNotIsNamed)
+{
+  std::string text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 1, "ascii\n1 2 3\n");
+  text.insert(text.find("WIDTH"), "FRAME_ID lidar\n");
+  EXPECT_EQ(read("a.pcd", text),
+            Remarks{"its header has a line that PCD has not: 'FRAME_ID lidar'"});
+  EXPECT_EQ(floats("z"), Floats{3.0f});
+}
+
+TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
+{
+  std::string data = "binary\n";
+  for (const float number : {1.0f, 2.0f, 3.0f})
+    append(number, data);
+  data += "\x12\x34";
+  append(std::uint16_t(9), data);
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z half ring", "4 4 4 2 2", "F F F F U", "1 1 1 1 1", 1, data)),
+      Remarks{"the field 'half' is left out: PCL has no numbers of its SIZE and "
+              "TYPE"});
+  EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
+  EXPECT_NE(
+      refusal("a.pcd", pcd("x y z", "2 4 4", "F F F", "1 1 1", 1, data)).find("'x'"),
+      std::string::npos);
+}
+
+TEST_F(FileLayouts, SeparateColoursOfPcdAreColours)
+{
+  EXPECT_EQ(read("a.pcd",
+                 pcd("x y z r g b",
+                     "4 4 4 1 1 1",
+                     "F F F U U U",
+                     "1 1 1 1 1 1",
+                     2,
+                     "ascii\n1 2 3 255 0 9\n4 5 6 1 2 3\n")),
+            Remarks{"its fields r, g, b (uint8) are taken as its colour"});
+  EXPECT_EQ(fieldNames(), "x y z rgb");
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff0009, 0x010203}));
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+  // With alpha, in another order, and with a field between them.
+  read("a.pcd",
+       pcd("A B x y z ring G R",
+           "1 1 4 4 4 2 1 1",
+           "U U F F F U U U",
+           "1 1 1 1 1 1 1 1",
+           1,
+           "ascii\n128 9 1 2 3 7 0 255\n"));
+  EXPECT_EQ(fieldNames(), "rgba x y z ring");
+  EXPECT_EQ(numbers<std::uint32_t>("rgba", F::UINT32), Colours{0x80ff0009});
+  // Floats: shares, or numbers up to 255; missing points are black.
+  EXPECT_EQ(read("a.pcd",
+                 pcd("x y z r g b",
+                     "4 4 4 4 4 4",
+                     "F F F F F F",
+                     "1 1 1 1 1 1",
+                     2,
+                     "ascii\n1 2 3 1 0.5 0\nnan nan nan nan nan nan\n")),
+            Remarks{"its fields r, g, b (float32) are taken as its colour, in 8 bits a "
+                    "channel, of 0 to 1"});
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0}));
+  read("a.pcd",
+       pcd("x y z r g b",
+           "4 4 4 4 4 4",
+           "F F F F F F",
+           "1 1 1 1 1 1",
+           1,
+           "ascii\n1 2 3 200.4 17 0\n"));
+  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xc81100});
+}
+
+TEST_F(FileLayouts, OtherFieldsAreNoColours)
+{
+  const std::pair<const char*, const char*> points[] = {
+      {"x y z r g", "1 2 3 4 5"},         // one is missing
+      {"x y z r g b", "1 2 3 -4 5 6"},    // negative
+      {"x y z r g b", "1 2 3 70000 5 6"}, // too large
+      {"x y z r g b", "1 2 3 300.5 5 6"},
+      {"x y z rgb r g b", "1 2 3 0 5 6 7"}}; // there is one
+  for (const auto& [names, text] : points) {
+    SCOPED_TRACE(text);
+    const auto count =
+        static_cast<std::size_t>(std::count(text, text + std::strlen(text), ' ')) + 1;
+    std::string sizes;
+    std::string types;
+    std::string counts;
+    for (std::size_t i = 0; i < count; ++i) {
+      sizes += "4 ";
+      types += "F ";
+      counts += "1 ";
+    }
+    EXPECT_EQ(read("a.pcd",
+                   pcd(names, sizes, types, counts, 1, std::string("ascii\n") + text)),
+              Remarks());
+    EXPECT_EQ(fieldNames(), names);
+  }
+}
+
+TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
+{
+  const auto file = [](const std::string& number) {
+    return pcd("x y z ring",
+               "4 4 4 1",
+               "F F F U",
+               "1 1 1 1",
+               1,
+               "ascii\n1 2 3 " + number + "\n");
+  };
+  for (const char* number : {"7.0", "7", "+7", "7.", ".7e1"}) {
+    SCOPED_TRACE(number);
+    read("a.pcd", file(number));
+    EXPECT_EQ(numbers<std::uint8_t>("ring", F::UINT8), std::vector<std::uint8_t>{7});
+  }
+  for (const char* number : {"7.5", "256.0", "-1.0", "nan", "1e300", "7.0x"})
+    EXPECT_NE(refusal("a.pcd", file(number)).find("is no number of the field 'ring'"),
+              std::string::npos)
+        << number;
+}
+
+TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
+{
+  const auto file = [](const std::string& times) {
+    return pcd(
+        "x y z stamp", "4 4 4 8", "F F F U", "1 1 1 1", 2, "ascii\n1 2 3 " + times);
+  };
+  EXPECT_EQ(read("a.pcd", file("1700000000000001\n4 5 6 9007199254740991\n")),
+            Remarks{"its field stamp (uint64) is taken as float64, which has the same "
+                    "values"});
+  EXPECT_EQ(doubles("stamp"), (Doubles{1700000000000001.0, 9007199254740991.0}));
+  // Nanoseconds since 1970.
+  EXPECT_EQ(
+      read("a.pcd", file("1532402927647951001\n4 5 6 7\n")),
+      Remarks{"its field stamp (uint64) is taken as two uint32 with the same bits, "
+              "as float64 has not all of its values"});
+  ASSERT_EQ(cloud_.fields.back().count, 2u);
+  EXPECT_EQ(numbers<std::uint64_t>("stamp", F::UINT32),
+            (std::vector<std::uint64_t>{1532402927647951001u, 7u}));
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  std::string data = "binary\n";
+  for (int i = 0; i < 2; ++i) {
+    append(std::int64_t(-5 - i), data);
+    append(std::int64_t(1) << 53, data);
+    for (const float number : {1.0f, 2.0f, 3.0f})
+      append(number, data);
+  }
+  read("a.pcd", pcd("pair x y z", "8 4 4 4", "I F F F", "2 1 1 1", 2, data));
+  EXPECT_EQ(doubles("pair"), (Doubles{-5.0, -6.0}));
+  double second = 0.0;
+  std::memcpy(&second, &cloud_.data[cloud_.point_step + 8], sizeof(second));
+  EXPECT_EQ(second, 9007199254740992.0);
+}
+
+TEST_F(FileLayouts, CompressedPointsHaveTheGapsOrNot)
+{
+  // LZF of literal bytes: runs of up to 32, each after its length less one.
+  const auto packed = [](const std::string& bytes) {
+    std::string literals;
+    for (std::size_t at = 0; at < bytes.size(); at += 32) {
+      const std::string run = bytes.substr(at, 32);
+      literals += static_cast<char>(run.size() - 1) + run;
+    }
+    std::string data = "binary_compressed\n";
+    append(static_cast<std::uint32_t>(literals.size()), data);
+    append(static_cast<std::uint32_t>(bytes.size()), data);
+    return data + literals;
+  };
+  for (const bool has_gap : {true, false}) {
+    SCOPED_TRACE(has_gap);
+    std::string columns;
+    append(1.0f, columns);
+    append(2.0f, columns);
+    if (has_gap)
+      columns += std::string(6, '\x55');
+    for (const float number : {3.0f, 4.0f, 5.0f, 6.0f})
+      append(number, columns);
+    read("a.pcd", pcd("x _ y z", "4 1 4 4", "F U F F", "1 3 1 1", 2, packed(columns)));
+    EXPECT_EQ(floats("x"), (Floats{1.0f, 2.0f}));
+    EXPECT_EQ(floats("y"), (Floats{3.0f, 4.0f}));
+    EXPECT_EQ(floats("z"), (Floats{5.0f, 6.0f}));
+  }
+}
+
+} // namespace test
+} // namespace clouds
+} // namespace pcl_ext

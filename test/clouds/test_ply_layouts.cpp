@@ -1,0 +1,243 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/file_layouts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace clouds {
+namespace test {
+
+TEST_F(FileLayouts, ColoursOfPlyMayHaveOtherTypes)
+{
+  const auto properties = [](const std::string& type) {
+    std::string text = xyz;
+    for (const char* name : {"red", "green", "blue"})
+      text += "property " + type + " " + name + "\n";
+    return text;
+  };
+  EXPECT_EQ(read("a.ply",
+                 ply("ascii",
+                     properties("uchar"),
+                     "1 2 3 255 128 0\n"
+                     "1 2 3 1 2 3\n")),
+            Remarks());
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
+  EXPECT_EQ(
+      read("a.ply",
+           ply("ascii",
+               properties("float"),
+               "1 2 3 1 .5 0\n"
+               "1 2 3 .2 .4 .6\n")),
+      Remarks{"its fields red, green, blue (float32) are taken as its colour, in 8 "
+              "bits a channel, of 0 to 1"});
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x336699}));
+  EXPECT_EQ(
+      read("a.ply",
+           ply("ascii",
+               properties("ushort"),
+               "1 2 3 65535 32768 0\n"
+               "1 2 3 257 514 771\n")),
+      Remarks{"its fields red, green, blue (uint16) are taken as its colour, in 8 "
+              "bits a channel, of 0 to 65535"});
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
+  // 8 bits in wider numbers.
+  read("a.ply", ply("ascii", properties("int"), "1 2 3 255 128 0\n1 2 3 1 2 3\n"));
+  EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
+}
+
+TEST_F(FileLayouts, LinesMayEndWithCrAlone)
+{
+  const auto withCr = [](std::string text) {
+    std::replace(text.begin(), text.end(), '\n', '\r');
+    return text;
+  };
+  EXPECT_EQ(read("a.ply", withCr(ply("ascii", xyz, "1 2 3\n4 5 6\n"))), Remarks());
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+  EXPECT_EQ(
+      read("a.pcd",
+           withCr(pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n1 2 3\n4 5 6\n"))),
+      Remarks());
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+  // The first byte of the numbers is that of LF, or of CR.
+  for (const char first : {'\n', '\r'}) {
+    std::string numbers_of_points(24, '\0');
+    float x = 3.0f;
+    std::memcpy(numbers_of_points.data(), &x, sizeof(x));
+    numbers_of_points[0] = first;
+    std::memcpy(&x, numbers_of_points.data(), sizeof(x));
+    for (const bool has_cr : {true, false}) {
+      const std::string header = ply("binary_little_endian", xyz, "");
+      read("a.ply", (has_cr ? withCr(header) : header) + numbers_of_points);
+      EXPECT_EQ(floats("x"), (Floats{x, 0.0f}));
+    }
+  }
+}
+
+TEST_F(FileLayouts, ListsOfVerticesAreLeftOut)
+{
+  const std::string properties =
+      "property float x\nproperty list uchar int seen_by\nproperty float y\n"
+      "property float z\nproperty list ushort float weights\nproperty uchar ring\n";
+  const Remarks expected = {
+      "the property 'seen_by' of vertices is left out: it is a list",
+      "the property 'weights' of vertices is left out: it is a list"};
+  std::string binary;
+  append(1.0f, binary);
+  binary += std::string("\2\1\0\0\0\2\0\0\0", 9);
+  append(2.0f, binary);
+  append(3.0f, binary);
+  binary += std::string("\0\0\7", 3);
+  append(4.0f, binary);
+  binary += '\0';
+  append(5.0f, binary);
+  append(6.0f, binary);
+  binary += std::string("\1\0", 2);
+  append(0.5f, binary);
+  binary += '\x8';
+  for (const auto& [format, points] :
+       {std::pair<const char*, std::string>{"ascii",
+                                            "1 2 1 2 2 3 0 7\n4 0 5 6 1 .5 8\n"},
+        {"binary_little_endian", binary}}) {
+    SCOPED_TRACE(format);
+    EXPECT_EQ(read("a.ply", ply(format, properties, points)), expected);
+    EXPECT_EQ(fieldNames(), "x y z ring");
+    EXPECT_EQ(floats("x"), (Floats{1.0f, 4.0f}));
+    EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+    EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+    EXPECT_EQ(numbers<std::uint8_t>("ring", F::UINT8),
+              (std::vector<std::uint8_t>{7, 8}));
+  }
+  EXPECT_NE(refusal("a.ply", ply("ascii", properties, "1 9 1 2 2 3 0 7\n4 0 5 6 0 8\n"))
+                .find("fewer numbers than it promises"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal("a.ply", ply("binary_little_endian", properties, binary.substr(0, 40)))
+          .find("cut off"),
+      std::string::npos);
+}
+
+TEST_F(FileLayouts, OtherElementsMayHaveAnyProperties)
+{
+  const std::string header = ply("binary_little_endian", xyz, "");
+  const std::string other = "element camera 1\nproperty string name\n";
+  const std::string numbers_of_points(24, '\0');
+  std::string after = header;
+  after.insert(after.find("end_header"), other);
+  EXPECT_EQ(read("a.ply", after + numbers_of_points + "\x03top"), Remarks());
+  EXPECT_EQ(floats("z"), (Floats{0.0f, 0.0f}));
+  std::string before = header;
+  before.insert(before.find("element"), other);
+  EXPECT_EQ(
+      refusal("a.ply", before + "\x03top" + numbers_of_points),
+      "before its vertices are elements 'camera' with a property that PLY has not");
+  before = ply("ascii", xyz, "");
+  before.insert(before.find("element"), other);
+  read("a.ply", before + "top\n1 2 3\n4 5 6\n");
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+}
+
+TEST_F(FileLayouts, CommasMayBeBetweenNumbers)
+{
+  for (const char* points : {"1.5,2,3\n4,5,6\n", "1.5, 2, 3\n4 5 6\n"}) {
+    SCOPED_TRACE(points);
+    read("a.ply", ply("ascii", xyz, points));
+    EXPECT_EQ(floats("x"), (Floats{1.5f, 4.0f}));
+    EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  }
+  // But not where they may be points.
+  EXPECT_NE(refusal("a.ply", ply("ascii", xyz, "1,5 2,5 3,5\n4 5 6\n")).find("'1,5'"),
+            std::string::npos);
+}
+
+TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
+{
+  const std::string properties = "property short x\nproperty short y\n"
+                                 "property uchar z\nproperty bool is_edge\n";
+  EXPECT_EQ(read("a.ply", ply("ascii", properties, "-300 2 3 1\n4 5 255 0\n")),
+            Remarks{"its coordinates x, y and z (int16, int16, uint8) are taken as "
+                    "float32, metres"});
+  EXPECT_EQ(floats("x"), (Floats{-300.0f, 4.0f}));
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 255.0f}));
+  EXPECT_EQ(numbers<std::uint8_t>("is_edge", F::UINT8),
+            (std::vector<std::uint8_t>{1, 0}));
+  // Floats have not all numbers of 32 bits.
+  read("a.pcd",
+       pcd("x y z", "4 4 4", "I U I", "1 1 1", 1, "ascii\n-16777217 16777219 0\n"));
+  EXPECT_EQ(doubles("x"), Doubles{-16777217.0});
+  EXPECT_EQ(doubles("y"), Doubles{16777219.0});
+  // Whole numbers cannot tell a missing point of an image.
+  const std::string image =
+      "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 1\n"
+      "element vertex 1\n" +
+      properties +
+      "element range_grid 2\nproperty list uchar int vertex_indices\nend_header\n"
+      "7 8 9 1\n0\n1 0\n";
+  EXPECT_EQ(read("a.ply", image).front().rfind("its rows and columns are left out", 0),
+            0u);
+  EXPECT_EQ(floats("x"), Floats{7.0f});
+}
+
+TEST_F(FileLayouts, DamagedOnesAreRefusedOrReadWhole)
+{
+  std::string list = ply("binary_big_endian",
+                         xyz + "property list uchar float w\nproperty ushort red\n"
+                               "property ushort green\nproperty ushort blue\n",
+                         "");
+  list += std::string(12, '\x3f') + '\1' + std::string(10, '\x3f') +
+          std::string(12, '\x3e') + '\0' + std::string(6, '\x3e');
+  std::string data = "binary\n" + std::string(2 * 28, '\x11');
+  const std::pair<std::string, std::string> files[] = {
+      {"a.ply", list},
+      {"b.ply",
+       ply("ascii",
+           "property short x\nproperty int y\nproperty bool z\n"
+           "property list uchar int w\n",
+           "1 2 0 2 3 4\n4 5 1 0\n")},
+      {"c.pcd",
+       pcd("X Y Z r g b stamp half _ gone",
+           "2 4 4 1 1 1 8 2 1 4",
+           "I F F U U U U F U F",
+           "1 1 1 1 1 1 1 1 5 0",
+           2,
+           data)},
+      {"d.pcd",
+       pcd("x y z rgb stamp",
+           "4 4 4 4 8",
+           "F F F I U",
+           "1 1 1 1 2",
+           2,
+           "ascii\r1 2 3 4 5 6\r7 8 9 -1 2 3\r")}};
+  std::mt19937 random(11);
+  std::size_t refused = 0;
+  std::size_t read_whole = 0;
+  for (const auto& [name, whole] : files)
+    for (int i = 0; i < 1500; ++i) {
+      std::string bytes = whole;
+      for (std::size_t changes = random() % 4; changes > 0; --changes)
+        bytes[random() % bytes.size()] =
+            static_cast<char>(random() % 2 == 0 ? random() : '0' + random() % 10);
+      if (random() % 4 == 0)
+        bytes.resize(random() % bytes.size());
+      const std::string message = refusal(name, bytes);
+      (message.empty() ? read_whole : refused) += 1;
+      if (message.empty()) {
+        EXPECT_EQ(cloud_.data.size(),
+                  std::size_t{cloud_.width} * cloud_.height * cloud_.point_step);
+        EXPECT_LE(cloud_.data.size(), 176 * bytes.size());
+      }
+    }
+  EXPECT_GT(refused, 1000u);
+  EXPECT_GT(read_whole, 1000u);
+}
+
+} // namespace test
+} // namespace clouds
+} // namespace pcl_ext

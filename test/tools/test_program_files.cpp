@@ -1,0 +1,253 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/PCLPointCloud2.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+/** \brief Files as other programs write them, from encode to decode. */
+class ProgramFiles : public ProgramTest {
+protected:
+  void
+  writeText(const std::string& name, const std::string& text) const
+  {
+    writeBytes(folder / name, Bytes(text.begin(), text.end()));
+  }
+
+  /** \brief Encodes a file with its points, each exact to half a millimetre, and
+   * decodes it again.
+   * \return what encode prints on standard error
+   */
+  std::string
+  roundTrip(const std::string& name,
+            const std::string& options,
+            pcl::PCLPointCloud2& decoded) const
+  {
+    const ProgramRun encoded = run(
+        "encode " + name + " -o x.mcap --overwrite -r 0.001 --keep-points " + options);
+    EXPECT_EQ(encoded.status, 0) << encoded.errors;
+    expectRun("decode x.mcap -o out --overwrite");
+    decoded = pcl::PCLPointCloud2();
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))
+      EXPECT_EQ(pcl::io::loadPCDFile(entry.path().string(), decoded), 0);
+    return encoded.errors;
+  }
+};
+
+template <typename NumberT>
+NumberT
+numberOf(const pcl::PCLPointCloud2& cloud, std::size_t point, const std::string& field)
+{
+  NumberT number{};
+  const int index = pcl::getFieldIndex(cloud, field);
+  EXPECT_GE(index, 0) << "no field " << field;
+  if (index >= 0)
+    std::memcpy(&number,
+                &cloud.data[point * cloud.point_step +
+                            cloud.fields[static_cast<std::size_t>(index)].offset],
+                sizeof(number));
+  return number;
+}
+
+/** \brief Numbers of a field by x in millimetres, which is not the same twice. */
+template <typename NumberT>
+std::map<long, NumberT>
+numbersByX(const pcl::PCLPointCloud2& cloud, const std::string& field)
+{
+  std::map<long, NumberT> found;
+  for (std::size_t i = 0; i < std::size_t{cloud.width} * cloud.height; ++i)
+    found[std::lround(1000.0f * numberOf<float>(cloud, i, "x"))] =
+        numberOf<NumberT>(cloud, i, field);
+  return found;
+}
+
+/** \brief The points of the cases that users report: x from -8 m in steps of .5 m. */
+constexpr std::size_t points_of_case = 64;
+
+std::string
+nuScenesBytes()
+{
+  std::string bytes;
+  for (std::size_t i = 0; i < points_of_case; ++i) {
+    const auto number = static_cast<float>(i);
+    for (const float value : {-8.0f + 0.5f * number,
+                              0.25f * number,
+                              1.0f + 0.01f * static_cast<float>(i % 5),
+                              static_cast<float>(i * 4 % 256),
+                              static_cast<float>(i % 32)}) {
+      std::array<char, sizeof(value)> of_value{};
+      std::memcpy(of_value.data(), &value, sizeof(value));
+      bytes.append(of_value.data(), of_value.size());
+    }
+  }
+  return bytes;
+}
+
+std::string
+pcdOf(const std::string& fields,
+      const std::string& sizes,
+      const std::string& types,
+      const std::string& rest_of_point)
+{
+  const std::string points = std::to_string(points_of_case);
+  std::string text = "VERSION .7\nFIELDS x y z " + fields + "\nSIZE 4 4 4 " + sizes +
+                     "\nTYPE F F F " + types + "\nWIDTH " + points +
+                     "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points +
+                     "\nDATA ascii\n";
+  for (std::size_t i = 0; i < points_of_case; ++i)
+    text += std::to_string(-8.0 + 0.5 * static_cast<double>(i)) + " " +
+            std::to_string(0.25 * static_cast<double>(i)) + " 1.0 " + rest_of_point +
+            '\n';
+  return text;
+}
+
+} // namespace
+
+TEST_F(ProgramFiles, NuScenesScansHaveTheirPoints)
+{
+  const std::string name = "scan__LIDAR_TOP__1532402927647951.pcd.bin";
+  writeText(name, nuScenesBytes());
+  pcl::PCLPointCloud2 cloud;
+  EXPECT_EQ(roundTrip(name, "--fields all", cloud), "");
+  ASSERT_EQ(cloud.width * cloud.height, points_of_case);
+  const auto rings = numbersByX<float>(cloud, "ring");
+  const auto intensities = numbersByX<float>(cloud, "intensity");
+  ASSERT_EQ(rings.size(), points_of_case);
+  for (std::size_t i = 0; i < points_of_case; ++i) {
+    const long x = -8000 + 500 * static_cast<long>(i);
+    EXPECT_EQ(rings.at(x), static_cast<float>(i % 32));
+    EXPECT_EQ(intensities.at(x), static_cast<float>(i * 4 % 256));
+  }
+}
+
+TEST_F(ProgramFiles, WithoutAHeaderHaveTheFieldsThatAreNamed)
+{
+  writeText("scan.bin", nuScenesBytes());
+  const ProgramRun refused = run("encode scan.bin -o x.pcxi");
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_TRUE(hasPart(refused.errors,
+                      "not of 4 floats a point (x y z reflectance, as KITTI's): give "
+                      "--bin-fields x,y,z,intensity,ring"));
+  pcl::PCLPointCloud2 cloud;
+  EXPECT_EQ(roundTrip("scan.bin",
+                      "--fields all --bin-fields x,y,z,intensity,ring:float32",
+                      cloud),
+            "");
+  EXPECT_EQ(numbersByX<float>(cloud, "ring").at(23000), 30.0f);
+  // From the standard input, which has no name, and of commands that try settings.
+  EXPECT_EQ(
+      runShell("\"$P\" encode - -o y.pcxi --bin-fields x,y,z,_,_ < scan.bin").errors,
+      "");
+  EXPECT_TRUE(hasPart(run("advise scan.bin --bin-fields x,y,z,_,_").output,
+                      " --bin-fields x,y,z,_,_\n"));
+  EXPECT_EQ(run("benchmark scan.bin --bin-fields x,y,z,_,_").status, 0);
+}
+
+TEST_F(ProgramFiles, FieldsWithoutEffectOrSenseAreRefused)
+{
+  writeText("scan.bin", nuScenesBytes());
+  writeClouds("room", roomClouds(1));
+  writeMcap(folder / "bag.mcap", {});
+  expectRefusals(
+      {{"encode room -o x.pcxi --bin-fields x,y,z",
+        2,
+        "--bin-fields is for files without a header, such as .bin, and there are none"},
+       {"encode scan.bin -o x.pcxi --bin-fields x,y",
+        2,
+        "--bin-fields: there is no field 'z'"},
+       {"encode scan.bin -o x.pcxi --bin-fields x,y,z,ring:half",
+        2,
+        "--bin-fields: 'half' of the field 'ring' is no type: it is one of uint8, "
+        "int8, uint16, int16, uint32, int32, float32, float64"},
+       {"encode bag.mcap -o x.pcxi --bin-fields x,y,z",
+        2,
+        "--bin-fields is for files; 'bag.mcap' is a bag, whose messages name their "
+        "fields"},
+       {"benchmark --cell --bin-fields x,y,z", 2, "--bin-fields is for inputs"}});
+  EXPECT_TRUE(
+      hasPart(run("encode scan.bin -o x.pcxi --bin-fields x,y,z,r:uint16").errors,
+              "it has 1280 bytes, which is no multiple of 14: --bin-fields has "
+              "14 bytes a point"));
+}
+
+TEST_F(ProgramFiles, ColoursMayBeSignedNumbers)
+{
+  writeText("a.pcd", pcdOf("rgb", "4", "I", "16711680"));
+  pcl::PCLPointCloud2 cloud;
+  EXPECT_EQ(roundTrip("a.pcd", "", cloud), "");
+  for (const auto& [x, colour] : numbersByX<std::uint32_t>(cloud, "rgb"))
+    EXPECT_EQ(colour & 0xffffff, 0xff0000u) << x;
+}
+
+TEST_F(ProgramFiles, SeparateColoursAreColours)
+{
+  writeText("a.pcd", pcdOf("r g b", "1 1 1", "U U U", "255 0 9"));
+  pcl::PCLPointCloud2 cloud;
+  EXPECT_EQ(roundTrip("a.pcd", "--fields all", cloud),
+            "pcl_ext encode: /a: its fields r, g, b (uint8) are taken as its colour\n");
+  ASSERT_EQ(cloud.width * cloud.height, points_of_case);
+  for (const auto& [x, colour] : numbersByX<std::uint32_t>(cloud, "rgb"))
+    EXPECT_EQ(colour & 0xffffff, 0xff0009u) << x;
+}
+
+TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)
+{
+  std::string text = pcdOf("gps", "8", "F", "");
+  text.insert(text.find("\nWIDTH"), "\nCOUNT 1 1 1 0");
+  writeText("a0.pcd", text);
+  writeText("a1.pcd", text);
+  const ProgramRun result = run("encode a0.pcd a1.pcd -o x.pcxi");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(
+      result.errors,
+      "pcl_ext encode: /a0: the field 'gps' is left out: its SIZE or COUNT is 0\n");
+  EXPECT_TRUE(hasPart(run("benchmark a0.pcd").errors, "the field 'gps' is left out"));
+}
+
+TEST_F(ProgramFiles, AllFieldsAreThoseOfColoursOfPointsOfOneVoxel)
+{
+  writeText("a.pcd",
+            "VERSION .7\nFIELDS x y z rgb label\nSIZE 4 4 4 4 4\nTYPE F F F U U\n"
+            "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n"
+            ".101 .101 .101 16711680 1\n.103 .103 .103 255 2\n");
+  // Voxels, and what may be a scan.
+  for (const char* law : {"-l count", ""}) {
+    SCOPED_TRACE(law);
+    const ProgramRun encoded =
+        run(std::string("encode a.pcd -o x.mcap --overwrite -r 0.1 --keep-points "
+                        "--fields all ") +
+            law);
+    EXPECT_EQ(encoded.status, 0);
+    EXPECT_EQ(encoded.errors, "");
+    expectRun("decode x.mcap -o out --overwrite");
+    pcl::PCLPointCloud2 cloud;
+    ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", cloud), 0);
+    ASSERT_EQ(cloud.width * cloud.height, 2u);
+    std::map<std::uint32_t, std::uint32_t> colours;
+    for (std::size_t i = 0; i < 2; ++i)
+      colours[numberOf<std::uint32_t>(cloud, i, "label")] =
+          numberOf<std::uint32_t>(cloud, i, "rgb") & 0xffffff;
+    EXPECT_EQ(colours,
+              (std::map<std::uint32_t, std::uint32_t>{{1, 0xff0000}, {2, 255}}));
+  }
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
