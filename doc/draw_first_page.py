@@ -73,6 +73,26 @@ def draw_switch():
     save(figure, "switch.webp")
 
 
+def draw_plant():
+    """Cores that a centre needs for filtered streams of 20 Hz, and the paper's number of sensors."""
+    figure, axes = plt.subplots(figsize=SIZE, layout="constrained")
+    cells = [row for row in rows("### A centre that merges") if row[1] == "temporal filter"]
+    streams = [number(row[0]) for row in cells]
+    for column, colour, name in ((8, OTHERS, "from nothing"), (6, OURS, "what changes")):
+        cores = [number(row[column]) for row in cells]
+        axes.plot([0, *streams], [0, *cores], color=colour, marker="o", markersize=3)
+        axes.annotate(name, (streams[-1], cores[-1]), (4, -3), textcoords="offset points", fontsize=8)
+    axes.axvline(440, color="black", linewidth=0.8, linestyle=":")
+    axes.text(432, 9.8, "the paper's 440", rotation=90, va="top", ha="right", fontsize=7)
+    axes.set_xlim(0, 460)
+    axes.set_ylim(0, 10)
+    axes.set_title("cores, by sensors of 20 Hz", fontsize=9, loc="left")
+    axes.tick_params(labelsize=7)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    save(figure, "plant.webp")
+
+
 def draw_shrink():
     """Every point of recorded clouds to 1 cm: kilobytes a frame."""
     figure, both = plt.subplots(2, 1, figsize=SIZE, layout="constrained")
@@ -116,5 +136,6 @@ def draw_map(clouds):
 
 draw_switch()
 draw_shrink()
+draw_plant()
 draw_watch()
 draw_map(pathlib.Path(sys.argv[1]))

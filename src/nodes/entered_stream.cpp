@@ -42,8 +42,10 @@ private:
     const double units =
         static_cast<double>(std::clamp(intensity, -scale_.limit, scale_.limit)) *
         scale_.units;
-    // Rounded, without a call of the library.
-    return static_cast<std::int64_t>(units + (units < 0.0 ? -0.5 : 0.5));
+    // Rounded, without a call of the library; limited, as symbols that no voxel has are
+    // in the table, too.
+    return static_cast<std::int64_t>(
+        std::clamp(units + (units < 0.0 ? -0.5 : 0.5), -0x1p62, 0x1p62));
   }
 
   MergedScale scale_;
@@ -91,7 +93,7 @@ EnteredStream::replace(io::VoxelFrame& voxels)
 {
   std::swap(before_, voxels_);
   std::swap(voxels_, voxels);
-  is_replaced_ = true;
+  is_replaced_ = before_.size() + voxels_.size() > 0;
   // What is not merged is not kept.
   voxels_.fields.clear();
   voxels_.points = io::FramePoints();

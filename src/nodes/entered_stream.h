@@ -31,7 +31,8 @@ class EnteredStream {
 public:
   /** \brief Takes other voxels in place of those that are entered. To be updated
    * before the next time.
-   * \param[in,out] voxels of the stream's next frame; swapped with memory that is free
+   * \param[in,out] voxels of the stream's next frame; afterwards those of an earlier one,
+   * which are of no use
    */
   void
   replace(io::VoxelFrame& voxels);

@@ -127,20 +127,14 @@ SummedVoxels::add(const std::vector<const VoxelUpdates*>& of_streams)
 {
   gatherRuns(of_streams);
   sums_.reserve(0, has_colours_);
-  // Each part begins with the first run of a block.
   constexpr std::size_t few = 1024; // hardly worth a thread
   const std::size_t count = std::min(threads_, 1 + runs_.size() / few);
   parts_.resize(std::max(parts_.size(), count));
-  std::vector<std::size_t> first_runs(count + 1);
-  for (std::size_t i = 0; i <= count; ++i) {
-    std::size_t first = runs_.size() * i / count;
-    while (first > 0 && first < runs_.size() &&
-           runs_[first].key == runs_[first - 1].key)
-      ++first;
-    first_runs[i] = first;
-  }
+  std::vector<Place> begins;
+  for (std::size_t i = 0; i <= count; ++i)
+    begins.push_back(beginOf(i, count));
   io::runAtOnce(count, [&](std::size_t i) {
-    addPart(of_streams, first_runs[i], first_runs[i + 1], parts_[i]);
+    addPart(of_streams, begins[i], begins[i + 1], parts_[i]);
   });
   joinParts(count);
 }
@@ -161,6 +155,31 @@ SummedVoxels::gatherRuns(const std::vector<const VoxelUpdates*>& of_streams)
   io::radixSort(runs_, spare_runs_, io::usedBits(runs_));
 }
 
+/** \brief Where a part begins: at the first run of a block, and the voxels of that. Parts
+ * have about the same sum of runs and of voxels, each as a share of all. */
+SummedVoxels::Place
+SummedVoxels::beginOf(std::size_t part, std::size_t count) const
+{
+  if (part == 0)
+    return {0, 0};
+  const double runs = static_cast<double>(runs_.size());
+  const double voxels = static_cast<double>(std::max<std::size_t>(size(), 1));
+  const double before = 2.0 * static_cast<double>(part) / static_cast<double>(count);
+  std::size_t run = part == count ? runs_.size() : 0;
+  std::size_t end = runs_.size();
+  while (run < end) {
+    const std::size_t middle = run + (end - run) / 2;
+    const auto voxel = static_cast<double>(firstOfBlock(runs_[middle].key));
+    if (static_cast<double>(middle) / runs + voxel / voxels < before)
+      run = middle + 1;
+    else
+      end = middle;
+  }
+  while (run > 0 && run < runs_.size() && runs_[run].key == runs_[run - 1].key)
+    ++run;
+  return {run, run == runs_.size() ? size() : firstOfBlock(runs_[run].key)};
+}
+
 std::size_t
 SummedVoxels::firstOfBlock(std::uint64_t block_key) const
 {
@@ -169,21 +188,18 @@ SummedVoxels::firstOfBlock(std::uint64_t block_key) const
   return static_cast<std::size_t>(first - keys());
 }
 
-/** \brief Sums the updates of some runs, and copies the voxels between their blocks and
- * behind them up to the next run; before the first run those from the beginning on. */
+/** \brief Sums the updates of some runs, and copies all other voxels of a part. */
 void
 SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
-                      std::size_t first_run,
-                      std::size_t end_run,
+                      const Place& begin,
+                      const Place& end,
                       Part& part) const
 {
   part.sums.size = 0;
   if (has_colours_)
     part.block.addColours();
-  std::size_t next = first_run == 0 ? 0 : firstOfBlock(runs_[first_run].key);
-  const std::size_t end =
-      end_run == runs_.size() ? size() : firstOfBlock(runs_[end_run].key);
-  for (std::size_t i = first_run; i < end_run;) {
+  std::size_t next = begin.voxel;
+  for (std::size_t i = begin.run; i < end.run;) {
     const std::uint64_t block_key = runs_[i].key;
     const std::size_t first_of_block = firstOfBlock(block_key);
     const std::size_t end_of_block = firstOfBlock(block_key + 1);
@@ -191,7 +207,7 @@ SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
     part.block.load(sums_, first_of_block, end_of_block);
     std::size_t most = end_of_block - first_of_block;
     next = end_of_block;
-    for (; i < end_run && runs_[i].key == block_key; ++i) {
+    for (; i < end.run && runs_[i].key == block_key; ++i) {
       const std::vector<VoxelUpdate>& updates = of_streams[runs_[i].stream]->updates;
       for (std::size_t j = runs_[i].begin; j < runs_[i].end; ++j)
         part.block.add(updates[j]);
@@ -200,7 +216,7 @@ SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
     part.sums.reserve(std::min(most, VoxelUpdates::block_cells) + 1, has_colours_);
     part.block.moveTo(block_key, part.sums);
   }
-  part.sums.append(sums_, next, end, has_colours_);
+  part.sums.append(sums_, next, end.voxel, has_colours_);
 }
 
 /** \brief Makes the sums of those of parts. */

@@ -24,7 +24,8 @@ struct VoxelUpdate {
 /** \brief Updates of a stream. */
 class VoxelUpdates {
 public:
-  /** \brief Blocks have 16 x 16 x 16 voxels, so that the sums of one fit the cache. */
+  /** \brief Blocks have 16 x 16 x 16 voxels, so that the sums of one fit the
+   * second-level cache. */
   static constexpr unsigned int block_bits = 12;
   static constexpr std::size_t block_cells = std::size_t{1} << block_bits;
 
@@ -85,7 +86,8 @@ struct SummedColour {
  * Of integers, so that the order of summands does not matter, and so that each can be
  * taken away again. Blocks with updates are summed in the cache, others are copied.
  *
- * Memory: 40 to 80 bytes for a voxel, with colours 72 to 144; 50 kB for each thread.
+ * Memory: 40 to 160 bytes for a voxel, with colours, which stay until all is removed, 1.8
+ * times that; 50 kB for each thread, with colours 115.
  */
 class SummedVoxels {
 public:
@@ -187,14 +189,23 @@ private:
     Sums sums;
   };
 
+  /** \brief Where a part begins, or the one before ends. */
+  struct Place {
+    std::size_t run;
+    std::size_t voxel;
+  };
+
   void
   gatherRuns(const std::vector<const VoxelUpdates*>& of_streams);
 
   void
   addPart(const std::vector<const VoxelUpdates*>& of_streams,
-          std::size_t first_run,
-          std::size_t end_run,
+          const Place& begin,
+          const Place& end,
           Part& part) const;
+
+  Place
+  beginOf(std::size_t part, std::size_t count) const;
 
   std::size_t
   firstOfBlock(std::uint64_t block_key) const;

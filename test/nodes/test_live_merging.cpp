@@ -76,6 +76,7 @@ public:
     for (std::size_t i = 0; i < added; ++i)
       voxels_[below(random_, 1u << 15)] =
           static_cast<std::uint16_t>(below(random_, 256));
+    ++changes_;
     writeFrame();
   }
 
@@ -109,7 +110,9 @@ private:
       frame_.keys.push_back(key);
       frame_.intensities.push_back(intensity);
       const auto channel = [&](unsigned int shift) {
-        return static_cast<std::uint8_t>(key * 2654435761u >> shift);
+        // Of some voxels another one each time.
+        const std::uint64_t changed = key % 5 == 0 ? changes_ : 0;
+        return static_cast<std::uint8_t>((key + changed) * 2654435761u >> shift);
       };
       if (frame_.colour_bits > 0)
         frame_.colours.push_back({channel(3), channel(7), channel(11)});
@@ -119,6 +122,7 @@ private:
   std::mt19937_64 random_;
   VoxelFrame frame_;
   std::map<std::uint64_t, std::uint16_t> voxels_;
+  std::uint64_t changes_ = 0;
 };
 
 void

@@ -271,8 +271,7 @@ TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
             0);
   const ProgramRun decoded = run("decode small.mcap -o again.mcap");
   EXPECT_EQ(decoded.status, 0);
-  EXPECT_NE(decoded.errors.find("as their coordinates need FLOAT64 now"),
-            std::string::npos)
+  EXPECT_NE(decoded.errors.find("as coordinates need FLOAT64 now"), std::string::npos)
       << decoded.errors;
   const PointCloudMessage cloud = readOnlyCloud(folder / "again.mcap");
   ASSERT_EQ(cloud.fields[0].datatype, pcl::PCLPointField::FLOAT64);
@@ -394,6 +393,59 @@ TEST(MessageLayouts, OfAColourAndOfAnAdditionalField)
   EXPECT_EQ(message.bytes, expected);
 }
 
+TEST(MessageLayouts, ThatTakeTooMuchMemoryAreNotMade)
+{
+  MessageLayout layout;
+  layout.point_step = 4096;
+  PointCloudMessage message;
+  message.height = 1;
+  message.fields = {{"x", 0, pcl::PCLPointField::FLOAT32, 1}};
+  message.point_step = 4;
+  message.width = 1u << 14; // 64 MiB
+  message.row_step = 4 * message.width;
+  message.bytes.resize(message.row_step);
+  PointCloudMessage larger = message;
+  larger.width += 1;
+  larger.row_step += 4;
+  larger.bytes.resize(larger.row_step);
+  EXPECT_EQ(arrange(layout, message), "");
+  EXPECT_EQ(message.bytes.size(), std::size_t{64} << 20);
+  EXPECT_EQ(arrange(layout, larger), "it would take 64 MiB");
+  EXPECT_EQ(larger.point_step, 4u);
+}
+
+TEST(MessageLayouts, PaddingIsThatOfRows)
+{
+  pcl::PCLPointCloud2 cloud;
+  cloud.point_step = 16;
+  cloud.width = 10;
+  cloud.height = 1;
+  cloud.row_step = 1000; // of a single row: no padding
+  cloud.fields.resize(1);
+  cloud.fields[0].name = "x";
+  cloud.fields[0].datatype = pcl::PCLPointField::FLOAT32;
+  cloud.fields[0].count = 0; // as some programs have it
+  StreamMetadata metadata;
+  ASSERT_TRUE(addLayout(cloud, metadata));
+  EXPECT_EQ(layoutOf(metadata).row_padding, 0u);
+  ASSERT_EQ(layoutOf(metadata).fields.size(), 1u);
+  EXPECT_EQ(layoutOf(metadata).fields[0].count, 1u);
+  cloud.height = 2;
+  ASSERT_TRUE(addLayout(cloud, metadata));
+  EXPECT_EQ(layoutOf(metadata).row_padding, 840u);
+  PointCloudMessage message;
+  message.width = message.height = 1;
+  message.fields = {{"x", 0, pcl::PCLPointField::FLOAT32, 1}};
+  message.point_step = message.row_step = 4;
+  message.bytes.resize(4);
+  EXPECT_EQ(arrange(layoutOf(metadata), message), "");
+  EXPECT_EQ(message.row_step, 16u);
+  cloud.point_step = 0; // a message without points
+  StreamMetadata none;
+  EXPECT_FALSE(addLayout(cloud, none));
+  EXPECT_TRUE(none.empty());
+}
+
 TEST(MessageLayouts, NumbersOutsideOfATypeAreLimited)
 {
   const StreamMetadata metadata = {{layout_metadata,
@@ -426,6 +478,11 @@ TEST(MessageLayouts, DamagedOnesAreNone)
         R"({"point_step":5000)" + fields + "]}",
         R"({"point_step":-1)" + fields + "]}",
         R"({"point_step":"8")" + fields + "]}",
+        R"({"point_step":1e30)" + fields + "]}",
+        R"({"point_step":true)" + fields + "]}",
+        R"({"point_step":4294967304)" + fields + "]}",
+        R"({"point_step":8)" + fields +
+            R"({"name":"x","offset":0,"datatype":263,"count":1}]})",
         R"({"point_step":8,"row_padding":100000,"fields":[]})" + std::string(),
         R"({"point_step":8)" + fields +
             R"({"name":"x","offset":6,"datatype":7,"count":1}]})",

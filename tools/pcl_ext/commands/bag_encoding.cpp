@@ -331,8 +331,11 @@ BagEncoding::addStream(std::size_t number)
   const EncodedStream& encoded = streams_[number]->encoded;
   added.metadata =
       options_.encoding.metadataOf(name, encoded.law(), encoded.isOfLidar());
-  if (input_->isBag())
-    addLayout(in_flight_.front().cloud->cloud.cloud, added.metadata);
+  if (input_->isBag() &&
+      !addLayout(in_flight_.front().cloud->cloud.cloud, added.metadata))
+    console_.remark(name +
+                    ": the layout of its messages is not kept, as the first one has "
+                    "no points, or very large ones");
   addViewpoints(console_,
                 options_.encoding,
                 name,

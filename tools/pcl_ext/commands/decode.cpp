@@ -109,10 +109,10 @@ public:
       if (const std::string remark = decoder.remark(); !remark.empty())
         console_.remark(remark);
     if (bag_)
-      for (const std::size_t stream : bag_->packedStreams())
+      for (const auto& [stream, reason] : bag_->streamsWithoutLayout())
         console_.remark(input_.nameOf(stream) +
-                        ": its messages do not have the layout that they had, as their "
-                        "coordinates need FLOAT64 now");
+                        ": messages do not have the layout that they had, as " +
+                        reason);
     if (frames_ == 0)
       throw std::runtime_error("no frame could be decoded; '" + options_.output.path +
                                "' was not written");
@@ -206,7 +206,7 @@ private:
   void
   orderPoints(const RecordingInput::Item& item)
   {
-    if (options_.order == PointOrder::AsDecoded)
+    if (options_.order == PointOrder::AsDecoded || cloud_.width == 0)
       return;
     const PreprocessingStatus status = options_.order == PointOrder::ByTime
                                            ? sortByTime(cloud_)
@@ -256,6 +256,8 @@ private:
               " % of the voxels left out" + judgedBy();
     if (other_messages_ > 0)
       line += ", " + counted(other_messages_, "other message") + " passed through";
+    if (unordered_ > 0)
+      line += ", " + counted(unordered_, "frame") + " in the order that it had";
     if (lost_ > 0)
       line += ", " + number(lost_) + " lost";
     console_.summary(line + ending);

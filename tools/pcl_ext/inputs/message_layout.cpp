@@ -7,9 +7,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 namespace pcl_ext {
 namespace tools {
@@ -119,6 +120,7 @@ public:
   FieldCopy(const PointFieldMessage& from, const PointFieldMessage& to)
   : from_(from)
   , to_(to)
+  , bytes_(sizeOf(to))
   , has_same_bits_(from.datatype == to.datatype || (isColour(from) && isColour(to)))
   {}
 
@@ -128,7 +130,7 @@ public:
     const std::uint8_t* const from = from_point + from_.offset;
     std::uint8_t* const to = to_point + to_.offset;
     if (has_same_bits_)
-      std::memcpy(to, from, sizeOf(to_));
+      std::memcpy(to, from, bytes_);
     else
       for (std::uint32_t i = 0; i < to_.count; ++i)
         convert(from, to, i);
@@ -151,6 +153,7 @@ private:
 
   PointFieldMessage from_;
   PointFieldMessage to_;
+  std::size_t bytes_;
   bool has_same_bits_;
 };
 
@@ -161,12 +164,21 @@ areTheSame(const PointFieldMessage& one, const PointFieldMessage& other)
          (one.name == other.name || (isColour(one) && isColour(other)));
 }
 
-/** \brief Whether coordinates are FLOAT64. */
+/** \brief Whether a coordinate would lose precision. */
 bool
-hasDoubles(const std::vector<PointFieldMessage>& fields)
+narrowsCoordinates(const std::vector<PointFieldMessage>& fields,
+                   const std::vector<PointFieldMessage>& places)
 {
-  return std::any_of(fields.begin(), fields.end(), [](const PointFieldMessage& field) {
-    return field.name == "x" && field.datatype == pcl::PCLPointField::FLOAT64;
+  const auto has =
+      [](const std::vector<PointFieldMessage>& in, const char* name, bool is_double) {
+        return std::any_of(in.begin(), in.end(), [&](const PointFieldMessage& field) {
+          return field.name == name &&
+                 (field.datatype == pcl::PCLPointField::FLOAT64) == is_double;
+        });
+      };
+  const std::initializer_list<const char*> names = {"x", "y", "z"};
+  return std::any_of(names.begin(), names.end(), [&](const char* name) {
+    return has(fields, name, true) && has(places, name, false);
   });
 }
 
@@ -194,11 +206,17 @@ public:
     }
   }
 
+  /** \brief Bytes of a row with this many points and bytes behind them. */
+  std::uint64_t
+  rowStep(std::uint32_t width, std::uint32_t padding) const
+  {
+    return std::uint64_t{width} * point_step_ + padding;
+  }
+
   /** \brief Arranges the points, and describes them. */
   void
-  apply(std::uint32_t row_padding, PointCloudMessage& message) const
+  apply(std::size_t row_step, PointCloudMessage& message) const
   {
-    const std::size_t row_step = std::size_t{message.width} * point_step_ + row_padding;
     std::vector<std::uint8_t> bytes(message.height * row_step);
     for (std::size_t row = 0; row < message.height; ++row) {
       const std::uint8_t* from = message.bytes.data() + row * message.row_step;
@@ -229,6 +247,20 @@ private:
   std::vector<FieldCopy> copies_;
 };
 
+/** \brief A number of JSON; throws json::exception if it is none of the type. */
+template <typename NumberT>
+NumberT
+numberOf(const json& object, const char* name)
+{
+  const json& number = object.at(name);
+  const auto value = number.is_number_unsigned()
+                         ? number.get<std::uint64_t>()
+                         : std::numeric_limits<std::uint64_t>::max();
+  if (value > std::numeric_limits<NumberT>::max())
+    throw json::other_error::create(500, "not in range", &number);
+  return static_cast<NumberT>(value);
+}
+
 } // namespace
 
 MessageLayout
@@ -240,13 +272,13 @@ layoutOf(const StreamMetadata& metadata)
   const json text = json::parse(found->second, nullptr, false);
   MessageLayout layout;
   try {
-    layout.point_step = text.at("point_step").get<std::uint32_t>();
-    layout.row_padding = text.at("row_padding").get<std::uint32_t>();
+    layout.point_step = numberOf<std::uint32_t>(text, "point_step");
+    layout.row_padding = numberOf<std::uint32_t>(text, "row_padding");
     for (const json& field : text.at("fields"))
       layout.fields.push_back({field.at("name").get<std::string>(),
-                               field.at("offset").get<std::uint32_t>(),
-                               field.at("datatype").get<std::uint8_t>(),
-                               field.at("count").get<std::uint32_t>()});
+                               numberOf<std::uint32_t>(field, "offset"),
+                               numberOf<std::uint8_t>(field, "datatype"),
+                               numberOf<std::uint32_t>(field, "count")});
   }
   catch (const json::exception&) {
     return {};
@@ -254,34 +286,57 @@ layoutOf(const StreamMetadata& metadata)
   return isValid(layout) ? layout : MessageLayout();
 }
 
-void
+bool
 addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata)
 {
-  json fields = json::array();
-  for (const pcl::PCLPointField& field : cloud.fields)
-    if (isWithin({field.name, field.offset, field.datatype, field.count},
-                 cloud.point_step))
-      fields.push_back({{"name", field.name},
-                        {"offset", field.offset},
-                        {"datatype", field.datatype},
-                        {"count", field.count}});
+  MessageLayout layout;
+  layout.point_step = cloud.point_step;
+  // What is behind a single row has no meaning.
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
-  const json text = {{"point_step", cloud.point_step},
-                     {"row_padding", cloud.row_step > row ? cloud.row_step - row : 0},
+  if (cloud.width > 0 && cloud.height > 1 && cloud.row_step > row)
+    layout.row_padding = static_cast<std::uint32_t>(cloud.row_step - row);
+  json fields = json::array();
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    // Some programs write a count of 0 for a single number.
+    const PointFieldMessage place{
+        field.name, field.offset, field.datatype, std::max(field.count, 1u)};
+    if (!isWithin(place, cloud.point_step))
+      continue;
+    layout.fields.push_back(place);
+    fields.push_back({{"name", place.name},
+                      {"offset", place.offset},
+                      {"datatype", place.datatype},
+                      {"count", place.count}});
+  }
+  if (!isValid(layout))
+    return false;
+  const json text = {{"point_step", layout.point_step},
+                     {"row_padding", layout.row_padding},
                      {"fields", fields}};
   // Names may be no UTF-8.
   metadata[layout_metadata] = text.dump(-1, ' ', false, json::error_handler_t::replace);
+  return true;
 }
 
-bool
+std::string
 arrange(const MessageLayout& layout, PointCloudMessage& message)
 {
+  constexpr std::uint64_t always_allowed = std::uint64_t{64} << 20;
+  constexpr std::uint64_t most_times = 16;
   if (layout.point_step == 0)
-    return true;
-  if (!hasDoubles(layout.fields) && hasDoubles(message.fields))
-    return false;
-  Arrangement(layout, message).apply(layout.row_padding, message);
-  return true;
+    return {};
+  if (narrowsCoordinates(message.fields, layout.fields))
+    return "coordinates need FLOAT64 now";
+  const Arrangement arrangement(layout, message);
+  const std::uint64_t row_step =
+      arrangement.rowStep(message.width, message.height > 1 ? layout.row_padding : 0);
+  const std::uint64_t bytes = message.height * row_step;
+  // A few bytes of metadata could ask for any memory.
+  if (bytes > std::numeric_limits<std::uint32_t>::max() ||
+      bytes > std::max(always_allowed, most_times * message.bytes.size()))
+    return "it would take " + std::to_string(bytes >> 20) + " MiB";
+  arrangement.apply(static_cast<std::size_t>(row_step), message);
+  return {};
 }
 
 } // namespace tools

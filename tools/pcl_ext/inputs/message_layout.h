@@ -7,6 +7,7 @@
 #include <pcl/PCLPointCloud2.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -17,7 +18,7 @@ namespace tools {
 struct MessageLayout {
   std::vector<recording::PointFieldMessage> fields;
   std::uint32_t point_step = 0;  ///< bytes; 0: the layout is not known
-  std::uint32_t row_padding = 0; ///< bytes behind the points of each row
+  std::uint32_t row_padding = 0; ///< bytes behind each row of an organised cloud
 };
 
 /** \brief The layout of the messages that a stream was made of; without point_step if
@@ -25,8 +26,10 @@ struct MessageLayout {
 MessageLayout
 layoutOf(const StreamMetadata& metadata);
 
-/** \brief Adds the layout of a cloud to the metadata of its stream. */
-void
+/** \brief Adds the layout of a cloud to the metadata of its stream.
+ * \return false: it is none, or none that layoutOf() returns, and was not added
+ */
+bool
 addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata);
 
 /** \brief Gives a message another layout.
@@ -37,9 +40,9 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata);
  * bytes are 0, as is padding.
  * \param[in] layout as layoutOf() returns it; without point_step nothing is done
  * \param[in,out] message in the byte order of this machine, without padding
- * \return false: nothing was done, as coordinates need FLOAT64 and the layout has FLOAT32
+ * \return why nothing was done; empty if it has the layout
  */
-bool
+std::string
 arrange(const MessageLayout& layout, recording::PointCloudMessage& message);
 
 } // namespace tools

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -72,8 +73,8 @@ DecodedBag::write(const RecordingInput::Item& item,
       describeCloud(cloud, frame.stamp.count() != 0 ? frame.stamp : item.time);
   content.frame_id = frame.frame_id;
   content.bytes = cloud.data;
-  if (!arrange(layouts_[item.stream], content))
-    packed_streams_.insert(item.stream);
+  if (std::string reason = arrange(layouts_[item.stream], content); !reason.empty())
+    without_layout_.emplace(item.stream, std::move(reason));
   recording::writePointCloud(content, false, message_.bytes);
   check(writer_.write(message_));
 }

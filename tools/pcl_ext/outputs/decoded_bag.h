@@ -10,8 +10,8 @@
 #include <pcl/PCLPointCloud2.h>
 
 #include <cstddef>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -40,12 +40,11 @@ public:
   void
   passThrough(const RecordingInput::Item& item, RecordingInput& input);
 
-  /** \brief Streams whose points have no padding though they had, as coordinates need
-   * FLOAT64 now. */
-  const std::set<std::size_t>&
-  packedStreams() const
+  /** \brief Streams with messages that could not get their layout back, and why. */
+  const std::map<std::size_t, std::string>&
+  streamsWithoutLayout() const
   {
-    return packed_streams_;
+    return without_layout_;
   }
 
   /** \brief Copies metadata and attachments, and completes the bag, as
@@ -60,10 +59,10 @@ private:
   std::string path_;
   recording::ExistingFile existing_;
   recording::McapWriter writer_;
-  std::vector<std::size_t> streams_;   // channels of the streams
-  std::vector<MessageLayout> layouts_; // of the streams
-  std::set<std::size_t> packed_streams_;
-  std::vector<std::optional<std::size_t>> others_; // of the channels of the input
+  std::vector<std::size_t> streams_;                  // channels of the streams
+  std::vector<MessageLayout> layouts_;                // of the streams
+  std::map<std::size_t, std::string> without_layout_; // streams, and why
+  std::vector<std::optional<std::size_t>> others_;    // of the channels of the input
   recording::McapMessage message_;
 };
 

@@ -174,22 +174,23 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   return true;
 }
 
-/** \brief Notes what a frame would take if its points had another order. */
+/** \brief Notes what a frame would take if its points had another order, by encoding it
+ * again; not with a budget, which may have changed the frame. */
 void
 StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
 {
-  if (!settings_->compression.keep_order || !order_remark_.empty())
+  const io::EncoderSettings& codec = settings_->compression;
+  if (!codec.keep_order || codec.max_rate > 0.0 || codec.max_encode_ms > 0.0)
     return;
   nodes::SensorNodeSettings settings = *settings_;
   settings.compression.keep_order = false;
   settings.compression.keep_points = true;
-  settings.compression.max_rate = 0.0;
-  settings.compression.max_encode_ms = 0.0;
   std::vector<std::uint8_t> unordered;
-  if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame())
+  if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame() ||
+      unordered.size() >= bytes)
     return;
   order_remark_ = name_ + ": the order of the points takes " +
-                  counted(bytes - std::min(bytes, unordered.size()), "byte") + " of " +
+                  counted(bytes - unordered.size(), "byte") + " of " +
                   std::to_string(bytes) + " in the first frame with points";
 }
 
