@@ -171,11 +171,14 @@ writePointCloud(const PointCloudMessage& message,
 {
   CdrWriter writer(bytes);
   const std::int64_t nanoseconds = message.stamp.count();
-  const std::int64_t seconds = nanoseconds / nanoseconds_per_second;
-  const bool is_valid =
-      nanoseconds >= 0 && seconds <= std::numeric_limits<std::int32_t>::max();
+  std::int64_t seconds = nanoseconds / nanoseconds_per_second;
+  if (nanoseconds % nanoseconds_per_second < 0)
+    --seconds; // before 1970, too, nanoseconds are added to seconds
+  const bool is_valid = seconds >= std::numeric_limits<std::int32_t>::min() &&
+                        seconds <= std::numeric_limits<std::int32_t>::max();
   writer.u32(is_valid ? static_cast<std::uint32_t>(seconds) : 0);
-  writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds % nanoseconds_per_second)
+  writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds -
+                                                   seconds * nanoseconds_per_second)
                       : 0);
   writer.string(message.frame_id);
   writer.u32(message.height);

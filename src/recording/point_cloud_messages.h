@@ -73,8 +73,8 @@ readPointCloud(const std::uint8_t* bytes,
                PointCloudMessage& message);
 
 /** \brief Writes a message in CDR, little-endian.
- * \param[in] message a stamp that is negative or beyond 2^31 seconds is written as 0,
- * and without a format that of this library's frames
+ * \param[in] message a stamp whose seconds do not fit 32 bits, as all do between 1901 and
+ * 2038, is written as 0, and without a format that of this library's frames
  * \param[in] is_compressed which of the two types it is
  * \param[out] bytes its memory is reused
  */

@@ -155,13 +155,33 @@ TEST(PointCloudMessages, CompressedCloudsHaveAFormat)
 TEST(PointCloudMessages, StampsOutOfRangeAreWrittenAsZero)
 {
   for (const Time stamp :
-       {Time(-1), Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
+       {Time(std::chrono::seconds(-(std::int64_t{1} << 31))) - Time(1),
+        Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
     PointCloudMessage cloud = smallCloud();
     cloud.stamp = stamp;
     Bytes bytes;
     writePointCloud(cloud, false, bytes);
     ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
     EXPECT_EQ(cloud.stamp, Time(0));
+  }
+}
+
+TEST(PointCloudMessages, StampsBefore1970AreKept)
+{
+  for (const Time stamp : {Time(0),
+                           Time(-1),
+                           Time(-1'000'000'000),
+                           Time(-1'500'000'000),
+                           Time(std::chrono::seconds(-(std::int64_t{1} << 31)))}) {
+    PointCloudMessage cloud = smallCloud();
+    cloud.stamp = stamp;
+    Bytes bytes;
+    writePointCloud(cloud, false, bytes);
+    // sec and nanosec of builtin_interfaces/Time, after four bytes of the encapsulation
+    EXPECT_LT(bytes[8] | bytes[9] << 8 | bytes[10] << 16 | bytes[11] << 24,
+              1'000'000'000);
+    ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
+    EXPECT_EQ(cloud.stamp, stamp);
   }
 }
 
