@@ -12,9 +12,10 @@
 #include <filesystem>
 #include <functional>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <tuple>
 #include <utility>
 
 namespace pcl_ext {
@@ -64,9 +65,9 @@ protected:
           options_.topics.empty() ||
           std::find(options_.topics.begin(), options_.topics.end(), channel.topic) !=
               options_.topics.end();
-      if (recording::isPointCloud(channel))
+      if (hasClouds(channel))
         topics_.push_back(channel.topic);
-      if (!recording::isPointCloud(channel) || !is_chosen) {
+      if (!hasClouds(channel) || !is_chosen) {
         stream_of_channel_.push_back(none);
         continue;
       }
@@ -107,18 +108,38 @@ protected:
            });
   }
 
-  /** \brief What there is in place of clouds. */
+  /** \brief What there is in place of clouds.
+   * \param[in] name of the input
+   */
   static std::string
-  describeChannels(const std::vector<McapChannel>& channels)
+  whyNoClouds(const std::string& name, const std::vector<McapChannel>& channels)
   {
+    // What drivers call points and packets of them.
+    constexpr const char* clouds[] = {
+        "PointCloud", "CustomMsg", "VelodyneScan", "PacketMsg", "Packets"};
     std::string topics;
     for (const McapChannel& channel : channels) {
       if (recording::isCompressedPointCloud(channel))
-        return "the clouds of " + channel.topic +
-               " are compressed already: see them with 'pcl_ext info'";
+        return "the clouds of " + channel.topic + " in '" + name +
+               "' are compressed already: see them with 'pcl_ext info'";
+      for (const char* const part : clouds)
+        if (channel.schema.name.find(part) != std::string::npos)
+          return "the clouds of " + channel.topic + " in '" + name + "' are " +
+                 channel.schema.name + " in the encoding '" + channel.message_encoding +
+                 "', which cannot be read: record them as sensor_msgs/msg/PointCloud2 "
+                 "in CDR, which the sensor's driver or a node of it converts them to";
       topics += (topics.empty() ? "" : ", ") + channel.topic;
     }
-    return topics.empty() ? "it has no topics" : "its topics are " + topics;
+    return "'" + name + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
+           (topics.empty() ? "it has no topics" : "its topics are " + topics);
+  }
+
+  /** \brief The profile of a bag with clouds of ROS 2 in place of others: with messages
+   * of ROS 1 besides it is none. */
+  static std::string
+  profileFor(const std::string& profile)
+  {
+    return profile == "ros1" ? std::string() : profile;
   }
 
   static std::string
@@ -149,9 +170,7 @@ public:
     damage_at_first_ = reader_.damage().size();
     addChannels(reader_.channels());
     if (topics_.empty())
-      throw std::runtime_error("'" + path +
-                               "' has no clouds (sensor_msgs/msg/PointCloud2); " +
-                               describeChannels(reader_.channels()));
+      throw std::runtime_error(whyNoClouds(path, reader_.channels()));
     checkTopics(options.topics, topics_);
   }
 
@@ -164,7 +183,7 @@ public:
   std::string
   profile() const override
   {
-    return reader_.profile();
+    return profileFor(reader_.profile());
   }
 
   const std::vector<McapChannel>&
@@ -184,11 +203,11 @@ public:
   {
     std::vector<std::string> lines;
     // What was met while reading is in the order of the file, whoever met it.
-    std::map<std::pair<std::string, std::uint64_t>, std::string> met;
+    std::set<std::tuple<std::string, std::uint64_t, std::string>> met;
     const auto add = [&](const McapReader& reader) {
       for (std::size_t i = damage_at_first_; i < reader.damage().size(); ++i) {
         const recording::RecordingDamage& place = reader.damage()[i];
-        met.emplace(std::make_pair(place.file, place.offset), describe(place));
+        met.emplace(place.file, place.offset, describe(place));
       }
     };
     for (std::size_t i = 0; i < damage_at_first_; ++i)
@@ -196,18 +215,35 @@ public:
     add(reader_);
     for (const auto& reader : place_readers_)
       add(reader->reader());
-    for (const auto& [place, line] : met)
+    for (const auto& [file, offset, line] : met)
       lines.push_back(line);
     return lines;
+  }
+
+  std::vector<std::string>
+  remarks() const override
+  {
+    if (!reader_.hasDatabases())
+      return {};
+    const bool lacks_definitions =
+        std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
+          return channel.schema.text.empty();
+        });
+    return {
+        "'" + path_ + "' has the storage sqlite3; bags are written as MCAP" +
+        (lacks_definitions
+             ? ", with other topics as they are: ROS 2 plays them, but some viewers "
+               "need the definitions of their types, which are not in the bag"
+             : "")};
   }
 
   bool
   leaveUnread() override
   {
-    // A bag that is cut off is searched for messages whenever it is opened, and each
-    // reader has all files of a folder open.
+    // A bag that is cut off is searched for messages whenever it is opened, one that is
+    // compressed is decompressed, and each reader has all files of a folder open.
     constexpr std::ptrdiff_t most_files = 16;
-    leaves_unread_ = damage_at_first_ == 0 &&
+    leaves_unread_ = damage_at_first_ == 0 && !reader_.isCompressed() &&
                      (!fs::is_directory(path_) ||
                       std::distance(fs::directory_iterator(path_), {}) <= most_files);
     return leaves_unread_;
@@ -241,7 +277,7 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(cloud, message_);
+          readCloud(reader_.channels()[entry.channel], cloud, message_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -292,7 +328,7 @@ public:
   std::string
   profile() const override
   {
-    return stream_.profile();
+    return profileFor(stream_.profile());
   }
 
   const std::vector<McapChannel>&
@@ -309,8 +345,7 @@ public:
       for (const recording::RecordingDamage& place : stream_.damage())
         lines.push_back(describe(place));
     if (topics_.empty())
-      lines.push_back("'" + name_ + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
-                      describeChannels(channels()));
+      lines.push_back(whyNoClouds(name_, channels()));
     try {
       checkTopics(options_.topics, topics_);
     }
@@ -351,7 +386,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(cloud, message_);
+      readCloud(channels()[cloud.message.channel], cloud, message_);
       return Found::Cloud;
     }
     return Found::End;

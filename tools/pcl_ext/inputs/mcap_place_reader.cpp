@@ -3,25 +3,46 @@
 
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
+#include "inputs/ros1_point_cloud.h"
 
 #include <exception>
 
 namespace pcl_ext {
 namespace tools {
 
+using recording::McapChannel;
 using recording::RecordingStatus;
 
-void
-readCloud(InputCloud& cloud, recording::PointCloudMessage& message)
+namespace {
+
+bool
+hasRos1Clouds(const McapChannel& channel)
 {
-  const RecordingStatus status = recording::readPointCloud(
-      cloud.message.bytes.data(), cloud.message.bytes.size(), false, message);
-  if (!status.ok()) {
-    cloud.failure = status.message();
-    return;
-  }
-  cloud.stamp = message.stamp;
+  return channel.message_encoding == "ros1" &&
+         channel.schema.name == "sensor_msgs/PointCloud2";
+}
+
+} // namespace
+
+bool
+hasClouds(const McapChannel& channel)
+{
+  return recording::isPointCloud(channel) || hasRos1Clouds(channel);
+}
+
+void
+readCloud(const McapChannel& channel,
+          InputCloud& cloud,
+          recording::PointCloudMessage& message)
+{
+  const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
+    if (hasRos1Clouds(channel))
+      readRos1PointCloud(bytes.data(), bytes.size(), message);
+    else
+      throwUnlessOk(
+          recording::readPointCloud(bytes.data(), bytes.size(), false, message));
+    cloud.stamp = message.stamp;
     toCloud(message, cloud.cloud);
   }
   catch (const std::exception& error) {
@@ -38,10 +59,9 @@ void
 McapPlaceReader::read(InputCloud& cloud)
 {
   cloud.is_unread = false;
-  if (const RecordingStatus status =
-          reader_.read(reader_.index()[cloud.place], cloud.message);
-      status.ok())
-    readCloud(cloud, message_);
+  const recording::McapEntry& entry = reader_.index()[cloud.place];
+  if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
+    readCloud(reader_.channels()[entry.channel], cloud, message_);
   else
     cloud.failure = status.message();
 }
