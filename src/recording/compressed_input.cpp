@@ -73,6 +73,29 @@ decompressPieces(
   return expected == 0 ? std::string() : "it ends within its compressed bytes";
 }
 
+/** \brief Bytes of the content of the first frame, as its header has them, or 0. */
+std::uint64_t
+declaredSize(const InputFile& file)
+{
+  constexpr std::uint64_t most_header_bytes = 18;
+  std::array<std::uint8_t, most_header_bytes> header{};
+  const auto count =
+      static_cast<std::size_t>(std::min<std::uint64_t>(header.size(), file.size()));
+  if (!file.read(0, count, header.data()))
+    return 0;
+  const std::uint64_t size = ZSTD_getFrameContentSize(header.data(), count);
+  return size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR ? 0 : size;
+}
+
+RecordingStatus
+tooLarge(const InputFile& file, std::uint64_t size)
+{
+  return {RecordingCode::InputFailed,
+          "'" + file.path() + "' has " + std::to_string(size) +
+              " bytes or more when it is decompressed: if that is meant, decompress it "
+              "with 'zstd -d'"};
+}
+
 } // namespace
 
 bool
@@ -92,6 +115,8 @@ decompressFile(InputFile& file, std::string& damage)
                 "': " + std::strerror(errno)};
   const std::uint64_t limit = std::max(least_limit, most_expansion * file.size());
   std::uint64_t size = 0;
+  if (const std::uint64_t declared = declaredSize(file); declared > limit)
+    return tooLarge(file, declared);
   int error = 0;
   damage = decompressPieces(file, [&](const std::uint8_t* bytes, std::size_t count) {
     size += count;
@@ -104,10 +129,7 @@ decompressFile(InputFile& file, std::string& damage)
             "cannot decompress '" + file.path() + "' into a temporary file: " +
                 std::strerror(error) + "; name a folder with room for it in TMPDIR"};
   if (size > limit)
-    return {RecordingCode::InputFailed,
-            "'" + file.path() + "' has more than " + std::to_string(limit) +
-                " bytes when it is decompressed: if that is meant, decompress it with "
-                "'zstd -d'"};
+    return tooLarge(file, size);
   return file.replaceBy(std::move(copy));
 }
 
