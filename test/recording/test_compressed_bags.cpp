@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Bytes
-bytesOfMessage(std::size_t i)
+bytesOfText(std::size_t i)
 {
   Bytes bytes(100 * i + 8, static_cast<std::uint8_t>(i));
   bytes[0] = 0;
@@ -26,7 +26,7 @@ bytesOfMessage(std::size_t i)
 }
 
 void
-writeBag(const std::string& path, std::size_t begin, std::size_t end, bool compresses)
+writeTexts(const std::string& path, std::size_t begin, std::size_t end, bool compresses)
 {
   McapWriter writer;
   ASSERT_TRUE(writer.open(path, "ros2").ok());
@@ -38,21 +38,21 @@ writeBag(const std::string& path, std::size_t begin, std::size_t end, bool compr
   ASSERT_TRUE(writer.addChannel(channel, McapChunking::Shared, message.channel).ok());
   for (std::size_t i = begin; i < end; ++i) {
     message.log_time = message.publish_time = Time(static_cast<std::int64_t>(i));
-    message.bytes = compresses ? compressed(bytesOfMessage(i)) : bytesOfMessage(i);
+    message.bytes = compresses ? compressed(bytesOfText(i)) : bytesOfText(i);
     ASSERT_TRUE(writer.write(message).ok());
   }
   ASSERT_TRUE(writer.finish().ok());
 }
 
 std::size_t
-countMessages(McapReader& reader)
+countTexts(McapReader& reader)
 {
   std::size_t count = 0;
   for (const McapEntry& entry : reader.index()) {
     McapMessage message;
     if (!reader.read(entry, message).ok())
       continue;
-    EXPECT_EQ(message.bytes, bytesOfMessage(count));
+    EXPECT_EQ(message.bytes, bytesOfText(count));
     ++count;
   }
   return count;
@@ -66,7 +66,7 @@ TEST(CompressedBags, OfFilesAreRead)
   fs::create_directories(folder / "bag");
   for (std::size_t part = 0; part < 3; ++part) {
     const std::string path = (folder / "bag/bag_") + std::to_string(part) + ".mcap";
-    writeBag(path, 10 * part, 10 * part + 10, false);
+    writeTexts(path, 10 * part, 10 * part + 10, false);
     writeBytes(path + ".zstd", compressed(bytesOf(path)));
     if (part != 1) // one is there in both forms
       fs::remove(path);
@@ -76,7 +76,7 @@ TEST(CompressedBags, OfFilesAreRead)
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.isCompressed());
-  EXPECT_EQ(countMessages(reader), 30u);
+  EXPECT_EQ(countTexts(reader), 30u);
   EXPECT_TRUE(reader.damage().empty());
   const std::string listed =
       "x:\n  relative_file_paths:\n    - bag_0.mcap.zstd\n"
@@ -90,7 +90,7 @@ TEST(CompressedBags, OfFilesAreRead)
 TEST(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
 {
   const TestFolder folder;
-  writeBag(folder / "x.mcap", 0, 40, false);
+  writeTexts(folder / "x.mcap", 0, 40, false);
   const Bytes whole = compressed(bytesOf(folder / "x.mcap"));
   for (std::size_t size = 0; size < whole.size(); size += 13) {
     writeBytes(folder / "y.mcap.zstd",
@@ -98,7 +98,7 @@ TEST(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
     McapReader reader;
     if (reader.open(folder / "y.mcap.zstd").ok()) {
       EXPECT_FALSE(reader.damage().empty());
-      EXPECT_LE(countMessages(reader), 40u);
+      EXPECT_LE(countTexts(reader), 40u);
     }
   }
 }
@@ -110,43 +110,43 @@ TEST(CompressedBags, OfDatabasesAreRead)
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(1, "/x", "std_msgs/msg/String", "");
     for (std::size_t i = 0; i < 20; ++i)
-      bag.addMessage(1, static_cast<std::int64_t>(i), bytesOfMessage(i));
+      bag.addMessage(1, static_cast<std::int64_t>(i), bytesOfText(i));
   }
   writeBytes(folder / "x.db3.zstd", compressed(bytesOf(folder / "x.db3")));
   EXPECT_TRUE(McapReader::isMcap(folder / "x.db3.zstd"));
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3.zstd").ok());
   EXPECT_TRUE(reader.hasDatabases());
-  EXPECT_EQ(countMessages(reader), 20u);
+  EXPECT_EQ(countTexts(reader), 20u);
 }
 
 TEST(CompressedBags, OfMessagesAreRead)
 {
   const TestFolder folder;
-  writeBag(folder / "x.mcap", 0, 20, true);
+  writeTexts(folder / "x.mcap", 0, 20, true);
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
-  EXPECT_EQ(countMessages(reader), 20u);
+  EXPECT_EQ(countTexts(reader), 20u);
   EXPECT_TRUE(reader.damage().empty());
 }
 
 TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
 {
   const TestFolder folder;
-  Bytes cut = compressed(bytesOfMessage(3));
+  Bytes cut = compressed(bytesOfText(3));
   cut.pop_back();
   const Bytes bomb = compressed(Bytes(McapReader::max_chunk_bytes + 1));
   EXPECT_LT(bomb.size(), 100'000u);
   {
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(1, "/x", "std_msgs/msg/String", "");
-    bag.addMessage(1, 0, compressed(bytesOfMessage(0)));
+    bag.addMessage(1, 0, compressed(bytesOfText(0)));
     bag.addMessage(1, 1, cut);
     bag.addMessage(1, 2, bomb);
   }
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
-  EXPECT_EQ(countMessages(reader), 1u);
+  EXPECT_EQ(countTexts(reader), 1u);
   EXPECT_EQ(reader.damage().size(), 2u);
 }
 

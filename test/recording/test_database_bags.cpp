@@ -45,7 +45,7 @@ fill(DatabaseBag& bag, std::size_t begin, std::size_t end)
 
 /** \brief Reads all messages, and expects each to be one of fill(). */
 std::vector<std::size_t>
-numbersOf(McapReader& reader)
+readNumbers(McapReader& reader)
 {
   std::vector<std::size_t> numbers;
   for (const McapEntry& entry : reader.index()) {
@@ -106,12 +106,12 @@ TEST(DatabaseBags, HaveTopicsAndMessages)
   EXPECT_TRUE(isPointCloud(points));
   EXPECT_EQ(points.schema.text, pointCloudChannel("").schema.text);
   EXPECT_EQ(points.metadata.at("offered_qos_profiles"), qos);
-  EXPECT_EQ(numbersOf(reader), numbersBelow(100));
+  EXPECT_EQ(readNumbers(reader), numbersBelow(100));
   EXPECT_TRUE(reader.damage().empty());
   EXPECT_EQ(filesIn(folder / "bag"), files);
 
   ASSERT_TRUE(reader.open(folder / "bag/x.db3", isPointCloud).ok());
-  EXPECT_EQ(numbersOf(reader).size(), 50u);
+  EXPECT_EQ(readNumbers(reader).size(), 50u);
 }
 
 TEST(DatabaseBags, HaveDefinitionsSinceIron)
@@ -152,7 +152,7 @@ TEST(DatabaseBags, OfSeveralFilesAreOne)
     McapReader reader;
     ASSERT_TRUE(reader.open(path).ok());
     EXPECT_EQ(reader.channels().size(), 2u);
-    EXPECT_EQ(numbersOf(reader), numbersBelow(120));
+    EXPECT_EQ(readNumbers(reader), numbersBelow(120));
   }
 }
 
@@ -173,7 +173,7 @@ TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "left/x.db3").ok());
   EXPECT_TRUE(reader.isUnfinished());
-  EXPECT_EQ(numbersOf(reader), numbersBelow(60));
+  EXPECT_EQ(readNumbers(reader), numbersBelow(60));
   reader = McapReader();
   EXPECT_EQ(filesIn(folder / "left"), files);
   // A journal of a write that was not completed is no reason to refuse the rest.
@@ -181,7 +181,7 @@ TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
   fs::copy_file(folder / "x.db3", folder / "left/y.db3");
   writeBytes(folder / "left/y.db3-journal", Bytes(600, 1));
   ASSERT_TRUE(reader.open(folder / "left/y.db3").ok());
-  EXPECT_EQ(numbersOf(reader), numbersBelow(60));
+  EXPECT_EQ(readNumbers(reader), numbersBelow(60));
   EXPECT_EQ(reader.damage().size(), 1u);
 }
 
@@ -201,7 +201,7 @@ TEST(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
     McapReader reader;
     if (!reader.open(folder / "cut.db3").ok())
       continue;
-    const std::vector<std::size_t> numbers = numbersOf(reader);
+    const std::vector<std::size_t> numbers = readNumbers(reader);
     EXPECT_TRUE(std::is_sorted(numbers.begin(), numbers.end()));
     EXPECT_TRUE(numbers.size() == 300 || !reader.damage().empty());
     if (size < all.size() * 3 / 4)
@@ -224,7 +224,7 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
   const Bytes all = bytesOf(folder / "x.db3");
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
-  const std::size_t count = numbersOf(reader).size();
+  const std::size_t count = readNumbers(reader).size();
   ASSERT_EQ(count, 640u);
   std::size_t skipped = 0;
   for (std::size_t page = 1; page < all.size() / 1024; ++page) {
@@ -233,7 +233,7 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
     writeBytes(folder / "y.db3", damaged);
     if (!reader.open(folder / "y.db3").ok())
       continue;
-    const std::size_t left = numbersOf(reader).size();
+    const std::size_t left = readNumbers(reader).size();
     EXPECT_TRUE(left == count || !reader.damage().empty());
     skipped += left < count && left > count - 20 ? 1 : 0;
   }
