@@ -148,6 +148,15 @@ protected:
     return encoded.errors;
   }
 
+  /** \brief Expects that clouds of a bag are refused with a line that has a text. */
+  void
+  expectRefusedClouds(const std::string& bag, const std::string& text)
+  {
+    const ProgramRun encoded = run("encode '" + bag + "' -o refused.mcap --overwrite");
+    EXPECT_EQ(encoded.status, 1);
+    EXPECT_TRUE(hasPart(encoded.errors, text)) << encoded.errors;
+  }
+
   /** \brief Expects the coordinates of wall(), to half an edge of 0.01 m. */
   static void
   expectWall(const PointCloudMessage& cloud)
@@ -184,7 +193,7 @@ TEST_F(ProgramForeignBags, MayHaveRowStepsOfOtherImages)
     cloud.row_step = 0;
     cloud.bytes.push_back(0);
   });
-  expectFailure("encode bag.mcap -o y.mcap", 1, "invalid layout");
+  expectRefusedClouds("bag.mcap", "invalid layout");
 }
 
 TEST_F(ProgramForeignBags, MayHaveUselessFields)
@@ -213,7 +222,7 @@ TEST_F(ProgramForeignBags, MayHaveUselessFields)
   }
   writeWalls(folder / "bag.mcap",
              [](PointCloudMessage& cloud) { cloud.fields[2].offset = 16; });
-  expectFailure("encode bag.mcap -o y.mcap", 1, "'z' ends at byte 20 of a point of 16");
+  expectRefusedClouds("bag.mcap", "'z' ends at byte 20 of a point of 16");
 }
 
 TEST_F(ProgramForeignBags, MayHaveColoursAsInt32)
@@ -226,7 +235,8 @@ TEST_F(ProgramForeignBags, MayHaveColoursAsInt32)
       std::memcpy(&cloud.bytes[16 * point + 12], &colour, 4);
     }
   });
-  EXPECT_EQ(expectWalls("bag.mcap").find("left out"), std::string::npos);
+  EXPECT_EQ(expectWalls("bag.mcap", "--colour-bits 8").find("left out"),
+            std::string::npos);
   ASSERT_EQ(clouds.size(), 2u);
   ASSERT_EQ(clouds[0].fields.back().name, "rgb");
   for (std::size_t point = 0; point < width * height; ++point) {
@@ -258,10 +268,9 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
     fs::create_directories(folder / bag);
     writeWalls(folder / name);
     expectWalls(bag);
-    EXPECT_EQ(run("advise " + bag).status, 0);
   }
   // A folder of recordings gets one of each bag in a folder, also of one.
-  expectRun("encode y -o made -r 0.05");
+  EXPECT_EQ(run("encode y -o made -r 0.05").status, 0);
   EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));
 }
 
@@ -314,7 +323,7 @@ TEST_F(ProgramForeignBags, OfRos1MayBeConvertedToMcap)
   McapMessage cut = ros1Message(1);
   cut.bytes.resize(300);
   write(folder / "cut.mcap", channel, {ros1Message(0), cut}, "ros1");
-  expectFailure("encode cut.mcap -o y.mcap", 1, "ends within its fields");
+  expectRefusedClouds("cut.mcap", "ends within its fields");
 }
 
 TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
