@@ -92,6 +92,7 @@ channelOf(const std::string& topic, const char* type, const char* definition)
 void
 readField(CdrReader& reader, PointFieldMessage& field)
 {
+  reader.begin();
   field.name = reader.string();
   field.offset = reader.u32();
   field.datatype = reader.u8();
@@ -104,6 +105,13 @@ bool
 isPointCloud(const McapChannel& channel)
 {
   return hasType(channel, cloud_type);
+}
+
+bool
+isRos1PointCloud(const McapChannel& channel)
+{
+  return channel.message_encoding == "ros1" &&
+         channel.schema.name == "sensor_msgs/PointCloud2";
 }
 
 bool
@@ -133,11 +141,14 @@ readPointCloud(const std::uint8_t* bytes,
   // A field has a string, two numbers and a byte, each with its alignment.
   constexpr std::size_t least_field_size = 13;
   CdrReader reader(bytes, size);
+  for (int structure = 0; structure < 3; ++structure) // message, header, stamp
+    reader.begin();
   const auto seconds = static_cast<std::int32_t>(reader.u32());
   message.stamp = Time(seconds * nanoseconds_per_second + reader.u32());
   message.frame_id = reader.string();
   message.height = reader.u32();
   message.width = reader.u32();
+  reader.begin();
   const std::uint32_t fields = reader.sequenceSize(least_field_size);
   if (fields > max_fields) {
     message = PointCloudMessage();

@@ -43,6 +43,11 @@ struct PointCloudMessage {
 PCL_EXT_RECORDING_EXPORT bool
 isPointCloud(const McapChannel& channel);
 
+/** \brief True if a channel has messages of sensor_msgs/PointCloud2 as ROS 1 writes
+ * them. */
+PCL_EXT_RECORDING_EXPORT bool
+isRos1PointCloud(const McapChannel& channel);
+
 /** \brief True if a channel has messages of
  * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another
  * than this library's. */

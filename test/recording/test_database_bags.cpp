@@ -135,6 +135,37 @@ TEST(DatabaseBags, HaveDefinitionsSinceIron)
   EXPECT_EQ(reader.channels()[0].metadata.at("topic_type_hash"), "RIHS01_2");
 }
 
+TEST(DatabaseBags, MayHaveTheFramesOfARecording)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 12, 5);
+  {
+    DatabaseBag bag(folder / "x.db3");
+    bag.addTopic(
+        1, stream.name, "point_cloud_interfaces/msg/CompressedPointCloud2", qos);
+    PointCloudMessage message;
+    Bytes bytes;
+    for (const KnownFrame& frame : stream.frames) {
+      message.stamp = frame.time;
+      message.bytes = frame.bytes;
+      writePointCloud(message, true, bytes);
+      bag.addMessage(1, frame.time.count(), bytes);
+    }
+  }
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "x.db3").ok());
+  ASSERT_EQ(reader.streams().size(), 1u);
+  EXPECT_EQ(reader.streams()[0].name, stream.name);
+  EXPECT_EQ(reader.streams()[0].frames, 12u);
+  RecordedFrame frame;
+  for (const KnownFrame& known : stream.frames) {
+    ASSERT_TRUE(reader.next(frame).ok());
+    EXPECT_EQ(frame.time, known.time);
+    EXPECT_EQ(frame.stamp, known.time);
+    EXPECT_EQ(frame.bytes, known.bytes);
+  }
+}
+
 TEST(DatabaseBags, OfSeveralFilesAreOne)
 {
   const TestFolder folder;

@@ -13,21 +13,10 @@ namespace tools {
 using recording::McapChannel;
 using recording::RecordingStatus;
 
-namespace {
-
-bool
-hasRos1Clouds(const McapChannel& channel)
-{
-  return channel.message_encoding == "ros1" &&
-         channel.schema.name == "sensor_msgs/PointCloud2";
-}
-
-} // namespace
-
 bool
 hasClouds(const McapChannel& channel)
 {
-  return recording::isPointCloud(channel) || hasRos1Clouds(channel);
+  return recording::isPointCloud(channel) || recording::isRos1PointCloud(channel);
 }
 
 void
@@ -37,7 +26,7 @@ readCloud(const McapChannel& channel,
 {
   const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
-    if (hasRos1Clouds(channel))
+    if (recording::isRos1PointCloud(channel))
       readRos1PointCloud(bytes.data(), bytes.size(), message);
     else
       throwUnlessOk(
