@@ -12,9 +12,11 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <set>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -42,6 +44,13 @@ struct FileSection {
   std::size_t file;
   mcap::Section section;
 };
+
+bool
+isFolder(const std::string& path)
+{
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
 
 /** \brief A file of a bag. */
 struct BagFile {
@@ -223,7 +232,8 @@ RecordingStatus
 McapReader::Implementation::open(const std::string& path, const ChannelFilter& wants)
 {
   std::vector<std::string> paths;
-  if (isRosbag2Folder(path)) {
+  const bool is_folder = isFolder(path);
+  if (is_folder) {
     if (RecordingStatus status = filesOfRosbag2Folder(path, paths); !status.ok())
       return status;
   }
@@ -244,7 +254,7 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
     is_unfinished_ = true;
     first_failure = first_failure.ok() ? status : first_failure;
   }
-  if (isRosbag2Folder(path)) {
+  if (is_folder) {
     addQosOfMetadata(path, channels_);
     for (RecordingDamage& damage : findMissingFiles(path))
       damage_.push_back(std::move(damage));

@@ -54,7 +54,7 @@ public:
   operator=(McapReader&&) noexcept;
 
   /** \brief Opens a file.
-   * \param[in] path a file, a rosbag2 folder, or - for the standard input
+   * \param[in] path a file, a folder of the files of one bag, or - for the standard input
    * \param[in] wants channels to index; empty: all
    * \return Ok even if the file is damaged; see damage()
    */

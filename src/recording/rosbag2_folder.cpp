@@ -118,15 +118,19 @@ readMetadata(const std::string& folder)
   return text;
 }
 
+/** \brief The name of a bag's file without its number. */
+std::string
+prefixOf(const fs::path& file)
+{
+  const std::string name = nameOfBagFile(file.string());
+  return name.substr(0, name.find_last_not_of("0123456789") + 1);
+}
+
 /** \brief True if files are the parts of one bag that `ros2 bag record` named by the
  * time. */
 bool
 areNamedByTime(const std::vector<fs::path>& files)
 {
-  const auto prefixOf = [](const fs::path& file) {
-    const std::string name = nameOfBagFile(file.string());
-    return name.substr(0, name.find_last_not_of("0123456789") + 1);
-  };
   constexpr char beginning[] = "rosbag2_";
   return !files.empty() &&
          std::all_of(files.begin(), files.end(), [&](const fs::path& file) {
@@ -209,6 +213,21 @@ isRosbag2Folder(const std::string& path)
          std::any_of(files.begin(), files.end(), [&name](const fs::path& file) {
            return nameOfBagFile(file.string()) == name + "_0";
          });
+}
+
+bool
+mayBeParts(const std::string& folder)
+{
+  std::error_code ignored;
+  const std::vector<fs::path> files = bagFilesIn(folder, ignored);
+  for (std::size_t number = 0; number < files.size(); ++number)
+    if (std::none_of(files.begin(), files.end(), [&](const fs::path& file) {
+          return nameOfBagFile(file.string()) ==
+                 prefixOf(files.front()) + std::to_string(number);
+        }))
+      return false;
+  return !files.empty() && prefixOf(files.front()).size() > 1 &&
+         prefixOf(files.front()).back() == '_';
 }
 
 RecordingStatus

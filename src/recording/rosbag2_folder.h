@@ -27,6 +27,11 @@ nameOfBagFile(const std::string& path);
 PCL_EXT_RECORDING_EXPORT bool
 isRosbag2Folder(const std::string& path);
 
+/** \brief True if the files of bags in a folder have one name but for their numbers,
+ * which are 0, 1 and so on, as the parts of one bag. They may be bags of their own. */
+PCL_EXT_RECORDING_EXPORT bool
+mayBeParts(const std::string& folder);
+
 /** \brief The files of a rosbag2 folder in the order of their numbers.
  * \param[in] folder the folder
  * \param[out] files paths

@@ -269,6 +269,18 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
     writeWalls(folder / name);
     expectWalls(bag);
   }
+  // Parts of a bag are one where the output takes one; else they may be bags.
+  fs::create_directories(folder / "z");
+  for (std::size_t part = 0; part < 12; ++part)
+    write((folder / "z/run_") + std::to_string(part) + ".mcap",
+          recording::pointCloudChannel("/points"),
+          {messageOf(part)});
+  EXPECT_TRUE(hasPart(expectWalls("z", "", 12),
+                      "'z' has no metadata.yaml; its files are read as parts of one"));
+  EXPECT_EQ(run("encode z -o each").status, 0);
+  EXPECT_TRUE(fs::exists(folder / "each/run_11.mcap"));
+  fs::remove(folder / "z/run_3.mcap");
+  expectFailure("encode z -o y.mcap", 2, "takes one bag");
   // A folder of recordings gets one of each bag in a folder, also of one.
   EXPECT_EQ(run("encode y -o made -r 0.05").status, 0);
   EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));

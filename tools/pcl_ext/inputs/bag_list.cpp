@@ -60,6 +60,18 @@ bagsIn(const fs::path& folder)
   return bags;
 }
 
+/** \brief True for a folder that has the parts of a bag, no other bags and no clouds. */
+bool
+hasPartsOfBag(const std::string& folder)
+{
+  const std::vector<std::string> bags = bagsIn(folder);
+  return std::all_of(
+             bags.begin(),
+             bags.end(),
+             [](const std::string& bag) { return recording::hasNameOfBagFile(bag); }) &&
+         bags.size() > 1 && recording::mayBeParts(folder);
+}
+
 #ifdef _WIN32
 /** \brief Only the last part of the pattern may have * and ?. */
 std::vector<std::string>
@@ -109,8 +121,10 @@ pathsOf(const std::string& pattern)
 bool
 isBag(const std::string& path)
 {
-  return recording::McapReader::isMcap(path) ||
-         (!fs::is_directory(path) && clouds::kindOf(path) == FileKind::Ros1Bag);
+  if (recording::McapReader::isMcap(path))
+    return true;
+  return fs::is_directory(path) ? hasPartsOfBag(path)
+                                : clouds::kindOf(path) == FileKind::Ros1Bag;
 }
 
 std::string
@@ -143,7 +157,8 @@ severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_
         other = path;
       bags.insert(bags.end(), found.begin(), found.end());
     }
-  const bool is_one = paths == 1 && bags.size() == 1;
+  const bool is_one =
+      paths == 1 && (bags.size() == 1 || (is_for_file && isBag(pathsOf(inputs[0])[0])));
   if (bags.empty() || (is_one && (is_for_file || (!has_folder && !takes_one))))
     return {};
   if (!other.empty())

@@ -7,6 +7,7 @@
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
 #include "recording/point_cloud_messages.h"
+#include "recording/rosbag2_folder.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -170,7 +171,10 @@ public:
     damage_at_first_ = reader_.damage().size();
     addChannels(reader_.channels());
     if (topics_.empty())
-      throw std::runtime_error(whyNoClouds(path, reader_.channels()));
+      throw std::runtime_error(whyNoClouds(path, reader_.channels()) +
+                               (reader_.damage().empty()
+                                    ? std::string()
+                                    : "; " + describe(reader_.damage().front())));
     checkTopics(options.topics, topics_);
   }
 
@@ -223,18 +227,24 @@ public:
   std::vector<std::string>
   remarks() const override
   {
+    std::vector<std::string> remarks;
+    if (fs::is_directory(path_) && !recording::isRosbag2Folder(path_))
+      remarks.push_back(
+          "'" + path_ +
+          "' has no metadata.yaml; its files are read as parts of one bag");
     if (!reader_.hasDatabases())
-      return {};
+      return remarks;
     const bool lacks_definitions =
         std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
           return channel.schema.text.empty();
         });
-    return {
+    remarks.push_back(
         "'" + path_ + "' has the storage sqlite3; bags are written as MCAP" +
         (lacks_definitions
              ? ", with other topics as they are: ROS 2 plays them, but some viewers "
                "need the definitions of their types, which are not in the bag"
-             : "")};
+             : ""));
+    return remarks;
   }
 
   bool
