@@ -158,7 +158,8 @@ severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_
       bags.insert(bags.end(), found.begin(), found.end());
     }
   const bool is_one =
-      paths == 1 && (bags.size() == 1 || (is_for_file && isBag(pathsOf(inputs[0])[0])));
+      paths == 1 && (bags.size() == 1 ||
+                     (is_for_file && fs::is_directory(inputs[0]) && isBag(inputs[0])));
   if (bags.empty() || (is_one && (is_for_file || (!has_folder && !takes_one))))
     return {};
   if (!other.empty())
