@@ -47,6 +47,7 @@ ARCHIVES = {
     "ZLIB_LIBRARY": "libz.a",
     "PCL_EXT_ZSTD_LIBRARY": "libzstd.a",
     "PCL_EXT_LZ4_LIBRARY": "liblz4.a",
+    "SQLite3_LIBRARY": "libsqlite3.a",
 }
 # Of the C library, which all of a platform "manylinux" have.
 C_LIBRARY = re.compile(r"lib(c|m|pthread|dl|rt)\.so\.\d|ld-linux.*\.so\.\d")

@@ -155,12 +155,11 @@ whyNotACloud(FileKind kind)
   case FileKind::Empty:
     return "it is empty";
   case FileKind::Mcap:
+  case FileKind::Sqlite:
     return "it is a bag, which cannot be encoded together with files: name it alone";
   case FileKind::Ros1Bag:
     return "it is a bag of ROS 1, which cannot be encoded together with files: name it "
            "alone";
-  case FileKind::Sqlite:
-    return "it is an SQLite file: convert the bag to MCAP with 'ros2 bag convert'";
   case FileKind::Recording:
     return "it is a recording that is encoded already: see it with 'pcl_ext info'";
   case FileKind::PclCompressed:

@@ -23,6 +23,7 @@ COMPILED_IN = {
     "zlib1g-dev": ("zlib", "Zlib"),
     "libzstd-dev": ("zstd", "BSD-3-Clause"),
     "liblz4-dev": ("lz4", "BSD-2-Clause"),
+    "libsqlite3-dev": ("SQLite", "blessing"),
     "libeigen3-dev": ("Eigen", "MPL-2.0"),
     "pybind11-dev": ("pybind11", "BSD-3-Clause"),
     "libstdc++6": ("libstdc++", "GPL-3.0-or-later WITH GCC-exception-3.1"),
@@ -39,7 +40,7 @@ LINKED_WITH = {
 # Of what is not source alone: its licences besides BSD-3-Clause, by a part of its name.
 WASM = ("Apache-2.0 WITH LLVM-exception", "MIT", "MPL-2.0", "Zlib")
 LICENCES = {
-    r"\.whl": ("BSD-2-Clause", "GPL-3.0-or-later WITH GCC-exception-3.1", "MPL-2.0", "Zlib"),
+    r"\.whl": ("BSD-2-Clause", "GPL-3.0-or-later WITH GCC-exception-3.1", "MPL-2.0", "Zlib", "blessing"),
     r"viewer\.html": (*WASM, "ISC"),
     r"\.foxe": WASM,
     r"\.tgz": WASM,

@@ -10,7 +10,7 @@ inline namespace PCL_EXT_ABI {
 std::size_t
 CloudOutliers::offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const
 {
-  return point / cloud.width * cloud.row_step + point % cloud.width * cloud.point_step;
+  return point / cloud.width * rowStep(cloud) + point % cloud.width * cloud.point_step;
 }
 
 template <typename NumberT>
@@ -47,7 +47,8 @@ CloudOutliers::find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& remov
   if (cloud.height > 1)
     points.image = {cloud.width, cloud.height};
   // Of which a view has the same distance from each point to the next one.
-  if (cloud.height == 1 || cloud.row_step == cloud.width * cloud.point_step)
+  if (cloud.height == 1 ||
+      rowStep(cloud) == std::size_t{cloud.width} * cloud.point_step)
     for (const FoundField& field : findFields(cloud))
       points.fields.push_back(
           {field.description, cloud.data.data() + field.offset, cloud.point_step});

@@ -87,42 +87,58 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
     return invalidLayout("point_step is 0");
   if (cloud.is_bigendian != static_cast<std::uint8_t>(BOOST_ENDIAN_BIG_BYTE))
     return invalidLayout("the byte order is not that of this machine");
-  if (width * cloud.point_step > cloud.row_step)
+  const std::uint64_t last_row = width * cloud.point_step;
+  const std::uint64_t row_step = rowStep(cloud);
+  if (last_row > row_step)
     return invalidLayout(
         std::to_string(width) + " points of " + std::to_string(cloud.point_step) +
-        " bytes do not fit rows of " + std::to_string(cloud.row_step) + " bytes");
+        " bytes do not fit rows of " + std::to_string(row_step) + " bytes");
   // The last row may end with its last point. Division, as the product may overflow.
-  const std::uint64_t last_row = width * cloud.point_step;
   if (cloud.data.size() < last_row ||
-      (cloud.data.size() - last_row) / cloud.row_step < height - 1)
+      (cloud.data.size() - last_row) / row_step < height - 1)
     return invalidLayout(std::to_string(height) + " rows of " +
                          std::to_string(cloud.row_step) + " bytes are not within " +
                          std::to_string(cloud.data.size()) + " bytes");
   return {};
 }
 
-PreprocessingStatus
+/** \brief The first colour that can be read; clouds are not refused for their
+ * colours. */
+void
 findColour(const pcl::PCLPointCloud2& cloud, PointLayout& layout)
 {
-  const pcl::PCLPointField* field = findField(cloud, "rgb");
-  if (field == nullptr)
-    field = findField(cloud, "rgba");
-  if (field == nullptr)
-    return {};
-  if (PreprocessingStatus status = checkField(cloud, *field); !status.ok())
-    return status;
-  if (field->datatype != pcl::PCLPointField::FLOAT32 &&
-      field->datatype != pcl::PCLPointField::UINT32)
-    return {PreprocessingCode::InvalidField,
-            "field '" + field->name +
-                "' must be FLOAT32 or UINT32, but its datatype is " +
-                std::to_string(field->datatype)};
-  layout.has_colour = true;
-  layout.colour = field->offset;
-  return {};
+  for (const char* const name : {"rgb", "rgba"}) {
+    const pcl::PCLPointField* const field = findField(cloud, name);
+    if (field == nullptr || !checkField(cloud, *field).ok() ||
+        (field->datatype != pcl::PCLPointField::FLOAT32 &&
+         field->datatype != pcl::PCLPointField::UINT32 &&
+         field->datatype != pcl::PCLPointField::INT32))
+      continue;
+    layout.has_colour = true;
+    layout.colour = field->offset;
+    return;
+  }
 }
 
 } // namespace
+
+std::size_t
+rowStep(const pcl::PCLPointCloud2& cloud)
+{
+  const std::uint64_t packed = std::uint64_t{cloud.width} * cloud.point_step;
+  // Division, as the product may overflow.
+  return packed > 0 && cloud.data.size() % packed == 0 &&
+                 cloud.data.size() / packed == cloud.height
+             ? static_cast<std::size_t>(packed)
+             : cloud.row_step;
+}
+
+bool
+hasReadableField(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  const pcl::PCLPointField* const field = findField(cloud, name);
+  return field != nullptr && checkField(cloud, *field).ok();
+}
 
 PreprocessingStatus
 findPointLayout(const pcl::PCLPointCloud2& cloud,
@@ -158,8 +174,7 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
             "fields 'x', 'y' and 'z' differ in datatype"};
   layout.is_double = datatypes[0] == pcl::PCLPointField::FLOAT64;
   if (reads_colour)
-    if (PreprocessingStatus status = findColour(cloud, layout); !status.ok())
-      return status;
+    findColour(cloud, layout);
 
   // Models that do not use the intensity accept a field that cannot be read.
   if (!needs_intensity)

@@ -66,14 +66,15 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
     sources_.clear();
     count += preprocessor_.readChunk(
         *cloud_, layout_, row, column, most, &points_[count], &doubles_[count]);
+    const std::uint8_t* const row_bytes = cloud_->data.data() + row * rowStep(*cloud_);
     for (const std::uint32_t source : sources_) {
       if (has_image)
         pixels_.push_back(
             static_cast<std::uint32_t>(row * cloud_->width + column + source));
       if (fields_.empty())
         continue;
-      const std::uint8_t* const point = cloud_->data.data() + row * cloud_->row_step +
-                                        (column + source) * cloud_->point_step;
+      const std::uint8_t* const point =
+          row_bytes + (column + source) * cloud_->point_step;
       point_bytes_.insert(point_bytes_.end(), point, point + cloud_->point_step);
     }
     next_ += most;

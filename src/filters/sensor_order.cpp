@@ -119,10 +119,11 @@ readPoints(const pcl::PCLPointCloud2& cloud,
           findOrderField(cloud, fields.ring, {"ring", "channel", "line"}, ring);
       !status.ok())
     return status;
+  const std::size_t row_step = rowStep(cloud);
   for (std::size_t row = 0; row < cloud.height; ++row)
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
-          cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+          cloud.data.data() + row * row_step + column * cloud.point_step;
       if (!isFinite(layout, point))
         continue;
       points.push_back({numberAt(time, point), numberAt(ring, point), point});

@@ -181,12 +181,7 @@ private:
   void
   makeNode(const pcl::PCLPointCloud2& cloud)
   {
-    const bool has_intensities =
-        std::any_of(cloud.fields.begin(),
-                    cloud.fields.end(),
-                    [this](const pcl::PCLPointField& field) {
-                      return field.name == settings_.intensity_field;
-                    });
+    const bool has_intensities = hasReadableField(cloud, settings_.intensity_field);
     if (node_ && has_intensities == has_intensities_)
       return;
     const IntensityLaw law = settings_.law;

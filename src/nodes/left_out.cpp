@@ -43,21 +43,60 @@ isKept(const pcl::PCLPointField& field,
 
 /** \brief True for a field that is encoded, and for what fills gaps between fields. The
  * law decides on the intensity, which is therefore never left out without being asked
- * for. */
+ * for, unless it cannot be read. */
 bool
-isMeant(const pcl::PCLPointField& field,
+isMeant(const pcl::PCLPointCloud2& cloud,
+        const pcl::PCLPointField& field,
         const PointLayout& layout,
         const SensorNodeSettings& settings)
 {
   const bool is_coordinate =
-      field.offset == layout.x || field.offset == layout.y || field.offset == layout.z;
-  const bool is_colour = layout.has_colour && field.offset == layout.colour;
+      field.name == "x" || field.name == "y" || field.name == "z";
+  const bool has_name_of_colour = field.name == "rgb" || field.name == "rgba";
+  const bool is_colour =
+      has_name_of_colour && layout.has_colour && field.offset == layout.colour;
   const bool is_unwanted_colour =
-      (field.name == "rgb" || field.name == "rgba") &&
-      settings.compression.colour_bits == 0 &&
+      has_name_of_colour && settings.compression.colour_bits == 0 &&
       settings.compression.format == io::StreamFormat::Version1;
-  return is_coordinate || is_colour || is_unwanted_colour || field.name == "_" ||
-         field.name == settings.intensity_field;
+  const bool is_intensity =
+      field.name == settings.intensity_field && hasReadableField(cloud, field.name);
+  return is_coordinate || is_colour || is_unwanted_colour || is_intensity ||
+         field.name == "_";
+}
+
+/** \brief The names of the fields that are left out. */
+std::string
+namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
+               const PointLayout& layout,
+               const SensorNodeSettings& settings)
+{
+  constexpr std::size_t most_named = 16;
+  constexpr std::size_t longest_name = 64;
+  const std::vector<FoundField> offered = findFields(cloud);
+  std::string names;
+  std::size_t count = 0;
+  bool has_nameless = false;
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    if (isMeant(cloud, field, layout, settings) || isKept(field, offered, settings) ||
+        (field.name.empty() && has_nameless) || ++count > most_named)
+      continue;
+    has_nameless |= field.name.empty();
+    names += (names.empty() ? "" : ", ") + (field.name.empty()
+                                                ? "those without a name"
+                                                : field.name.substr(0, longest_name));
+  }
+  return count > most_named ? names + ", ..." : names;
+}
+
+/** \brief That rows are not as long as the cloud tells; empty if they are. It is the
+ * same for all clouds of a sensor, whatever their widths. */
+std::string
+describeRowStep(const pcl::PCLPointCloud2& cloud)
+{
+  return cloud.height == 0 || rowStep(cloud) == cloud.row_step
+             ? std::string()
+             : "row_step does not fit the rows, which follow each other without gaps, "
+               "and is not used";
 }
 
 bool
@@ -81,25 +120,17 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
                        layout)
            .ok())
     return {};
-  constexpr std::size_t most_named = 16;
-  constexpr std::size_t longest_name = 64;
-  const std::vector<FoundField> offered = findFields(cloud);
-  std::string fields;
-  std::size_t count = 0;
-  for (const pcl::PCLPointField& field : cloud.fields)
-    if (!isMeant(field, layout, settings) && !isKept(field, offered, settings) &&
-        ++count <= most_named)
-      fields += (fields.empty() ? "" : ", ") + field.name.substr(0, longest_name);
-  if (count > most_named)
-    fields += ", ...";
+  const std::string fields = namesOfLeftOut(cloud, layout, settings);
   const std::string order = cloud.height <= 1 || settings.compression.keep_order ? ""
                             : settings.compression.keepsPoints()
                                 ? "the rows and columns of the points are kept only "
                                   "where that takes hardly more bytes"
                                 : "the rows and columns of the points are not kept";
-  if (fields.empty())
-    return order;
-  return "fields that are left out: " + fields + (order.empty() ? "" : "; ") + order;
+  std::string text = fields.empty() ? "" : "fields that are left out: " + fields;
+  for (const std::string& other : {order, describeRowStep(cloud)})
+    if (!other.empty())
+      text += (text.empty() ? "" : "; ") + other;
+  return text;
 }
 
 std::string

@@ -16,16 +16,19 @@ constexpr std::size_t alignment = 4;
 CdrReader::CdrReader(const std::uint8_t* bytes, std::size_t size)
 : bytes_(bytes), size_(size)
 {
-  // 0, 1: CDR; 6, 7: the same of version 2. The odd ones are little-endian.
+  // 0, 1: CDR; 6, 7: the same of version 2, and 8, 9 delimited. The odd ones are
+  // little-endian.
   constexpr std::uint8_t last_of_version_1 = 1;
   constexpr std::uint8_t first_of_version_2 = 6;
-  constexpr std::uint8_t last_of_version_2 = 7;
+  constexpr std::uint8_t first_delimited = 8;
+  constexpr std::uint8_t last_of_version_2 = 9;
   if (size < encapsulation_size || bytes[0] != 0 || bytes[1] > last_of_version_2 ||
       (bytes[1] > last_of_version_1 && bytes[1] < first_of_version_2)) {
     has_failed_ = true;
     return;
   }
   is_big_endian_ = bytes[1] % 2 == 0;
+  is_delimited_ = bytes[1] >= first_delimited;
   bytes_ += encapsulation_size;
   size_ -= encapsulation_size;
 }
@@ -40,6 +43,13 @@ CdrReader::take(std::size_t count)
   const std::uint8_t* const begin = bytes_ + position_;
   position_ += count;
   return begin;
+}
+
+void
+CdrReader::begin()
+{
+  if (is_delimited_)
+    u32();
 }
 
 std::uint8_t

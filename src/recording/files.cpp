@@ -83,10 +83,19 @@ InputFile::open(const std::string& path)
   has_name_ = type == FileType::Regular && path != standard_stream;
   if (type == FileType::Regular)
     return {};
-  RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, {}, copy_);
-  closeFile(std::exchange(descriptor_, -1));
-  if (!status.ok())
-    return status;
+  TemporaryFile copy;
+  RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, {}, copy);
+  return status.ok() ? replaceBy(std::move(copy)) : status;
+}
+
+RecordingStatus
+InputFile::replaceBy(TemporaryFile&& copy)
+{
+  if (descriptor_ >= 0)
+    closeFile(std::exchange(descriptor_, -1));
+  has_name_ = false;
+  copy_ = std::move(copy);
+  FileType type{};
   return describeFile(copy_.descriptor(), type, size_)
              ? RecordingStatus()
              : systemFailure(RecordingCode::InputFailed, path_, "read");

@@ -34,6 +34,10 @@ public:
   RecordingStatus
   open(const std::string& path);
 
+  /** \brief Takes the bytes of a temporary file in place of its own; the path stays. */
+  RecordingStatus
+  replaceBy(TemporaryFile&& copy);
+
   /** \brief Closes the file until resume(); what has no name, such as a pipe, stays
    * open. */
   void

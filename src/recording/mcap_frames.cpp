@@ -57,7 +57,7 @@ McapFrames::nothingFound(const std::string& path,
   std::string others;
   for (std::size_t i = 0; i < formats.size(); ++i) {
     const McapChannel& channel = reader_.channels()[i];
-    if (isPointCloud(channel))
+    if (isPointCloud(channel) || isRos1PointCloud(channel))
       clouds += (clouds.empty() ? "" : ", ") + channel.topic;
     else if (!formats[i].empty())
       others += (others.empty() ? "" : ", ") + channel.topic + " (" + formats[i] + ")";

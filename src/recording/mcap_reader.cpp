@@ -1,16 +1,22 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap_reader.h"
 
+#include "recording/compressed_input.h"
 #include "recording/files.h"
 #include "recording/guarded.h"
 #include "recording/mcap/chunk_cache.h"
 #include "recording/mcap/file_contents.h"
 #include "recording/rosbag2_folder.h"
 #include "recording/span_reader.h"
+#include "recording/sqlite/bag_database.h"
 
 #include <algorithm>
+#include <deque>
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <set>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -39,9 +45,17 @@ struct FileSection {
   mcap::Section section;
 };
 
+bool
+isFolder(const std::string& path)
+{
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
 /** \brief A file of a bag. */
 struct BagFile {
   InputFile file;
+  std::unique_ptr<sqlite::BagDatabase> database; // null: it is an MCAP file
   std::map<std::uint16_t, std::size_t> channels; // index in all channels, by id
   std::vector<mcap::RecordExtent> metadata;
   std::vector<mcap::RecordExtent> attachments;
@@ -69,17 +83,36 @@ public:
   RecordingStatus
   readAttachments(const std::function<RecordingStatus(const McapAttachment&)>& visit);
 
+  bool
+  isInDatabase(const McapEntry& entry) const
+  {
+    return files_[sections_[entry.chunk].file].database != nullptr;
+  }
+
   std::string profile_;
   std::vector<McapChannel> channels_;
   std::vector<McapEntry> index_;
   std::vector<FileSection> sections_;
   std::vector<RecordingDamage> damage_;
   bool is_unfinished_ = false;
+  bool is_compressed_ = false;
+  bool has_databases_ = false;
   std::uint64_t file_bytes_ = 0;
 
 private:
+  RecordingStatus
+  findContents(BagFile& bag_file,
+               const ChannelFilter& wants,
+               mcap::FileContents& contents);
+
   void
   addChannels(std::map<std::uint16_t, McapChannel>& channels, BagFile& bag_file);
+
+  RecordingStatus
+  readStored(const McapEntry& entry, McapMessage& message);
+
+  RecordingStatus
+  readRow(const McapEntry& entry, McapMessage& message);
 
   RecordingStatus
   readRecords(const std::vector<std::uint8_t>& records,
@@ -92,7 +125,7 @@ private:
   const InputFile&
   openFile(std::size_t number);
 
-  std::vector<BagFile> files_;
+  std::deque<BagFile> files_; // so that none moves
   std::vector<std::size_t>
       open_files_; // numbers of files; the one used last is the last
   std::set<std::pair<std::size_t, std::uint64_t>> known_damage_; // file and offset
@@ -124,18 +157,22 @@ McapReader::Implementation::addChannels(std::map<std::uint16_t, McapChannel>& ch
 RecordingStatus
 McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
 {
-  BagFile bag_file;
+  BagFile& bag_file = files_.emplace_back();
+  const std::size_t number = files_.size() - 1;
   bag_file.file = std::move(file);
+  file_bytes_ += bag_file.file.size();
   mcap::FileContents contents;
-  if (RecordingStatus status = mcap::findContents(bag_file.file, wants, contents);
-      !status.ok())
+  if (RecordingStatus status = findContents(bag_file, wants, contents); !status.ok()) {
+    file_bytes_ -= bag_file.file.size();
+    files_.pop_back();
     return status;
-  if (files_.empty())
+  }
+  if (number == 0)
     profile_ = contents.profile;
   addChannels(contents.channels, bag_file);
   const std::size_t first_section = sections_.size();
   for (const mcap::Section& section : contents.sections)
-    sections_.push_back({files_.size(), section});
+    sections_.push_back({number, section});
   index_.reserve(index_.size() + contents.messages.size());
   for (const mcap::IndexedMessage& message : contents.messages)
     index_.push_back({mcap::messageTime(message.log_time),
@@ -145,14 +182,33 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
   bag_file.metadata = std::move(contents.metadata);
   bag_file.attachments = std::move(contents.attachments);
   for (RecordingDamage& damage : contents.damage) {
-    known_damage_.emplace(files_.size(), damage.offset);
+    known_damage_.emplace(number, damage.offset);
     damage_.push_back(std::move(damage));
   }
   is_unfinished_ |= !contents.has_end;
-  file_bytes_ += bag_file.file.size();
-  files_.push_back(std::move(bag_file));
-  openFile(files_.size() - 1);
+  openFile(number);
   return {};
+}
+
+/** \brief Finds what a file has, whatever it is and whether it is compressed. */
+RecordingStatus
+McapReader::Implementation::findContents(BagFile& bag_file,
+                                         const ChannelFilter& wants,
+                                         mcap::FileContents& contents)
+{
+  if (isZstd(bag_file.file)) {
+    is_compressed_ = true;
+    std::string damage;
+    if (RecordingStatus status = decompressFile(bag_file.file, damage); !status.ok())
+      return status;
+    if (!damage.empty())
+      contents.damage.push_back({0, damage, bag_file.file.path()});
+  }
+  if (!sqlite::isDatabase(bag_file.file))
+    return mcap::findContents(bag_file.file, wants, contents);
+  has_databases_ = true;
+  bag_file.database = std::make_unique<sqlite::BagDatabase>();
+  return bag_file.database->open(bag_file.file, wants, contents);
 }
 
 /** \brief A file of the bag, which is opened if it is not open, in place of the one
@@ -176,7 +232,8 @@ RecordingStatus
 McapReader::Implementation::open(const std::string& path, const ChannelFilter& wants)
 {
   std::vector<std::string> paths;
-  if (isRosbag2Folder(path)) {
+  const bool is_folder = isFolder(path);
+  if (is_folder) {
     if (RecordingStatus status = filesOfRosbag2Folder(path, paths); !status.ok())
       return status;
   }
@@ -193,11 +250,11 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
     // The last file of a bag may be empty after a power failure.
     if (paths.size() == 1 || status.code() != RecordingCode::NotARecording)
       return status;
-    damage_.push_back({0, "the file is not an MCAP file", file_path});
+    damage_.push_back({0, "the file is not one of a bag", file_path});
     is_unfinished_ = true;
     first_failure = first_failure.ok() ? status : first_failure;
   }
-  if (isRosbag2Folder(path)) {
+  if (is_folder) {
     addQosOfMetadata(path, channels_);
     for (RecordingDamage& damage : findMissingFiles(path))
       damage_.push_back(std::move(damage));
@@ -222,10 +279,12 @@ McapReader::Implementation::fail(std::size_t file,
                                  const std::string& message)
 {
   const std::string& path = files_[file].file.path();
+  const bool has_rows = files_[file].database != nullptr; // in place of bytes
   if (known_damage_.emplace(file, offset).second)
-    damage_.push_back({offset, message, path});
+    damage_.push_back({has_rows ? 0 : offset, message, path});
   return {RecordingCode::Damaged,
-          "'" + path + "', byte " + std::to_string(offset) + ": " + message};
+          "'" + path + "', " +
+              (has_rows ? "" : "byte " + std::to_string(offset) + ": ") + message};
 }
 
 /** \brief Reads a message from uncompressed records, if it is the one that the index
@@ -268,8 +327,44 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
 RecordingStatus
 McapReader::Implementation::read(const McapEntry& entry, McapMessage& message)
 {
+  if (RecordingStatus status = readStored(entry, message); !status.ok())
+    return status;
+  const std::string failure =
+      decompressMessage(channels_[entry.channel], message.bytes);
+  const FileSection& part = sections_[entry.chunk];
+  return failure.empty()
+             ? RecordingStatus()
+             : fail(part.file,
+                    part.section.is_chunk ? part.section.offset : entry.offset,
+                    failure);
+}
+
+/** \brief Reads a message of a database, if it is the one that the index says. */
+RecordingStatus
+McapReader::Implementation::readRow(const McapEntry& entry, McapMessage& message)
+{
+  const std::size_t file = sections_[entry.chunk].file;
+  BagFile& bag_file = files_[file];
+  std::uint16_t channel_id = 0;
+  std::string failure = bag_file.database->read(entry.offset, message, channel_id);
+  if (failure.empty() && (bag_file.channels[channel_id] != entry.channel ||
+                          message.log_time != entry.log_time))
+    failure = "it is not what the index says";
+  message.channel = entry.channel;
+  return failure.empty()
+             ? RecordingStatus()
+             : fail(file,
+                    entry.offset,
+                    "message " + std::to_string(entry.offset) + ": " + failure);
+}
+
+RecordingStatus
+McapReader::Implementation::readStored(const McapEntry& entry, McapMessage& message)
+{
   const FileSection& part = sections_[entry.chunk];
   const InputFile& file = openFile(part.file);
+  if (isInDatabase(entry))
+    return readRow(entry, message);
   if (!part.section.is_chunk) {
     if (!mcap::readRecord(
             file, entry.offset, mcap::Opcode::Message, max_chunk_bytes, record_))
@@ -364,7 +459,22 @@ McapReader::isMcap(const std::string& path)
   if (isRosbag2Folder(path))
     return true;
   InputFile file;
-  return path != standard_stream && file.open(path).ok() && mcap::isMcapFile(file);
+  return path != standard_stream && file.open(path).ok() && isBagFile(file);
+}
+
+bool
+McapReader::isBagFile(const InputFile& file)
+{
+  if (mcap::isMcapFile(file))
+    return true;
+  const std::vector<std::uint8_t> beginning = beginningOf(file, sizeof(sqlite::magic));
+  const auto beginsWith = [&beginning](const char* text, std::size_t size) {
+    return beginning.size() >= size &&
+           std::equal(beginning.begin(),
+                      beginning.begin() + static_cast<std::ptrdiff_t>(size),
+                      reinterpret_cast<const std::uint8_t*>(text));
+  };
+  return beginsWith(sqlite::magic, sizeof(sqlite::magic)) || beginsWith("\x89MCAP", 5);
 }
 
 const std::string&
@@ -407,7 +517,10 @@ McapReader::readAttachments(
 std::uint64_t
 McapReader::fileOffset(const McapEntry& entry) const
 {
-  const mcap::Section& section = implementation_->sections_[entry.chunk].section;
+  const FileSection& part = implementation_->sections_[entry.chunk];
+  if (implementation_->isInDatabase(entry))
+    return 0; // it is in pages
+  const mcap::Section& section = part.section;
   return section.is_chunk ? section.offset : entry.offset;
 }
 
@@ -415,6 +528,18 @@ const std::vector<RecordingDamage>&
 McapReader::damage() const
 {
   return implementation_->damage_;
+}
+
+bool
+McapReader::isCompressed() const
+{
+  return implementation_->is_compressed_;
+}
+
+bool
+McapReader::hasDatabases() const
+{
+  return implementation_->has_databases_;
 }
 
 bool

@@ -26,8 +26,9 @@ struct McapEntry {
   std::uint64_t offset = 0; ///< in that place, when it is not compressed
 };
 
-/** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), and
- * rosbag2 folders of them.
+/** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), files of
+ * rosbag2's storage sqlite3, and rosbag2 folders of either. Files and messages may be
+ * compressed with zstd, as rosbag2 does.
  *
  * Messages are found by the indexes of the file. A file without them, or one that was
  * cut off, is searched for messages once, when it is opened: all whole messages are
@@ -53,16 +54,21 @@ public:
   operator=(McapReader&&) noexcept;
 
   /** \brief Opens a file.
-   * \param[in] path an MCAP file, a rosbag2 folder, or - for the standard input
+   * \param[in] path a file, a folder of the files of one bag, or - for the standard input
    * \param[in] wants channels to index; empty: all
    * \return Ok even if the file is damaged; see damage()
    */
   RecordingStatus
   open(const std::string& path, const ChannelFilter& wants = ChannelFilter());
 
-  /** \brief True if a file begins as MCAP files do, or is a rosbag2 folder. */
+  /** \brief True if a file begins as one of a bag, or is a rosbag2 folder. */
   static bool
   isMcap(const std::string& path);
+
+  /** \brief True if a file begins as MCAP files or databases of SQLite do, compressed or
+   * not. */
+  static bool
+  isBagFile(const InputFile& file);
 
   /** \brief Profile of the file, such as "ros2". */
   const std::string&
@@ -108,6 +114,15 @@ public:
    * orderly way. */
   bool
   isUnfinished() const;
+
+  /** \brief True if a file was decompressed into a temporary one, as it is whenever it
+   * is opened. */
+  bool
+  isCompressed() const;
+
+  /** \brief True if a file has the storage sqlite3. */
+  bool
+  hasDatabases() const;
 
   /** \brief Bytes of the file or files. */
   std::uint64_t

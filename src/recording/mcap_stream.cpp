@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap_stream.h"
 
+#include "recording/compressed_input.h"
 #include "recording/mcap/channel_list.h"
 #include "recording/mcap/record_access.h"
 #include "recording/mcap/records.h"
@@ -165,7 +166,11 @@ McapStream::Implementation::takeMessage(const std::uint8_t* content, std::size_t
   message_.log_time = mcap::messageTime(prefix.log_time);
   message_.publish_time = mcap::messageTime(prefix.publish_time);
   message_.bytes.assign(content + fields_size, content + size);
-  return true;
+  const std::string failure =
+      decompressMessage(channels_[channel->second], message_.bytes);
+  if (!failure.empty())
+    addDamage(failure);
+  return failure.empty();
 }
 
 /** \brief Takes the records of the chunk up to a message.

@@ -92,6 +92,7 @@ channelOf(const std::string& topic, const char* type, const char* definition)
 void
 readField(CdrReader& reader, PointFieldMessage& field)
 {
+  reader.begin();
   field.name = reader.string();
   field.offset = reader.u32();
   field.datatype = reader.u8();
@@ -104,6 +105,13 @@ bool
 isPointCloud(const McapChannel& channel)
 {
   return hasType(channel, cloud_type);
+}
+
+bool
+isRos1PointCloud(const McapChannel& channel)
+{
+  return channel.message_encoding == "ros1" &&
+         channel.schema.name == "sensor_msgs/PointCloud2";
 }
 
 bool
@@ -133,11 +141,14 @@ readPointCloud(const std::uint8_t* bytes,
   // A field has a string, two numbers and a byte, each with its alignment.
   constexpr std::size_t least_field_size = 13;
   CdrReader reader(bytes, size);
+  for (int structure = 0; structure < 3; ++structure) // message, header, stamp
+    reader.begin();
   const auto seconds = static_cast<std::int32_t>(reader.u32());
   message.stamp = Time(seconds * nanoseconds_per_second + reader.u32());
   message.frame_id = reader.string();
   message.height = reader.u32();
   message.width = reader.u32();
+  reader.begin();
   const std::uint32_t fields = reader.sequenceSize(least_field_size);
   if (fields > max_fields) {
     message = PointCloudMessage();
@@ -171,11 +182,14 @@ writePointCloud(const PointCloudMessage& message,
 {
   CdrWriter writer(bytes);
   const std::int64_t nanoseconds = message.stamp.count();
-  const std::int64_t seconds = nanoseconds / nanoseconds_per_second;
-  const bool is_valid =
-      nanoseconds >= 0 && seconds <= std::numeric_limits<std::int32_t>::max();
+  std::int64_t seconds = nanoseconds / nanoseconds_per_second;
+  if (nanoseconds % nanoseconds_per_second < 0)
+    --seconds; // before 1970, too, nanoseconds are added to seconds
+  const bool is_valid = seconds >= std::numeric_limits<std::int32_t>::min() &&
+                        seconds <= std::numeric_limits<std::int32_t>::max();
   writer.u32(is_valid ? static_cast<std::uint32_t>(seconds) : 0);
-  writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds % nanoseconds_per_second)
+  writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds -
+                                                   seconds * nanoseconds_per_second)
                       : 0);
   writer.string(message.frame_id);
   writer.u32(message.height);

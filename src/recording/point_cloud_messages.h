@@ -43,6 +43,11 @@ struct PointCloudMessage {
 PCL_EXT_RECORDING_EXPORT bool
 isPointCloud(const McapChannel& channel);
 
+/** \brief True if a channel has messages of sensor_msgs/PointCloud2 as ROS 1 writes
+ * them. */
+PCL_EXT_RECORDING_EXPORT bool
+isRos1PointCloud(const McapChannel& channel);
+
 /** \brief True if a channel has messages of
  * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another
  * than this library's. */
@@ -73,8 +78,8 @@ readPointCloud(const std::uint8_t* bytes,
                PointCloudMessage& message);
 
 /** \brief Writes a message in CDR, little-endian.
- * \param[in] message a stamp that is negative or beyond 2^31 seconds is written as 0,
- * and without a format that of this library's frames
+ * \param[in] message a stamp whose seconds do not fit 32 bits, as all do between 1901 and
+ * 2038, is written as 0, and without a format that of this library's frames
  * \param[in] is_compressed which of the two types it is
  * \param[out] bytes its memory is reused
  */

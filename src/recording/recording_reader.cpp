@@ -4,7 +4,6 @@
 
 #include "recording/frame_file.h"
 #include "recording/guarded.h"
-#include "recording/mcap/file_contents.h"
 #include "recording/mcap_frames.h"
 #include "recording/mcap_reader.h"
 #include "recording/point_cloud_messages.h"
@@ -76,7 +75,7 @@ RecordingReader::Implementation::open(const std::string& path)
       is_folder ? filesOfRosbag2Folder(path, files_) : file.open(path);
   if (!status.ok())
     return status;
-  if (!is_folder && !mcap::isMcapFile(file)) {
+  if (!is_folder && !McapReader::isBagFile(file)) {
     auto frames = std::make_unique<FrameFile>();
     status = frames->open(std::move(file));
     setSource(std::move(frames));

@@ -19,13 +19,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char metadata_name[] = "metadata.yaml";
+constexpr char compressed_extension[] = ".zstd"; // of rosbag2
+
+/** \brief A file's name without the extension of compressed ones. */
+fs::path
+withoutCompression(const fs::path& file)
+{
+  return file.extension() == compressed_extension ? file.stem() : file.filename();
+}
 
 /** \brief The number at the end of the name of a bag's file, such as 12 of bag_12.mcap,
  * so that 10 comes after 9. */
 std::pair<std::size_t, std::string>
 orderOf(const fs::path& file)
 {
-  const std::string stem = file.stem().string();
+  const std::string stem = nameOfBagFile(file.string());
   const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
   return {stem.size() - digits, stem.substr(digits)};
 }
@@ -110,7 +118,79 @@ readMetadata(const std::string& folder)
   return text;
 }
 
+/** \brief The name of a bag's file without its number. */
+std::string
+prefixOf(const fs::path& file)
+{
+  const std::string name = nameOfBagFile(file.string());
+  return name.substr(0, name.find_last_not_of("0123456789") + 1);
+}
+
+/** \brief True if files are the parts of one bag that `ros2 bag record` named by the
+ * time. */
+bool
+areNamedByTime(const std::vector<fs::path>& files)
+{
+  constexpr char beginning[] = "rosbag2_";
+  return !files.empty() &&
+         std::all_of(files.begin(), files.end(), [&](const fs::path& file) {
+           const std::string prefix = prefixOf(file);
+           return prefix.rfind(beginning, 0) == 0 && prefix.back() == '_' &&
+                  prefix == prefixOf(files.front());
+         });
+}
+
+/** \brief The files of a bag in a folder: those of MCAP, and where there are none those
+ * of sqlite3; of a file that is there in both forms the one without compression. */
+std::vector<fs::path>
+bagFilesIn(const std::string& folder, std::error_code& error)
+{
+  std::vector<fs::path> mcap_files;
+  std::vector<fs::path> databases;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    const fs::path& path = entry->path();
+    const fs::path name = withoutCompression(path);
+    if (entry->is_directory(ignored) || !hasNameOfBagFile(path.string()) ||
+        (name != path.filename() && fs::exists(path.parent_path() / name, ignored)))
+      continue;
+    (name.extension() == ".mcap" ? mcap_files : databases).push_back(path);
+  }
+  return mcap_files.empty() ? databases : mcap_files;
+}
+
+/** \brief Why a folder with metadata.yaml has no files that can be read. */
+std::string
+whyNoFiles(const std::string& folder)
+{
+  const std::string metadata = readMetadata(folder);
+  const std::string storage = readValue(metadata, "storage_identifier");
+  const std::string compression = readValue(metadata, "compression_format");
+  if (!compression.empty() && compression != "zstd")
+    return ": its compression is '" + compression +
+           "', and only zstd can be read: convert it with 'ros2 bag convert'";
+  if (!storage.empty() && storage != "mcap" && storage != "sqlite3")
+    return ": its storage is '" + storage +
+           "', and only mcap and sqlite3 can be read: convert it with 'ros2 bag "
+           "convert'";
+  return "";
+}
+
 } // namespace
+
+bool
+hasNameOfBagFile(const std::string& path)
+{
+  const fs::path extension = withoutCompression(path).extension();
+  return extension == ".mcap" || extension == ".db3";
+}
+
+std::string
+nameOfBagFile(const std::string& path)
+{
+  return withoutCompression(path).stem().string();
+}
 
 bool
 isRosbag2Folder(const std::string& path)
@@ -128,38 +208,45 @@ isRosbag2Folder(const std::string& path)
   if (name.size() > suffix.size() &&
       name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0)
     name.resize(name.size() - suffix.size());
-  return fs::exists(given / (name + "_0.mcap"), ignored);
+  const std::vector<fs::path> files = bagFilesIn(path, ignored);
+  return areNamedByTime(files) ||
+         std::any_of(files.begin(), files.end(), [&name](const fs::path& file) {
+           return nameOfBagFile(file.string()) == name + "_0";
+         });
+}
+
+bool
+mayBeParts(const std::string& folder)
+{
+  std::error_code ignored;
+  const std::vector<fs::path> files = bagFilesIn(folder, ignored);
+  for (std::size_t number = 0; number < files.size(); ++number)
+    if (std::none_of(files.begin(), files.end(), [&](const fs::path& file) {
+          return nameOfBagFile(file.string()) ==
+                 prefixOf(files.front()) + std::to_string(number);
+        }))
+      return false;
+  return !files.empty() && prefixOf(files.front()).size() > 1 &&
+         prefixOf(files.front()).back() == '_';
 }
 
 RecordingStatus
 filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
 {
   std::error_code error;
-  std::vector<fs::path> paths;
-  bool has_database = false;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    std::error_code ignored;
-    if (entry->is_directory(ignored))
-      continue;
-    if (entry->path().extension() == ".mcap") {
-      // A pipe or a device might be waited for without end.
-      if (!entry->is_regular_file(ignored))
-        return {RecordingCode::InputFailed,
-                "'" + entry->path().string() + "' is no file: a bag has files only"};
-      paths.push_back(entry->path());
-    }
-    has_database |= entry->path().extension() == ".db3";
-  }
+  std::vector<fs::path> paths = bagFilesIn(folder, error);
   if (error)
     return {RecordingCode::InputFailed,
             "cannot read '" + folder + "': " + error.message()};
+  // A pipe or a device might be waited for without end.
+  for (const fs::path& path : paths)
+    if (std::error_code ignored; !fs::is_regular_file(path, ignored))
+      return {RecordingCode::InputFailed,
+              "'" + path.string() + "' is no file: a bag has files only"};
   if (paths.empty())
     return {RecordingCode::NotARecording,
-            "the bag '" + folder + "' has no MCAP file" +
-                (has_database ? ", but those of the storage sqlite3: convert it with "
-                                "'ros2 bag convert'"
-                              : "")};
+            "the bag '" + folder + "' has no file of MCAP or sqlite3" +
+                whyNoFiles(folder)};
   std::sort(paths.begin(), paths.end(), [](const fs::path& a, const fs::path& b) {
     return std::make_pair(orderOf(a), a) < std::make_pair(orderOf(b), b);
   });
@@ -175,7 +262,10 @@ findMissingFiles(const std::string& folder)
   std::string first;
   for (const std::string& name : readFileNames(readMetadata(folder))) {
     std::error_code ignored;
-    if (fs::exists(fs::path(folder) / name, ignored))
+    const fs::path path = fs::path(folder) / name;
+    if (fs::exists(path, ignored) ||
+        fs::exists(path.string() + compressed_extension, ignored) ||
+        fs::exists(path.parent_path() / withoutCompression(path), ignored))
       continue;
     if (++missing == 1)
       first = name;

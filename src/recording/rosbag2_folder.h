@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/export.h>
 #include <pcl_ext/recording/recording_status.h>
 
 #include "recording/mcap_content.h"
@@ -12,14 +13,29 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief True if a path is a folder with the metadata of a rosbag2 bag. */
-bool
+/** \brief True if a file has the name of one of a bag: .mcap or .db3, with .zstd after
+ * it where rosbag2 compressed it. */
+PCL_EXT_RECORDING_EXPORT bool
+hasNameOfBagFile(const std::string& path);
+
+/** \brief The name of such a file without folder and extensions. */
+PCL_EXT_RECORDING_EXPORT std::string
+nameOfBagFile(const std::string& path);
+
+/** \brief True if a path is a folder with the metadata of a rosbag2 bag, or without it
+ * if its files are named as those of one bag. */
+PCL_EXT_RECORDING_EXPORT bool
 isRosbag2Folder(const std::string& path);
 
-/** \brief The MCAP files of a rosbag2 folder in the order of their numbers.
+/** \brief True if the files of bags in a folder have one name but for their numbers,
+ * which are 0, 1 and so on, as the parts of one bag. They may be bags of their own. */
+PCL_EXT_RECORDING_EXPORT bool
+mayBeParts(const std::string& folder);
+
+/** \brief The files of a rosbag2 folder in the order of their numbers.
  * \param[in] folder the folder
  * \param[out] files paths
- * \return NotARecording if there are none, as with bags of the storage sqlite3
+ * \return NotARecording if there are none
  */
 RecordingStatus
 filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files);

@@ -173,6 +173,20 @@ readFileNames(const std::string& metadata)
   return names;
 }
 
+std::string
+readValue(const std::string& metadata, const std::string& key)
+{
+  std::string text = metadata;
+  text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
+  const std::vector<Line> lines = linesOf(text);
+  const auto found = std::find_if(lines.begin(), lines.end(), [&](const Line& line) {
+    return text.compare(line.key, key.size() + 1, key + ':') == 0;
+  });
+  return found == lines.end()
+             ? std::string()
+             : valueOf(text, lines, static_cast<std::size_t>(found - lines.begin()));
+}
+
 bool
 hasNamedPolicies(const std::string& qos)
 {

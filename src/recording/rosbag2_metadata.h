@@ -25,6 +25,10 @@ readOfferedQos(const std::string& metadata);
 std::vector<std::string>
 readFileNames(const std::string& metadata);
 
+/** \brief A value of the bag itself, such as its "storage_identifier". */
+std::string
+readValue(const std::string& metadata, const std::string& key);
+
 /** \brief True if policies have names, such as "reliable", as since version 9 of the
  * metadata, and not numbers. */
 bool

@@ -195,6 +195,7 @@ TEST(CloudOutlierRemoval, CloudsThatCannotBeJudgedAreNotChanged)
   cloud.data.pop_back();
   expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "invalid layout");
   cloud = valid;
+  cloud.data.push_back(0); // else row_step is not used
   --cloud.row_step;
   expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "invalid layout");
   cloud = valid;

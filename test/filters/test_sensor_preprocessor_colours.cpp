@@ -62,7 +62,8 @@ colouredMessage(const std::string& name,
 TEST(ColouredClouds, ColoursOfAllLayoutsAreKept)
 {
   for (const std::uint8_t coordinate : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
-    for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::UINT32})
+    for (const std::uint8_t datatype :
+         {PCLPointField::FLOAT32, PCLPointField::UINT32, PCLPointField::INT32})
       for (const char* const name : {"rgb", "rgba"}) {
         PCLPointCloud2 message = colouredMessage(name, datatype, coordinate);
         message.data.shrink_to_fit();
@@ -99,26 +100,39 @@ TEST(ColouredClouds, WithoutAColourTheOutputIsBlack)
     EXPECT_EQ(point.r + point.g + point.b, 0);
 }
 
-TEST(ColouredClouds, AColourThatCannotBeReadIsRefusedWhereItIsRead)
+TEST(ColouredClouds, AColourThatCannotBeReadIsLeftOut)
 {
-  PCLPointCloud2 message = colouredMessage("rgb", PCLPointField::FLOAT32);
-  fieldOf(message, "rgb").datatype = PCLPointField::UINT8;
+  const auto changes = {+[](PCLPointField& field) { field.datatype = 0; },
+                        +[](PCLPointField& field) { field.datatype = 2; }, // UINT8
+                        +[](PCLPointField& field) { field.datatype = 8; }, // FLOAT64
+                        +[](PCLPointField& field) { field.count = 3; },
+                        +[](PCLPointField& field) { field.offset += 1; }};
+  for (const auto change : changes) {
+    PCLPointCloud2 message = colouredMessage("rgb", PCLPointField::FLOAT32);
+    change(fieldOf(message, "rgb"));
+    ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
+    ColouredOutput output;
+    EXPECT_TRUE(preprocessor.process(message, output).ok());
+    EXPECT_FALSE(preprocessor.statistics().has_colours);
+    ASSERT_EQ(output.size(), 600u);
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      EXPECT_EQ(output[i].z, static_cast<float>(valueOf("z", i)));
+      EXPECT_EQ(output[i].r + output[i].g + output[i].b, 0);
+    }
+    expectAllRead(message); // without a colour in the output type
+  }
+}
+
+TEST(ColouredClouds, AnotherColourIsTakenInPlaceOfOneThatCannotBeRead)
+{
+  PCLPointCloud2 message = colouredMessage("rgba", PCLPointField::UINT32);
+  message.fields.push_back(makeField("rgb", 0, PCLPointField::UINT8));
   ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
   ColouredOutput output;
-  PreprocessingStatus status = preprocessor.process(message, output);
-  EXPECT_EQ(status.code(), PreprocessingCode::InvalidField);
-  EXPECT_NE(status.message().find("'rgb' must be FLOAT32 or UINT32"),
-            std::string::npos);
-  EXPECT_TRUE(output.empty());
-  fieldOf(message, "rgb").datatype = PCLPointField::FLOAT32;
-  fieldOf(message, "rgb").offset += 1;
-  status = preprocessor.process(message, output);
-  EXPECT_EQ(status.code(), PreprocessingCode::InvalidField);
-  EXPECT_NE(status.message().find("'rgb' ends at byte"), std::string::npos);
-  preprocessor.setReadsColours(false);
-  EXPECT_TRUE(preprocessor.process(message, output).ok());
-  EXPECT_FALSE(preprocessor.statistics().has_colours);
-  expectAllRead(message); // without a colour in the output type
+  ASSERT_TRUE(preprocessor.process(message, output).ok());
+  ASSERT_EQ(output.size(), 600u);
+  for (std::size_t i = 0; i < output.size(); ++i)
+    EXPECT_EQ(output[i].rgba, colourOf(i));
 }
 
 template <typename PointT>

@@ -89,10 +89,22 @@ TEST(InvalidCloudLayout, LargeIntensityMustLieWithinThePoint)
 TEST(InvalidCloudLayout, RowsMustHoldTheirPoints)
 {
   PCLPointCloud2 message = plainMessage(4, 2);
+  message.data.push_back(0); // else row_step is not used
   message.row_step = 4 * 16 - 1;
   expectRefusal(message, PreprocessingCode::InvalidLayout, {"rows", "63"});
   message.row_step = 0;
   expectRefusal(message, PreprocessingCode::InvalidLayout, {"rows"});
+}
+
+TEST(InvalidCloudLayout, RowsThatFollowEachOtherNeedNoRowStep)
+{
+  for (const std::uint32_t height : {1u, 3u})
+    for (const std::uint32_t row_step : {0u, 1u, 63u, 65u, 640u * 16u, 4294967295u}) {
+      PCLPointCloud2 message = plainMessage(4, height);
+      message.row_step = row_step;
+      expectAllRead(message);
+      EXPECT_EQ(pcl_ext::rowStep(message), 64u);
+    }
 }
 
 TEST(InvalidCloudLayout, AByteTooFewIsNoticed)

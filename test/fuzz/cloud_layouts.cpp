@@ -104,10 +104,11 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
   std::size_t not_finite = 0;
   // Rows without points may be billions.
   const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
+  const std::size_t bytes_of_row = bytesOfRow(cloud);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
-          cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+          cloud.data.data() + row * bytes_of_row + column * cloud.point_step;
       const MovedPoint moved = fields[0]->datatype == pcl::PCLPointField::FLOAT64
                                    ? movePoint<double, double>(point, fields, settings)
                                : isFar(settings)

@@ -49,21 +49,29 @@ readableField(const pcl::PCLPointCloud2& cloud, const std::string& name, Faults&
  * are. */
 using Fields = std::array<const pcl::PCLPointField*, 5>;
 
+/** \brief The first colour that can be read; clouds are not refused for theirs. */
 inline const pcl::PCLPointField*
-colourField(const pcl::PCLPointCloud2& cloud, Faults& faults)
+colourField(const pcl::PCLPointCloud2& cloud)
 {
   for (const char* const name : {"rgb", "rgba"}) {
     Faults of_field;
     const pcl::PCLPointField* const field = readableField(cloud, name, of_field);
-    if (field == nullptr)
-      continue;
-    if (field->datatype != pcl::PCLPointField::FLOAT32 &&
-        field->datatype != pcl::PCLPointField::UINT32)
-      faults.insert(PreprocessingCode::InvalidField);
-    faults.insert(of_field.begin(), of_field.end());
-    return field;
+    if (of_field.empty() && sizeOf(field->datatype) == 4)
+      return field;
   }
   return nullptr;
+}
+
+/** \brief Bytes of a row: where all bytes are points, row_step is not used. */
+inline std::uint64_t
+bytesOfRow(const pcl::PCLPointCloud2& cloud)
+{
+  const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
+  std::uint64_t rest = cloud.data.size();
+  std::uint64_t rows = 0;
+  for (; row > 0 && rest >= row; rest -= row)
+    ++rows;
+  return rest == 0 && rows == cloud.height && rows > 0 ? row : cloud.row_step;
 }
 
 inline Faults
@@ -78,7 +86,7 @@ findFaults(const pcl::PCLPointCloud2& cloud,
             readableField(cloud, "y", faults),
             readableField(cloud, "z", faults),
             needs_intensity ? readableField(cloud, intensity_field, faults) : nullptr,
-            reads_colours ? colourField(cloud, faults) : nullptr};
+            reads_colours ? colourField(cloud) : nullptr};
   const auto isFloat = [](const pcl::PCLPointField& field) {
     return field.datatype == pcl::PCLPointField::FLOAT32 ||
            field.datatype == pcl::PCLPointField::FLOAT64;
@@ -92,8 +100,8 @@ findFaults(const pcl::PCLPointCloud2& cloud,
     return faults;
   // The products need up to 64 bits each; their sum is compared without adding.
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
-  const std::uint64_t rows_before = std::uint64_t{cloud.height - 1} * cloud.row_step;
-  if (cloud.point_step == 0 || cloud.is_bigendian != 0 || row > cloud.row_step ||
+  const std::uint64_t rows_before = std::uint64_t{cloud.height - 1} * bytesOfRow(cloud);
+  if (cloud.point_step == 0 || cloud.is_bigendian != 0 || row > bytesOfRow(cloud) ||
       row > cloud.data.size() || rows_before > cloud.data.size() - row)
     faults.insert(PreprocessingCode::InvalidLayout);
   return faults;

@@ -13,6 +13,9 @@
 #include "frame_row.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#ifdef PCL_EXT_HAS_SQLITE
+#include <sqlite3.h>
+#endif
 #include "small_streams.h"
 #include "support/scan_frames.h"
 
@@ -109,7 +112,55 @@ mcapFileOf(const FrameRow& row, bool compresses, const std::string& path)
   return bytes;
 }
 
-/** \brief Recordings of a stream: a file of frames, and MCAP files. The first byte
+#ifdef PCL_EXT_HAS_SQLITE
+/** \brief A database of rosbag2 with the frames of a stream, in small pages. */
+Bytes
+databaseOf(const FrameRow& row, const std::string& path)
+{
+  sqlite3* database = nullptr;
+  sqlite3_open(path.c_str(), &database);
+  sqlite3_exec(
+      database,
+      "PRAGMA page_size = 512; CREATE TABLE topics(id INTEGER PRIMARY KEY, name, "
+      "type, serialization_format, offered_qos_profiles); CREATE TABLE "
+      "messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data); INSERT INTO "
+      "topics VALUES(1, '/a', "
+      "'point_cloud_interfaces/msg/CompressedPointCloud2', 'cdr', 'q')",
+      nullptr,
+      nullptr,
+      nullptr);
+  pcl_ext::recording::PointCloudMessage cloud;
+  cloud.fields = {{"x", 0, 7, 1}};
+  cloud.format = "pcl_ext";
+  Bytes message;
+  for (const RowFrame& frame : row.frames) {
+    cloud.bytes = frame.bytes;
+    writePointCloud(cloud, true, message);
+    sqlite3_stmt* statement = nullptr;
+    sqlite3_prepare_v2(
+        database,
+        "INSERT INTO messages(topic_id, timestamp, data) VALUES(1, 5, ?)",
+        -1,
+        &statement,
+        nullptr);
+    sqlite3_bind_blob(statement,
+                      1,
+                      message.data(),
+                      static_cast<int>(message.size()),
+                      SQLITE_TRANSIENT);
+    sqlite3_step(statement);
+    sqlite3_finalize(statement);
+  }
+  sqlite3_close(database);
+  std::ifstream file(path, std::ios::binary);
+  Bytes bytes{std::istreambuf_iterator<char>(file), {}};
+  file.close();
+  std::filesystem::remove(path);
+  return bytes;
+}
+#endif
+
+/** \brief Recordings of a stream: a file of frames, and bags. The first byte
  * chooses how the target reads them. */
 void
 writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer)
@@ -118,6 +169,9 @@ writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer
   std::vector<Bytes> files = {stream};
   for (const bool compresses : {false, true})
     files.push_back(mcapFileOf(row, compresses, writer.pathOf("recording.mcap")));
+#ifdef PCL_EXT_HAS_SQLITE
+  files.push_back(databaseOf(row, writer.pathOf("recording.db3")));
+#endif
   for (std::size_t file = 0; file < files.size(); ++file)
     for (std::uint8_t way = 0; way < 3; ++way) {
       Bytes input = {way};

@@ -108,6 +108,59 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
   EXPECT_EQ(seen.size(), expected);
 }
 
+TEST(SensorNodeFields, ThatAreUselessAreNamedAndLeaveTheCloud)
+{
+  using Field = pcl::PCLPointField;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.fields = {{pcl_ext::io::all_fields}};
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  cloud.fields.resize(4); // ring, x, y, z
+  SensorNode plain(settings);
+  const auto pose = pcl_ext::WorldPose::Identity();
+  const Bytes expected = encoded(plain, cloud, pose);
+  for (int i = 0; i < 3; ++i)
+    addField(cloud, "", 0, 0, 0);
+  addField(cloud, "intensity", 32, Field::FLOAT32);
+  addField(cloud, "rgb", 16, Field::FLOAT64);
+  SensorNode node(settings);
+  EXPECT_EQ(encoded(node, cloud, pose), expected);
+  EXPECT_EQ(describeLeftOut(cloud, settings),
+            "fields that are left out: those without a name, intensity, rgb; the rows "
+            "and columns of the points are not kept");
+}
+
+TEST(SensorNodeFields, OfRowsWithoutGapsNeedNoRowStep)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.keep_points = true;
+  settings.compression.fields = {{pcl_ext::io::all_fields}};
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  cloud.fields.resize(4); // ring, x, y, z
+  pcl::PCLPointCloud2 packed = cloud;
+  packed.row_step = packed.width * packed.point_step;
+  packed.data.clear();
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    packed.data.insert(packed.data.end(),
+                       &cloud.data[row * cloud.row_step],
+                       &cloud.data[row * cloud.row_step] + packed.row_step);
+  const auto pose = pcl_ext::WorldPose::Identity();
+  SensorNode padded(settings);
+  const Bytes expected = encoded(padded, cloud, pose);
+  const std::string remark = describeLeftOut(cloud, settings);
+  for (const std::uint32_t row_step : {packed.row_step, 0u, 1'000'000u}) {
+    packed.row_step = row_step;
+    SensorNode node(settings);
+    EXPECT_EQ(encoded(node, packed, pose), expected);
+    EXPECT_EQ(describeLeftOut(packed, settings),
+              remark + (row_step == packed.width * packed.point_step
+                            ? ""
+                            : "; row_step does not fit the rows, which follow each "
+                              "other without gaps, and is not used"));
+  }
+}
+
 TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
 {
   using Field = pcl::PCLPointField;

@@ -298,12 +298,16 @@ TEST(McapFiles, BagsOfOtherStoragesAreRefused)
 {
   const TestFolder folder;
   std::filesystem::create_directories(folder / "bag");
-  writeBytes(folder / "bag/metadata.yaml", {});
-  writeBytes(folder / "bag/bag_0.db3", {});
-  McapReader reader;
-  const RecordingStatus status = reader.open(folder / "bag");
-  EXPECT_EQ(status.code(), RecordingCode::NotARecording);
-  EXPECT_TRUE(hasPart(status.message(), "ros2 bag convert"));
+  for (const std::string line :
+       {"storage_identifier: other", "compression_format: lz5"}) {
+    const std::string metadata = "rosbag2_bagfile_information:\n  " + line + "\n";
+    writeBytes(folder / "bag/metadata.yaml", {metadata.begin(), metadata.end()});
+    McapReader reader;
+    const RecordingStatus status = reader.open(folder / "bag");
+    EXPECT_EQ(status.code(), RecordingCode::NotARecording);
+    EXPECT_TRUE(hasPart(status.message(), line.substr(line.find(':') + 2)));
+    EXPECT_TRUE(hasPart(status.message(), "ros2 bag convert"));
+  }
 }
 
 TEST(RecordingWriter, RefusesWhatIsNotOneFrame)

@@ -30,11 +30,13 @@ smallCloud()
 
 /** \brief The bytes of the small cloud, written by hand from the rules of CDR.
  * \param[in] is_big_endian order of the bytes of numbers
+ * \param[in] is_delimited structures and sequences of them have their sizes before them
  */
 Bytes
-smallCloudInCdr(bool is_big_endian)
+smallCloudInCdr(bool is_big_endian, bool is_delimited = false)
 {
-  Bytes bytes = {0, std::uint8_t(is_big_endian ? 0 : 1), 0, 0};
+  Bytes bytes = {
+      0, std::uint8_t((is_delimited ? 8 : 0) + (is_big_endian ? 0 : 1)), 0, 0};
   const auto number = [&](std::uint32_t value) {
     for (int i = 0; i < 4; ++i)
       bytes.push_back(
@@ -43,13 +45,22 @@ smallCloudInCdr(bool is_big_endian)
   const auto raw = [&](const Bytes& values) {
     bytes.insert(bytes.end(), values.begin(), values.end());
   };
+  const auto begin = [&](std::uint32_t size) {
+    if (is_delimited)
+      number(size);
+  };
+  begin(89);   // the message
+  begin(20);   // header
+  begin(8);    // stamp
   number(258); // seconds
   number(3);   // nanoseconds
   number(4);   // frame_id with its 0
   raw({'m', 'a', 'p', 0});
   number(1); // height
   number(2); // width
-  number(1); // fields
+  begin(28); // fields
+  number(1);
+  begin(20); // a field
   number(2);
   raw({'x', 0, 0, 0}); // and two bytes of alignment
   number(0);           // offset
@@ -115,7 +126,7 @@ TEST(PointCloudMessages, EveryTruncationAndOtherEncodingsAreRefused)
     EXPECT_EQ(status.code(), RecordingCode::Damaged) << size;
     EXPECT_TRUE(cloud.bytes.empty());
   }
-  for (const int encoding : {2, 3, 5, 8, 255}) {
+  for (const int encoding : {2, 3, 5, 10, 11, 255}) {
     Bytes other = bytes;
     other[1] = static_cast<std::uint8_t>(encoding);
     EXPECT_FALSE(readPointCloud(other.data(), other.size(), false, cloud).ok());
@@ -152,16 +163,48 @@ TEST(PointCloudMessages, CompressedCloudsHaveAFormat)
   }
 }
 
+TEST(PointCloudMessages, DelimitedCdrIsRead)
+{
+  for (const bool is_big_endian : {false, true}) {
+    const Bytes bytes = smallCloudInCdr(is_big_endian, true);
+    PointCloudMessage cloud;
+    ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
+    expectSmallCloud(cloud);
+    for (std::size_t size = 0; size < bytes.size(); ++size)
+      EXPECT_FALSE(readPointCloud(bytes.data(), size, false, cloud).ok());
+  }
+}
+
 TEST(PointCloudMessages, StampsOutOfRangeAreWrittenAsZero)
 {
   for (const Time stamp :
-       {Time(-1), Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
+       {Time(std::chrono::seconds(-(std::int64_t{1} << 31))) - Time(1),
+        Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
     PointCloudMessage cloud = smallCloud();
     cloud.stamp = stamp;
     Bytes bytes;
     writePointCloud(cloud, false, bytes);
     ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
     EXPECT_EQ(cloud.stamp, Time(0));
+  }
+}
+
+TEST(PointCloudMessages, StampsBefore1970AreKept)
+{
+  for (const Time stamp : {Time(0),
+                           Time(-1),
+                           Time(-1'000'000'000),
+                           Time(-1'500'000'000),
+                           Time(std::chrono::seconds(-(std::int64_t{1} << 31)))}) {
+    PointCloudMessage cloud = smallCloud();
+    cloud.stamp = stamp;
+    Bytes bytes;
+    writePointCloud(cloud, false, bytes);
+    // sec and nanosec of builtin_interfaces/Time, after four bytes of the encapsulation
+    EXPECT_LT(bytes[8] | bytes[9] << 8 | bytes[10] << 16 | bytes[11] << 24,
+              1'000'000'000);
+    ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
+    EXPECT_EQ(cloud.stamp, stamp);
   }
 }
 

@@ -29,6 +29,7 @@ pcl_ext_add_test(
     tools/test_program_files.cpp
     tools/test_program_far_clouds.cpp
     tools/test_program_fields.cpp
+    tools/test_program_foreign_bags.cpp
     tools/test_program_help.cpp
     tools/test_program_hostile_inputs.cpp
     tools/test_program_inputs.cpp
@@ -52,6 +53,11 @@ target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")
 target_include_directories(test_program PRIVATE ${PROJECT_SOURCE_DIR}/tools/pcl_ext)
 add_dependencies(test_program pcl_ext_program)
+if(PCL_EXT_WITH_SQLITE)
+  target_compile_definitions(test_program PRIVATE PCL_EXT_HAS_SQLITE)
+  target_include_directories(test_program SYSTEM PRIVATE ${SQLite3_INCLUDE_DIRS}
+                                                         ${PCL_EXT_ZSTD_HEADERS})
+endif()
 if(TARGET pcl_ext_view)
   target_sources(test_program PRIVATE tools/test_program_view.cpp
                                       view/clients.cpp)

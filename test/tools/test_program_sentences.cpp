@@ -215,7 +215,7 @@ TEST_F(ProgramSentences, OfInputsAndOutputsThatEncodeRefuses)
         1,
         "has no clouds (sensor_msgs/msg/PointCloud2); its topics are /imu"},
        {"encode x.mcap -o y.mcap", 1, "compressed already"},
-       {"encode bags -o y.mcap", 2, "'y.mcap' takes one bag"},
+       {"encode bags more -o y.mcap", 2, "'y.mcap' takes one bag"},
        {"encode bags more -o made",
         2,
         "'bags/a.mcap' and 'more/a.mcap' would both become 'made/a.mcap': encode them "

@@ -65,8 +65,20 @@ struct PointLayout {
   std::uint32_t colour = 0; ///< 32 bits as PCL's field rgba, whatever the datatype
 };
 
+/** \brief Bytes from a row of a cloud to the next one. Some drivers leave row_step at 0,
+ * or at that of an image from which the cloud was cut: where the data are exactly the
+ * points, rows are without gaps, whatever row_step says. */
+PCL_EXT_EXPORT std::size_t
+rowStep(const pcl::PCLPointCloud2& cloud);
+
+/** \brief True if a cloud has a field of that name whose number can be read: of a known
+ * datatype, alone, and within the point. */
+PCL_EXT_EXPORT bool
+hasReadableField(const pcl::PCLPointCloud2& cloud, const std::string& name);
+
 /** \brief Finds x, y, z, intensity and colour in a cloud by name and datatype. The
- * colour is the field `rgb`, else `rgba`, FLOAT32 or UINT32.
+ * colour is the field `rgb`, else `rgba`, FLOAT32, UINT32 or INT32; fields of other types,
+ * or beyond the point, are none.
  * \param[in] cloud any fields in any order, organised or not
  * \param[in] intensity_field name of the intensity field
  * \param[in] needs_intensity a cloud without that field is an error

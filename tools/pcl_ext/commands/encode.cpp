@@ -77,7 +77,10 @@ encode(EncodeOptions& options, const CLI::App& app)
   std::error_code ignored;
   const bool has_manifest = std::filesystem::exists(
       std::filesystem::path(options.output.path) / Manifest::file_name, ignored);
-  const std::vector<std::string> bags = severalBags(options.input.inputs, has_manifest);
+  const std::vector<std::string> bags =
+      severalBags(options.input.inputs,
+                  has_manifest,
+                  kindOfOutput(options.output.path) != OutputKind::Folder);
   return bags.empty() ? encodeOne(options)
                       : encodeBags(options, bags, optionsText(app));
 }
@@ -88,10 +91,11 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(app,
-           options->input.inputs,
-           "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
-           "MCAP, rosbag2, ROS 1; -: standard input; one stream per folder");
+  addInput(
+      app,
+      options->input.inputs,
+      "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
+      "MCAP, rosbag2 (also .db3), ROS 1; -: standard input; one stream per folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");

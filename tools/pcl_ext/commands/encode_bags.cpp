@@ -5,6 +5,7 @@
 #include "console/interruption.h"
 #include "measuring/markdown_table.h"
 #include "outputs/manifest.h"
+#include "recording/rosbag2_folder.h"
 
 #include <algorithm>
 #include <atomic>
@@ -32,7 +33,9 @@ outputOf(const std::string& bag, const std::string& folder)
 {
   const fs::path path =
       fs::path(bag).has_filename() ? fs::path(bag) : fs::path(bag).parent_path();
-  const fs::path name = fs::is_directory(path) ? path.filename() : path.stem();
+  const fs::path name = fs::is_directory(path)
+                            ? path.filename()
+                            : fs::path(recording::nameOfBagFile(path.string()));
   return (fs::path(folder) / name).string() + ".mcap";
 }
 
@@ -101,7 +104,8 @@ private:
                        "a recording of each");
     if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
       throw UsageError("'" + folder + "' is a file: name a folder for the recordings");
-    if (fs::is_directory(folder, ignored) && recording::McapReader::isMcap(folder))
+    if (recording::isRosbag2Folder(folder) &&
+        !fs::exists(fs::path(folder) / Manifest::file_name, ignored))
       throw UsageError("'" + folder +
                        "' is a rosbag2 folder: name another one for the recordings");
     if (options_.input.has_rate)

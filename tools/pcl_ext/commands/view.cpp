@@ -52,6 +52,21 @@ nameOf(const std::string& path)
   return (given.has_filename() ? given : given.parent_path()).filename().string();
 }
 
+/** \brief Refuses bags whose files the page, which reads them itself, does not know. */
+void
+refuseOtherStorages(const std::string& path)
+{
+  recording::McapReader bag;
+  const auto isWanted = [](const recording::McapChannel&) { return false; };
+  if (recording::McapReader::isMcap(path) && bag.open(path, isWanted).ok() &&
+      (bag.isCompressed() || bag.hasDatabases()))
+    throw std::runtime_error(
+        "'" + path +
+        "' has the storage sqlite3 or is compressed by file, which "
+        "browsers do not read: copy it with 'pcl_ext cut " +
+        path + " -o x.mcap'");
+}
+
 /** \brief The files of a recording, which has frames.
  * \throws std::runtime_error
  */
@@ -67,6 +82,7 @@ filesOf(const std::string& path)
   recording::RecordingReader reader;
   if (const auto status = reader.open(pathOfInput(path)); !status.ok())
     throw std::runtime_error(status.message());
+  refuseOtherStorages(path);
   return reader.files();
 }
 

@@ -5,6 +5,7 @@
 #include "clouds/natural_order.h"
 #include "console/exit_status.h"
 #include "recording/mcap_reader.h"
+#include "recording/rosbag2_folder.h"
 
 #ifdef _WIN32
 #include <io.h>
@@ -25,16 +26,21 @@ using clouds::FileKind;
 
 namespace {
 
+bool
+hasNameOfBag(const fs::path& path)
+{
+  return path.extension() == ".bag" || recording::hasNameOfBagFile(path.string());
+}
+
 /** \brief True if a path is a bag, or a file that has the name of one. */
 bool
 isBagOrNamedSo(const fs::path& path)
 {
   if (fs::is_directory(path))
-    return recording::McapReader::isMcap(path.string());
+    return recording::isRosbag2Folder(path.string());
   if (!fs::is_regular_file(path)) // a pipe is not read before it is encoded
     return false;
-  const fs::path extension = path.extension();
-  return extension == ".mcap" || extension == ".bag" ||
+  return hasNameOfBag(path) ||
          (!clouds::hasNameOfCloud(path.string()) && isBag(path.string()));
 }
 
@@ -47,13 +53,23 @@ bagsIn(const fs::path& folder)
     const fs::path& path = entry.path();
     if (entry.is_regular_file() && clouds::hasNameOfCloud(path.string()))
       return {};
-    const fs::path extension = path.extension();
-    if (entry.is_directory() ? isBagOrNamedSo(path)
-                             : extension == ".mcap" || extension == ".bag")
+    if (entry.is_directory() ? isBagOrNamedSo(path) : hasNameOfBag(path))
       bags.push_back(path.string());
   }
   std::sort(bags.begin(), bags.end(), clouds::comesBefore);
   return bags;
+}
+
+/** \brief True for a folder that has the parts of a bag, no other bags and no clouds. */
+bool
+hasPartsOfBag(const std::string& folder)
+{
+  const std::vector<std::string> bags = bagsIn(folder);
+  return std::all_of(
+             bags.begin(),
+             bags.end(),
+             [](const std::string& bag) { return recording::hasNameOfBagFile(bag); }) &&
+         bags.size() > 1 && recording::mayBeParts(folder);
 }
 
 #ifdef _WIN32
@@ -105,14 +121,23 @@ pathsOf(const std::string& pattern)
 bool
 isBag(const std::string& path)
 {
-  if (fs::is_directory(path))
-    return recording::McapReader::isMcap(path);
-  const FileKind kind = clouds::kindOf(path);
-  return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
+  if (recording::McapReader::isMcap(path))
+    return true;
+  return fs::is_directory(path) ? hasPartsOfBag(path)
+                                : clouds::kindOf(path) == FileKind::Ros1Bag;
+}
+
+std::string
+onlyBagIn(const std::string& path)
+{
+  if (!fs::is_directory(path) || isBag(path))
+    return {};
+  const std::vector<std::string> bags = bagsIn(path);
+  return bags.size() == 1 ? bags.front() : std::string();
 }
 
 std::vector<std::string>
-severalBags(const std::vector<std::string>& inputs, bool takes_one)
+severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_file)
 {
   std::vector<std::string> bags;
   std::size_t paths = 0;
@@ -132,7 +157,10 @@ severalBags(const std::vector<std::string>& inputs, bool takes_one)
         other = path;
       bags.insert(bags.end(), found.begin(), found.end());
     }
-  if (bags.empty() || (paths == 1 && !has_folder && !takes_one))
+  const bool is_one =
+      paths == 1 && (bags.size() == 1 ||
+                     (is_for_file && fs::is_directory(inputs[0]) && isBag(inputs[0])));
+  if (bags.empty() || (is_one && (is_for_file || (!has_folder && !takes_one))))
     return {};
   if (!other.empty())
     throw UsageError("'" + bags[0] + "' is a bag and '" + other +

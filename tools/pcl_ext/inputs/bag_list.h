@@ -7,22 +7,28 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief True for a bag: an MCAP file, a rosbag2 folder, a bag of ROS 1.
+/** \brief True for a bag: a file or a folder of rosbag2, an MCAP file, a bag of ROS 1; also
+ * for a folder that has no metadata.yaml and files that are numbered as parts of a bag.
  * \throws std::runtime_error if it cannot be read
  */
 bool
 isBag(const std::string& path);
+
+/** \brief The bag in a folder that is none itself and has one; else empty. */
+std::string
+onlyBagIn(const std::string& path);
 
 /** \brief The bags that inputs stand for, where these are several bags, or folders of
  * bags: each is encoded by itself then. Files count as bags by their names, too, so that
  * one that is damaged does not keep the others from being encoded.
  * \param[in] inputs as the user gave them
  * \param[in] takes_one one bag that is named counts as several
+ * \param[in] is_for_file the output takes one bag: then one in a folder is the input
  * \return none if the inputs are one bag, or clouds
  * \throws std::exception with a message for the user if they are a mixture
  */
 std::vector<std::string>
-severalBags(const std::vector<std::string>& inputs, bool takes_one);
+severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_file);
 
 /** \brief The paths that a pattern stands for, in their order; the path itself if it is
  * none.

@@ -7,14 +7,16 @@
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
 #include "recording/point_cloud_messages.h"
+#include "recording/rosbag2_folder.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <tuple>
 #include <utility>
 
 namespace pcl_ext {
@@ -64,9 +66,9 @@ protected:
           options_.topics.empty() ||
           std::find(options_.topics.begin(), options_.topics.end(), channel.topic) !=
               options_.topics.end();
-      if (recording::isPointCloud(channel))
+      if (hasClouds(channel))
         topics_.push_back(channel.topic);
-      if (!recording::isPointCloud(channel) || !is_chosen) {
+      if (!hasClouds(channel) || !is_chosen) {
         stream_of_channel_.push_back(none);
         continue;
       }
@@ -107,18 +109,38 @@ protected:
            });
   }
 
-  /** \brief What there is in place of clouds. */
+  /** \brief What there is in place of clouds.
+   * \param[in] name of the input
+   */
   static std::string
-  describeChannels(const std::vector<McapChannel>& channels)
+  whyNoClouds(const std::string& name, const std::vector<McapChannel>& channels)
   {
+    // What drivers call points and packets of them.
+    constexpr const char* clouds[] = {
+        "PointCloud", "CustomMsg", "VelodyneScan", "PacketMsg", "Packets"};
     std::string topics;
     for (const McapChannel& channel : channels) {
       if (recording::isCompressedPointCloud(channel))
-        return "the clouds of " + channel.topic +
-               " are compressed already: see them with 'pcl_ext info'";
+        return "the clouds of " + channel.topic + " in '" + name +
+               "' are compressed already: see them with 'pcl_ext info'";
+      for (const char* const part : clouds)
+        if (channel.schema.name.find(part) != std::string::npos)
+          return "the clouds of " + channel.topic + " in '" + name + "' are " +
+                 channel.schema.name + " in the encoding '" + channel.message_encoding +
+                 "', which cannot be read: record them as sensor_msgs/msg/PointCloud2 "
+                 "in CDR, which the sensor's driver or a node of it converts them to";
       topics += (topics.empty() ? "" : ", ") + channel.topic;
     }
-    return topics.empty() ? "it has no topics" : "its topics are " + topics;
+    return "'" + name + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
+           (topics.empty() ? "it has no topics" : "its topics are " + topics);
+  }
+
+  /** \brief The profile of a bag with clouds of ROS 2 in place of others: with messages
+   * of ROS 1 besides it is none. */
+  static std::string
+  profileFor(const std::string& profile)
+  {
+    return profile == "ros1" ? std::string() : profile;
   }
 
   static std::string
@@ -149,9 +171,10 @@ public:
     damage_at_first_ = reader_.damage().size();
     addChannels(reader_.channels());
     if (topics_.empty())
-      throw std::runtime_error("'" + path +
-                               "' has no clouds (sensor_msgs/msg/PointCloud2); " +
-                               describeChannels(reader_.channels()));
+      throw std::runtime_error(whyNoClouds(path, reader_.channels()) +
+                               (reader_.damage().empty()
+                                    ? std::string()
+                                    : "; " + describe(reader_.damage().front())));
     checkTopics(options.topics, topics_);
   }
 
@@ -164,7 +187,7 @@ public:
   std::string
   profile() const override
   {
-    return reader_.profile();
+    return profileFor(reader_.profile());
   }
 
   const std::vector<McapChannel>&
@@ -184,11 +207,11 @@ public:
   {
     std::vector<std::string> lines;
     // What was met while reading is in the order of the file, whoever met it.
-    std::map<std::pair<std::string, std::uint64_t>, std::string> met;
+    std::set<std::tuple<std::string, std::uint64_t, std::string>> met;
     const auto add = [&](const McapReader& reader) {
       for (std::size_t i = damage_at_first_; i < reader.damage().size(); ++i) {
         const recording::RecordingDamage& place = reader.damage()[i];
-        met.emplace(std::make_pair(place.file, place.offset), describe(place));
+        met.emplace(place.file, place.offset, describe(place));
       }
     };
     for (std::size_t i = 0; i < damage_at_first_; ++i)
@@ -196,18 +219,41 @@ public:
     add(reader_);
     for (const auto& reader : place_readers_)
       add(reader->reader());
-    for (const auto& [place, line] : met)
+    for (const auto& [file, offset, line] : met)
       lines.push_back(line);
     return lines;
+  }
+
+  std::vector<std::string>
+  remarks() const override
+  {
+    std::vector<std::string> remarks;
+    if (fs::is_directory(path_) && !recording::isRosbag2Folder(path_))
+      remarks.push_back(
+          "'" + path_ +
+          "' has no metadata.yaml; its files are read as parts of one bag");
+    if (!reader_.hasDatabases())
+      return remarks;
+    const bool lacks_definitions =
+        std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
+          return channel.schema.text.empty();
+        });
+    remarks.push_back(
+        "'" + path_ + "' has the storage sqlite3; bags are written as MCAP" +
+        (lacks_definitions
+             ? ", with other topics as they are: ROS 2 plays them, but some viewers "
+               "need the definitions of their types, which are not in the bag"
+             : ""));
+    return remarks;
   }
 
   bool
   leaveUnread() override
   {
-    // A bag that is cut off is searched for messages whenever it is opened, and each
-    // reader has all files of a folder open.
+    // A bag that is cut off is searched for messages whenever it is opened, one that is
+    // compressed is decompressed, and each reader has all files of a folder open.
     constexpr std::ptrdiff_t most_files = 16;
-    leaves_unread_ = damage_at_first_ == 0 &&
+    leaves_unread_ = damage_at_first_ == 0 && !reader_.isCompressed() &&
                      (!fs::is_directory(path_) ||
                       std::distance(fs::directory_iterator(path_), {}) <= most_files);
     return leaves_unread_;
@@ -241,7 +287,7 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(cloud, message_);
+          readCloud(reader_.channels()[entry.channel], cloud, message_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -292,7 +338,7 @@ public:
   std::string
   profile() const override
   {
-    return stream_.profile();
+    return profileFor(stream_.profile());
   }
 
   const std::vector<McapChannel>&
@@ -309,8 +355,7 @@ public:
       for (const recording::RecordingDamage& place : stream_.damage())
         lines.push_back(describe(place));
     if (topics_.empty())
-      lines.push_back("'" + name_ + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
-                      describeChannels(channels()));
+      lines.push_back(whyNoClouds(name_, channels()));
     try {
       checkTopics(options_.topics, topics_);
     }
@@ -351,7 +396,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(cloud, message_);
+      readCloud(channels()[cloud.message.channel], cloud, message_);
       return Found::Cloud;
     }
     return Found::End;

@@ -3,25 +3,35 @@
 
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
+#include "inputs/ros1_point_cloud.h"
 
 #include <exception>
 
 namespace pcl_ext {
 namespace tools {
 
+using recording::McapChannel;
 using recording::RecordingStatus;
 
-void
-readCloud(InputCloud& cloud, recording::PointCloudMessage& message)
+bool
+hasClouds(const McapChannel& channel)
 {
-  const RecordingStatus status = recording::readPointCloud(
-      cloud.message.bytes.data(), cloud.message.bytes.size(), false, message);
-  if (!status.ok()) {
-    cloud.failure = status.message();
-    return;
-  }
-  cloud.stamp = message.stamp;
+  return recording::isPointCloud(channel) || recording::isRos1PointCloud(channel);
+}
+
+void
+readCloud(const McapChannel& channel,
+          InputCloud& cloud,
+          recording::PointCloudMessage& message)
+{
+  const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
+    if (recording::isRos1PointCloud(channel))
+      readRos1PointCloud(bytes.data(), bytes.size(), message);
+    else
+      throwUnlessOk(
+          recording::readPointCloud(bytes.data(), bytes.size(), false, message));
+    cloud.stamp = message.stamp;
     toCloud(message, cloud.cloud);
   }
   catch (const std::exception& error) {
@@ -38,10 +48,9 @@ void
 McapPlaceReader::read(InputCloud& cloud)
 {
   cloud.is_unread = false;
-  if (const RecordingStatus status =
-          reader_.read(reader_.index()[cloud.place], cloud.message);
-      status.ok())
-    readCloud(cloud, message_);
+  const recording::McapEntry& entry = reader_.index()[cloud.place];
+  if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
+    readCloud(reader_.channels()[entry.channel], cloud, message_);
   else
     cloud.failure = status.message();
 }

@@ -10,13 +10,20 @@
 namespace pcl_ext {
 namespace tools {
 
+/** \brief True if a channel has messages of clouds, of ROS 2 or of ROS 1. */
+bool
+hasClouds(const recording::McapChannel& channel);
+
 /** \brief Sets a cloud by its message, or why that is none.
+ * \param[in] channel of the message
  * \param[in,out] message has memory that is used again
  */
 void
-readCloud(InputCloud& cloud, recording::PointCloudMessage& message);
+readCloud(const recording::McapChannel& channel,
+          InputCloud& cloud,
+          recording::PointCloudMessage& message);
 
-/** \brief Reads messages of an MCAP file or a rosbag2 folder. */
+/** \brief Reads messages of a file or a folder that McapReader takes. */
 class McapPlaceReader : public PlaceReader {
 public:
   /** \throws std::runtime_error if the bag cannot be opened */

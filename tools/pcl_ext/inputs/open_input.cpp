@@ -60,7 +60,9 @@ openInput(const InputOptions& options)
     }
   std::vector<clouds::SequenceInput> paths;
   for (const std::string& input : options.inputs)
-    for (const std::string& given : pathsOf(input)) {
+    for (const std::string& path : pathsOf(input)) {
+      const std::string only_bag = onlyBagIn(path);
+      const std::string& given = only_bag.empty() ? path : only_bag;
       const bool is_copied = given != pathOfInput(given);
       paths.push_back(
           {pathOfInput(given), is_copied ? streamNameOfInput(given) : given});

@@ -1,12 +1,13 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inputs/point_cloud_conversions.h"
 
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
 #include "clouds/point_fields.h"
 
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl_ext {
 namespace tools {
@@ -25,21 +26,37 @@ bytesOf(std::uint8_t datatype)
   return datatype < std::size(bytes) ? bytes[datatype] : 0;
 }
 
+/** \brief Turns the bytes of the numbers of a field around, as far as they are in the
+ * point. */
+void
+swapNumbers(const pcl::PCLPointField& field,
+            std::uint32_t point_step,
+            std::uint8_t* point)
+{
+  const std::uint32_t size = bytesOf(field.datatype);
+  if (size < 2)
+    return;
+  // Some programs write a count of 0 for a single number.
+  const std::uint32_t count = std::max<std::uint32_t>(field.count, 1);
+  std::size_t begin = field.offset;
+  for (std::uint32_t i = 0; i < count && begin + size <= point_step; ++i, begin += size)
+    std::reverse(point + begin, point + begin + size);
+}
+
 /** \brief Turns the bytes of all numbers around. */
 void
 swapNumbers(pcl::PCLPointCloud2& cloud)
 {
-  for (std::size_t point = 0; point + cloud.point_step <= cloud.data.size();
-       point += cloud.point_step)
-    for (const pcl::PCLPointField& field : cloud.fields) {
-      const std::uint32_t size = bytesOf(field.datatype);
-      for (std::uint32_t i = 0; i < field.count; ++i) {
-        const std::size_t begin = field.offset + std::size_t{i} * size;
-        if (begin + size > cloud.point_step)
-          return;
-        std::uint8_t* const number = &cloud.data[point + begin];
-        std::reverse(number, number + size);
-      }
+  const std::size_t row_step = rowStep(cloud);
+  if (row_step < std::size_t{cloud.width} * cloud.point_step)
+    return; // refused later
+  for (std::size_t row = 0; row < cloud.height; ++row)
+    for (std::size_t column = 0; column < cloud.width; ++column) {
+      const std::size_t begin = row * row_step + column * cloud.point_step;
+      if (begin + cloud.point_step > cloud.data.size())
+        return;
+      for (const pcl::PCLPointField& field : cloud.fields)
+        swapNumbers(field, cloud.point_step, &cloud.data[begin]);
     }
 }
 
@@ -159,9 +176,6 @@ toCloud(PointCloudMessage& message, pcl::PCLPointCloud2& cloud)
   cloud.width = message.width;
   cloud.fields.clear();
   for (const PointFieldMessage& field : message.fields) {
-    if (bytesOf(field.datatype) == 0)
-      throw std::runtime_error("the field '" + field.name + "' has the datatype " +
-                               std::to_string(field.datatype) + ", which there is not");
     pcl::PCLPointField converted;
     converted.name = field.name;
     converted.offset = field.offset;

@@ -17,8 +17,7 @@ namespace pcl_ext {
 namespace tools {
 
 /** \brief The cloud of a message; numbers in the byte order of this machine.
- * \param[in,out] message its points are moved out
- * \throws std::runtime_error if its sizes contradict each other
+ * \param[in,out] message its points are moved out; it is not checked
  */
 void
 toCloud(recording::PointCloudMessage& message, pcl::PCLPointCloud2& cloud);

@@ -227,14 +227,12 @@ EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
 {
   if (law_ && *law_ != IntensityLaw::Native)
     return *law_;
-  const bool has_intensity =
-      std::any_of(cloud.fields.begin(), cloud.fields.end(), [this](const auto& field) {
-        return field.name == intensityField();
-      });
+  const bool has_intensity = hasReadableField(cloud, intensityField());
   if (!has_intensity && (law_ || !intensity_field_.empty()))
-    throw UsageError("the clouds have no field '" + intensityField() +
-                     "', which --law native reads; name another one with "
-                     "--intensity-field, or another --law");
+    throw UsageError(
+        "the clouds have no field '" + intensityField() +
+        "' that can be read, which --law native reads; name another one with "
+        "--intensity-field, or another --law");
   if (!has_intensity)
     refuseOptions(
         *app_,

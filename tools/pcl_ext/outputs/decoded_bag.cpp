@@ -69,8 +69,7 @@ DecodedBag::write(const RecordingInput::Item& item,
   if (item.has_message)
     throwUnlessOk(input.read(item, message_));
   message_.channel = streams_[item.stream];
-  recording::PointCloudMessage content =
-      describeCloud(cloud, frame.stamp.count() != 0 ? frame.stamp : item.time);
+  recording::PointCloudMessage content = describeCloud(cloud, frame.stamp);
   content.frame_id = frame.frame_id;
   content.bytes = cloud.data;
   if (std::string reason = arrange(layouts_[item.stream], content); !reason.empty())

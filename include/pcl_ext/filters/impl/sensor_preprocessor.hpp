@@ -263,7 +263,7 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
     DoublePoint* doubles)
 {
   const std::uint8_t* const bytes =
-      cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+      cloud.data.data() + row * rowStep(cloud) + column * cloud.point_step;
   const auto native_of = [&](std::size_t i) {
     return layout.has_intensity
                ? detail::readScalar(bytes + i * cloud.point_step + layout.intensity,

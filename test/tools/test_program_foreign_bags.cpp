@@ -1,0 +1,419 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
+ * that were renamed, messages of ROS 1.
+ */
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
+#include "tools/cloud_bags.h"
+#include "tools/program.h"
+#ifdef PCL_EXT_HAS_SQLITE
+#include "support/database_bags.h"
+#endif
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <map>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::McapChannel;
+using recording::McapEntry;
+using recording::McapMessage;
+using recording::McapReader;
+using recording::PointCloudMessage;
+using recording::Time;
+
+constexpr std::size_t width = 16;
+constexpr std::size_t height = 4;
+
+/** \brief A wall in 4 rows, two metres away: x, y, z, intensity. */
+PointCloudMessage
+wall(std::size_t i)
+{
+  PointCloudMessage message;
+  message.stamp = std::chrono::seconds(100) + std::chrono::milliseconds(100 * i);
+  message.frame_id = "lidar";
+  message.width = width;
+  message.height = height;
+  message.fields = {
+      {"x", 0, 7, 1}, {"y", 4, 7, 1}, {"z", 8, 7, 1}, {"intensity", 12, 7, 1}};
+  message.point_step = 16;
+  message.row_step = 16 * width;
+  message.is_dense = true;
+  for (std::size_t point = 0; point < width * height; ++point) {
+    const float numbers[] = {2.0f,
+                             0.5f * static_cast<float>(point % width),
+                             0.5f * static_cast<float>(point / width),
+                             static_cast<float>(point)};
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(numbers);
+    message.bytes.insert(message.bytes.end(), bytes, bytes + sizeof(numbers));
+  }
+  return message;
+}
+
+using Change = std::function<void(PointCloudMessage&)>;
+
+McapMessage
+messageOf(std::size_t i, const Change& change = {})
+{
+  PointCloudMessage cloud = wall(i);
+  if (change)
+    change(cloud);
+  McapMessage message;
+  message.log_time = message.publish_time = Time(5'000'000'000 + 100'000'000 * i);
+  recording::writePointCloud(cloud, false, message.bytes);
+  return message;
+}
+
+void
+write(const std::string& path,
+      const McapChannel& channel,
+      const std::vector<McapMessage>& messages,
+      const std::string& profile = "ros2")
+{
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(path, profile).ok());
+  std::size_t number = 0;
+  ASSERT_TRUE(writer.addChannel(channel, recording::McapChunking::Shared, number).ok());
+  for (McapMessage message : messages) {
+    message.channel = number;
+    ASSERT_TRUE(writer.write(message).ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+}
+
+void
+writeWalls(const std::string& path, const Change& change = {})
+{
+  write(path,
+        recording::pointCloudChannel("/points"),
+        {messageOf(0, change), messageOf(1, change)});
+}
+
+/** \brief The clouds of a bag. */
+std::vector<PointCloudMessage>
+cloudsOf(const std::string& path)
+{
+  McapReader reader;
+  EXPECT_TRUE(reader.open(path).ok());
+  std::vector<PointCloudMessage> clouds;
+  for (const McapEntry& entry : reader.index()) {
+    McapMessage message;
+    EXPECT_TRUE(reader.read(entry, message).ok());
+    if (!isPointCloud(reader.channels()[message.channel]))
+      continue;
+    EXPECT_TRUE(
+        recording::readPointCloud(
+            message.bytes.data(), message.bytes.size(), false, clouds.emplace_back())
+            .ok());
+  }
+  return clouds;
+}
+
+} // namespace
+
+/** \brief Bags of two walls, kept point by point. */
+class ProgramForeignBags : public ProgramTest {
+protected:
+  /** \brief Encodes a bag, and decodes it.
+   * \return what encode said
+   */
+  std::string
+  expectWalls(const std::string& bag,
+              const std::string& options = "",
+              std::size_t walls = 2)
+  {
+    const ProgramRun encoded = run("encode '" + bag +
+                                   "' -o small.mcap --overwrite --keep-points "
+                                   "--keep-order -r 0.01 " +
+                                   options);
+    EXPECT_EQ(encoded.status, 0) << encoded.errors;
+    EXPECT_EQ(run("decode small.mcap -o again.mcap --overwrite").status, 0);
+    clouds = cloudsOf(folder / "again.mcap");
+    EXPECT_EQ(clouds.size(), walls);
+    for (const PointCloudMessage& cloud : clouds)
+      expectWall(cloud);
+    return encoded.errors;
+  }
+
+  /** \brief Expects that clouds of a bag are refused with a line that has a text. */
+  void
+  expectRefusedClouds(const std::string& bag, const std::string& text)
+  {
+    const ProgramRun encoded = run("encode '" + bag + "' -o refused.mcap --overwrite");
+    EXPECT_EQ(encoded.status, 1);
+    EXPECT_TRUE(hasPart(encoded.errors, text)) << encoded.errors;
+  }
+
+  /** \brief Expects the coordinates of wall(), to half an edge of 0.01 m. */
+  static void
+  expectWall(const PointCloudMessage& cloud)
+  {
+    ASSERT_EQ(std::size_t{cloud.width} * cloud.height, width * height);
+    const PointCloudMessage expected = wall(0);
+    for (std::size_t point = 0; point < width * height; ++point)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        float number = 0.0f;
+        float wanted = 0.0f;
+        std::memcpy(&number,
+                    &cloud.bytes[point * cloud.point_step + cloud.fields[axis].offset],
+                    4);
+        std::memcpy(&wanted, &expected.bytes[16 * point + 4 * axis], 4);
+        ASSERT_NEAR(number, wanted, 0.00501) << "point " << point << ", " << axis;
+      }
+  }
+
+  std::vector<PointCloudMessage> clouds; // decoded
+};
+
+TEST_F(ProgramForeignBags, MayHaveRowStepsOfOtherImages)
+{
+  for (const std::uint32_t row_step : {0u, 16u * 640u}) {
+    writeWalls(folder / "bag.mcap",
+               [row_step](PointCloudMessage& cloud) { cloud.row_step = row_step; });
+    const std::string said = expectWalls("bag.mcap");
+    const std::size_t remark = said.find("/points: row_step does not fit the rows");
+    EXPECT_NE(remark, std::string::npos) << said;
+    EXPECT_EQ(said.find("row_step", remark + 20), std::string::npos); // once
+  }
+  // Where that is no explanation the cloud is refused.
+  writeWalls(folder / "bag.mcap", [](PointCloudMessage& cloud) {
+    cloud.row_step = 0;
+    cloud.bytes.push_back(0);
+  });
+  expectRefusedClouds("bag.mcap", "invalid layout");
+}
+
+TEST_F(ProgramForeignBags, MayHaveUselessFields)
+{
+  const std::pair<const char*, Change> changes[] = {
+      {"those without a name",
+       [](PointCloudMessage& cloud) {
+         for (int i = 0; i < 5; ++i)
+           cloud.fields.insert(cloud.fields.begin(), {"", 0, 0, 0});
+       }},
+      {"intensity", [](PointCloudMessage& cloud) { cloud.fields[3].offset = 16; }},
+      {"intensity", [](PointCloudMessage& cloud) { cloud.fields[3].datatype = 77; }},
+      {"rgb",
+       [](PointCloudMessage& cloud) {
+         cloud.fields.push_back({"rgb", 12, 2, 1});
+       }},
+      {"rgb", [](PointCloudMessage& cloud) {
+         cloud.fields.push_back({"rgb", 4000, 7, 1});
+       }}};
+  for (const auto& [name, change] : changes) {
+    writeWalls(folder / "bag.mcap", change);
+    const std::string said = expectWalls("bag.mcap");
+    EXPECT_TRUE(
+        hasPart(said, "/points: fields that are left out: " + std::string(name)))
+        << said;
+  }
+  writeWalls(folder / "bag.mcap",
+             [](PointCloudMessage& cloud) { cloud.fields[2].offset = 16; });
+  expectRefusedClouds("bag.mcap", "'z' ends at byte 20 of a point of 16");
+}
+
+TEST_F(ProgramForeignBags, MayHaveColoursAsInt32)
+{
+  writeWalls(folder / "bag.mcap", [](PointCloudMessage& cloud) {
+    cloud.fields[3] = {"rgb", 12, 5, 1};
+    for (std::size_t point = 0; point < width * height; ++point) {
+      const std::int32_t colour =
+          0x10 << 16 | 0x80 << 8 | static_cast<std::int32_t>(point);
+      std::memcpy(&cloud.bytes[16 * point + 12], &colour, 4);
+    }
+  });
+  EXPECT_EQ(expectWalls("bag.mcap", "--colour-bits 8").find("left out"),
+            std::string::npos);
+  ASSERT_EQ(clouds.size(), 2u);
+  ASSERT_EQ(clouds[0].fields.back().name, "rgb");
+  for (std::size_t point = 0; point < width * height; ++point) {
+    std::uint32_t colour = 0;
+    std::memcpy(
+        &colour,
+        &clouds[0].bytes[point * clouds[0].point_step + clouds[0].fields.back().offset],
+        4);
+    EXPECT_EQ(colour & 0xffffffu, 0x108000u + point);
+  }
+}
+
+TEST_F(ProgramForeignBags, KeepStampsOf0AndBefore1970)
+{
+  for (const Time stamp : {Time(0), Time(-1'500'000'000), Time(-1)}) {
+    writeWalls(folder / "bag.mcap",
+               [stamp](PointCloudMessage& cloud) { cloud.stamp = stamp; });
+    expectWalls("bag.mcap");
+    for (const PointCloudMessage& cloud : clouds)
+      EXPECT_EQ(cloud.stamp, stamp);
+  }
+}
+
+TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
+{
+  for (const std::string name :
+       {"x/rosbag2_2024_05_01-10_00_00_0.mcap", "y/some.mcap"}) {
+    const std::string bag = fs::path(name).parent_path().string();
+    fs::create_directories(folder / bag);
+    writeWalls(folder / name);
+    expectWalls(bag);
+  }
+  // Parts of a bag are one where the output takes one; else they may be bags.
+  fs::create_directories(folder / "z");
+  for (std::size_t part = 0; part < 12; ++part)
+    write((folder / "z/run_") + std::to_string(part) + ".mcap",
+          recording::pointCloudChannel("/points"),
+          {messageOf(part)});
+  EXPECT_TRUE(hasPart(expectWalls("z", "", 12),
+                      "'z' has no metadata.yaml; its files are read as parts of one"));
+  EXPECT_EQ(run("encode z -o each").status, 0);
+  EXPECT_TRUE(fs::exists(folder / "each/run_11.mcap"));
+  fs::remove(folder / "z/run_3.mcap");
+  expectFailure("encode z -o y.mcap", 2, "takes one bag");
+  // A folder of recordings gets one of each bag in a folder, also of one.
+  EXPECT_EQ(run("encode y -o made -r 0.05").status, 0);
+  EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));
+}
+
+TEST_F(ProgramForeignBags, OfRos1MayBeConvertedToMcap)
+{
+  // As ROS 1 writes messages: little-endian, without alignment.
+  const auto ros1Message = [](std::size_t i) {
+    const PointCloudMessage cloud = wall(i);
+    McapMessage message = messageOf(i);
+    Bytes& bytes = message.bytes;
+    bytes.clear();
+    const auto number = [&bytes](std::uint32_t value) {
+      for (int byte = 0; byte < 4; ++byte)
+        bytes.push_back(static_cast<std::uint8_t>(value >> 8 * byte));
+    };
+    const auto text = [&](const std::string& value) {
+      number(static_cast<std::uint32_t>(value.size()));
+      bytes.insert(bytes.end(), value.begin(), value.end());
+    };
+    number(9); // sequence number
+    number(100);
+    number(static_cast<std::uint32_t>(100'000'000 * i));
+    text(cloud.frame_id);
+    number(cloud.height);
+    number(cloud.width);
+    number(4);
+    for (const recording::PointFieldMessage& field : cloud.fields) {
+      text(field.name);
+      number(field.offset);
+      bytes.push_back(field.datatype);
+      number(field.count);
+    }
+    bytes.push_back(0);
+    number(cloud.point_step);
+    number(cloud.row_step);
+    text({cloud.bytes.begin(), cloud.bytes.end()});
+    bytes.push_back(1);
+    return message;
+  };
+  const McapChannel channel = {
+      "/points", "ros1", {"sensor_msgs/PointCloud2", "ros1msg", "Header header\n"}, {}};
+  write(folder / "bag.mcap", channel, {ros1Message(0), ros1Message(1)}, "ros1");
+  expectWalls("bag.mcap");
+  ASSERT_EQ(clouds.size(), 2u);
+  EXPECT_EQ(clouds[1].stamp, wall(1).stamp);
+  EXPECT_EQ(clouds[1].frame_id, "lidar");
+  // Also through a pipe, and where messages are cut off.
+  const ProgramRun piped = runShell("cat bag.mcap | $P encode - -o piped.mcap");
+  EXPECT_EQ(piped.status, 0) << piped.errors;
+  McapMessage cut = ros1Message(1);
+  cut.bytes.resize(300);
+  write(folder / "cut.mcap", channel, {ros1Message(0), cut}, "ros1");
+  expectRefusedClouds("cut.mcap", "ends within its fields");
+}
+
+TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
+{
+  McapChannel channel = recording::pointCloudChannel("/livox/lidar");
+  channel.schema = {"livox_ros_driver2/msg/CustomMsg", "ros2msg", "uint64 timebase\n"};
+  write(folder / "bag.mcap", channel, {messageOf(0)});
+  expectFailure("encode bag.mcap -o y.mcap",
+                1,
+                "the clouds of /livox/lidar in 'bag.mcap' are "
+                "livox_ros_driver2/msg/CustomMsg in the encoding 'cdr'");
+}
+
+#ifdef PCL_EXT_HAS_SQLITE
+using recording::test::DatabaseBag;
+
+TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
+{
+  constexpr char qos[] = "- history: 3\n  depth: 5\n  reliability: 1";
+  fs::create_directories(folder / "bag");
+  for (int part = 0; part < 3; ++part) {
+    DatabaseBag bag(folder / ("bag/bag_" + std::to_string(part) + ".db3"));
+    bag.addTopic(1, "/points", "sensor_msgs/msg/PointCloud2", qos);
+    bag.addTopic(2, "/imu", "sensor_msgs/msg/Imu", qos);
+    const auto i = static_cast<std::size_t>(part);
+    bag.addMessage(1, messageOf(i).log_time.count(), messageOf(i).bytes);
+    bag.addMessage(2, messageOf(i).log_time.count() + 1, Bytes(20 + i, 7));
+  }
+  const std::string said = expectWalls("bag", "", 3);
+  EXPECT_TRUE(hasPart(said, "'bag' has the storage sqlite3; bags are written as MCAP"));
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    EXPECT_EQ(clouds[i].stamp, wall(i).stamp);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "again.mcap").ok());
+  std::map<std::string, std::size_t> messages;
+  for (const McapEntry& entry : reader.index()) {
+    const McapChannel& channel = reader.channels()[entry.channel];
+    EXPECT_EQ(channel.metadata.at("offered_qos_profiles"), qos);
+    McapMessage message;
+    ASSERT_TRUE(reader.read(entry, message).ok());
+    const std::size_t i = messages[channel.topic]++;
+    EXPECT_EQ(message.log_time,
+              messageOf(i).log_time + Time(channel.topic == "/imu" ? 1 : 0));
+    if (channel.topic != "/imu")
+      continue;
+    EXPECT_EQ(channel.schema.name, "sensor_msgs/msg/Imu");
+    EXPECT_EQ(channel.message_encoding, "cdr");
+    EXPECT_EQ(message.bytes, Bytes(20 + i, 7));
+  }
+  EXPECT_EQ(messages,
+            (std::map<std::string, std::size_t>{{"/imu", 3}, {"/points", 3}}));
+  // A file alone, also one that is compressed, and from a pipe.
+  expectWalls("bag/bag_0.db3", "", 1);
+  const Bytes bytes = bytesOf(folder / "bag/bag_0.db3");
+  writeBytes(folder / "x.db3.zstd", recording::test::compressed(bytes));
+  expectWalls("x.db3.zstd", "", 1);
+  EXPECT_EQ(runShell("cat bag/bag_0.db3 | $P encode - -o piped.mcap").status, 0);
+  // In a folder of bags each is one.
+  fs::create_directories(folder / "bags");
+  for (const std::string name : {"a.db3", "b.db3.zstd"})
+    fs::copy_file(folder / (name == "a.db3" ? "bag/bag_0.db3" : "x.db3.zstd"),
+                  folder / ("bags/" + name));
+  EXPECT_EQ(run("encode bags -o made").status, 0);
+  EXPECT_TRUE(fs::exists(folder / "made/a.mcap"));
+  EXPECT_TRUE(fs::exists(folder / "made/b.mcap"));
+}
+
+TEST_F(ProgramForeignBags, MayBeCompressedByMessage)
+{
+  std::vector<McapMessage> messages = {messageOf(0), messageOf(1)};
+  for (McapMessage& message : messages)
+    message.bytes = recording::test::compressed(message.bytes);
+  write(folder / "bag.mcap", recording::pointCloudChannel("/points"), messages);
+  expectWalls("bag.mcap");
+  EXPECT_EQ(runShell("cat bag.mcap | $P encode - -o piped.mcap").status, 0);
+}
+#endif
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
