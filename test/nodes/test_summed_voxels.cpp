@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief Sums of voxels are those of a map, by any number of threads and however updates
+ * \brief SumsByKey of voxels are those of a map, by any number of threads and however updates
  * are divided among blocks.
  */
 #include "nodes/summed_voxels.h"
@@ -21,9 +21,9 @@ using pcl_ext::nodes::SummedVoxels;
 using pcl_ext::nodes::VoxelUpdate;
 using pcl_ext::nodes::VoxelUpdates;
 
-using Sums = std::map<std::uint64_t, std::pair<std::int64_t, std::uint32_t>>;
+using SumsByKey = std::map<std::uint64_t, std::pair<std::int64_t, std::uint32_t>>;
 
-/** \brief Sums by one, two and eight threads, and in a map. */
+/** \brief SumsByKey by one, two and eight threads, and in a map. */
 class SummedByThreads : public ::testing::Test {
 protected:
   void
@@ -58,7 +58,7 @@ protected:
     }
   }
 
-  Sums expected_;
+  SumsByKey expected_;
   std::vector<SummedVoxels> sums_ = {SummedVoxels(1), SummedVoxels(2), SummedVoxels(8)};
 };
 
