@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief SumsByKey of voxels are those of a map, by any number of threads and however updates
+ * \brief Sums of voxels are those of a map, by any number of threads and however updates
  * are divided among blocks.
  */
 #include "nodes/summed_voxels.h"
@@ -23,7 +23,7 @@ using pcl_ext::nodes::VoxelUpdates;
 
 using SumsByKey = std::map<std::uint64_t, std::pair<std::int64_t, std::uint32_t>>;
 
-/** \brief SumsByKey by one, two and eight threads, and in a map. */
+/** \brief Sums by one, two and eight threads, and in a map. */
 class SummedByThreads : public ::testing::Test {
 protected:
   void
