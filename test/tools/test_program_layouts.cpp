@@ -97,7 +97,7 @@ driverMessage()
 }
 
 void
-writeBag(const std::string& path, const PointCloudMessage& cloud)
+writeCloudBag(const std::string& path, const PointCloudMessage& cloud)
 {
   recording::McapWriter writer;
   ASSERT_TRUE(writer.open(path, "ros2").ok());
@@ -161,7 +161,7 @@ protected:
 
 TEST_F(ProgramLayouts, PointsCanBeReadAsTheStructuresThatTheyWere)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   const PointCloudMessage cloud = encodeAndDecode("--keep-order --fields all", "");
   expectFields(cloud.fields, driver_fields);
   ASSERT_EQ(cloud.point_step, sizeof(DriverPoint));
@@ -190,7 +190,7 @@ TEST_F(ProgramLayouts, PointsCanBeReadAsTheStructuresThatTheyWere)
 
 TEST_F(ProgramLayouts, FieldsThatWereLeftOutAreNotListed)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   const PointCloudMessage cloud = encodeAndDecode("--keep-order --fields ring", "");
   expectFields(cloud.fields,
                {driver_fields[0],
@@ -207,7 +207,7 @@ TEST_F(ProgramLayouts, FieldsThatWereLeftOutAreNotListed)
 
 TEST_F(ProgramLayouts, PackedPointsHaveNoPadding)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   const PointCloudMessage cloud =
       encodeAndDecode("--keep-order --fields all", "--packed");
   EXPECT_EQ(cloud.point_step, 4 * sizeof(float) + 4 + 2 + 1 + 4);
@@ -218,7 +218,7 @@ TEST_F(ProgramLayouts, PackedPointsHaveNoPadding)
 
 TEST_F(ProgramLayouts, PointsAreSortedByTimeOrArrangedByRing)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   const std::string kept = "--keep-points --fields t,ring";
   const PointCloudMessage sorted = encodeAndDecode(kept, "--sort-by-time --packed");
   ASSERT_EQ(sorted.height, 1u);
@@ -247,7 +247,7 @@ TEST_F(ProgramLayouts, RowsAreThoseOfTheRings)
           &time,
           sizeof(time));
     }
-  writeBag(folder / "bag.mcap", message);
+  writeCloudBag(folder / "bag.mcap", message);
   const PointCloudMessage cloud =
       encodeAndDecode("--keep-points --fields t,ring", "--arrange-by-ring");
   ASSERT_EQ(cloud.height, rows);
@@ -265,7 +265,7 @@ TEST_F(ProgramLayouts, RowsAreThoseOfTheRings)
 
 TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01 --pose=600000,5200000,0,0,0,0,1")
                 .status,
             0);
@@ -295,7 +295,7 @@ TEST_F(ProgramLayouts, WhatTheOrderTakesIsTold)
       *coordinate = static_cast<float>(random() % 100000) * 1e-4f;
     std::memcpy(&message.bytes[i * sizeof(point)], &point, sizeof(point));
   }
-  writeBag(folder / "bag.mcap", message);
+  writeCloudBag(folder / "bag.mcap", message);
   const auto sizeOf = [&](const std::string& options) {
     EXPECT_EQ(run("encode bag.mcap -o x.pcxi --overwrite -r 0.01 " + options).status,
               0);
@@ -312,7 +312,7 @@ TEST_F(ProgramLayouts, WhatTheOrderTakesIsTold)
 
 TEST_F(ProgramLayouts, CloudsWithoutATimeAreNotSorted)
 {
-  writeBag(folder / "bag.mcap", driverMessage());
+  writeCloudBag(folder / "bag.mcap", driverMessage());
   EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01").status, 0);
   expectFailure(
       "decode small.mcap -o again.mcap --sort-by-time",
@@ -339,7 +339,7 @@ TEST_F(ProgramLayouts, CoordinatesStayDoublesAndIntensitiesWholeNumbers)
     message.bytes[32 * i] = static_cast<std::uint8_t>(2 * i);
     std::memcpy(&message.bytes[32 * i + 8], position, sizeof(position));
   }
-  writeBag(folder / "bag.mcap", message);
+  writeCloudBag(folder / "bag.mcap", message);
   const PointCloudMessage cloud = encodeAndDecode("--keep-order", "");
   expectFields(cloud.fields, message.fields);
   ASSERT_EQ(cloud.bytes.size(), message.bytes.size());
