@@ -71,7 +71,7 @@ namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
                const SensorNodeSettings& settings)
 {
   constexpr std::size_t most_named = 16;
-  constexpr std::size_t longest_name = 64;
+  constexpr std::size_t longest_listed_name = 64;
   const std::vector<FoundField> offered = findFields(cloud);
   std::string names;
   std::size_t count = 0;
@@ -81,9 +81,9 @@ namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
         (field.name.empty() && has_nameless) || ++count > most_named)
       continue;
     has_nameless |= field.name.empty();
-    names += (names.empty() ? "" : ", ") + (field.name.empty()
-                                                ? "those without a name"
-                                                : field.name.substr(0, longest_name));
+    names += (names.empty() ? "" : ", ") +
+             (field.name.empty() ? "those without a name"
+                                 : field.name.substr(0, longest_listed_name));
   }
   return count > most_named ? names + ", ..." : names;
 }

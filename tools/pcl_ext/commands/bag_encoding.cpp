@@ -331,11 +331,10 @@ BagEncoding::addStream(std::size_t number)
   const EncodedStream& encoded = streams_[number]->encoded;
   added.metadata =
       options_.encoding.metadataOf(name, encoded.law(), encoded.isOfLidar());
-  if (input_->isBag() &&
-      !addLayout(in_flight_.front().cloud->cloud.cloud, added.metadata))
-    console_.remark(name +
-                    ": the layout of its messages is not kept, as the first one has "
-                    "no points, or very large ones");
+  const pcl::PCLPointCloud2& first = in_flight_.front().cloud->cloud.cloud;
+  if (input_->isBag() && !addLayout(first, added.metadata) && first.point_step > 0)
+    console_.remark(name + ": the layout of its messages is not kept, as they have " +
+                    std::to_string(first.point_step) + " bytes a point");
   addViewpoints(console_,
                 options_.encoding,
                 name,
