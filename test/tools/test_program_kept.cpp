@@ -109,9 +109,13 @@ TEST_F(ProgramKept, OrderIfThatIsAskedFor)
   std::filesystem::create_directory(folder / "points");
   ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "points/0.pcd", sent), 0);
   const auto is_in_order = [&](const std::string& options, const std::string& out) {
-    const ProgramRun run =
-        expectRun("encode points -o " + out + ".mcap -r 0.01" + options);
-    EXPECT_EQ(hasPart(run.output, "points in order"), out == "kept") << run.output;
+    const ProgramRun encoded =
+        run("encode points -o " + out + ".mcap -r 0.01" + options);
+    EXPECT_EQ(encoded.status, 0);
+    EXPECT_EQ(hasPart(encoded.output, "points in order"), out == "kept")
+        << encoded.output;
+    EXPECT_EQ(hasPart(encoded.errors, "the order of the points takes "), out == "kept")
+        << encoded.errors;
     expectRun("decode " + out + ".mcap -o " + out);
     pcl::PointCloud<pcl::PointXYZ> back;
     EXPECT_EQ(pcl::io::loadPCDFile(folder / (out + "/000000.pcd"), back), 0);

@@ -400,6 +400,7 @@ TEST(MessageLayouts, ThatTakeTooMuchMemoryAreNotMade)
   PointCloudMessage message;
   message.height = 1;
   message.fields = {{"x", 0, pcl::PCLPointField::FLOAT32, 1}};
+  layout.fields = message.fields;
   message.point_step = 4;
   message.width = 1u << 14; // 64 MiB
   message.row_step = 4 * message.width;
@@ -431,6 +432,10 @@ TEST(MessageLayouts, PaddingIsThatOfRows)
   ASSERT_EQ(layoutOf(metadata).fields.size(), 1u);
   EXPECT_EQ(layoutOf(metadata).fields[0].count, 1u);
   cloud.height = 2;
+  cloud.data.resize(320); // without gaps, whatever row_step says
+  ASSERT_TRUE(addLayout(cloud, metadata));
+  EXPECT_EQ(layoutOf(metadata).row_padding, 0u);
+  cloud.data.resize(2000);
   ASSERT_TRUE(addLayout(cloud, metadata));
   EXPECT_EQ(layoutOf(metadata).row_padding, 840u);
   PointCloudMessage message;

@@ -291,9 +291,11 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata)
 {
   MessageLayout layout;
   layout.point_step = cloud.point_step;
-  // What is behind a single row has no meaning.
+  // What is behind a single row has no meaning, and some programs write a row_step that
+  // is not that of the data.
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
-  if (cloud.width > 0 && cloud.height > 1 && cloud.row_step > row)
+  if (cloud.width > 0 && cloud.height > 1 && cloud.row_step > row &&
+      cloud.data.size() >= std::uint64_t{cloud.row_step} * (cloud.height - 1) + row)
     layout.row_padding = static_cast<std::uint32_t>(cloud.row_step - row);
   json fields = json::array();
   for (const pcl::PCLPointField& field : cloud.fields) {

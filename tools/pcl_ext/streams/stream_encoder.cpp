@@ -190,8 +190,8 @@ StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
       unordered.size() >= bytes)
     return;
   order_remark_ = name_ + ": the order of the points takes " +
-                  counted(bytes - unordered.size(), "byte") + " of " +
-                  std::to_string(bytes) + " in the first frame with points";
+                  counted(bytes - unordered.size(), "byte") + " of the " +
+                  counted(bytes, "byte") + " of the first frame with points";
 }
 
 EncodedSums
