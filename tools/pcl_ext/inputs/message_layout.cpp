@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inputs/message_layout.h"
 
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -291,12 +293,11 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata)
 {
   MessageLayout layout;
   layout.point_step = cloud.point_step;
-  // What is behind a single row has no meaning, and some programs write a row_step that
-  // is not that of the data.
+  // What is behind a single row has no meaning.
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
-  if (cloud.width > 0 && cloud.height > 1 && cloud.row_step > row &&
-      cloud.data.size() >= std::uint64_t{cloud.row_step} * (cloud.height - 1) + row)
-    layout.row_padding = static_cast<std::uint32_t>(cloud.row_step - row);
+  if (const std::uint64_t step = rowStep(cloud);
+      cloud.width > 0 && cloud.height > 1 && step > row)
+    layout.row_padding = static_cast<std::uint32_t>(step - row);
   json fields = json::array();
   for (const pcl::PCLPointField& field : cloud.fields) {
     // Some programs write a count of 0 for a single number.
