@@ -12,6 +12,7 @@ export {
   type FrameDescription,
   type Grid,
   type IntensityRange,
+  isPackedColour,
   type OutlierFilterSettings,
   type Status,
   type StatusCode,

@@ -141,6 +141,12 @@ export interface FieldDescription {
   readonly count: number;
 }
 
+/** Whether a field is the colour of each point in four bytes. Its mean over the points of a voxel is
+ * no colour: `Voxels.colours` has that. */
+export function isPackedColour({ name, count }: FieldDescription): boolean {
+  return count === 1 && (name === "rgb" || name === "rgba");
+}
+
 /** A decoded frame. The arrays are copies that belong to the caller, who may transfer them
  * to another thread. All have the same order, that of the voxels' Morton keys. */
 export interface Voxels {

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import type { Decoder, FieldDescription, Grid, Voxels } from "@pcl_ext/codec";
+import { type Decoder, type FieldDescription, type Grid, isPackedColour, type Voxels } from "@pcl_ext/codec";
 
 import type { PackedPoints } from "./messages";
 
@@ -43,13 +43,15 @@ export function packPoints(voxels: Voxels, decoder: Decoder): PackedPoints | nul
     add("alpha", { type: "uint8", values: new Uint8Array(count).fill(255) });
   }
   if (pointCounts) add("point_count", { type: "uint32", values: pointCounts });
-  for (const [index, field] of voxels.fields.entries())
+  for (const [index, field] of voxels.fields.entries()) {
+    if (colours && isPackedColour(field)) continue;
     for (let i = 0; i < field.count; ++i) {
       const name = field.count === 1 ? field.name : `${field.name}_${i}`;
       const { values } = decoder.fieldValues(index, i);
       if (!values) return null;
       add(name, { type: field.type, values });
     }
+  }
   const [x, y, z] = isFar ? lowerCorner(voxels.grid) : [0, 0, 0];
   const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
   return { pose, ...interleave(columns, count) };
