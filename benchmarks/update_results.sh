@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-# Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
+# Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md, of
+# section points those in doc/peers.md, whose picture doc/points.webp is drawn, too.
 # Usage: benchmarks/update_results.sh SECTION [options of the program] [folder of clouds ...]
 #   SECTION  peers, points, profiles or scale
-# Section points draws doc/points.webp and replaces the table of README.md, too.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 section=${1:?"usage: $0 peers|points|profiles|scale [options] [folder ...]"}
@@ -42,9 +42,10 @@ replace_results() {
     }' "$1" > "$page"
   cat "$page" > "$1"
 }
-replace_results "$root/doc/benchmarks.md" "$results"
 if [ "$section" = points ]; then
+  replace_results "$root/doc/peers.md" "$results"
   # Debian's Python, which has the installed packages.
   /usr/bin/python3 -B "$root/benchmarks/draw_points.py" "$results" "$root/doc/points.webp"
-  replace_results "$root/README.md" <(awk '/^### .*times/ { exit } /^\|/; END { print "" }' "$results")
+else
+  replace_results "$root/doc/benchmarks.md" "$results"
 fi
