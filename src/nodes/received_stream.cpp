@@ -205,6 +205,16 @@ ReceivedStream::decode(const WaitingFrame& frame,
   return status;
 }
 
+/** \brief Takes the voxels of a frame, and not much more memory than they need. */
+void
+ReceivedStream::keep(io::VoxelFrame& frame)
+{
+  if (capacityOf(frame) <= 2 * (frame.keys.size() + frame.points.positions.size()))
+    std::swap(kept_, frame);
+  else
+    kept_ = frame;
+}
+
 void
 ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            const WaitingFrame& frame,
@@ -212,7 +222,8 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            const Clock& clock)
 {
   OutlierRemovalStatus outliers = removeOutliers(decoded);
-  const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_, kept_);
+  const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_);
+  keep(decoded);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   Time stamp = frame.stamp.value_or(Time(0));

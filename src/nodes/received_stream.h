@@ -188,6 +188,9 @@ private:
              std::chrono::steady_clock::time_point start,
              const Clock& clock);
 
+  void
+  keep(io::VoxelFrame& frame);
+
   /** \brief Removes the outliers of a decoded frame, if a filter is set. A filter that
    * throws is replaced by a new one, as its history may be incomplete.
    * \return its status; Ok without a filter

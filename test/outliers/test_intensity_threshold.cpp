@@ -53,17 +53,6 @@ expectFiltered(const VoxelFrame& frame, float min_intensity)
   EXPECT_EQ(removeVoxelsBelow(filtered, min_intensity), frame.size() - expected.size());
   expectSameFrame(filtered, expected);
   EXPECT_TRUE(isConsistent(filtered));
-
-  VoxelFrame kept = pcl_ext::io::test::emptyFrame(2);
-  kept.keys = {1, 2, 3};
-  kept.intensities = {9, 9, 9};
-  kept.depth_model.emplace();
-  const VoxelFrame untouched = frame;
-  EXPECT_EQ(removeVoxelsBelow(frame, min_intensity, kept),
-            frame.size() - expected.size());
-  expectSameFrame(kept, expected);
-  EXPECT_EQ(kept.depth_model.has_value(), frame.depth_model.has_value());
-  expectSameFrame(frame, untouched);
 }
 
 /** \brief Scales of all kinds: steps that are no binary fraction, that are lost beside
@@ -141,17 +130,9 @@ TEST(IntensityThreshold, FramesOfPointsGetVoxelsWhereAnyMayBeRemoved)
     EXPECT_EQ(removeVoxelsBelow(filtered, 100.0f), removed);
     expectSameFrame(filtered, with_voxels);
     EXPECT_TRUE(isConsistent(filtered));
-    VoxelFrame kept = pcl_ext::io::test::emptyFrame(2);
-    EXPECT_EQ(removeVoxelsBelow(frame, 100.0f, kept), removed);
-    expectSameFrame(kept, with_voxels);
     filtered = frame;
     EXPECT_EQ(removeVoxelsBelow(filtered, 0.0f), 0u);
     expectSameFrame(filtered, frame);
-    // Memory that is reused keeps no points.
-    const VoxelFrame voxels = randomFrame(random, 5, 200);
-    removeVoxelsBelow(voxels, 3.0f, kept);
-    EXPECT_TRUE(isConsistent(kept));
-    EXPECT_FALSE(kept.points.areThere());
   }
 }
 

@@ -212,9 +212,6 @@ TEST_P(Scans, HaveVoxelsOnDemand)
             std::string::npos)
       << removed;
   EXPECT_EQ(filtered.points.outside_grid, outside);
-  VoxelFrame kept;
-  pcl_ext::removeVoxelsBelow(back, 1.0f, kept);
-  EXPECT_EQ(kept.points.outside_grid, outside);
 }
 
 TEST_P(Scans, OthersTakeAnIFrame)

@@ -35,18 +35,6 @@ inline namespace PCL_EXT_ABI {
 PCL_EXT_CODEC_EXPORT std::size_t
 removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
 
-/** \brief The same into another frame, for streams that share the memory that they
- * decode into and keep only the remaining voxels.
- * \param[in] frame as isConsistent() demands
- * \param[in] min_intensity as above
- * \param[out] kept the frame without these voxels; must not be `frame`
- * \return number of voxels left out
- */
-PCL_EXT_CODEC_EXPORT std::size_t
-removeVoxelsBelow(const io::VoxelFrame& frame,
-                  float min_intensity,
-                  io::VoxelFrame& kept);
-
 /** \brief The names of what a VoxelOutlierRemoval derives the densities of a stream's
  * voxels from: AutomaticUnit, FacesUnit, PointsUnit, VoxelsUnit and RaysUnit. */
 enum class DensityUnit { Automatic, Faces, Points, Voxels, Rays };
