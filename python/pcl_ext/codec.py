@@ -102,6 +102,10 @@ class Encoder:
     i_frame_rate : int
         Most frames from one I-frame, which decodes alone, to the next; 0 and 1: I-frames
         only.
+    i_frame_every : float
+        Seconds from one I-frame to the next by the stamps of the clouds, 0.001 to 86400, so
+        that a seek soon shows something; `i_frame_rate` may have one earlier; 0: the count
+        alone.
     law : str
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
@@ -212,6 +216,7 @@ class Encoder:
         *,
         effort: Effort = "fast",
         i_frame_rate: int = 30,
+        i_frame_every: float = 0.0,
         law: Law = "automatic",
         sensor: Optional[Sensor] = None,
         sensor_pose: Optional[ArrayLike] = None,

@@ -91,11 +91,10 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(
-      app,
-      options->input.inputs,
-      "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
-      "MCAP, rosbag2 (also .db3), ROS 1; -: standard input; one stream per folder");
+  addInput(app,
+           options->input.inputs,
+           "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
+           "MCAP, rosbag2 (also .db3), ROS 1; -: a pipe; a stream per folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");
