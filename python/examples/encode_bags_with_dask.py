@@ -67,7 +67,7 @@ def local(url, folder):
 def bags_of(url):
     """Names of the bags in a folder without extensions, and their URLs."""
     filesystem, path = fsspec.core.url_to_fs(os.fspath(url))
-    bags = {}
+    bags: dict[str, str] = {}
     for entry in sorted(filesystem.ls(path, detail=True), key=lambda one: one["name"]):
         name = os.path.basename(entry["name"].rstrip("/"))
         is_folder = entry["type"] == "directory"

@@ -17,7 +17,6 @@ import sys
 import numpy as np
 
 import pcl_ext
-from pcl_ext.cloud import finite_points
 from pcl_ext.plotting import colours_of, plot_sizes
 
 
@@ -128,7 +127,9 @@ def show_with_open3d(recording, stream, arguments, denoising):
             continue
         made = cloud.to_open3d().to_legacy()
         if not made.has_colors():
-            colours = colours_of(finite_points(cloud))
+            # Without missing points, as Open3D has it.
+            points = np.ravel(cloud)
+            colours = colours_of(points[np.isfinite(points["x"])])
             colours = np.repeat(colours[:, None] / max(colours.max(), 1e-6), 3, axis=1)
             made.colors = open3d.utility.Vector3dVector(colours)
         shown.points, shown.colors = made.points, made.colors

@@ -35,9 +35,10 @@ def package(name: str, debian_package: str) -> Any:
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
-        if error.name != name:
+        top = name.partition(".")[0]
+        if error.name != top:
             raise  # The package is there, but what it needs is not.
         raise ImportError(
-            f"{name} is missing: pip install {name}, or Debian's {debian_package}",
-            name=name,
+            f"{top} is missing: pip install {top}, or Debian's {debian_package}",
+            name=top,
         ) from error

@@ -7,9 +7,12 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional, Tuple, Union
 
+from ._progress import Progress, Report, reporting
+from ._texts import counted
 from .status import Error
 
 PROGRAM_VARIABLE = "PCL_EXT_PROGRAM"
@@ -61,6 +64,8 @@ class BagSummary:
         Those of the bag.
     errors : tuple of str
         What the program said.
+    skipped : bool
+        A run before has done it, and this one left it as it is; in a folder of bags only.
     """
 
     inputs: Tuple[str, ...]
@@ -71,6 +76,7 @@ class BagSummary:
     failures: int
     streams: Tuple[StreamSummary, ...]
     errors: Tuple[str, ...]
+    skipped: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,19 @@ class EncodingSummary:
         return sum(bag.failures for bag in self.bags)
 
     @property
+    def skipped(self) -> Tuple[str, ...]:
+        """Paths of the bags that a run before has done, and that this one left as they are."""
+        return tuple(name for bag in self.bags if bag.skipped for name in bag.inputs)
+
+    def __str__(self) -> str:
+        words = [counted(len(self.bags), "bag")]
+        words += [f"{len(self.skipped):,} skipped, as done before"] if self.skipped else []
+        words += [counted(self.frames, "frame"), counted(self.bytes, "byte")]
+        not_done = sum(bag.status != "done" for bag in self.bags)
+        words += [f"{not_done:,} not done"] if not_done else []
+        return ", ".join(words)
+
+    @property
     def errors(self) -> Tuple[str, ...]:
         """Of all bags that are not done."""
         return tuple(error for bag in self.bags for error in bag.errors)
@@ -117,6 +136,7 @@ def encode_bag(
     *,
     jobs: int = 1,
     overwrite: bool = False,
+    progress: Progress = False,
     program: Optional[Union[str, os.PathLike[str]]] = None,
     **options: Any,
 ) -> EncodingSummary:
@@ -136,6 +156,12 @@ def encode_bag(
         Threads that encode; 0: one a core.
     overwrite : bool
         Replace an output that exists.
+    progress : bool or callable
+        A function of two numbers, what is done and all there is, of messages of a bag, clouds
+        of files, or bags of a folder, without those that are skipped; None for an unknown
+        number. It is called at the start, some times a second, and at the end; if it raises
+        an exception, the program is interrupted. True: a bar of tqdm, which must be
+        installed.
     program : str or os.PathLike, optional
         The program; else that which the environment variable PCL_EXT_PROGRAM names, or
         ``pcl_ext`` in PATH.
@@ -165,29 +191,54 @@ def encode_bag(
         f"--jobs={jobs}",
         f"--output={os.fspath(output)}",
         *(["--overwrite"] if overwrite else []),
+        *(["--progress"] if progress else []),
         *(word for name, value in options.items() for word in _words(name, value)),
         "--",
         os.fspath(path),
     ]
-    try:
-        done = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            encoding="utf-8",
-            errors="replace",
-        )
-    except OSError as error:
-        raise Error(f"cannot run '{command[0]}': {error.strerror}", "NoProgram") from None
-    if done.returncode in (0, 1) and done.stdout.startswith("{"):
-        return _summary(json.loads(done.stdout))
-    code = {2: "Usage", 130: "Interrupted"}.get(done.returncode, "Failed")
-    message = done.stderr.strip() or f"'{command[0]}' ended with {done.returncode}"
-    if done.returncode < 0:
+    with reporting(progress) as report:
+        status, output, errors = _run(command, report)
+    if status in (0, 1) and output.startswith("{"):
+        return _summary(json.loads(output))
+    code = {2: "Usage", 130: "Interrupted"}.get(status, "Failed")
+    message = errors.strip() or f"'{command[0]}' ended with {status}"
+    if status < 0:
         code = "Killed"
-        message = f"'{command[0]}' was killed by signal {-done.returncode}"
+        message = f"'{command[0]}' was killed by signal {-status}"
     raise Error(message, code)
+
+
+def _run(command: List[str], report: Optional[Report]) -> Tuple[int, str, str]:
+    """Status, standard output and errors of a run of the program."""
+    errors = []
+    # A file takes the output, as nothing reads a pipe until the errors end.
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
+        try:
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.PIPE,
+                encoding="utf-8",
+                errors="replace",
+            )
+        except OSError as error:
+            raise Error(
+                f"cannot run '{command[0]}': {error.strerror}", "NoProgram"
+            ) from None
+        with process:
+            try:
+                for line in process.stderr or ():
+                    if report and line.startswith('{"done": '):
+                        state = json.loads(line)
+                        report(state["done"], state["total"])
+                    else:
+                        errors.append(line)
+            except BaseException:
+                process.terminate()
+                raise
+        output.seek(0)
+        return process.returncode, output.read(), "".join(errors)
 
 
 def _program(program: Optional[Union[str, os.PathLike[str]]]) -> str:
@@ -233,6 +284,7 @@ def _summary(json_object: Any) -> EncodingSummary:
                 bag["failures"],
                 tuple(StreamSummary(**stream) for stream in bag["streams"]),
                 tuple(bag["errors"]),
+                bag.get("skipped", False),
             )
             for bag in json_object["bags"]
         )

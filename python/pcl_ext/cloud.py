@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._points import check_fields, finite_points, has_colours, package
+from ._texts import counted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _NAMES_OF_OPEN3D = {"positions", "colors"}
 
 
-class Cloud(np.ndarray):
+class Cloud(np.ndarray):  # type: ignore[type-arg]
     """A structured numpy array with a row for each point, as `Decoder.decode` returns it.
 
     It is used as any array of numpy: ``cloud["x"]``, ``cloud[cloud["intensity"] > 2]``. Its
@@ -38,6 +39,12 @@ class Cloud(np.ndarray):
         array = np.asarray(points)
         check_fields(array)
         return array.view(cls)
+
+    def __repr__(self) -> str:
+        points = np.ravel(self).view(np.ndarray)
+        size = "" if self.ndim < 2 else " in " + " x ".join(map(str, self.shape))
+        fields = [_range(name, points[name]) for name in points.dtype.names or ()]
+        return f"<Cloud of {counted(len(points), 'point')}{size}: {', '.join(fields)}>"
 
     def __getitem__(self, index: Any) -> Any:
         part = super().__getitem__(index)
@@ -127,6 +134,14 @@ class Cloud(np.ndarray):
         from .plotting import plot_cloud
 
         return plot_cloud(self, axes)
+
+
+def _range(name: str, values: NDArray[Any]) -> str:
+    """The name of a field, with the range of its numbers."""
+    if values.ndim > 1 or not np.issubdtype(values.dtype, np.number):
+        return name
+    known = values[np.isfinite(values)]
+    return f"{name} {known.min():.6g} to {known.max():.6g}" if len(known) > 0 else name
 
 
 def _side_by_side(points: NDArray[Any], names: str) -> NDArray[Any]:

@@ -25,6 +25,7 @@ from ._arguments import (
     limits,
     microseconds,
 )
+from ._texts import call_of, counted
 from .cloud import Cloud
 from .outliers import OutlierRemoval, removal
 from .statistics import CloudStatistics, FrameStatistics, RateControlStatus
@@ -72,7 +73,7 @@ def _can_be_kept(name: str, dtype: Any) -> bool:
 
 def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
     """The fields of a structured array that are not encoded, in words."""
-    dtype = getattr(xyz, "dtype", None)
+    dtype: Any = getattr(xyz, "dtype", None)
     names = getattr(dtype, "names", None) or ()
     colour = next((name for name in ("rgb", "rgba") if name in names), None)
     known = {"x", "y", "z", "intensity"} | ({colour} if colour else {"r", "g", "b"})
@@ -83,6 +84,17 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
         known |= of_all - colours
     left_out = [name for name in names if name not in known]
     return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
+
+
+def _last_frame(frame: FrameStatistics) -> str:
+    if frame.frame_number == 0:
+        return "no frame yet"
+    kind = "I-frame" if frame.is_i_frame else "P-frame"
+    noun = "point" if frame.has_points else "voxel"
+    return (
+        f"frame {frame.frame_number:,}, {kind} of {counted(frame.voxels, noun)} in "
+        f"{counted(frame.bytes, 'byte')}"
+    )
 
 
 class Encoder:
@@ -102,6 +114,10 @@ class Encoder:
     i_frame_rate : int
         Most frames from one I-frame, which decodes alone, to the next; 0 and 1: I-frames
         only.
+    i_frame_every : float
+        Seconds from one I-frame to the next by the stamps of the clouds, 0.001 to 86400, so
+        that a seek soon shows something; `i_frame_rate` may have one earlier; 0: the count
+        alone.
     law : str
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
@@ -212,6 +228,7 @@ class Encoder:
         *,
         effort: Effort = "fast",
         i_frame_rate: int = 30,
+        i_frame_every: float = 0.0,
         law: Law = "automatic",
         sensor: Optional[Sensor] = None,
         sensor_pose: Optional[ArrayLike] = None,
@@ -245,6 +262,7 @@ class Encoder:
             raise TypeError(f"frame_id is {frame_id!r}; it must be a text")
         self._frame_id = frame_id
         self._native = _native.Encoder(settings)
+        self._call = call_of(self, settings)
         self._kept = {
             field if isinstance(field, str) else field[0]
             for field in ([fields] if isinstance(fields, str) else fields)
@@ -252,6 +270,11 @@ class Encoder:
         self._codes_colours = colour_bits > 0
         self._warning = ""
         self._warned: set[str] = set()
+
+    def __repr__(self) -> str:
+        last = self.statistics
+        law = "" if self.law == "automatic" else f", law {self.law!r}"
+        return f"<{self._call}: {_last_frame(last)}{law}>"
 
     def encode(
         self,
@@ -460,11 +483,15 @@ class Decoder:
         max_points: int = 1 << 30,
         max_field_values: int = 1 << 30,
     ):
-        self._native = _native.Decoder(
-            limits(max_voxels, max_frame_bytes, max_points, max_field_values)
-        )
+        named = limits(max_voxels, max_frame_bytes, max_points, max_field_values)
+        self._native = _native.Decoder(named)
+        self._call = call_of(self, named)
         self._status = Status()
         self._has_warned = False
+
+    def __repr__(self) -> str:
+        status = "" if self._status.ok else f", last call: {self._status.code}"
+        return f"<{self._call}: {_last_frame(self.statistics)}{status}>"
 
     def decode(
         self,

@@ -44,7 +44,7 @@ class FrameField(NamedTuple):
 
     name: str  #: as in the cloud that was encoded
     dtype: str  #: "int8" to "int32", "uint8" to "uint32", "float32" or "float64"
-    count: int  #: values of a point
+    count: int  # type: ignore[assignment]  #: values of a point
     step: float  #: values are multiples of it, in the unit of the field; 0: exact
 
 

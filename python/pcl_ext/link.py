@@ -22,7 +22,7 @@ from ._arguments import END_OF_TIME, microseconds, whole_number
 from .status import Error
 
 try:
-    from . import _link
+    from . import _link  # type: ignore[attr-defined]
 except ImportError as error:
     raise ImportError(
         "this pcl_ext was built without libnats, NATS's client: build it by CMake where "

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Optional, Protocol, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, Sequence
 
 from . import _native
+from ._texts import call_of, counted
 from .status import Status
 
 if TYPE_CHECKING:
@@ -94,9 +95,19 @@ class OutlierRemoval:
             "intensities_are_counts": intensities_are_counts,
         }
         named = {name: value for name, value in of_unit.items() if value is not None}
-        self._native = _native.OutlierRemoval(
-            {"unit": unit, "min_log_odds": min_log_odds, "max_blocks": max_blocks, **named}
-        )
+        settings: dict[str, Any] = {
+            "unit": unit,
+            "min_log_odds": min_log_odds,
+            "max_blocks": max_blocks,
+            **named,
+        }
+        self._native = _native.OutlierRemoval(settings)
+        self._call = call_of(self, settings)
+
+    def __repr__(self) -> str:
+        code, _, removed = self._native.status()
+        judged = f"by {self.unit!r} {counted(removed, 'voxel')} of the last frame removed"
+        return f"<{self._call}: {judged if code == 'Ok' else code}>"
 
     @property
     def status(self) -> Status:
@@ -176,9 +187,14 @@ class PointOutlierRemoval:
     """
 
     def __init__(self, *, min_log_odds: float = 0.0, use_history: bool = True):
-        self._native = _native.PointOutlierRemoval(
-            {"min_log_odds": min_log_odds, "use_history": use_history}
-        )
+        settings = {"min_log_odds": min_log_odds, "use_history": use_history}
+        self._native = _native.PointOutlierRemoval(settings)
+        self._call = call_of(self, settings)
+
+    def __repr__(self) -> str:
+        code, _, removed = self._native.status()
+        judged = f"{counted(removed, 'point')} of the last cloud are noise"
+        return f"<{self._call}: {judged if code == 'Ok' else code}>"
 
     @property
     def status(self) -> Status:

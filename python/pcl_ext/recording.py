@@ -19,6 +19,8 @@ from ._arguments import (
     microseconds,
     whole_number,
 )
+from ._progress import Progress, reporting
+from ._texts import counted
 from .cloud import Cloud
 from .codec import CompressionWarning
 from .frames import FrameField
@@ -114,6 +116,25 @@ class Recording:
         ]
         self._status = Status()
         self._has_warned = False
+        self._name = name
+        self._is_closed = False
+
+    def __repr__(self) -> str:
+        if self._is_closed:
+            return f"<Recording {self._name!r}: closed>"
+        timed = [stream for stream in self._streams if stream.has_times and stream.frames]
+        words = [
+            counted(len(self._streams), "stream"),
+            counted(sum(stream.frames for stream in self._streams), "frame"),
+            counted(self.file_bytes, "byte"),
+        ]
+        if timed:
+            first = min(stream.first_time for stream in timed)
+            last = max(stream.last_time for stream in timed)
+            words.insert(2, f"{last - first:.3f} s")
+        words += ["no orderly end"] if self.is_unfinished else []
+        words += [counted(len(self.damage), "damaged place")] if self.damage else []
+        return f"<Recording {self._name!r}: {', '.join(words)}>"
 
     def __enter__(self) -> Recording:
         return self
@@ -156,6 +177,7 @@ class Recording:
         *,
         start: Optional[float] = None,
         end: Optional[float] = None,
+        progress: Progress = False,
     ) -> Iterator[Tuple[float, str, Cloud]]:
         """Decodes the clouds of streams in the order of their times, those of the same time
         in the order of `streams` of the recording::
@@ -176,6 +198,10 @@ class Recording:
         start, end : float, optional
             Times as those of `RecordedStream.first_time`, seconds: from start on, and before
             end, which may be math.inf; compared to the microsecond.
+        progress : bool or callable
+            A function of two numbers, the frames until then and all of these streams and
+            times, which is called before each frame is decoded, and at the end; True: a bar
+            of tqdm, which must be installed.
 
         Returns
         -------
@@ -194,7 +220,7 @@ class Recording:
         if streams is None:
             streams = range(len(self._streams))
         elif isinstance(streams, (str, bytes)) or not isinstance(streams, Iterable):
-            streams = [streams]
+            streams = [streams]  # type: ignore[list-item]
         indices = sorted({self._index(stream) for stream in streams})
         for index in indices:
             if not (start is None and end is None or self._streams[index].has_times):
@@ -203,6 +229,7 @@ class Recording:
             indices,
             0 if start is None else _not_later("start", start),
             math.inf if end is None else _not_later("end", end),
+            progress,
         )
 
     def read(self, stream: Union[int, str], number: int) -> RecordedFrame:
@@ -317,6 +344,7 @@ class Recording:
     def close(self) -> None:
         """Closes the file."""
         self._native.close()
+        self._is_closed = True
 
     @property
     def status(self) -> Status:
@@ -339,18 +367,14 @@ class Recording:
         return self._native.file_bytes()
 
     def _clouds(
-        self, streams: List[int], start: int, end: float
+        self, streams: List[int], start: int, end: float, progress: Progress
     ) -> Iterator[Tuple[float, str, Cloud]]:
         for place in self.damage[:1]:
             _warn(f"{place.file}: {place.message}")
         if self.is_unfinished and not self.damage:
             _warn("the recording has no orderly end: its last clouds may be missing")
         lost = dict.fromkeys(streams, 0)
-        for time, stream, number in heapq.merge(*map(self._places, streams)):
-            if time >= end:
-                break
-            if time < start:
-                continue
+        for time, stream, number in self._reported(streams, start, end, progress):
             seconds, name = time / _NANOSECONDS, self._streams[stream].name
             cloud, _, message = self._native.decode(stream, number, None, None)
             if cloud is not None:
@@ -362,6 +386,27 @@ class Recording:
         for stream, count in lost.items():
             if count > 1:
                 _warn(f"{count} frames of {self._streams[stream].name} were left out")
+
+    def _reported(
+        self, streams: List[int], start: int, end: float, progress: Progress
+    ) -> Iterator[Tuple[int, int, int]]:
+        """The places of streams by time; tells how many of them were given."""
+
+        def places() -> Iterator[Tuple[int, int, int]]:
+            for place in heapq.merge(*map(self._places, streams)):
+                if place[0] >= end:
+                    return
+                if place[0] >= start:
+                    yield place
+
+        with reporting(progress) as report:
+            total = sum(1 for _ in places()) if report else 0
+            for done, place in enumerate(places()):
+                if report:
+                    report(done, total)
+                yield place
+            if report:
+                report(total, total)
 
     def _places(self, stream: int) -> Iterator[Tuple[int, int, int]]:
         """Time, nanoseconds, stream and number of its frames."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Optional, Sequence
 
 from . import _native
+from ._texts import call_of, counted
 from .status import Status
 
 
@@ -48,9 +49,14 @@ class TemporalVoxelFilter:
         *,
         sensor_position: Optional[Sequence[float]] = None,
     ):
-        self._native = _native.TemporalVoxelFilter(
-            {"frames": frames, "sensor_position": sensor_position}
-        )
+        settings = {"frames": frames, "sensor_position": sensor_position}
+        self._native = _native.TemporalVoxelFilter(settings)
+        self._call = call_of(self, settings)
+
+    def __repr__(self) -> str:
+        code, _, hidden, held = self._native.status()
+        filtered = f"{counted(hidden, 'voxel')} of the last frame hidden, {held:,} held"
+        return f"<{self._call}: {filtered if code == 'Ok' else code}>"
 
     @property
     def status(self) -> Status:

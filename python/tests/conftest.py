@@ -12,6 +12,7 @@ collect_ignore = [
     for variable, test in (
         ("PCL_EXT_ENCODE_WITH_PCL", "test_bytes_of_cpp.py"),
         ("PCL_EXT_PROGRAM", "test_bags.py"),
+        ("PCL_EXT_PROGRAM", "test_notebook.py"),
     )
     if variable not in os.environ
 ]

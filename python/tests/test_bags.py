@@ -123,6 +123,55 @@ def test_a_program_that_is_missing_or_killed(bags, tmp_path, monkeypatch):
     assert caught.value.code == "NoProgram"
 
 
+def test_progress_of_a_bag_and_of_folders(bags, tmp_path):
+    calls = []
+
+    def add(done, total):
+        calls.append((done, total))
+
+    pcl_ext.encode_bag(bags / "drive_3.mcap", tmp_path / "x.mcap", progress=add)
+    assert calls[0] == (0, 12) and calls[-1] == (12, 12) and calls == sorted(calls)
+    calls.clear()
+    first = pcl_ext.encode_bag(bags, tmp_path / "made", progress=add)
+    assert calls[0] == (0, 4) and calls[-1] == (4, 4) and calls == sorted(calls)
+    assert first.skipped == () and str(first).startswith("4 bags, 36 frames, ")
+    # A rerun takes what is new or changed, and says what it left out.
+    calls.clear()
+    (bags / "drive_1.mcap").write_bytes((bags / "drive_0.mcap").read_bytes())
+    again = pcl_ext.encode_bag(bags, tmp_path / "made", progress=add)
+    assert calls[0] == (0, 1) and calls[-1] == (1, 1)
+    assert again.skipped == tuple(str(bags / f"drive_{number}.mcap") for number in (0, 2, 3))
+    assert [bag.skipped for bag in again.bags] == [True, False, True, True]
+    assert again.ok and again.frames == 34
+    assert str(again).startswith("4 bags, 3 skipped, as done before, 34 frames, ")
+    # Clouds of files, whose errors are not taken for progress.
+    calls.clear()
+    clouds = ["--streams", "/front", "-o", tmp_path / "clouds"]
+    subprocess.run([PROGRAM, "decode", "-q", tmp_path / "x.mcap", *clouds], check=True)
+    (tmp_path / "clouds" / "000003.pcd").write_text("no cloud")
+    part = pcl_ext.encode_bag(tmp_path / "clouds", tmp_path / "y.mcap", progress=add)
+    assert calls[0] == (0, 6) and calls[-1] == (6, 6)
+    assert part.failures == 1 and "000003.pcd" in part.errors[0]
+    with pytest.raises(pcl_ext.Error, match="^pcl_ext encode: .* exists: name another"):
+        pcl_ext.encode_bag(tmp_path / "clouds", tmp_path / "y.mcap", progress=add)
+
+
+def test_what_progress_raises_ends_the_program(bags, tmp_path):
+    def stop(done, total):
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        pcl_ext.encode_bag(bags, tmp_path / "made", progress=stop)
+    with pytest.raises(TypeError, match="progress is 5; it must be True, False"):
+        pcl_ext.encode_bag(bags, tmp_path / "made", progress=5)
+
+
+def test_progress_on_a_bar_of_tqdm(bags, tmp_path, capsys):
+    pytest.importorskip("tqdm")
+    pcl_ext.encode_bag(bags / "drive_0.mcap", tmp_path / "x.mcap", progress=True)
+    assert "6/6" in capsys.readouterr().err
+
+
 def load_example():
     specification = importlib.util.spec_from_file_location("encode_with_dask", EXAMPLE)
     example = importlib.util.module_from_spec(specification)

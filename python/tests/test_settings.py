@@ -44,6 +44,11 @@ BAD_SETTINGS = [
         "i_frame_rate is 2.0; it must be a whole number",
     ),
     (
+        {"i_frame_every": 1e-4},
+        ValueError,
+        "i_frame_every is 0.0001; it must be 0.001 to 86400 s, or 0 for the count alone",
+    ),
+    (
         {"law": "loud"},
         ValueError,
         "law is 'loud'; it must be one of automatic, count, quadr",

@@ -39,6 +39,17 @@ def test_i_frame_rate(room):
     assert kinds == "IPPIP"
 
 
+def test_i_frame_every(room):
+    box = ((-2, -2, 0), (3, 2, 4))
+    stamps = (100.0, 100.4, 100.9, 101.0, None, 101.5, 102.1, 50.0)
+    encoder = pcl_ext.Encoder(0.1, bounding_box=box, i_frame_every=1)
+    kinds = ""
+    for stamp in stamps:
+        encoder.encode(room, stamp=stamp)
+        kinds += "I" if encoder.statistics.is_i_frame else "P"
+    assert kinds == "IPPIPPII"
+
+
 def test_a_request_before_the_first_cloud_is_harmless(room):
     encoder = pcl_ext.Encoder(0.1)
     encoder.request_i_frame()

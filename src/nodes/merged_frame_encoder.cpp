@@ -31,7 +31,8 @@ MergedFrameEncoder::MergedFrameEncoder(const io::StreamSettings& stream)
 : encoder_(io::StreamFormat::Version1,
            stream.i_frame_rate,
            stream.effort,
-           stream.first_frame_number)
+           stream.first_frame_number,
+           stream.i_frame_every)
 {}
 
 io::CompressionStatus
@@ -45,6 +46,7 @@ MergedFrameEncoder::encode(const io::VoxelFrame& merged,
       std::chrono::duration_cast<std::chrono::microseconds>(stamp).count();
   return callOrElse(
       [&] {
+        encoder_.setTime(stamp);
         return encoder_.encode(
             onHeldScale(merged),
             io::FrameStamp{

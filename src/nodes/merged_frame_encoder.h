@@ -25,7 +25,8 @@ namespace nodes {
  */
 class PCL_EXT_EXPORT MergedFrameEncoder {
 public:
-  /** \param[in] stream effort, i_frame_rate and first_frame_number are used */
+  /** \param[in] stream effort, i_frame_rate, i_frame_every and
+   * first_frame_number are used */
   explicit MergedFrameEncoder(const io::StreamSettings& stream);
 
   /** \brief Makes the next frame an I-frame. */

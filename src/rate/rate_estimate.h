@@ -1,14 +1,27 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/compression/compression_settings.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 
 namespace pcl_ext {
 namespace io {
+
+/** \brief Frames from one I-frame to the next, 1 or more.
+ * \param[in] interval from one cloud to the next, seconds; 0: not known
+ */
+inline double
+framesOfIFrame(const StreamSettings& settings, double interval)
+{
+  const double by_count = std::max(settings.i_frame_rate, 1u);
+  if (settings.i_frame_every == 0.0 || interval <= 0.0)
+    return by_count;
+  return std::clamp(std::ceil(settings.i_frame_every / interval), 1.0, by_count);
+}
 
 /** \brief What I- and P-frames take of others. */
 struct FrameRatios {
@@ -22,10 +35,8 @@ class RateEstimate {
 public:
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /** \param[in] i_frame_rate of the stream */
-  explicit RateEstimate(unsigned int i_frame_rate)
-  : frames_of_i_frame_(std::max(i_frame_rate, 1u))
-  {}
+  /** \param[in] stream when it has I-frames */
+  explicit RateEstimate(const StreamSettings& stream) : stream_(stream) {}
 
   /** \brief Adds the time from one cloud to the next, 0 or more. Pauses do not count. */
   void
@@ -81,9 +92,10 @@ public:
   {
     if (interval_.value <= 0.0)
       return 0.0;
+    const double frames = framesOfIFrame(stream_, interval_.value);
     const double bytes = bytesOf(true) * ratios.i_frame +
-                         (frames_of_i_frame_ - 1.0) * bytesOf(false) * ratios.p_frame;
-    return bytes / (frames_of_i_frame_ * interval_.value);
+                         (frames - 1.0) * bytesOf(false) * ratios.p_frame;
+    return bytes / (frames * interval_.value);
   }
 
   /** \brief From one cloud to the next. */
@@ -130,7 +142,7 @@ private:
     unsigned int count = 0;
   };
 
-  double frames_of_i_frame_;
+  StreamSettings stream_;
   Mean i_frame_;
   Mean p_frame_;
   Mean interval_; // seconds

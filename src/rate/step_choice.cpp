@@ -58,7 +58,7 @@ StepChoice::StepChoice(const EncoderSettings& settings,
 : base_(settings)
 , settings_(settings)
 , ladder_(settings, has_intensities, can_remove_outliers, min_log_odds)
-, estimate_(settings.i_frame_rate)
+, estimate_(settings)
 , effective_(ladder_[0])
 , mean_rate_(settings.max_rate)
 , hold_(shortest_hold)

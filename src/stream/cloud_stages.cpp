@@ -61,7 +61,8 @@ CloudStages::CloudStages(const EncoderSettings& settings,
 , encoder_(settings.format,
            settings.i_frame_rate,
            settings.effort,
-           settings.first_frame_number)
+           settings.first_frame_number,
+           settings.i_frame_every)
 {
   begin(settings, depth_law);
 }
@@ -158,6 +159,7 @@ CloudStages::run(CloudSource& source,
   const Clock::time_point begin = Clock::now();
   const auto arrival =
       info.arrival ? info.arrival : info.time.value_or(begin.time_since_epoch());
+  encoder_.setTime(info.time);
   if (!rate_control_->beginCloud(*arrival, encoder_.isIFrameDue()))
     return leftOut();
   if (rate_control_->hasChanged()) {

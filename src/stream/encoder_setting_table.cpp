@@ -179,6 +179,14 @@ addStream(EncoderSettingTable& table)
                    "Frames from one I-frame to the next; 0 and 1: I-frames only.",
                    {"--i-frame-rate", "N", "frames from one I-frame to the next"},
                    {}});
+  table.push_back(
+      {"i_frame_every",
+       &S::i_frame_every,
+       {0.001, 86400.0, "s", "the count alone"},
+       "Time from one I-frame to the next, by the stamps of the clouds, so "
+       "that a seek soon shows something; {i_frame_rate} may have one earlier.",
+       {"--i-frame-every", "TIME", "an I-frame also after so long, as 1s"},
+       {}});
   const std::string of_parts =
       "for parts of a recording that are encoded side by side, which ";
   table.push_back({"first_frame_number",

@@ -7,6 +7,7 @@
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace pcl_ext {
@@ -30,9 +31,11 @@ checkStamp(const std::optional<FrameStamp>& stamp)
 FrameEncoder::FrameEncoder(StreamFormat format,
                            unsigned int i_frame_rate,
                            Effort effort,
-                           std::uint32_t first_frame_number)
+                           std::uint32_t first_frame_number,
+                           double i_frame_every)
 : format_(format)
 , i_frame_rate_(std::max(i_frame_rate, 1u))
+, i_frame_every_(std::round(1e9 * i_frame_every))
 , version1_(effort == Effort::Fast || effort == Effort::Small ? effort
                                                               : Effort::Balanced,
             i_frame_rate_ > 1,
@@ -46,7 +49,30 @@ FrameEncoder::reasonsOfStream() const
   IFrameReasons reasons;
   reasons.is_requested = is_i_frame_requested_;
   reasons.is_scheduled = frames_since_i_frame_ >= i_frame_rate_;
+  reasons.is_late = isLate();
   return reasons;
+}
+
+/** \brief Whether the next frame is so far from the last I-frame in time that it has to
+ * be one. */
+bool
+FrameEncoder::isLate() const
+{
+  if (i_frame_every_ == 0.0 || !time_ || !i_frame_time_)
+    return false;
+  const auto [first, last] = std::minmax(*time_, *i_frame_time_);
+  // Unsigned, as it may be outside the range of the clock.
+  const std::uint64_t apart = static_cast<std::uint64_t>(last.count()) -
+                              static_cast<std::uint64_t>(first.count());
+  return static_cast<double>(apart) >= i_frame_every_;
+}
+
+void
+FrameEncoder::setTime(const std::optional<std::chrono::nanoseconds>& time)
+{
+  time_ = time;
+  if (!i_frame_time_)
+    i_frame_time_ = time;
 }
 
 bool
@@ -205,6 +231,7 @@ FrameEncoder::endFrame(const CodedFrameStatistics& statistics, bool is_empty)
   if (statistics.is_i_frame) {
     frames_since_i_frame_ = 0;
     bytes_since_i_frame_ = 0;
+    i_frame_time_ = time_;
   }
   ++frames_since_i_frame_;
   bytes_since_i_frame_ += statistics.bytes - statistics.header_bytes;

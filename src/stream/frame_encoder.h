@@ -12,6 +12,7 @@
 #include "stream/version1_encoder.h"
 #include "voxels/memory_rule.h"
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -27,11 +28,18 @@ public:
    * \param[in] i_frame_rate frames from one I-frame to the next; 0 counts as 1
    * \param[in] effort time against size; Version1 only
    * \param[in] first_frame_number see StreamSettings
+   * \param[in] i_frame_every seconds; see StreamSettings
    */
   FrameEncoder(StreamFormat format,
                unsigned int i_frame_rate,
                Effort effort = Effort::Fast,
-               std::uint32_t first_frame_number = 1);
+               std::uint32_t first_frame_number = 1,
+               double i_frame_every = 0.0);
+
+  /** \brief Sets the time of the next frame, before it is asked whether an I-frame is
+   * due; none: the frame is counted only. */
+  void
+  setTime(const std::optional<std::chrono::nanoseconds>& time);
 
   /** \brief True if the next frame will be an I-frame for any content. */
   bool
@@ -112,14 +120,21 @@ private:
   IFrameReasons
   reasonsOfStream() const;
 
+  bool
+  isLate() const;
+
   FrameKind
   kindOf(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp);
 
   StreamFormat format_;
   std::uint32_t i_frame_rate_;
+  double i_frame_every_; // nanoseconds; 0: by count alone
   std::uint32_t frames_since_i_frame_ = 0;
   std::uint64_t bytes_since_i_frame_ = 0;
   bool is_i_frame_requested_ = true;
+  std::optional<std::chrono::nanoseconds> time_; // of the next frame, or the last
+  // Of the last I-frame, or of the first frame after it that had one.
+  std::optional<std::chrono::nanoseconds> i_frame_time_;
   bool is_last_empty_ = false;
   CodedFrameStatistics statistics_;
   published::History published_;

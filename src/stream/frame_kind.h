@@ -18,6 +18,7 @@ struct IFrameReasons {
   // Of the stream, before the frame is known:
   bool is_requested = false; ///< first frame, other settings, or asked for
   bool is_scheduled = false; ///< by the I-frame rate
+  bool is_late = false;      ///< by the time since the last I-frame
   // Of the frame:
   bool has_other_content = false;   ///< grid, scale, layout, or what its voxels have
   bool has_far_stamp = false;       ///< its change takes more bytes than the stamp
@@ -27,8 +28,8 @@ struct IFrameReasons {
   bool
   any() const
   {
-    return is_requested || is_scheduled || has_other_content || has_far_stamp ||
-           has_long_history || repeats_fine_voxels;
+    return is_requested || is_scheduled || is_late || has_other_content ||
+           has_far_stamp || has_long_history || repeats_fine_voxels;
   }
 };
 

@@ -57,6 +57,28 @@ TEST(CompressionStreams, WritingAndReadingMayTakeTurnsOnOneStream)
   }
 }
 
+TEST(CompressionStreams, IFramesComeByTheStampsOfClouds)
+{
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
+  settings.bounding_box = wide_box;
+  settings.i_frame_every = 0.25;
+  Compression encoder(settings);
+  Compression decoder;
+  std::string kinds;
+  std::stringstream stream;
+  // Microseconds; 0 is no stamp.
+  for (const std::uint64_t stamp :
+       {100000, 300000, 349999, 350000, 0, 599999, 600001}) {
+    const Cloud::Ptr cloud = movingCloud(0);
+    cloud->header.stamp = stamp;
+    ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+    Cloud::Ptr decoded;
+    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+    kinds += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
+  }
+  EXPECT_EQ(kinds, "IPPIPPI");
+}
+
 TEST(CompressionStreams, OneInstanceServesBothDirectionsAtOnce)
 {
   // A node that sends its own stream and watches another's.

@@ -198,4 +198,24 @@ TEST(MergedFrames, CanBeEmpty)
   EXPECT_EQ(top.health()[0].frames_decoded, 1u);
 }
 
+TEST(MergedFrameEncoder, IFramesComeByStamps)
+{
+  std::mt19937_64 random(3);
+  const VoxelFrame frame = someVoxels(random, scaleOf(0.0f, 1.0f));
+  pcl_ext::io::StreamSettings stream;
+  stream.i_frame_every = 0.3;
+  MergedFrameEncoder encoder(stream);
+  FrameDecoder decoder;
+  std::string kinds;
+  for (const int ms : {500, 700, 799, 800, 900, 1101}) {
+    Bytes bytes;
+    VoxelFrame back;
+    ASSERT_TRUE(
+        encoder.encode(frame, std::chrono::milliseconds(ms), "world", bytes).ok());
+    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
+    kinds += decoder.statistics().is_i_frame ? 'I' : 'P';
+  }
+  EXPECT_EQ(kinds, "IPPIPI");
+}
+
 } // namespace

@@ -74,6 +74,28 @@ TEST(SensorNodeStreams, IFramesComeAtTheirRateAndWhenRequested)
   }
 }
 
+TEST(SensorNodeStreams, IFramesComeByStampsOrWithoutThemByTheClock)
+{
+  FakeClock clock;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = wide_box;
+  settings.compression.i_frame_every = 0.5;
+  settings.clock = clock.clock();
+  for (const bool has_stamps : {true, false}) {
+    SensorNode node(settings);
+    pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
+    FrameDecoder decoder;
+    std::string frame_types;
+    for (const int ms : {1000, 1300, 1499, 1501, 1900, 2001}) {
+      clock.set(has_stamps ? Time(0) : Time(std::chrono::milliseconds(ms)));
+      message.header.stamp = has_stamps ? static_cast<std::uint64_t>(ms) * 1000 : 0;
+      decodedWith(decoder, encoded(node, message, poseOf(0)));
+      frame_types += decoder.statistics().is_i_frame ? 'I' : 'P';
+    }
+    EXPECT_EQ(frame_types, "IPPIPI");
+  }
+}
+
 TEST(SensorNodeStreams, AReceiverThatJoinsLateIsServedByARequest)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);

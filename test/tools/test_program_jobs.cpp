@@ -75,6 +75,25 @@ TEST_F(ProgramJobs, PartsBeginWithAnIFrameAndGoOnWithTheNumbers)
   }
 }
 
+TEST_F(ProgramJobs, IFramesComeByTimesInEachPart)
+{
+  writeClouds("room", roomClouds(155));
+  const std::string command =
+      "encode room -o whole.mcap --rate 10 -r 0.1 --i-frame-rate 1000 -q --overwrite ";
+  for (const auto& [option, clouds] :
+       std::vector<std::pair<std::string, std::size_t>>{{"--i-frame-every 1s -j 3", 10},
+                                                        {"--i-frame-every=500ms", 5},
+                                                        {"--i-frame-every 0.25", 3},
+                                                        {"--i-frame-every 0", 1000}}) {
+    expectRun(command + option);
+    const DecodedStream whole = decode(folder / "whole.mcap")[0];
+    ASSERT_EQ(whole.frames.size(), 155u);
+    for (std::size_t i = 0; i < whole.frames.size(); ++i)
+      EXPECT_EQ(whole.frames[i].description.is_i_frame, i % clouds == 0)
+          << option << ' ' << i;
+  }
+}
+
 TEST_F(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
 {
   writeBag(folder / "bag.mcap", 360);

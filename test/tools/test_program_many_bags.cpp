@@ -86,6 +86,30 @@ TEST_F(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
   EXPECT_TRUE(bytesOf(folder / "made/b.mcap") == bytesOf(folder / "b.mcap"));
 }
 
+TEST_F(ProgramManyBags, ProgressAndWhatIsLeftOutAreToldToPrograms)
+{
+  writeBags(folder, 3);
+  const ProgramRun one = run("encode bags/a.mcap -r 0.05 -q --progress -o a.mcap");
+  EXPECT_EQ(one.errors.find("{\"done\": 0, \"total\": 9, \"of\": \"messages\"}\n"), 0u);
+  EXPECT_TRUE(
+      hasPart(one.errors, "{\"done\": 9, \"total\": 9, \"of\": \"messages\"}\n"));
+  const ProgramRun piped =
+      runShell("cat bags/a.mcap | \"$P\" encode - -r 0.05 -q --progress -o b.mcap");
+  EXPECT_EQ(piped.errors.find("{\"done\": 0, \"total\": null, "), 0u) << piped.errors;
+  // Neither the order of the options nor that of the runs changes what is done before.
+  run("encode bags -r 0.05 -q -o made");
+  fs::copy(folder / "bags/a.mcap", folder / "bags/d.mcap");
+  const ProgramRun all = run("encode bags -r 0.05 -q --progress --json -o made");
+  EXPECT_EQ(all.errors,
+            "{\"done\": 0, \"total\": 1, \"of\": \"bags\"}\n"
+            "{\"done\": 1, \"total\": 1, \"of\": \"bags\"}\n");
+  std::string skipped;
+  const nlohmann::json summary = nlohmann::json::parse(all.output);
+  for (const nlohmann::json& bag : summary["bags"])
+    skipped += bag["skipped"].get<bool>() ? 's' : 'n';
+  EXPECT_EQ(skipped, "sssn");
+}
+
 TEST_F(ProgramManyBags, FailuresAreInATableAndTheOthersAreDone)
 {
   writeBags(folder, 4);

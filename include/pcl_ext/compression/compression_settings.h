@@ -169,6 +169,13 @@ struct StreamSettings {
    * I-frame. */
   unsigned int i_frame_rate = 30;
 
+  /** \brief Seconds after which an I-frame comes by the times of the clouds, 0.001 to
+   * 86400, so that a seek soon shows something; 0: by i_frame_rate alone. An I-frame is
+   * the first cloud whose time is at least so long after that of the last I-frame, or
+   * before it, as where a recording begins again; i_frame_rate may have one earlier.
+   * Clouds without a time are counted only. */
+  double i_frame_every = 0.0;
+
   /** \brief Number of the first frame; above 1 for an encoder that goes on with a stream
    * from an I-frame on, as where parts of a recording are encoded side by side. Version1
    * only. */

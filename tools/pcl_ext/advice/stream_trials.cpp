@@ -8,6 +8,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "measuring/samples.h"
+#include "rate/rate_estimate.h"
 #include "streams/stream_encoder.h"
 
 #include <algorithm>
@@ -35,7 +36,8 @@ struct EncodedFrames {
 EncodedFrames
 encodeSome(const EncodingOptions& options, const HeldClouds& stream, double seconds)
 {
-  const std::size_t rate = std::max<std::size_t>(options.codec().i_frame_rate, 1);
+  const auto rate =
+      static_cast<std::size_t>(io::framesOfIFrame(options.codec(), stream.period));
   const std::size_t most =
       rate == 1 ? stream.clouds.size() : std::min(stream.clouds.size(), rate);
   StreamEncoder encoder(options, stream.name);

@@ -245,9 +245,9 @@ printLegend()
          "(lidars "
          "with rows) or voxels (others)\nthat --remove-outliers takes, with law count "
          "in "
-         "place of native or none. kbit/s: by the stamps of the clouds,\nwith an "
-         "I-frame "
-         "every --i-frame-rate. ms: encoding a cloud on this machine, median.\n";
+         "place of native or none. kbit/s: by the stamps of the clouds,\nwith "
+         "I-frames as --i-frame-rate and --i-frame-every say. ms: encoding a cloud on "
+         "this machine, median.\n";
 }
 
 /** \brief Prints what there is to say of one stream.

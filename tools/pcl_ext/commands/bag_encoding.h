@@ -28,7 +28,8 @@ struct EncodeOptions {
   Output output;
   bool is_quiet = false;
   bool is_json = false;
-  unsigned int jobs = 1; ///< threads that encode
+  bool reports_progress = false; // for programs
+  unsigned int jobs = 1;         ///< threads that encode
 };
 
 /** \brief Encodes all clouds of an input into one output: files, or a bag with its other

@@ -30,6 +30,8 @@ encodeOne(const EncodeOptions& options)
   Console console("encode");
   if (options.is_quiet)
     console.beQuiet();
+  if (options.reports_progress)
+    console.reportProgress();
   if (options.output.path == "-")
     console.keepOutputFree();
   Crew crew(options.jobs);
@@ -54,9 +56,9 @@ optionsText(const CLI::App& app)
       "IN", "--output", "--overwrite", "--jobs", "--json", "--quiet", "--help"};
   std::string text;
   for (const CLI::Option* const option : app.get_options()) {
-    const std::string& name = option->get_name();
-    if (std::find(without_effect.begin(), without_effect.end(), name) !=
-        without_effect.end())
+    const std::string& name = option->get_name(); // empty: not in the help
+    if (name.empty() || std::find(without_effect.begin(), without_effect.end(), name) !=
+                            without_effect.end())
       continue;
     for (const std::string& value : option->results())
       text += (text.empty() ? "" : " ") + name + (value == "true" ? "" : "=" + value);
@@ -91,11 +93,10 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(
-      app,
-      options->input.inputs,
-      "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
-      "MCAP, rosbag2 (also .db3), ROS 1; -: standard input; one stream per folder");
+  addInput(app,
+           options->input.inputs,
+           "PCD, PLY, KITTI .bin, nuScenes .pcd.bin, folders, 'globs'; bags: "
+           "MCAP, rosbag2 (also .db3), ROS 1; -: a pipe; a stream per folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");
@@ -130,6 +131,11 @@ addEncode(CLI::App& app)
             "N",
             "threads that encode; 0: one a core; same bytes for any");
   app.add_flag("--json", options->is_json, "print the summary for programs");
+  // For programs alone: doc/recordings.md has it, and the help remains a screen.
+  app.add_flag("--progress",
+               options->reports_progress,
+               "print how far it is for programs, on the standard error")
+      ->group("");
   addQuiet(app, options->is_quiet);
   return [options, &app] {
     options->input.has_rate = isGiven(app, "--rate");

@@ -54,12 +54,14 @@ public:
   {
     if (options.is_quiet)
       console_.beQuiet();
+    if (options.reports_progress)
+      console_.reportProgress();
     checkFolder();
     pairWithOutputs(bags);
     manifest_.emplace(
         options.output.path, manifest_options, options.output.may_replace);
     for (Bag& bag : bags_) {
-      bag.is_done = manifest_->isDone(bag.paths);
+      bag.is_done = bag.is_skipped = manifest_->isDone(bag.paths);
       if (!bag.is_done)
         // One that a run before has begun is replaced.
         refuseTakenFile({bag.paths.input},
@@ -88,6 +90,7 @@ private:
   struct Bag {
     BagToEncode paths;
     bool is_done = false;           // also by a run before
+    bool is_skipped = false;        // as a run before has done it
     std::vector<std::string> lines; // errors and remarks
     Json line;                      // of the manifest
   };
@@ -124,7 +127,7 @@ private:
         throw UsageError("'" + known->second + "' and '" + input +
                          "' would both become '" + output +
                          "': encode them into two folders");
-      bags_.push_back({{input, output}, false, {}, {}});
+      bags_.push_back({{input, output}, false, false, {}, {}});
       refuseTakenFile(bags, output, true);
     }
   }
@@ -244,6 +247,7 @@ private:
       }
       bag.line["inputs"] = {bag.paths.input};
       bag.line["output"] = bag.paths.output;
+      bag.line["skipped"] = bag.is_skipped;
       json["bags"].push_back(bag.line);
     }
     if (options_.is_json)

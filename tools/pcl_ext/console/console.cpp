@@ -117,17 +117,21 @@ Console::startProgress(const std::string& what, std::size_t total)
   start_ = Clock::now();
   until_next_ = first_line_after;
   next_ = start_ + (is_terminal_ ? first_bar_after : first_line_after);
+  if (is_progress_json_)
+    showJson();
 }
 
 void
 Console::advance(std::size_t count)
 {
   done_ += count;
-  if (is_quiet_ || holds_lines_)
+  if ((is_quiet_ && !is_progress_json_) || holds_lines_)
     return;
   const Clock::time_point now = Clock::now();
   if (now < next_)
     return;
+  if (is_progress_json_)
+    return showJson();
   next_ = now + (is_terminal_ ? bar_period : until_next_);
   until_next_ *= 2;
   show(now);
@@ -153,6 +157,17 @@ Console::show(Clock::time_point now)
   if (bar_before.size() + text.size() <= lineWidth())
     text = bar_before + text;
   showLine(text);
+}
+
+/** \brief Prints how far it is, for programs. */
+void
+Console::showJson()
+{
+  shown_ = done_;
+  next_ = Clock::now() + bar_period;
+  const std::string total = total_ > 0 ? std::to_string(total_) : "null";
+  std::cerr << "{\"done\": " << done_ << ", \"total\": " << total << ", \"of\": \""
+            << what_ << "\"}" << std::endl;
 }
 
 std::size_t
@@ -185,6 +200,8 @@ Console::endProgress()
   if (is_bar_shown_)
     std::cerr << "\r\x1b[K" << std::flush;
   is_bar_shown_ = false;
+  if (is_progress_json_ && shown_ != done_)
+    showJson();
 }
 
 } // namespace tools

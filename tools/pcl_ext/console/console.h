@@ -33,6 +33,14 @@ public:
   void
   beQuiet();
 
+  /** \brief Progress is for programs: lines of JSON on standard error, also if quiet. The
+   * first is that of the start, the last that of the end; at most ten a second between. */
+  void
+  reportProgress()
+  {
+    is_progress_json_ = true;
+  }
+
   /** \brief Standard output takes frames: summaries go to standard error. */
   void
   keepOutputFree();
@@ -103,6 +111,9 @@ private:
   void
   show(Clock::time_point now);
 
+  void
+  showJson();
+
   /** \brief Replaces the line of the bar on the terminal. */
   void
   showLine(const std::string& line);
@@ -116,6 +127,7 @@ private:
 
   std::string name_;
   bool is_quiet_ = false;
+  bool is_progress_json_ = false;
   bool is_output_free_ = false;
   bool holds_lines_ = false;
   std::vector<std::string> lines_;  // that are held
@@ -124,6 +136,7 @@ private:
   std::string what_;
   std::size_t total_ = 0;
   std::size_t done_ = 0;
+  std::size_t shown_ = 0; // as JSON
   bool is_bar_shown_ = false;
   Clock::time_point start_;
   Clock::time_point next_;

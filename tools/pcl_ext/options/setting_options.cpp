@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <sstream>
 #include <type_traits>
 #include <utility>
 
@@ -86,15 +87,26 @@ struct OptionAdder {
   void
   operator()(double io::EncoderSettings::*member)
   {
-    if (setting.range.unit != "bit/s")
-      return addRange(member);
-    addParsed(app,
-              setting.option.names,
-              setting.option.value_name,
-              help,
-              [this_member = member, &to = settings](const std::string& text) {
-                to.*this_member = parseRate(text);
-              });
+    const std::string name = longName(setting.option.names);
+    const auto add = [&](const std::string& text, auto parse) {
+      addParsed(app,
+                setting.option.names,
+                setting.option.value_name,
+                text,
+                [member, parse, &to = settings](const std::string& given) {
+                  to.*member = parse(given);
+                });
+    };
+    if (setting.range.unit == "bit/s")
+      add(help, parseRate);
+    else if (setting.range.unit == "s") {
+      std::ostringstream usual;
+      usual << " (" << settings.*member << ')';
+      add(helpOfRange() + usual.str(),
+          [name](const std::string& given) { return parseSeconds(name, given); });
+    }
+    else
+      addRange(member);
   }
 
   void
@@ -119,6 +131,14 @@ struct OptionAdder {
   }
 
 private:
+  /** \brief The help with what 0 stands for. */
+  std::string
+  helpOfRange() const
+  {
+    const std::string& zero = setting.range.zero;
+    return help + (zero.empty() ? "" : "; 0: " + zero);
+  }
+
   /** \brief The numbers of the range and 0 if it stands for something; what lies between
    * is refused where all settings are checked. */
   template <typename NumberT>
@@ -134,7 +154,7 @@ private:
               static_cast<NumberT>(zero.empty() ? lowest : 0.0),
               static_cast<NumberT>(is_whole ? std::min(highest, most) : highest),
               setting.option.value_name,
-              help + (zero.empty() ? "" : "; 0: " + zero));
+              helpOfRange());
   }
 };
 

@@ -254,6 +254,14 @@ parseDuration(const std::string& option, const std::string& text)
 }
 
 double
+parseSeconds(const std::string& option, const std::string& text)
+{
+  char* end = nullptr;
+  const double seconds = std::strtod(text.c_str(), &end);
+  return end != text.c_str() && *end == '\0' ? seconds : parseDuration(option, text);
+}
+
+double
 parseBytes(const std::string& option, const std::string& text)
 {
   constexpr double most = 1e18;

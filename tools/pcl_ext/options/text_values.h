@@ -75,6 +75,12 @@ parseRate(const std::string& text);
 double
 parseDuration(const std::string& option, const std::string& text);
 
+/** \brief Reads a time as parseDuration() does, or a number alone, of seconds: 0.5.
+ * \throws UsageError
+ */
+double
+parseSeconds(const std::string& option, const std::string& text);
+
 /** \brief Reads a size: a number above 0 and a unit, kB, MB, GB or TB, powers of 1000.
  * \return bytes
  * \throws UsageError

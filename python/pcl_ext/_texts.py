@@ -1,0 +1,31 @@
+# Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+"""What an object is, in a line."""
+
+from __future__ import annotations
+
+import inspect
+import reprlib
+from typing import Any, Mapping
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things: "1 frame", "1,234 frames"."""
+    return f"{count:,} {noun}" + ("" if count == 1 else "s")
+
+
+def call_of(thing: object, settings: Mapping[str, Any]) -> str:
+    """The call that makes such an object: its class with the settings that are not the
+    defaults."""
+    usual = inspect.signature(type(thing).__init__).parameters
+    words = [
+        f"{name}={_value(value)}"
+        for name, value in settings.items()
+        if name in usual and _value(value) != _value(usual[name].default)
+    ]
+    return f"{type(thing).__name__}({', '.join(words)})"
+
+
+def _value(value: Any) -> str:
+    text = reprlib.Repr()
+    text.maxstring = text.maxother = 60
+    return " ".join(text.repr(value).split())

@@ -1,0 +1,200 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief When an I-frame is due: by the number of frames, and by the times of clouds.
+ */
+#include <pcl_ext/compression/cloud_encoder.h>
+
+#include "rate/rate_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+using CloudTime = std::optional<nanoseconds>;
+
+EncoderSettings
+settingsOf(unsigned int i_frame_rate, double i_frame_every)
+{
+  EncoderSettings settings;
+  settings.resolution = 0.1;
+  settings.i_frame_rate = i_frame_rate;
+  settings.i_frame_every = i_frame_every;
+  settings.bounding_box = {{0.0, 0.0, 0.0}, {2.0, 2.0, 2.0}};
+  return settings;
+}
+
+/** \brief Times of milliseconds; none where there is no time. */
+std::vector<CloudTime>
+timesOf(const std::vector<int>& numbers)
+{
+  std::vector<CloudTime> times;
+  for (const int number : numbers)
+    times.push_back(number < 0 ? CloudTime() : milliseconds(number));
+  return times;
+}
+
+constexpr int none = -1;
+
+/** \brief Kinds of the frames of a wall that stands still: I or P.
+ * \param[in] requested number of the cloud before which an I-frame is requested
+ */
+std::string
+kindsOf(const EncoderSettings& settings,
+        const std::vector<CloudTime>& times,
+        std::size_t requested = 0)
+{
+  std::vector<std::array<float, 3>> points;
+  for (int i = 0; i < 400; ++i)
+    points.push_back(
+        {0.1f * static_cast<float>(i % 20), 0.1f * static_cast<float>(i / 20), 1.0f});
+  PointView view;
+  view.coordinates = points.front().data();
+  view.coordinate_stride = sizeof(points.front());
+  view.count = points.size();
+  view.image = {20, 20};
+  CloudEncoder encoder(settings, pcl_ext::IntensityUnit::None);
+  EXPECT_TRUE(encoder.settingsStatus().ok()) << encoder.settingsStatus();
+  std::string kinds;
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (i == requested)
+      encoder.requestIFrame();
+    CloudInfo info;
+    info.time = times[i];
+    EXPECT_TRUE(encoder.encode(view, info, bytes).ok());
+    kinds += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
+  }
+  return kinds;
+}
+
+std::string
+kindsOf(unsigned int i_frame_rate,
+        double i_frame_every,
+        const std::vector<int>& numbers)
+{
+  return kindsOf(settingsOf(i_frame_rate, i_frame_every), timesOf(numbers));
+}
+
+TEST(ScheduledIFrames, FirstCloudThatIsLongEnoughAfterTheLastIFrame)
+{
+  EXPECT_EQ(kindsOf(100, 0.5, {7, 107, 506, 507, 607, 1006, 1008, 1507, 1508}),
+            "IPPIPPIPI");
+  EXPECT_EQ(kindsOf(100, 0.0, {7, 107, 506, 507, 607, 1006, 1008, 1507, 1508}),
+            "IPPPPPPPP");
+  // Clouds that are further apart than that.
+  EXPECT_EQ(kindsOf(100, 0.25, {0, 250, 700, 10000}), "IIII");
+}
+
+TEST(ScheduledIFrames, BothRulesActAndEachBeginsAnewWithAnIFrame)
+{
+  EXPECT_EQ(kindsOf(3, 0.4, {0, 100, 200, 300, 400, 900, 1000, 1100, 1200}),
+            "IPPIPIPPI");
+  EXPECT_EQ(kindsOf(1, 10.0, {0, 100, 200}), "III");
+  EXPECT_EQ(
+      kindsOf(settingsOf(100, 0.4), timesOf({0, 100, 200, 300, 400, 500, 600}), 2),
+      "IPIPPPI");
+}
+
+TEST(ScheduledIFrames, CloudsWithoutATimeAreCountedOnly)
+{
+  EXPECT_EQ(kindsOf(4, 0.1, {none, none, none, none, none}), "IPPPI");
+  EXPECT_EQ(kindsOf(100, 0.4, {0, none, 300, none, 400, none, 700}), "IPPPIPP");
+  // Where the I-frame has no time, from the first one after it on.
+  EXPECT_EQ(kindsOf(100, 0.4, {none, none, 1000, 1399, 1400}), "IPPPI");
+  EXPECT_EQ(kindsOf(3, 0.4, {1000, none, none, none, 1200, 1599, 1600}), "IPPIPPI");
+}
+
+TEST(ScheduledIFrames, TimesThatGoBackFarBeginAnew)
+{
+  EXPECT_EQ(kindsOf(100, 0.5, {9000, 9100, 8900, 8501, 8500, 8600, 9000, 9100}),
+            "IPPPIPIP");
+  const std::vector<CloudTime> ends = {
+      nanoseconds::min(), nanoseconds::max(), nanoseconds::max(), nanoseconds::min()};
+  EXPECT_EQ(kindsOf(settingsOf(100, 86400.0), ends), "IIPI");
+}
+
+TEST(ScheduledIFrames, NanosecondsOfClocksCount)
+{
+  // A float of 64 bits has no nanoseconds of these.
+  const nanoseconds today{1'700'000'000'123'456'789};
+  const nanoseconds second{1'000'000'000};
+  for (const double every : {1.0, 0.1, 0.3, 0.007}) {
+    const auto period = nanoseconds(std::llround(every * 1e9));
+    EXPECT_EQ(kindsOf(settingsOf(100, every),
+                      {today, today + period - nanoseconds(1), today + period}),
+              "IPI");
+  }
+  EXPECT_EQ(kindsOf(settingsOf(100, 1.0), {today + second, today, today + second}),
+            "III");
+}
+
+TEST(ScheduledIFrames, AreThoseOfTheRuleForAnyTimes)
+{
+  std::mt19937_64 random(5);
+  std::vector<int> times;
+  std::string expected;
+  int at = 100000;
+  int of_i_frame = 0;
+  int since = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto number = static_cast<int>(random() % 100);
+    at += number < 3 ? -700 : number < 6 ? -200 : number;
+    times.push_back(at);
+    const bool is_due = i == 0 || since == 17 || std::abs(at - of_i_frame) >= 600;
+    expected += is_due ? 'I' : 'P';
+    since = is_due ? 1 : since + 1;
+    of_i_frame = is_due ? at : of_i_frame;
+  }
+  EXPECT_EQ(kindsOf(17, 0.6, times), expected);
+}
+
+TEST(ScheduledIFrames, AreThoseOfScansAndThePublishedLayout)
+{
+  const std::vector<CloudTime> times = timesOf({0, 300, 600, 900, 1200, 1500});
+  EncoderSettings settings = settingsOf(100, 0.6);
+  settings.keep_order = true;
+  settings.bounding_box.reset();
+  EXPECT_EQ(kindsOf(settings, times), "IPIPIP");
+  settings = settingsOf(100, 0.6);
+  settings.format = StreamFormat::Published;
+  settings.colour_bits = 0;
+  EXPECT_EQ(kindsOf(settings, times), "IPIPIP");
+}
+
+TEST(ScheduledIFrames, TheirShareOfBytesIsExpected)
+{
+  StreamSettings stream;
+  stream.i_frame_rate = 30;
+  EXPECT_EQ(framesOfIFrame(stream, 0.1), 30.0);
+  stream.i_frame_every = 1.0;
+  EXPECT_EQ(framesOfIFrame(stream, 0.0), 30.0);
+  EXPECT_EQ(framesOfIFrame(stream, 0.125), 8.0);
+  EXPECT_EQ(framesOfIFrame(stream, 0.3), 4.0);
+  EXPECT_EQ(framesOfIFrame(stream, 0.01), 30.0);
+  EXPECT_EQ(framesOfIFrame(stream, 5.0), 1.0);
+  stream.i_frame_rate = 0;
+  EXPECT_EQ(framesOfIFrame(stream, 0.1), 1.0);
+  // 100 kB of an I-frame and 7 of 20 kB in a second.
+  stream.i_frame_rate = 30;
+  RateEstimate estimate(stream);
+  for (int i = 0; i < 20; ++i)
+    estimate.addInterval(milliseconds(125));
+  estimate.addFrame(100000, true, milliseconds(1));
+  estimate.addFrame(20000, false, milliseconds(1));
+  EXPECT_NEAR(estimate.bytesPerSecond(), 240000.0, 1.0);
+}
+
+} // namespace
