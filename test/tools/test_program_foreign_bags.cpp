@@ -4,7 +4,7 @@
  * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
  * that were renamed, messages of ROS 1.
  */
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
@@ -28,10 +28,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using recording::BagEntry;
+using recording::BagReader;
 using recording::McapChannel;
-using recording::McapEntry;
 using recording::McapMessage;
-using recording::McapReader;
 using recording::PointCloudMessage;
 using recording::Time;
 
@@ -106,10 +106,10 @@ writeWalls(const std::string& path, const Change& change = {})
 std::vector<PointCloudMessage>
 cloudsOf(const std::string& path)
 {
-  McapReader reader;
+  BagReader reader;
   EXPECT_TRUE(reader.open(path).ok());
   std::vector<PointCloudMessage> clouds;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     EXPECT_TRUE(reader.read(entry, message).ok());
     if (!isPointCloud(reader.channels()[message.channel]))
@@ -368,10 +368,10 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   EXPECT_TRUE(hasPart(said, "'bag' has the storage sqlite3; bags are written as MCAP"));
   for (std::size_t i = 0; i < clouds.size(); ++i)
     EXPECT_EQ(clouds[i].stamp, wall(i).stamp);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "again.mcap").ok());
   std::map<std::string, std::size_t> messages;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     const McapChannel& channel = reader.channels()[entry.channel];
     EXPECT_EQ(channel.metadata.at("offered_qos_profiles"), qos);
     McapMessage message;

@@ -26,14 +26,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using recording::BagEntry;
+using recording::BagReader;
 using recording::McapChannel;
-using recording::McapEntry;
 using recording::McapMessage;
-using recording::McapReader;
 using recording::McapStream;
 using recording::RecordingStatus;
 
-/** \brief The clouds among the messages of MCAP files. */
+/** \brief The clouds among the messages of bags. */
 class BagInput : public CloudInput {
 public:
   explicit BagInput(const InputOptions& options) : options_(options) {}
@@ -160,7 +160,7 @@ private:
   std::vector<std::size_t> clouds_; // of each stream that were met
 };
 
-/** \brief An MCAP file or a rosbag2 folder: its clouds and all other messages. */
+/** \brief A file of a bag or a rosbag2 folder: its clouds and all other messages. */
 class McapInput : public BagInput {
 public:
   McapInput(const std::string& path, const InputOptions& options)
@@ -196,7 +196,7 @@ public:
     return reader_.channels();
   }
 
-  McapReader*
+  BagReader*
   mcap() override
   {
     return &reader_;
@@ -208,7 +208,7 @@ public:
     std::vector<std::string> lines;
     // What was met while reading is in the order of the file, whoever met it.
     std::set<std::tuple<std::string, std::uint64_t, std::string>> met;
-    const auto add = [&](const McapReader& reader) {
+    const auto add = [&](const BagReader& reader) {
       for (std::size_t i = damage_at_first_; i < reader.damage().size(); ++i) {
         const recording::RecordingDamage& place = reader.damage()[i];
         met.emplace(place.file, place.offset, describe(place));
@@ -232,6 +232,14 @@ public:
       remarks.push_back(
           "'" + path_ +
           "' has no metadata.yaml; its files are read as parts of one bag");
+    const bool has_topics_of_ros1 =
+        std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
+          return channel.message_encoding == "ros1" && !hasClouds(channel);
+        });
+    if (has_topics_of_ros1)
+      remarks.push_back("'" + path_ +
+                        "' is of ROS 1; bags are written as MCAP, with other topics as "
+                        "they are, which ROS 2 does not play");
     if (!reader_.hasDatabases())
       return remarks;
     const bool lacks_definitions =
@@ -253,7 +261,8 @@ public:
     // A bag that is cut off is searched for messages whenever it is opened, one that is
     // compressed is decompressed, and each reader has all files of a folder open.
     constexpr std::ptrdiff_t most_files = 16;
-    leaves_unread_ = damage_at_first_ == 0 && !reader_.isCompressed() &&
+    leaves_unread_ = damage_at_first_ == 0 && !reader_.isUnfinished() &&
+                     !reader_.isCompressed() &&
                      (!fs::is_directory(path_) ||
                       std::distance(fs::directory_iterator(path_), {}) <= most_files);
     return leaves_unread_;
@@ -274,7 +283,7 @@ public:
   next(InputCloud& cloud, McapMessage& other) override
   {
     while (next_ < reader_.index().size()) {
-      const McapEntry& entry = reader_.index()[next_++];
+      const BagEntry& entry = reader_.index()[next_++];
       const std::size_t stream = stream_of_channel_[entry.channel];
       cloud.is_unread = leaves_unread_;
       cloud.place = next_ - 1;
@@ -302,7 +311,7 @@ public:
 
 private:
   std::string path_;
-  McapReader reader_;
+  BagReader reader_;
   std::size_t damage_at_first_ = 0; // when it was opened
   std::size_t next_ = 0;
   bool leaves_unread_ = false;
@@ -431,7 +440,7 @@ private:
 } // namespace
 
 std::unique_ptr<CloudInput>
-openMcap(const std::string& path, const InputOptions& options)
+openBag(const std::string& path, const InputOptions& options)
 {
   return std::make_unique<McapInput>(path, options);
 }

@@ -48,7 +48,7 @@ void
 McapPlaceReader::read(InputCloud& cloud)
 {
   cloud.is_unread = false;
-  const recording::McapEntry& entry = reader_.index()[cloud.place];
+  const recording::BagEntry& entry = reader_.index()[cloud.place];
   if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
     readCloud(reader_.channels()[entry.channel], cloud, message_);
   else

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "inputs/cloud_input.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 
 #include <string>
@@ -23,7 +23,7 @@ readCloud(const recording::McapChannel& channel,
           InputCloud& cloud,
           recording::PointCloudMessage& message);
 
-/** \brief Reads messages of a file or a folder that McapReader takes. */
+/** \brief Reads messages of a file or a folder that BagReader takes. */
 class McapPlaceReader : public PlaceReader {
 public:
   /** \throws std::runtime_error if the bag cannot be opened */
@@ -35,14 +35,14 @@ public:
   bool
   read(std::size_t place, recording::McapMessage& message) override;
 
-  const recording::McapReader&
+  const recording::BagReader&
   reader() const
   {
     return reader_;
   }
 
 private:
-  recording::McapReader reader_;
+  recording::BagReader reader_;
   recording::PointCloudMessage message_;
 };
 
