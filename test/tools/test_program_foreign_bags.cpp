@@ -13,6 +13,8 @@
 #include "support/database_bags.h"
 #endif
 
+#include <pcl/PCLPointField.h>
+
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -284,6 +286,26 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
   // A folder of recordings gets one of each bag in a folder, also of one.
   EXPECT_EQ(run("encode y -o made -r 0.05").status, 0);
   EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));
+}
+
+TEST_F(ProgramForeignBags, MayHaveAlphaWhichIsSaidToBeLeftOut)
+{
+  for (const std::uint8_t alpha : {std::uint8_t{0x80}, std::uint8_t{0xff}})
+    for (const char* const name : {"rgba", "rgb"}) {
+      writeWalls(folder / "bag.mcap", [=](PointCloudMessage& cloud) {
+        cloud.fields.back() = {name, 12, pcl::PCLPointField::UINT32, 1};
+        for (std::size_t point = 0; point < width * height; ++point)
+          cloud.bytes[16 * point + 15] = point == 9 ? alpha : 0xff;
+      });
+      const std::string said = expectWalls("bag.mcap");
+      const bool loses_alpha = alpha != 0xff && std::string(name) == "rgba";
+      const std::string remark = "/points: fields that are left out: the alpha of rgba";
+      const std::size_t found = said.find(remark);
+      EXPECT_EQ(found != std::string::npos, loses_alpha) << said;
+      if (loses_alpha) {
+        EXPECT_EQ(said.find("alpha", found + remark.size()), std::string::npos) << said;
+      }
+    }
 }
 
 TEST_F(ProgramForeignBags, OfRos1MayBeConvertedToMcap)
