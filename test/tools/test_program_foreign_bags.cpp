@@ -415,6 +415,16 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   writeBytes(folder / "x.db3.zstd", recording::test::compressed(bytes));
   expectWalls("x.db3.zstd", "", 1);
   EXPECT_EQ(runShell("cat bag/bag_0.db3 | $P encode - -o piped.mcap").status, 0);
+  // What is lost of a database has no place in the file.
+  {
+    DatabaseBag bag(folder / "lost.db3");
+    bag.addTopic(1, "/points", "sensor_msgs/msg/PointCloud2", qos);
+    bag.addMessage(1, 5, messageOf(0).bytes);
+    bag.addMessage(7, 6, messageOf(0).bytes);
+  }
+  expectFailure("encode lost.db3 -o lost.mcap",
+                1,
+                "pcl_ext encode: lost.db3: 1 messages are of no topic");
   // In a folder of bags each is one.
   fs::create_directories(folder / "bags");
   for (const std::string name : {"a.db3", "b.db3.zstd"})

@@ -3,6 +3,7 @@
 #include "console/interruption.h"
 #include "inputs/cloud_input.h"
 #include "inputs/mcap_place_reader.h"
+#include "inputs/recording_input.h"
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
@@ -141,12 +142,6 @@ protected:
   profileFor(const std::string& profile)
   {
     return profile == "ros1" ? std::string() : profile;
-  }
-
-  static std::string
-  describe(const recording::RecordingDamage& place)
-  {
-    return place.file + ", byte " + std::to_string(place.offset) + ": " + place.message;
   }
 
   InputOptions options_;

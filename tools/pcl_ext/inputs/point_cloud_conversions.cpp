@@ -18,14 +18,6 @@ using clouds::isBigEndianMachine;
 using recording::PointCloudMessage;
 using recording::PointFieldMessage;
 
-/** \brief Bytes of a number of a datatype; 0: there is no such type. */
-std::uint32_t
-bytesOf(std::uint8_t datatype)
-{
-  constexpr std::uint32_t bytes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
-  return datatype < std::size(bytes) ? bytes[datatype] : 0;
-}
-
 /** \brief Turns the bytes of the numbers of a field around, as far as they are in the
  * point. */
 void

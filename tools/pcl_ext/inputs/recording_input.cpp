@@ -97,7 +97,8 @@ adviceOn(const std::string& path, const RecordingStatus& status)
 std::string
 describe(const recording::RecordingDamage& damage)
 {
-  return shown(damage.file) + ", byte " + std::to_string(damage.offset) + ": " +
+  return shown(damage.file) +
+         (damage.offset > 0 ? ", byte " + std::to_string(damage.offset) : "") + ": " +
          damage.message;
 }
 

@@ -188,7 +188,8 @@ private:
   std::size_t other_end_ = 0;
 };
 
-/** \brief A line for a place that could not be read. */
+/** \brief A line for a place that could not be read. Damage of a whole file, and that of
+ * a database, names no byte. */
 std::string
 describe(const recording::RecordingDamage& damage);
 
