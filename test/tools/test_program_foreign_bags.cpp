@@ -288,6 +288,73 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
   EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));
 }
 
+TEST_F(ProgramForeignBags, MayHaveWholeNumbersAsCoordinates)
+{
+  struct Kind {
+    std::uint8_t datatypes[3]; ///< of x, y, z
+    std::string remark;
+  };
+  using Field = pcl::PCLPointField;
+  const Kind kinds[] = {{{Field::INT16, Field::UINT8, Field::UINT16},
+                         "(int16, uint8, uint16) are taken as float32"},
+                        {{Field::INT32, Field::INT32, Field::INT32},
+                         "(int32, int32, int32) are taken as float64"},
+                        {{Field::FLOAT32, Field::FLOAT64, Field::FLOAT32},
+                         "(float32, float64, float32) are taken as float64"}};
+  for (const Kind& kind : kinds) {
+    // Eight bytes a field, with padding behind the rows.
+    const Change change = [&kind](PointCloudMessage& cloud) {
+      cloud.fields = {{"x", 0, kind.datatypes[0], 1},
+                      {"y", 8, kind.datatypes[1], 0}, // one, too
+                      {"z", 16, kind.datatypes[2], 1},
+                      {"intensity", 24, 7, 1}};
+      cloud.point_step = 28;
+      cloud.row_step = 28 * width + 4;
+      cloud.bytes.assign(height * cloud.row_step, 0);
+      for (std::size_t point = 0; point < width * height; ++point) {
+        std::uint8_t* const bytes = &cloud.bytes[point / width * cloud.row_step +
+                                                 point % width * cloud.point_step];
+        const double numbers[] = {kind.datatypes[0] == Field::UINT8 ? 7.0 : -7.0,
+                                  static_cast<double>(point % width),
+                                  static_cast<double>(point / width)};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto whole = static_cast<std::int32_t>(numbers[axis]);
+          const auto real = static_cast<float>(numbers[axis]);
+          if (kind.datatypes[axis] == Field::FLOAT64)
+            std::memcpy(bytes + 8 * axis, &numbers[axis], 8);
+          else if (kind.datatypes[axis] == Field::FLOAT32)
+            std::memcpy(bytes + 8 * axis, &real, 4);
+          else
+            std::memcpy(bytes + 8 * axis, &whole, 4); // the low bytes are first
+        }
+      }
+    };
+    writeWalls(folder / "bag.mcap", change);
+    for (const char* const jobs : {"1", "2"}) {
+      const ProgramRun encoded = run(std::string("encode bag.mcap -o small.mcap "
+                                                 "--overwrite --keep-points "
+                                                 "--keep-order -r 0.01 --jobs ") +
+                                     jobs);
+      EXPECT_EQ(encoded.status, 0) << encoded.errors;
+      const std::string remark = "/points: its coordinates x, y and z " + kind.remark;
+      const std::size_t said = encoded.errors.find(remark);
+      EXPECT_NE(said, std::string::npos) << encoded.errors;
+      EXPECT_EQ(encoded.errors.find(remark, said + 1), std::string::npos); // once
+    }
+    EXPECT_EQ(run("decode small.mcap -o again.mcap --overwrite --packed").status, 0);
+    const std::vector<PointCloudMessage> decoded = cloudsOf(folder / "again.mcap");
+    ASSERT_EQ(decoded.size(), 2u);
+    ASSERT_EQ(std::size_t{decoded[1].width} * decoded[1].height, width * height);
+    for (std::size_t point = 0; point < width * height; ++point) {
+      float numbers[3];
+      std::memcpy(numbers, &decoded[1].bytes[point * decoded[1].point_step], 12);
+      EXPECT_NEAR(numbers[0], -7.0f, 0.00501f);
+      EXPECT_NEAR(numbers[1], static_cast<float>(point % width), 0.00501f);
+      EXPECT_NEAR(numbers[2], static_cast<float>(point / width), 0.00501f);
+    }
+  }
+}
+
 TEST_F(ProgramForeignBags, MayHaveAlphaWhichIsSaidToBeLeftOut)
 {
   for (const std::uint8_t alpha : {std::uint8_t{0x80}, std::uint8_t{0xff}})
