@@ -36,6 +36,8 @@ SETTINGS = {
     "PCL_EXT_BUILD_PYTHON": "ON",
     "PCL_EXT_INSTALL": "OFF",
     "PCL_EXT_UNITY_BUILD": "ON",
+    # Debian's archive of it cannot be a part of a module.
+    "PCL_EXT_WITH_BZIP2": "OFF",
     "PCL_EXT_WITH_PCL": "OFF",
     "PCL_EXT_WITH_LINK": "OFF",
     "PCL_EXT_WITH_VIEW": "OFF",

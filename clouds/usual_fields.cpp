@@ -67,20 +67,10 @@ nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 void
 makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 {
-  std::vector<FileField> types;
-  for (const char* name : {"x", "y", "z"})
-    if (const PCLPointField* const field = find(cloud, name))
-      types.push_back(fileFieldOf(*field));
-  const auto isAsFirst = [&types](const FileField& type) {
-    return type.kind == types[0].kind && type.bytes == types[0].bytes;
-  };
-  if (types.size() != 3 || (types[0].kind == Kind::Real &&
-                            std::all_of(types.begin(), types.end(), isAsFirst)))
+  const std::optional<RealCoordinates> real = realCoordinatesOf(cloud);
+  if (!real)
     return;
-  const bool is_double =
-      std::any_of(types.begin(), types.end(), [](const FileField& type) {
-        return type.bytes > (type.kind == Kind::Real ? sizeof(float) : 2);
-      });
+  const bool is_double = real->are_double;
   std::vector<MadeField> fields;
   for (const PCLPointField& field : cloud.fields) {
     if (!isCoordinateName(field.name) || lowerCase(field.name) != field.name ||
@@ -102,9 +92,7 @@ makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
     };
   }
   setFields(fields, cloud);
-  remarks.push_back("its coordinates x, y and z (" + typeName(types[0]) + ", " +
-                    typeName(types[1]) + ", " + typeName(types[2]) + ") are taken as " +
-                    (is_double ? "float64" : "float32") + ", metres");
+  remarks.push_back(real->remark);
 }
 
 /** \brief Whether doubles have each value of a field of 64-bit integers. */
@@ -179,7 +167,8 @@ splitLongIntegers(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
   setFields(fields, cloud);
 }
 
-/** \brief The bits of packed colours are those of an unsigned number. */
+/** \brief The bits of packed colours are those of an unsigned number, which PCL takes
+ * for them. */
 void
 makePackedColourUnsigned(PCLPointCloud2& cloud)
 {
@@ -341,6 +330,29 @@ packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remark
 }
 
 } // namespace
+
+std::optional<RealCoordinates>
+realCoordinatesOf(const PCLPointCloud2& cloud)
+{
+  std::vector<FileField> types;
+  for (const char* name : {"x", "y", "z"})
+    if (const PCLPointField* const field = find(cloud, name))
+      types.push_back(fileFieldOf(*field));
+  const auto isAsFirst = [&types](const FileField& type) {
+    return type.kind == types[0].kind && type.bytes == types[0].bytes;
+  };
+  if (types.size() != 3 || (types[0].kind == Kind::Real &&
+                            std::all_of(types.begin(), types.end(), isAsFirst)))
+    return std::nullopt;
+  RealCoordinates real;
+  real.are_double = std::any_of(types.begin(), types.end(), [](const FileField& type) {
+    return type.bytes > (type.kind == Kind::Real ? sizeof(float) : 2);
+  });
+  real.remark = "its coordinates x, y and z (" + typeName(types[0]) + ", " +
+                typeName(types[1]) + ", " + typeName(types[2]) + ") are taken as " +
+                (real.are_double ? "float64" : "float32") + ", metres";
+  return real;
+}
 
 std::vector<std::string>
 makeUsual(PCLPointCloud2& cloud, bool is_ply)

@@ -29,13 +29,17 @@ endfunction()
 pcl_ext_install_pkg_config(pcl_ext_codec "Voxel clouds to bytes and back, without PCL"
                            "eigen3 >= 3.3" " -lz -pthread")
 if(PCL_EXT_WITH_RECORDING)
+  set(bzip2_library)
+  if(PCL_EXT_WITH_BZIP2)
+    set(bzip2_library " -lbz2")
+  endif()
   set(sqlite_library)
   if(PCL_EXT_WITH_SQLITE)
     set(sqlite_library " -lsqlite3")
   endif()
   pcl_ext_install_pkg_config(
     pcl_ext_recording "Recordings of voxel clouds: files of frames, MCAP, rosbag2 folders"
-    "pcl_ext_codec = ${PROJECT_VERSION}" " -lzstd -llz4${sqlite_library} -lz")
+    "pcl_ext_codec = ${PROJECT_VERSION}" " -lzstd -llz4${bzip2_library}${sqlite_library} -lz")
 endif()
 
 if(PCL_EXT_WITH_VIEW)

@@ -32,6 +32,7 @@ COMPILED_IN = {
 }
 # What Debian's packages of this project are linked with.
 LINKED_WITH = {
+    "libbz2-dev": ("bzip2", "bzip2-1.0.6"),
     "liblzf-dev": ("LibLZF", "BSD-2-Clause"),
     "libnats-dev": ("NATS C client", "Apache-2.0"),
     "liboctomap-dev": ("OctoMap", "BSD-3-Clause"),

@@ -17,7 +17,7 @@
 #   benchmark [IN...]     how long frames take on this machine
 #   demo                  frames of a simulated robot cell through all of it, into out/
 # Without arguments: demo --overwrite. After the first run COMMAND --help lists the options.
-# The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 93
+# The first run takes about 2.5 minutes on a bare Debian 12 with two cores: it installs 96
 # packages, no PCL among them, and builds in build-run (0.9 GB in all). Later runs take seconds.
 # The first view builds the viewer's page, too, for which it installs more (0.3 GB).
 # Only what pcl_ext prints goes to the standard output.

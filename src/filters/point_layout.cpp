@@ -31,23 +31,16 @@ std::uint64_t
 sizeOf(std::uint8_t datatype)
 {
   switch (datatype) {
-  case pcl::PCLPointField::INT8:
-  case pcl::PCLPointField::UINT8:
   case detail::bool_datatype:
-    return 1;
-  case pcl::PCLPointField::INT16:
-  case pcl::PCLPointField::UINT16:
-    return 2;
-  case pcl::PCLPointField::INT32:
-  case pcl::PCLPointField::UINT32:
-  case pcl::PCLPointField::FLOAT32:
-    return 4;
-  case pcl::PCLPointField::FLOAT64:
+    return sizeof(std::uint8_t);
   case detail::int64_datatype:
   case detail::uint64_datatype:
-    return 8;
+    return sizeof(std::uint64_t);
   default:
-    return 0;
+    return datatype >= pcl::PCLPointField::INT8 &&
+                   datatype <= pcl::PCLPointField::FLOAT64
+               ? io::sizeOf(static_cast<io::FieldType>(datatype))
+               : 0;
   }
 }
 

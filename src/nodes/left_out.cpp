@@ -7,6 +7,8 @@
 #include "nodes/sensor_node_settings.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -64,6 +66,30 @@ isMeant(const pcl::PCLPointCloud2& cloud,
          field.name == "_";
 }
 
+/** \brief True for a colour with an alpha that is lost: frames have red, green and blue,
+ * and decoded points are opaque. The bits of the field `rgb` that would be alpha mean
+ * nothing. */
+bool
+losesAlpha(const pcl::PCLPointCloud2& cloud,
+           const pcl::PCLPointField& field,
+           const PointLayout& layout)
+{
+  if (field.name != "rgba" || !layout.has_colour || field.offset != layout.colour)
+    return false;
+  const std::size_t row_step = rowStep(cloud);
+  for (std::size_t row = 0; row < cloud.height; ++row)
+    for (std::size_t column = 0; column < cloud.width; ++column) {
+      std::uint32_t colour = 0;
+      std::memcpy(
+          &colour,
+          &cloud.data[row * row_step + column * cloud.point_step + field.offset],
+          sizeof(colour));
+      if (colour >> 24 != 0xff)
+        return true;
+    }
+  return false;
+}
+
 /** \brief The names of the fields that are left out. */
 std::string
 namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
@@ -77,13 +103,16 @@ namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
   std::size_t count = 0;
   bool has_nameless = false;
   for (const pcl::PCLPointField& field : cloud.fields) {
-    if (isMeant(cloud, field, layout, settings) || isKept(field, offered, settings) ||
+    const bool is_kept = isKept(field, offered, settings);
+    const bool loses_alpha = !is_kept && losesAlpha(cloud, field, layout);
+    if (is_kept || (isMeant(cloud, field, layout, settings) && !loses_alpha) ||
         (field.name.empty() && has_nameless) || ++count > most_named)
       continue;
     has_nameless |= field.name.empty();
     names += (names.empty() ? "" : ", ") +
-             (field.name.empty() ? "those without a name"
-                                 : field.name.substr(0, longest_listed_name));
+             (loses_alpha          ? "the alpha of rgba"
+              : field.name.empty() ? "those without a name"
+                                   : field.name.substr(0, longest_listed_name));
   }
   return count > most_named ? names + ", ..." : names;
 }

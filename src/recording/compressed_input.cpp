@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/compressed_input.h"
 
+#include "recording/bag_contents.h"
 #include "recording/mcap/chunk_compression.h"
-#include "recording/mcap_reader.h"
 #include "recording/system_files.h"
 
 #include <zstd.h>
@@ -162,11 +162,8 @@ decompressMessage(const McapChannel& channel, std::vector<std::uint8_t>& bytes)
   if (ZSTD_findFrameCompressedSize(bytes.data(), bytes.size()) != bytes.size())
     return "the compressed bytes of a message are not whole";
   std::vector<std::uint8_t> message;
-  const std::string failure = mcap::decompress(mcap::zstd_compression,
-                                               bytes.data(),
-                                               bytes.size(),
-                                               McapReader::max_chunk_bytes,
-                                               message);
+  const std::string failure = mcap::decompress(
+      mcap::zstd_compression, bytes.data(), bytes.size(), max_chunk_bytes, message);
   bytes.swap(message);
   return failure.empty() ? failure : "a compressed message: " + failure;
 }

@@ -25,19 +25,19 @@ McapFrames::formatsOfChannels()
   constexpr unsigned int max_attempts = 8;
   std::vector<std::string> formats(reader_.channels().size());
   std::vector<unsigned int> attempts(formats.size());
-  std::vector<McapEntry> first;
-  for (const McapEntry& entry : reader_.index())
+  std::vector<BagEntry> first;
+  for (const BagEntry& entry : reader_.index())
     if (attempts[entry.channel] < max_attempts) {
       ++attempts[entry.channel];
       first.push_back(entry);
     }
   // Each chunk is decompressed once.
   std::stable_sort(
-      first.begin(), first.end(), [](const McapEntry& a, const McapEntry& b) {
+      first.begin(), first.end(), [](const BagEntry& a, const BagEntry& b) {
         return a.chunk < b.chunk;
       });
   std::vector<bool> is_known(formats.size());
-  for (const McapEntry& entry : first) {
+  for (const BagEntry& entry : first) {
     if (is_known[entry.channel] || !reader_.read(entry, message_).ok() ||
         !readPointCloud(message_.bytes.data(), message_.bytes.size(), true, cloud_)
              .ok())
@@ -71,7 +71,7 @@ McapFrames::nothingFound(const std::string& path,
 }
 
 RecordingStatus
-McapFrames::open(McapReader reader, const std::string& path)
+McapFrames::open(BagReader reader, const std::string& path)
 {
   reader_ = std::move(reader);
   const std::vector<McapChannel>& channels = reader_.channels();
@@ -104,8 +104,8 @@ McapFrames::open(McapReader reader, const std::string& path)
 void
 McapFrames::addFrames(const std::vector<std::size_t>& streams)
 {
-  const std::vector<McapEntry>& index = reader_.index();
-  const auto isOfStream = [&](const McapEntry& entry) {
+  const std::vector<BagEntry>& index = reader_.index();
+  const auto isOfStream = [&](const BagEntry& entry) {
     return streams[entry.channel] != no_stream;
   };
   std::vector<IndexedFrame> frames;
@@ -115,8 +115,8 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
     if (isOfStream(index[i]))
       frames.push_back({index[i].log_time, streams[index[i].channel], 0, i});
   const auto isBeforeInFile = [&index](const IndexedFrame& a, const IndexedFrame& b) {
-    const McapEntry& first = index[static_cast<std::size_t>(a.at)];
-    const McapEntry& second = index[static_cast<std::size_t>(b.at)];
+    const BagEntry& first = index[static_cast<std::size_t>(a.at)];
+    const BagEntry& second = index[static_cast<std::size_t>(b.at)];
     return std::tie(first.chunk, first.offset) < std::tie(second.chunk, second.offset);
   };
   std::sort(frames.begin(), frames.end(), isBeforeInFile);
@@ -157,7 +157,7 @@ McapFrames::makeTimesRise(std::vector<IndexedFrame>& frames) const
 RecordingStatus
 McapFrames::read(const IndexedFrame& indexed, RecordedFrame& frame)
 {
-  const McapEntry& entry = reader_.index()[static_cast<std::size_t>(indexed.at)];
+  const BagEntry& entry = reader_.index()[static_cast<std::size_t>(indexed.at)];
   frame.offset = reader_.fileOffset(entry);
   frame.bytes.clear();
   RecordingStatus status = reader_.read(entry, message_);

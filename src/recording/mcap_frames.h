@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "recording/bag_reader.h"
 #include "recording/frame_source.h"
-#include "recording/mcap_reader.h"
 #include "recording/point_cloud_messages.h"
 
 namespace pcl_ext {
@@ -15,7 +15,7 @@ public:
    * \return NotARecording if there are none of this library
    */
   RecordingStatus
-  open(McapReader reader, const std::string& path);
+  open(BagReader reader, const std::string& path);
 
   RecordingStatus
   read(const IndexedFrame& indexed, RecordedFrame& frame) override;
@@ -51,7 +51,7 @@ private:
   RecordingStatus
   nothingFound(const std::string& path, const std::vector<std::string>& formats) const;
 
-  McapReader reader_;
+  BagReader reader_;
   McapMessage message_;
   PointCloudMessage cloud_;
 };

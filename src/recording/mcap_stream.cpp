@@ -5,7 +5,6 @@
 #include "recording/mcap/channel_list.h"
 #include "recording/mcap/record_access.h"
 #include "recording/mcap/records.h"
-#include "recording/mcap_reader.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>
@@ -68,7 +67,7 @@ private:
 
   ReadSome read_;
   std::string name_;
-  const McapReader::ChannelFilter wants_; // all
+  const ChannelFilter wants_; // all
   mcap::ChannelList list_;
   std::map<std::uint16_t, std::size_t> numbers_; // of channels, by id
   std::vector<std::uint8_t> record_;             // with its prefix
@@ -122,8 +121,7 @@ McapStream::Implementation::readRecord()
     return false;
   }
   const bool is_too_large =
-      length > (opcode == Opcode::Attachment ? McapReader::max_attachment_bytes
-                                             : McapReader::max_chunk_bytes);
+      length > (opcode == Opcode::Attachment ? max_attachment_bytes : max_chunk_bytes);
   if (readBytes(length, !is_too_large) < length) {
     addDamage("the file ends within a record, or the record's length is wrong; what "
               "follows is lost");

@@ -22,7 +22,7 @@ namespace recording {
  * needed.
  *
  * It is exported for the program pcl_ext. Any bytes are safe; memory is that of one
- * record, at most the limits of McapReader, and of the channels.
+ * record, at most the limits of BagReader, and of the channels.
  */
 class PCL_EXT_RECORDING_EXPORT McapStream {
 public:

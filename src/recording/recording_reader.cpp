@@ -2,10 +2,10 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "recording/bag_reader.h"
 #include "recording/frame_file.h"
 #include "recording/guarded.h"
 #include "recording/mcap_frames.h"
-#include "recording/mcap_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_folder.h"
 
@@ -75,13 +75,13 @@ RecordingReader::Implementation::open(const std::string& path)
       is_folder ? filesOfRosbag2Folder(path, files_) : file.open(path);
   if (!status.ok())
     return status;
-  if (!is_folder && !McapReader::isBagFile(file)) {
+  if (!is_folder && !BagReader::isBagFile(file)) {
     auto frames = std::make_unique<FrameFile>();
     status = frames->open(std::move(file));
     setSource(std::move(frames));
     return status;
   }
-  McapReader reader;
+  BagReader reader;
   status = is_folder ? reader.open(path, isCompressedPointCloud)
                      : reader.open(std::move(file), isCompressedPointCloud);
   if (!status.ok())

@@ -9,7 +9,7 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "checked_decoding.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 
 #include <sys/mman.h>
@@ -50,13 +50,13 @@ private:
 void
 readMessages(const std::string& path)
 {
-  McapReader reader;
+  BagReader reader;
   if (!reader.open(path).ok())
     return;
   McapMessage message;
   PointCloudMessage cloud;
   Time last = Time::min();
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     pcl_ext::fuzz::require(entry.log_time >= last);
     pcl_ext::fuzz::require(entry.channel < reader.channels().size());
     last = entry.log_time;

@@ -17,6 +17,7 @@
 #include <sqlite3.h>
 #endif
 #include "small_streams.h"
+#include "support/ros1_bags.h"
 #include "support/scan_frames.h"
 
 #include <algorithm>
@@ -160,6 +161,23 @@ databaseOf(const FrameRow& row, const std::string& path)
 }
 #endif
 
+/** \brief A bag of ROS 1 with the frames of a stream in two chunks. */
+Bytes
+ros1BagOf(const FrameRow& row, const char* compression)
+{
+  pcl_ext::recording::test::Ros1Bag bag(compression);
+  bag.padding = 0;
+  bag.addConnection(0, "/a", "sensor_msgs/PointCloud2");
+  bag.addConnection(1, "/b", "x/Y");
+  for (std::size_t i = 0; i < row.frames.size(); ++i) {
+    bag.addMessage(i % 2, 5, row.frames[i].bytes);
+    if (i == 1)
+      bag.endChunk();
+  }
+  bag.endChunk();
+  return bag.bytes();
+}
+
 /** \brief Recordings of a stream: a file of frames, and bags. The first byte
  * chooses how the target reads them. */
 void
@@ -169,6 +187,8 @@ writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer
   std::vector<Bytes> files = {stream};
   for (const bool compresses : {false, true})
     files.push_back(mcapFileOf(row, compresses, writer.pathOf("recording.mcap")));
+  for (const char* const compression : {"none", "lz4"})
+    files.push_back(ros1BagOf(row, compression));
 #ifdef PCL_EXT_HAS_SQLITE
   files.push_back(databaseOf(row, writer.pathOf("recording.db3")));
 #endif

@@ -3,7 +3,7 @@
 /** \file
  * \brief What rosbag2 compresses, by file or by message, is read as if it were not.
  */
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "support/database_bags.h"
 
@@ -45,10 +45,10 @@ writeTexts(const std::string& path, std::size_t begin, std::size_t end, bool com
 }
 
 std::size_t
-countTexts(McapReader& reader)
+countTexts(BagReader& reader)
 {
   std::size_t count = 0;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     if (!reader.read(entry, message).ok())
       continue;
@@ -71,9 +71,9 @@ TEST(CompressedBags, OfFilesAreRead)
     if (part != 1) // one is there in both forms
       fs::remove(path);
   }
-  EXPECT_TRUE(McapReader::isMcap(folder / "bag"));
-  EXPECT_TRUE(McapReader::isMcap(folder / "bag/bag_0.mcap.zstd"));
-  McapReader reader;
+  EXPECT_TRUE(BagReader::isBag(folder / "bag"));
+  EXPECT_TRUE(BagReader::isBag(folder / "bag/bag_0.mcap.zstd"));
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.isCompressed());
   EXPECT_EQ(countTexts(reader), 30u);
@@ -95,7 +95,7 @@ TEST(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
   for (std::size_t size = 0; size < whole.size(); size += 13) {
     writeBytes(folder / "y.mcap.zstd",
                Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
-    McapReader reader;
+    BagReader reader;
     if (reader.open(folder / "y.mcap.zstd").ok()) {
       EXPECT_FALSE(reader.damage().empty());
       EXPECT_LE(countTexts(reader), 40u);
@@ -113,8 +113,8 @@ TEST(CompressedBags, OfDatabasesAreRead)
       bag.addMessage(1, static_cast<std::int64_t>(i), bytesOfText(i));
   }
   writeBytes(folder / "x.db3.zstd", compressed(bytesOf(folder / "x.db3")));
-  EXPECT_TRUE(McapReader::isMcap(folder / "x.db3.zstd"));
-  McapReader reader;
+  EXPECT_TRUE(BagReader::isBag(folder / "x.db3.zstd"));
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3.zstd").ok());
   EXPECT_TRUE(reader.hasDatabases());
   EXPECT_EQ(countTexts(reader), 20u);
@@ -124,7 +124,7 @@ TEST(CompressedBags, OfMessagesAreRead)
 {
   const TestFolder folder;
   writeTexts(folder / "x.mcap", 0, 20, true);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   EXPECT_EQ(countTexts(reader), 20u);
   EXPECT_TRUE(reader.damage().empty());
@@ -135,7 +135,7 @@ TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
   const TestFolder folder;
   Bytes cut = compressed(bytesOfText(3));
   cut.pop_back();
-  const Bytes bomb = compressed(Bytes(McapReader::max_chunk_bytes + 1));
+  const Bytes bomb = compressed(Bytes(max_chunk_bytes + 1));
   EXPECT_LT(bomb.size(), 100'000u);
   {
     DatabaseBag bag(folder / "x.db3");
@@ -144,7 +144,7 @@ TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
     bag.addMessage(1, 1, cut);
     bag.addMessage(1, 2, bomb);
   }
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   EXPECT_EQ(countTexts(reader), 1u);
   EXPECT_EQ(reader.damage().size(), 2u);
@@ -157,7 +157,7 @@ TEST(CompressedBags, FilesThatHaveFarMoreBytesThanTheyHadAreRefused)
   Bytes bomb = {0x28, 0xb5, 0x2f, 0xfd, 0xa0, 0, 0, 0, 0x80};
   bomb.resize(1000);
   writeBytes(folder / "x.mcap.zstd", bomb);
-  McapReader reader;
+  BagReader reader;
   const RecordingStatus status = reader.open(folder / "x.mcap.zstd");
   EXPECT_EQ(status.code(), RecordingCode::InputFailed);
   EXPECT_TRUE(hasPart(status.message(), "zstd -d")) << status;

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bytes/byte_writer.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "support/recorded_streams.h"
 
 #include <gtest/gtest.h>
@@ -72,14 +72,14 @@ protected:
   {
     const Bytes bytes = bytesOf(file);
     std::vector<std::size_t> ends;
-    McapReader mcap;
+    BagReader mcap;
     if (!mcap.open(recording).ok()) {
       for (const KnownFrame& frame : streams[0].frames)
         ends.push_back(endOf(frame.bytes, bytes));
       return ends;
     }
     McapMessage message;
-    for (const McapEntry& entry : mcap.index()) {
+    for (const BagEntry& entry : mcap.index()) {
       EXPECT_TRUE(mcap.read(entry, message).ok());
       ends.push_back(endOf(message.bytes, bytes));
     }
@@ -150,12 +150,12 @@ TEST(DamagedRecordings, MessagesAreComparedWithTheirIndex)
   const TestFolder folder;
   const std::string path = folder / "cell.mcap";
   record({knownStream(0, 3, 10)}, path);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(path).ok());
   // The places of two messages of a channel, each after its time, change.
-  const McapEntry first = reader.index().at(0);
-  const McapEntry second = reader.index().at(1);
-  const auto indexed = [](const McapEntry& time, const McapEntry& place) {
+  const BagEntry first = reader.index().at(0);
+  const BagEntry second = reader.index().at(1);
+  const auto indexed = [](const BagEntry& time, const BagEntry& place) {
     Bytes bytes;
     io::ByteWriter writer(bytes);
     writer.u64(static_cast<std::uint64_t>(time.log_time.count()));
@@ -171,7 +171,7 @@ TEST(DamagedRecordings, MessagesAreComparedWithTheirIndex)
                                  endOf(indexed(entry, entry), file) - forged.size()));
   }
   writeBytes(path, file);
-  McapReader forged;
+  BagReader forged;
   ASSERT_TRUE(forged.open(path).ok());
   McapMessage message;
   for (const std::size_t i : {0u, 1u}) {

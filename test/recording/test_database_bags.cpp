@@ -4,7 +4,7 @@
  * \brief Bags of the storage sqlite3: what is in them is read, whatever is left of it, and
  * they stay as they are.
  */
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "support/database_bags.h"
 
@@ -45,10 +45,10 @@ fill(DatabaseBag& bag, std::size_t begin, std::size_t end)
 
 /** \brief Reads all messages, and expects each to be one of fill(). */
 std::vector<std::size_t>
-readNumbers(McapReader& reader)
+readNumbers(BagReader& reader)
 {
   std::vector<std::size_t> numbers;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     if (!reader.read(entry, message).ok())
       continue;
@@ -90,8 +90,8 @@ TEST(DatabaseBags, HaveTopicsAndMessages)
     fill(bag, 0, 100);
   }
   const auto files = filesIn(folder / "bag");
-  EXPECT_TRUE(McapReader::isMcap(folder / "bag/x.db3"));
-  McapReader reader;
+  EXPECT_TRUE(BagReader::isBag(folder / "bag/x.db3"));
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag/x.db3").ok());
   EXPECT_TRUE(reader.hasDatabases());
   EXPECT_FALSE(reader.isUnfinished());
@@ -128,7 +128,7 @@ TEST(DatabaseBags, HaveDefinitionsSinceIron)
         "TEXT); INSERT INTO message_definitions VALUES(1, 'sensor_msgs/msg/Imu', "
         "'ros2msg', 'float64 x', '')");
   }
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   EXPECT_EQ(reader.channels()[0].schema.encoding, "ros2msg");
   EXPECT_EQ(reader.channels()[0].schema.text, "float64 x");
@@ -179,8 +179,8 @@ TEST(DatabaseBags, OfSeveralFilesAreOne)
     }
     if (name == "bag")
       writeBytes(path + "/metadata.yaml", {});
-    EXPECT_TRUE(McapReader::isMcap(path));
-    McapReader reader;
+    EXPECT_TRUE(BagReader::isBag(path));
+    BagReader reader;
     ASSERT_TRUE(reader.open(path).ok());
     EXPECT_EQ(reader.channels().size(), 2u);
     EXPECT_EQ(readNumbers(reader), numbersBelow(120));
@@ -201,11 +201,11 @@ TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
   }
   const auto files = filesIn(folder / "left");
   ASSERT_EQ(files.size(), 2u);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "left/x.db3").ok());
   EXPECT_TRUE(reader.isUnfinished());
   EXPECT_EQ(readNumbers(reader), numbersBelow(60));
-  reader = McapReader();
+  reader = BagReader();
   EXPECT_EQ(filesIn(folder / "left"), files);
   // A journal of a write that was not completed is no reason to refuse the rest.
   fs::remove(folder / "left/x.db3-wal");
@@ -229,7 +229,7 @@ TEST(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
        size -= std::min<std::size_t>(size, 7777)) {
     writeBytes(folder / "cut.db3",
                Bytes(all.begin(), all.begin() + static_cast<long>(size)));
-    McapReader reader;
+    BagReader reader;
     if (!reader.open(folder / "cut.db3").ok())
       continue;
     const std::vector<std::size_t> numbers = readNumbers(reader);
@@ -253,7 +253,7 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
           i % 2 == 0 ? 7 : 3, static_cast<std::int64_t>(i), bytesOfMessage(i));
   }
   const Bytes all = bytesOf(folder / "x.db3");
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   const std::size_t count = readNumbers(reader).size();
   ASSERT_EQ(count, 640u);
@@ -288,11 +288,11 @@ TEST(DatabaseBags, OfAnyPagesHaveAnEnd)
               random() % (i % 2 ? 24 : 1024)] =
           static_cast<std::uint8_t>(random() % 4 == 0 ? random() : random() % 80);
     writeBytes(folder / "y.db3", damaged);
-    McapReader reader;
+    BagReader reader;
     if (!reader.open(folder / "y.db3").ok())
       continue;
     EXPECT_LT(reader.index().size(), 10'000u);
-    for (const McapEntry& entry : reader.index()) {
+    for (const BagEntry& entry : reader.index()) {
       McapMessage message;
       if (reader.read(entry, message).ok()) {
         EXPECT_LE(message.bytes.size(), all.size());
@@ -322,7 +322,7 @@ TEST(DatabaseBags, ThatAreNoneAreRefused)
       bag.execute(change);
       bag.execute("BEGIN");
     }
-    McapReader reader;
+    BagReader reader;
     const RecordingStatus status = reader.open(path);
     EXPECT_EQ(status.code(), RecordingCode::NotARecording) << name;
     EXPECT_TRUE(hasPart(status.message(), "no bag of rosbag2")) << status;
@@ -339,13 +339,13 @@ TEST(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
     bag.execute("UPDATE messages SET topic_id = 99 WHERE id = 3");
     bag.execute("UPDATE messages SET timestamp = -5 WHERE id = 4");
   }
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   ASSERT_EQ(reader.damage().size(), 1u);
   EXPECT_TRUE(hasPart(reader.damage()[0].message, "1 messages are of no topic"));
   ASSERT_EQ(reader.index().size(), 3u);
   std::size_t read = 0;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     read += reader.read(entry, message).ok() ? 1 : 0;
     EXPECT_GE(message.log_time, Time(0));

@@ -3,9 +3,9 @@
 /** \file
  * Files that were made to take long or much memory, and calls that are wrong.
  */
+#include "recording/bag_reader.h"
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"
-#include "recording/mcap_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 #include "support/test_memory.h"
@@ -61,7 +61,7 @@ TEST(HostileFiles, ManyChannelsOfALargeSchemaAreBounded)
   for (std::uint16_t id = 0; id < channels; ++id)
     mcap::append(mcap::Channel{id, 1, channelWithSchema(std::to_string(id), "")}, file);
   writeBytes(folder / "a.mcap", file);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   EXPECT_GT(reader.channels().size(), 100u);
   EXPECT_LT(reader.channels().size(), 130u);
@@ -96,7 +96,7 @@ TEST(HostileFiles, AMessageIndexBelongsToOneChunk)
   mcap::append(statistics, summary);
   appendEnd(summary, file);
   writeBytes(folder / "a.mcap", file);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   EXPECT_LE(reader.index().size(), 100u);
   EXPECT_FALSE(reader.damage().empty());
@@ -117,7 +117,7 @@ TEST(HostileFiles, AMetadataRecordIsReadOnce)
   mcap::append(statistics, summary);
   appendEnd(summary, file);
   writeBytes(folder / "a.mcap", file);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   std::vector<McapMetadata> metadata;
   EXPECT_TRUE(reader.readMetadata(metadata).ok());
@@ -331,12 +331,12 @@ TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
     writeMcap(folder / part,
               {compressedPointCloudChannel("/a"), compressedPointCloudChannel("/a")},
               of_publishers);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   ASSERT_EQ(reader.channels().size(), 2u);
   ASSERT_EQ(reader.index().size(), 4u);
   McapMessage message;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     ASSERT_TRUE(reader.read(entry, message).ok());
     EXPECT_EQ(message.bytes.at(0), entry.channel);
   }

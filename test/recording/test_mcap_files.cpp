@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "recording/bag_reader.h"
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"
-#include "recording/mcap_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
@@ -120,10 +120,10 @@ private:
 
 /** \brief Times of the messages of a file. */
 std::vector<std::int64_t>
-timesOf(const McapReader& reader)
+timesOf(const BagReader& reader)
 {
   std::vector<std::int64_t> times;
-  for (const McapEntry& entry : reader.index())
+  for (const BagEntry& entry : reader.index())
     times.push_back(entry.log_time.count());
   return times;
 }
@@ -156,7 +156,7 @@ TEST(McapFiles, KeepMessagesMetadataAndAttachmentsByteForByte)
   ASSERT_TRUE(writer.write(McapMetadata{"m", {{"k", "v"}}}).ok());
   ASSERT_TRUE(writer.finish().ok());
 
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag.mcap").ok());
   ASSERT_EQ(reader.channels().size(), 2u);
   EXPECT_EQ(reader.channels()[0].topic, "/a");
@@ -191,7 +191,7 @@ TEST(McapFiles, OnlyWantedChannelsAreIndexed)
   writeMcap(folder / "bag.mcap",
             {channelOf("/a"), channelOf("/b")},
             {messageOf(0, 5, {1}), messageOf(1, 5, {1})});
-  McapReader reader;
+  BagReader reader;
   const auto wants = [](const McapChannel& channel) { return channel.topic == "/b"; };
   ASSERT_TRUE(reader.open(folder / "bag.mcap", wants).ok());
   EXPECT_EQ(reader.channels().size(), 2u);
@@ -209,13 +209,13 @@ TEST(McapFiles, ChunksOfAllCompressionsAreRead)
       {"", records}, {"lz4", compressedByLz4(records)}, {"zstd", zstd}};
   for (const auto& [compression, stored] : compressions) {
     writeBytes(folder / "one.mcap", fileOfOneChunk(compression, records, stored));
-    McapReader reader;
+    BagReader reader;
     ASSERT_TRUE(reader.open(folder / "one.mcap").ok());
     EXPECT_EQ(timesOf(reader), (std::vector<std::int64_t>{100, 200, 300}))
         << compression;
     EXPECT_TRUE(reader.damage().empty());
     McapMessage message;
-    for (const McapEntry& entry : reader.index())
+    for (const BagEntry& entry : reader.index())
       EXPECT_TRUE(reader.read(entry, message).ok());
     // Of a chunk that is cut off the messages that are whole.
     Bytes cut = fileOfOneChunk(compression, records, stored);
@@ -225,7 +225,7 @@ TEST(McapFiles, ChunksOfAllCompressionsAreRead)
     EXPECT_LT(reader.index().size(), 3u) << compression;
     EXPECT_EQ(reader.damage().size(), 1u);
     EXPECT_TRUE(reader.isUnfinished());
-    for (const McapEntry& entry : reader.index())
+    for (const BagEntry& entry : reader.index())
       EXPECT_TRUE(reader.read(entry, message).ok());
   }
 }
@@ -240,7 +240,7 @@ TEST(McapFiles, ChunksThatContradictThemselvesAreLeftOutAndReported)
   longer.resize(2 * longer.size());
   const auto lost = [&](const std::string& compression, const Bytes& stored) {
     writeBytes(folder / "bag.mcap", fileOfOneChunk(compression, records, stored));
-    McapReader reader;
+    BagReader reader;
     EXPECT_TRUE(reader.open(folder / "bag.mcap").ok());
     EXPECT_TRUE(reader.index().empty());
     EXPECT_EQ(reader.damage().size(), 1u);
@@ -266,7 +266,7 @@ TEST(McapFiles, Rosbag2FoldersOfManyFilesAreOneBag)
               {messageOf(0, 5, {static_cast<std::uint8_t>(part)})});
   writeBytes(folder / "bag/metadata.yaml", {});
   const FewDescriptors fewer_than_parts(120);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.damage().empty());
   EXPECT_EQ(reader.channels().size(), 1u);
@@ -285,7 +285,7 @@ TEST(McapFiles, TimesBeyondTheRangeAreTheLast)
     mcap::append(mcap::MessagePrefix{5, 0, time, time}, {}, records);
   const TestFolder folder;
   writeBytes(folder / "a.mcap", fileOfOneChunk("", records, records));
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   ASSERT_EQ(reader.index().size(), 2u);
   EXPECT_EQ(reader.index()[0].log_time, Time(7));
@@ -302,7 +302,7 @@ TEST(McapFiles, BagsOfOtherStoragesAreRefused)
        {"storage_identifier: other", "compression_format: lz5"}) {
     const std::string metadata = "rosbag2_bagfile_information:\n  " + line + "\n";
     writeBytes(folder / "bag/metadata.yaml", {metadata.begin(), metadata.end()});
-    McapReader reader;
+    BagReader reader;
     const RecordingStatus status = reader.open(folder / "bag");
     EXPECT_EQ(status.code(), RecordingCode::NotARecording);
     EXPECT_TRUE(hasPart(status.message(), line.substr(line.find(':') + 2)));

@@ -6,7 +6,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_description.h>
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 
@@ -92,7 +92,7 @@ TEST(RecordedPoints, MessagesOfOrganisedCloudsHaveTheirRowsAndColumns)
   EXPECT_EQ(sizes[1], std::make_pair(std::size_t{48}, std::size_t{32}));
   EXPECT_EQ(sizes[3].second, 1u);
   ASSERT_TRUE(writer.finish().ok());
-  McapReader mcap;
+  BagReader mcap;
   ASSERT_TRUE(mcap.open(folder / "a.mcap").ok());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     McapMessage message;

@@ -4,7 +4,7 @@
  * Files and folders while they are written, and when that fails.
  */
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
@@ -47,7 +47,7 @@ TEST(RecordingOutputs, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
     ASSERT_TRUE(writer.write(message).ok());
   }
   EXPECT_EQ(bytesOf(path), (Bytes{1, 2, 3}));
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(path + ".unfinished").ok());
   EXPECT_TRUE(reader.isUnfinished());
   EXPECT_EQ(reader.index().size(), 1u);

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/frame_description.h>
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
@@ -289,12 +289,12 @@ TEST(Recordings, ChunksBeginAtIFrames)
   const std::vector<KnownStream> streams = {knownStream(0, 300, 20, 60),
                                             knownStream(1, 300, 20, 60)};
   record(streams, folder / "cell.mcap");
-  McapReader mcap;
+  BagReader mcap;
   ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
   std::set<std::size_t> chunks;
   PointCloudMessage cloud;
   McapMessage message;
-  for (const McapEntry& entry : mcap.index()) {
+  for (const BagEntry& entry : mcap.index()) {
     if (!chunks.insert(entry.chunk).second)
       continue;
     ASSERT_TRUE(mcap.read(entry, message).ok());
@@ -321,11 +321,11 @@ TEST(Recordings, DecompressedChunksAreKeptUpToABound)
     ASSERT_TRUE(writer.flush().ok());
   }
   ASSERT_TRUE(writer.finish().ok());
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   ASSERT_EQ(reader.index().size(), 8u);
   const pcl_ext::test::MemoryUse use;
-  for (const McapEntry& entry : reader.index())
+  for (const BagEntry& entry : reader.index())
     ASSERT_TRUE(reader.read(entry, message).ok());
   EXPECT_LT(use.live(), 6 * chunk_bytes);
 }
@@ -335,7 +335,7 @@ TEST(Recordings, MessagesDescribeTheDecodedCloud)
   const TestFolder folder;
   const std::vector<KnownStream> streams = {knownStream(0, 2, 10)};
   record(streams, folder / "cell.mcap");
-  McapReader mcap;
+  BagReader mcap;
   ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
   ASSERT_EQ(mcap.channels().size(), 1u);
   EXPECT_TRUE(isCompressedPointCloud(mcap.channels().front()));

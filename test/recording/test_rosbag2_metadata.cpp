@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_metadata.h"
 #include "support/recorded_streams.h"
@@ -48,7 +48,7 @@ throughMetadata(const TestFolder& folder, const std::string& qos)
   const auto replace = std::filesystem::copy_options::overwrite_existing;
   std::filesystem::copy_file(
       folder / "bag/metadata.yaml", folder / "bare/metadata.yaml", replace);
-  McapReader reader;
+  BagReader reader;
   EXPECT_TRUE(reader.open(folder / "bare").ok());
   return reader.channels()[0].metadata.at("offered_qos_profiles");
 }
@@ -171,7 +171,7 @@ TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
   EXPECT_TRUE(readFileNames("").empty());
   const TestFolder folder;
   writeMcap(folder / "bag", {});
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.damage().empty());
   std::string text = textOf(folder / "bag/metadata.yaml");

@@ -43,6 +43,7 @@ pcl_ext_add_test(
     tools/test_program_options.cpp
     tools/test_program_parts.cpp
     tools/test_program_recordings.cpp
+    tools/test_program_ros1_bags.cpp
     tools/test_program_sentences.cpp
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
@@ -52,6 +53,7 @@ pcl_ext_add_test(
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")
 target_include_directories(test_program PRIVATE ${PROJECT_SOURCE_DIR}/tools/pcl_ext)
+target_include_directories(test_program SYSTEM PRIVATE ${PCL_EXT_LZ4_HEADERS})
 add_dependencies(test_program pcl_ext_program)
 if(PCL_EXT_WITH_SQLITE)
   target_compile_definitions(test_program PRIVATE PCL_EXT_HAS_SQLITE)
@@ -72,13 +74,6 @@ if(TARGET pcl_ext_link)
   target_compile_definitions(
     test_program PRIVATE PCL_EXT_SITE_EXAMPLES="${PROJECT_SOURCE_DIR}/tools/site"
                          PCL_EXT_NATS_SERVER_FOLDER="${nats_server_folder}")
-endif()
-get_target_property(rosbag_headers pcl_ext_program PCL_EXT_ROSBAG_HEADERS)
-get_target_property(rosbag_libraries pcl_ext_program PCL_EXT_ROSBAG_LIBRARIES)
-if(rosbag_libraries)
-  target_sources(test_program PRIVATE tools/test_ros1_bags.cpp)
-  target_include_directories(test_program SYSTEM PRIVATE ${rosbag_headers})
-  target_link_libraries(test_program PRIVATE ${rosbag_libraries})
 endif()
 
 # What Prometheus is told, and the documents about it.

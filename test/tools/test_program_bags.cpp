@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
@@ -21,8 +21,8 @@ namespace test {
 
 namespace {
 
+using recording::BagEntry;
 using recording::McapChannel;
-using recording::McapEntry;
 using recording::McapMessage;
 using recording::Time;
 
@@ -38,14 +38,14 @@ struct Bag {
 Bag
 readBag(const std::string& path)
 {
-  recording::McapReader reader;
+  recording::BagReader reader;
   const recording::RecordingStatus status = reader.open(path);
   EXPECT_TRUE(status.ok()) << status;
   Bag bag;
   bag.profile = reader.profile();
   for (const McapChannel& channel : reader.channels())
     bag.channels[channel.topic] = channel;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     EXPECT_TRUE(reader.read(entry, message).ok());
     bag.messages[reader.channels()[message.channel].topic].push_back(message);

@@ -4,7 +4,7 @@
  * \brief Clouds with float64 coordinates, as those of maps, keep their precision.
  */
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/program.h"
@@ -186,7 +186,7 @@ TEST_F(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
     const std::string name = std::to_string(static_cast<int>(moved)) + ".mcap";
     expectRun("encode in.mcap -o x" + name + " -r 0.04" + pose);
     expectRun("decode x" + name + " -o again" + name + " --packed");
-    recording::McapReader reader;
+    recording::BagReader reader;
     ASSERT_TRUE(reader.open(folder / ("again" + name)).ok());
     recording::McapMessage read;
     ASSERT_EQ(reader.index().size(), 1u);

@@ -4,7 +4,7 @@
  * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
  * that were renamed, messages of ROS 1.
  */
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
@@ -12,6 +12,8 @@
 #ifdef PCL_EXT_HAS_SQLITE
 #include "support/database_bags.h"
 #endif
+
+#include <pcl/PCLPointField.h>
 
 #include <gtest/gtest.h>
 
@@ -28,10 +30,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using recording::BagEntry;
+using recording::BagReader;
 using recording::McapChannel;
-using recording::McapEntry;
 using recording::McapMessage;
-using recording::McapReader;
 using recording::PointCloudMessage;
 using recording::Time;
 
@@ -106,10 +108,10 @@ writeWalls(const std::string& path, const Change& change = {})
 std::vector<PointCloudMessage>
 cloudsOf(const std::string& path)
 {
-  McapReader reader;
+  BagReader reader;
   EXPECT_TRUE(reader.open(path).ok());
   std::vector<PointCloudMessage> clouds;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     McapMessage message;
     EXPECT_TRUE(reader.read(entry, message).ok());
     if (!isPointCloud(reader.channels()[message.channel]))
@@ -286,6 +288,93 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
   EXPECT_TRUE(fs::exists(folder / "made/some.mcap"));
 }
 
+TEST_F(ProgramForeignBags, MayHaveWholeNumbersAsCoordinates)
+{
+  struct Kind {
+    std::uint8_t datatypes[3]; ///< of x, y, z
+    std::string remark;
+  };
+  using Field = pcl::PCLPointField;
+  const Kind kinds[] = {{{Field::INT16, Field::UINT8, Field::UINT16},
+                         "(int16, uint8, uint16) are taken as float32"},
+                        {{Field::INT32, Field::INT32, Field::INT32},
+                         "(int32, int32, int32) are taken as float64"},
+                        {{Field::FLOAT32, Field::FLOAT64, Field::FLOAT32},
+                         "(float32, float64, float32) are taken as float64"}};
+  for (const Kind& kind : kinds) {
+    // Eight bytes a field, with padding behind the rows.
+    const Change change = [&kind](PointCloudMessage& cloud) {
+      cloud.fields = {{"x", 0, kind.datatypes[0], 1},
+                      {"y", 8, kind.datatypes[1], 0}, // one, too
+                      {"z", 16, kind.datatypes[2], 1},
+                      {"intensity", 24, 7, 1}};
+      cloud.point_step = 28;
+      cloud.row_step = 28 * width + 4;
+      cloud.bytes.assign(height * cloud.row_step, 0);
+      for (std::size_t point = 0; point < width * height; ++point) {
+        std::uint8_t* const bytes = &cloud.bytes[point / width * cloud.row_step +
+                                                 point % width * cloud.point_step];
+        const double numbers[] = {kind.datatypes[0] == Field::UINT8 ? 7.0 : -7.0,
+                                  static_cast<double>(point % width),
+                                  static_cast<double>(point / width)};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto whole = static_cast<std::int32_t>(numbers[axis]);
+          const auto real = static_cast<float>(numbers[axis]);
+          if (kind.datatypes[axis] == Field::FLOAT64)
+            std::memcpy(bytes + 8 * axis, &numbers[axis], 8);
+          else if (kind.datatypes[axis] == Field::FLOAT32)
+            std::memcpy(bytes + 8 * axis, &real, 4);
+          else
+            std::memcpy(bytes + 8 * axis, &whole, 4); // the low bytes are first
+        }
+      }
+    };
+    writeWalls(folder / "bag.mcap", change);
+    for (const char* const jobs : {"1", "2"}) {
+      const ProgramRun encoded = run(std::string("encode bag.mcap -o small.mcap "
+                                                 "--overwrite --keep-points "
+                                                 "--keep-order -r 0.01 --jobs ") +
+                                     jobs);
+      EXPECT_EQ(encoded.status, 0) << encoded.errors;
+      const std::string remark = "/points: its coordinates x, y and z " + kind.remark;
+      const std::size_t said = encoded.errors.find(remark);
+      EXPECT_NE(said, std::string::npos) << encoded.errors;
+      EXPECT_EQ(encoded.errors.find(remark, said + 1), std::string::npos); // once
+    }
+    EXPECT_EQ(run("decode small.mcap -o again.mcap --overwrite --packed").status, 0);
+    const std::vector<PointCloudMessage> decoded = cloudsOf(folder / "again.mcap");
+    ASSERT_EQ(decoded.size(), 2u);
+    ASSERT_EQ(std::size_t{decoded[1].width} * decoded[1].height, width * height);
+    for (std::size_t point = 0; point < width * height; ++point) {
+      float numbers[3];
+      std::memcpy(numbers, &decoded[1].bytes[point * decoded[1].point_step], 12);
+      EXPECT_NEAR(numbers[0], -7.0f, 0.00501f);
+      EXPECT_NEAR(numbers[1], static_cast<float>(point % width), 0.00501f);
+      EXPECT_NEAR(numbers[2], static_cast<float>(point / width), 0.00501f);
+    }
+  }
+}
+
+TEST_F(ProgramForeignBags, MayHaveAlphaWhichIsSaidToBeLeftOut)
+{
+  for (const std::uint8_t alpha : {std::uint8_t{0x80}, std::uint8_t{0xff}})
+    for (const char* const name : {"rgba", "rgb"}) {
+      writeWalls(folder / "bag.mcap", [=](PointCloudMessage& cloud) {
+        cloud.fields.back() = {name, 12, pcl::PCLPointField::UINT32, 1};
+        for (std::size_t point = 0; point < width * height; ++point)
+          cloud.bytes[16 * point + 15] = point == 9 ? alpha : 0xff;
+      });
+      const std::string said = expectWalls("bag.mcap");
+      const bool loses_alpha = alpha != 0xff && std::string(name) == "rgba";
+      const std::string remark = "/points: fields that are left out: the alpha of rgba";
+      const std::size_t found = said.find(remark);
+      EXPECT_EQ(found != std::string::npos, loses_alpha) << said;
+      if (loses_alpha) {
+        EXPECT_EQ(said.find("alpha", found + remark.size()), std::string::npos) << said;
+      }
+    }
+}
+
 TEST_F(ProgramForeignBags, OfRos1MayBeConvertedToMcap)
 {
   // As ROS 1 writes messages: little-endian, without alignment.
@@ -368,10 +457,10 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   EXPECT_TRUE(hasPart(said, "'bag' has the storage sqlite3; bags are written as MCAP"));
   for (std::size_t i = 0; i < clouds.size(); ++i)
     EXPECT_EQ(clouds[i].stamp, wall(i).stamp);
-  McapReader reader;
+  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "again.mcap").ok());
   std::map<std::string, std::size_t> messages;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     const McapChannel& channel = reader.channels()[entry.channel];
     EXPECT_EQ(channel.metadata.at("offered_qos_profiles"), qos);
     McapMessage message;
@@ -393,6 +482,16 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   writeBytes(folder / "x.db3.zstd", recording::test::compressed(bytes));
   expectWalls("x.db3.zstd", "", 1);
   EXPECT_EQ(runShell("cat bag/bag_0.db3 | $P encode - -o piped.mcap").status, 0);
+  // What is lost of a database has no place in the file.
+  {
+    DatabaseBag bag(folder / "lost.db3");
+    bag.addTopic(1, "/points", "sensor_msgs/msg/PointCloud2", qos);
+    bag.addMessage(1, 5, messageOf(0).bytes);
+    bag.addMessage(7, 6, messageOf(0).bytes);
+  }
+  expectFailure("encode lost.db3 -o lost.mcap",
+                1,
+                "pcl_ext encode: lost.db3: 1 messages are of no topic");
   // In a folder of bags each is one.
   fs::create_directories(folder / "bags");
   for (const std::string name : {"a.db3", "b.db3.zstd"})

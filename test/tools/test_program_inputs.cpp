@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/program.h"
 
@@ -150,7 +150,7 @@ TEST_F(ProgramInputs, QosOfABagsMetadataIsKept)
   expectRun("cut small -o cut.mcap --frames 0:1");
   expectRun("merge small -o merged");
   for (const std::string path : {"small", "again.mcap", "cut.mcap", "merged"}) {
-    recording::McapReader reader;
+    recording::BagReader reader;
     ASSERT_TRUE(reader.open(folder / path).ok());
     const auto& metadata = reader.channels().at(0).metadata;
     ASSERT_EQ(metadata.count("offered_qos_profiles"), 1u) << path;
@@ -202,7 +202,7 @@ TEST_F(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
   writeClouds("room", roomClouds(1));
   expectRun("encode room -o room.mcap");
   expectRun("decode room.mcap -o clouds.mcap");
-  recording::McapReader reader;
+  recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapMessage cloud;
   ASSERT_TRUE(reader.read(reader.index()[0], cloud).ok());

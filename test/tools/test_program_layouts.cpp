@@ -5,7 +5,7 @@
  * so that programs can read them as structures.
  */
 #include "inputs/message_layout.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/program.h"
@@ -118,7 +118,7 @@ writeCloudBag(const std::string& path, const PointCloudMessage& cloud)
 PointCloudMessage
 readOnlyCloud(const std::string& path)
 {
-  recording::McapReader reader;
+  recording::BagReader reader;
   EXPECT_TRUE(reader.open(path).ok());
   EXPECT_EQ(reader.index().size(), 1u);
   recording::McapMessage message;

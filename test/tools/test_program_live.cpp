@@ -4,7 +4,7 @@
  * \brief Bags that come through a pipe or a socket while somebody writes them.
  */
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "tools/program.h"
 
@@ -44,7 +44,7 @@ TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
   writeClouds("room", roomClouds(6));
   expectRun("encode room -o room.mcap");
   expectRun("decode room.mcap -o clouds.mcap");
-  recording::McapReader reader;
+  recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapWriter writer;
   ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
@@ -54,7 +54,7 @@ TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
       writer.addChannel(reader.channels()[0], recording::McapChunking::Shared, channel)
           .ok());
   std::vector<std::uintmax_t> sizes; // of the file after each message
-  for (const recording::McapEntry& entry : reader.index()) {
+  for (const recording::BagEntry& entry : reader.index()) {
     ASSERT_TRUE(reader.read(entry, message).ok());
     message.channel = channel;
     ASSERT_TRUE(writer.write(message).ok());
@@ -99,11 +99,11 @@ TEST_F(ProgramLive, FramesThatComeTogetherShareAChunk)
 {
   makeBag(folder, 6);
   ASSERT_EQ(runShell("cat clouds.mcap | \"$P\" encode - -o x.mcap").status, 0);
-  recording::McapReader reader;
+  recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   ASSERT_EQ(reader.index().size(), 6u);
   std::set<std::uint64_t> chunks;
-  for (const recording::McapEntry& entry : reader.index())
+  for (const recording::BagEntry& entry : reader.index())
     chunks.insert(reader.fileOffset(entry));
   EXPECT_EQ(chunks.size(), 1u);
 }
@@ -163,7 +163,7 @@ TEST_F(ProgramLive, ASocketIsReadAsItComes)
 TEST_F(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
 {
   makeBag(folder, 3);
-  recording::McapReader reader;
+  recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapWriter writer;
   ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
@@ -174,7 +174,7 @@ TEST_F(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
     clouds.topic = topic;
     ASSERT_TRUE(
         writer.addChannel(clouds, recording::McapChunking::Shared, channel).ok());
-    for (const recording::McapEntry& entry : reader.index()) {
+    for (const recording::BagEntry& entry : reader.index()) {
       ASSERT_TRUE(reader.read(entry, message).ok());
       message.channel = channel;
       ASSERT_TRUE(writer.write(message).ok());

@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "recording/bag_contents.h"
 #include "recording/mcap/records.h"
-#include "recording/mcap_reader.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ class ChannelList {
 public:
   /** \param[in] wants channels whose messages are wanted; empty: all; must outlive
    * this */
-  explicit ChannelList(const McapReader::ChannelFilter& wants) : wants_(wants) {}
+  explicit ChannelList(const ChannelFilter& wants) : wants_(wants) {}
 
   /** \brief Adds a schema, unless there is one of its id.
    * \param[in] content of the record
@@ -75,7 +75,7 @@ public:
   }
 
 private:
-  const McapReader::ChannelFilter& wants_;
+  const ChannelFilter& wants_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, McapChannel> channels_;
   std::map<std::uint16_t, bool> wanted_; // by the channel's id

@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap/chunk_compression.h"
 
+#ifdef PCL_EXT_HAS_BZIP2
+#include <bzlib.h>
+#endif
 #include <lz4frame.h>
 #include <zstd.h>
 
@@ -126,6 +129,43 @@ decompressLz4(const std::uint8_t* bytes,
       });
 }
 
+#ifdef PCL_EXT_HAS_BZIP2
+/** \brief A stream of libbz2, which ends with the stream's last byte. */
+class Bz2Stream {
+public:
+  Bz2Stream() : is_valid_(BZ2_bzDecompressInit(&stream_, 0, 0) == BZ_OK) {}
+  ~Bz2Stream() { BZ2_bzDecompressEnd(&stream_); }
+  Bz2Stream(const Bz2Stream&) = delete;
+  Bz2Stream&
+  operator=(const Bz2Stream&) = delete;
+
+  bool
+  step(std::uint8_t* output,
+       std::size_t& output_size,
+       const std::uint8_t* input,
+       std::size_t& input_size)
+  {
+    stream_.next_in = reinterpret_cast<char*>(const_cast<std::uint8_t*>(input));
+    stream_.avail_in = static_cast<unsigned int>(input_size);
+    stream_.next_out = reinterpret_cast<char*>(output);
+    stream_.avail_out = static_cast<unsigned int>(output_size);
+    if (is_valid_ && !has_ended_) {
+      const int result = BZ2_bzDecompress(&stream_);
+      has_ended_ = result == BZ_STREAM_END;
+      is_valid_ = has_ended_ || result == BZ_OK;
+    }
+    output_size -= stream_.avail_out;
+    input_size -= stream_.avail_in;
+    return is_valid_;
+  }
+
+private:
+  bz_stream stream_{};
+  bool is_valid_;
+  bool has_ended_ = false;
+};
+#endif
+
 } // namespace
 
 std::string
@@ -147,6 +187,39 @@ decompress(const std::string& compression,
   records.assign(bytes, bytes + size);
   return {};
 }
+
+#ifdef PCL_EXT_HAS_BZIP2
+std::string
+decompressBz2(const std::uint8_t* bytes,
+              std::size_t size,
+              std::uint64_t max_size,
+              std::vector<std::uint8_t>& records)
+{
+  records.clear();
+  Bz2Stream stream;
+  return decompressPieces(bytes,
+                          size,
+                          max_size,
+                          records,
+                          [&](std::uint8_t* output,
+                              std::size_t& output_size,
+                              const std::uint8_t* input,
+                              std::size_t& input_size) {
+                            return stream.step(output, output_size, input, input_size);
+                          });
+}
+#else
+std::string
+decompressBz2(const std::uint8_t* /* bytes */,
+              std::size_t /* size */,
+              std::uint64_t /* max_size */,
+              std::vector<std::uint8_t>& records)
+{
+  records.clear();
+  return "it is compressed with bz2, and this program was built without libbz2: copy "
+         "the bag with 'rosbag decompress', or build where libbz2-dev is installed";
+}
+#endif
 
 bool
 compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& bytes)

@@ -34,6 +34,13 @@ decompress(const std::string& compression,
            std::uint64_t max_size,
            std::vector<std::uint8_t>& records);
 
+/** \brief The same for bz2, which chunks of ROS 1 may have and those of MCAP may not. */
+std::string
+decompressBz2(const std::uint8_t* bytes,
+              std::size_t size,
+              std::uint64_t max_size,
+              std::vector<std::uint8_t>& records);
+
 /** \brief Compresses the records of a chunk with zstd.
  * \param[in] records the records
  * \param[out] bytes its memory is reused

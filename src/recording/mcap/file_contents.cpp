@@ -15,17 +15,11 @@ namespace mcap {
 
 namespace {
 
-/** \brief A file may have so many messages, and one more for each of its bytes that
- * plausible_bytes says: compressed empty messages would take far more memory than the
- * file. */
-constexpr std::uint64_t plausible_messages = std::uint64_t{1} << 20;
-constexpr std::uint64_t plausible_bytes = 8; // of a message: times hardly compress
-
 /** \brief Collects the contents of a file, from its summary or from all of it. */
 class ContentsFinder {
 public:
   ContentsFinder(const InputFile& file,
-                 const McapReader::ChannelFilter& wants,
+                 const ChannelFilter& wants,
                  FileContents& contents)
   : file_(file), contents_(contents), channels_(wants)
   {
@@ -85,12 +79,7 @@ private:
   void
   addDamage(std::uint64_t offset, const std::string& message)
   {
-    constexpr std::size_t most = 1000;
-    if (contents_.damage.size() < most)
-      contents_.damage.push_back({offset, message, file_.path()});
-    else if (contents_.damage.size() == most)
-      contents_.damage.push_back(
-          {offset, "from here on damage is not listed", file_.path()});
+    contents_.addDamage({offset, message, file_.path()});
   }
 
   const InputFile& file_;
@@ -252,7 +241,7 @@ ContentsFinder::addMessage(const std::uint8_t* content,
   MessagePrefix message;
   if (!parse(content, size, message) || !channels_.isWanted(message.channel_id))
     return;
-  if (contents_.messages.size() < plausible_messages + file_.size() / plausible_bytes)
+  if (contents_.messages.size() < mostMessages(file_.size()))
     contents_.messages.push_back(
         {message.log_time, section, offset, message.channel_id});
   else if (!has_too_many_messages_) {
@@ -289,7 +278,7 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   else if (opcode == Opcode::Header || opcode == Opcode::Schema ||
            opcode == Opcode::Channel) {
     Header header;
-    if (!readRecord(file_, offset, opcode, McapReader::max_chunk_bytes, buffer_))
+    if (!readRecord(file_, offset, opcode, max_chunk_bytes, buffer_))
       addDamage(offset, "a record cannot be read");
     else if (opcode == Opcode::Schema)
       channels_.addSchema(buffer_.data(), buffer_.size());
@@ -347,9 +336,7 @@ isMcapFile(const InputFile& file)
 }
 
 RecordingStatus
-findContents(const InputFile& file,
-             const McapReader::ChannelFilter& wants,
-             FileContents& contents)
+findContents(const InputFile& file, const ChannelFilter& wants, FileContents& contents)
 {
   if (!isMcapFile(file))
     return {RecordingCode::NotARecording, "'" + file.path() + "' is not an MCAP file"};
@@ -361,8 +348,7 @@ findContents(const InputFile& file,
     // The summary has no header.
     std::vector<std::uint8_t> content;
     Header header;
-    if (readRecord(
-            file, magic.size(), Opcode::Header, McapReader::max_chunk_bytes, content) &&
+    if (readRecord(file, magic.size(), Opcode::Header, max_chunk_bytes, content) &&
         parse(content.data(), content.size(), header))
       contents.profile = header.profile;
     return {};

@@ -2,7 +2,6 @@
 #include "recording/mcap/record_access.h"
 
 #include "recording/mcap/chunk_compression.h"
-#include "recording/mcap_reader.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>
@@ -13,11 +12,6 @@ namespace recording {
 namespace mcap {
 
 namespace {
-
-/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed
- * one, which bounds the time to read a file that was made to take long. */
-constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
-constexpr std::uint64_t plausible_compression_ratio = 1000;
 
 /** \brief Bytes of a chunk that hold its fields before the records. */
 constexpr std::size_t max_chunk_fields_size = 256;
@@ -105,10 +99,7 @@ loadChunk(const ReadAt& read,
   std::uint64_t size = section.length - begin;
   if (section.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
     return "its size contradicts that of its record; its messages are lost";
-  const std::uint64_t most_bytes =
-      std::min(McapReader::max_chunk_bytes,
-               plausible_chunk_bytes + plausible_compression_ratio *
-                                           std::min(size, McapReader::max_chunk_bytes));
+  const std::uint64_t most_bytes = mostChunkBytes(size);
   if (chunk.uncompressed_size > most_bytes || size > most_bytes)
     return "it is larger than the limit of " + std::to_string(most_bytes) +
            " bytes; its messages are lost";

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "recording/bag_contents.h"
 #include "recording/files.h"
 #include "recording/mcap/records.h"
 
@@ -12,16 +13,6 @@
 namespace pcl_ext {
 namespace recording {
 namespace mcap {
-
-/** \brief A part of a file with messages: a chunk, or the file itself for messages
- * without a chunk. */
-struct Section {
-  bool is_chunk = true;
-  std::uint64_t offset = 0; // of the record of the chunk
-  std::uint64_t length =
-      0; // of that record with its prefix, as far as it is in the file
-  bool is_cut_off = false; // the end of the chunk is missing
-};
 
 /** \brief Reads bytes at a section; false unless all of them were read. */
 using ReadAt =

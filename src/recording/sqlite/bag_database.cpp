@@ -29,8 +29,7 @@ constexpr int max_units = 1'000;
 void
 limitQueries(sqlite3* database)
 {
-  sqlite3_limit(
-      database, SQLITE_LIMIT_LENGTH, static_cast<int>(McapReader::max_chunk_bytes));
+  sqlite3_limit(database, SQLITE_LIMIT_LENGTH, static_cast<int>(max_chunk_bytes));
   sqlite3_limit(database, SQLITE_LIMIT_COLUMN, 100);
   sqlite3_limit(database, SQLITE_LIMIT_EXPR_DEPTH, 20);
   sqlite3_limit(database, SQLITE_LIMIT_ATTACHED, 0);
@@ -62,7 +61,7 @@ public:
   }
 
   RecordingStatus
-  open(const McapReader::ChannelFilter& wants, mcap::FileContents& contents);
+  open(const ChannelFilter& wants, FileContents& contents);
 
   std::string
   read(std::int64_t row, McapMessage& message, std::uint16_t& channel_id);
@@ -78,13 +77,13 @@ private:
   isBag();
 
   void
-  findTopics(mcap::FileContents& contents);
+  findTopics(FileContents& contents);
 
   void
-  findDefinitions(mcap::FileContents& contents);
+  findDefinitions(FileContents& contents);
 
   void
-  findMessages(const McapReader::ChannelFilter& wants, mcap::FileContents& contents);
+  findMessages(const ChannelFilter& wants, FileContents& contents);
 
   enum class Step { Row, End, Damage };
 
@@ -125,8 +124,7 @@ BagDatabase::Implementation::failure() const
 }
 
 RecordingStatus
-BagDatabase::Implementation::open(const McapReader::ChannelFilter& wants,
-                                  mcap::FileContents& contents)
+BagDatabase::Implementation::open(const ChannelFilter& wants, FileContents& contents)
 {
   const std::string& path = file_.file().path();
   const int opened = sqlite3_open_v2(
@@ -174,7 +172,7 @@ BagDatabase::Implementation::isBag()
 }
 
 void
-BagDatabase::Implementation::findTopics(mcap::FileContents& contents)
+BagDatabase::Implementation::findTopics(FileContents& contents)
 {
   Statement topics(database_, "SELECT * FROM topics");
   const int id = topics.isValid() ? topics.columnOf("id") : -1;
@@ -210,7 +208,7 @@ BagDatabase::Implementation::findTopics(mcap::FileContents& contents)
 
 /** \brief Adds the definitions of types, which bags have since Iron. */
 void
-BagDatabase::Implementation::findDefinitions(mcap::FileContents& contents)
+BagDatabase::Implementation::findDefinitions(FileContents& contents)
 {
   Statement definitions(database_,
                         "SELECT topic_type, encoding, encoded_message_definition "
@@ -236,8 +234,8 @@ BagDatabase::Implementation::findDefinitions(mcap::FileContents& contents)
 }
 
 void
-BagDatabase::Implementation::findMessages(const McapReader::ChannelFilter& wants,
-                                          mcap::FileContents& contents)
+BagDatabase::Implementation::findMessages(const ChannelFilter& wants,
+                                          FileContents& contents)
 {
   std::map<std::int64_t, std::uint16_t> wanted;
   for (const auto& [topic, channel] : channel_of_topic_)
@@ -368,8 +366,7 @@ BagDatabase::Implementation::readBytes(std::int64_t row,
   std::string failed = code == SQLITE_OK ? std::string() : failure();
   const auto size =
       static_cast<std::size_t>(code == SQLITE_OK ? sqlite3_blob_bytes(blob_) : 0);
-  if (size > file_.file().size() + file_.log().size() ||
-      size > McapReader::max_chunk_bytes)
+  if (size > file_.file().size() + file_.log().size() || size > max_chunk_bytes)
     failed = "it has " + std::to_string(size) + " bytes, which are not there";
   if (failed.empty()) {
     bytes.resize(size);
@@ -384,22 +381,26 @@ BagDatabase::Implementation::readBytes(std::int64_t row,
   return failed;
 }
 
-BagDatabase::BagDatabase() = default;
+BagDatabase::BagDatabase(InputFile&& file)
+: BagFile(std::move(file)), implementation_(new Implementation(this->file()))
+{}
+
 BagDatabase::~BagDatabase() = default;
 
 RecordingStatus
-BagDatabase::open(const InputFile& file,
-                  const McapReader::ChannelFilter& wants,
-                  mcap::FileContents& contents)
+BagDatabase::findContents(const ChannelFilter& wants, FileContents& contents)
 {
-  implementation_ = std::make_unique<Implementation>(file);
   return implementation_->open(wants, contents);
 }
 
 std::string
-BagDatabase::read(std::uint64_t row, McapMessage& message, std::uint16_t& channel_id)
+BagDatabase::read(const MessagePlace& place,
+                  McapMessage& message,
+                  std::uint16_t& channel_id)
 {
-  return implementation_->read(static_cast<std::int64_t>(row), message, channel_id);
+  const auto row = static_cast<std::int64_t>(place.offset);
+  const std::string failure = implementation_->read(row, message, channel_id);
+  return failure.empty() ? failure : "message " + std::to_string(row) + ": " + failure;
 }
 
 } // namespace sqlite

@@ -3,10 +3,7 @@
 
 #include <pcl_ext/recording/recording_status.h>
 
-#include "recording/files.h"
-#include "recording/mcap/file_contents.h"
-#include "recording/mcap_content.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_file.h"
 
 #include <algorithm>
 #include <array>
@@ -36,30 +33,25 @@ isDatabase(const InputFile& file)
  * pages that form a ring have an end, and the size of a message is checked before memory
  * is taken for it.
  */
-class BagDatabase {
+class BagDatabase : public BagFile {
 public:
-  BagDatabase();
-  ~BagDatabase();
+  explicit BagDatabase(InputFile&& file);
+  ~BagDatabase() override;
 
-  /** \brief Finds topics and messages.
-   * \param[in] file must exist, at the same place, as long as this
-   * \param[in] wants channels whose messages are wanted; empty: all
-   * \param[out] contents one section; the offsets of its messages are rows
-   * \return NotARecording if it is no bag, or the program was built without SQLite
-   */
+  /** \brief NotARecording also if the program was built without SQLite. */
   RecordingStatus
-  open(const InputFile& file,
-       const McapReader::ChannelFilter& wants,
-       mcap::FileContents& contents);
+  findContents(const ChannelFilter& wants, FileContents& contents) override;
 
-  /** \brief Reads a message.
-   * \param[in] row offset of an indexed message
-   * \param[out] message its channel is not set; memory is reused
-   * \param[out] channel_id of the contents
-   * \return empty, or what is wrong
-   */
   std::string
-  read(std::uint64_t row, McapMessage& message, std::uint16_t& channel_id);
+  read(const MessagePlace& place,
+       McapMessage& message,
+       std::uint16_t& channel_id) override;
+
+  bool
+  hasRows() const override
+  {
+    return true;
+  }
 
 private:
   class Implementation;

@@ -11,23 +11,22 @@ namespace sqlite {
 
 class BagDatabase::Implementation {};
 
-BagDatabase::BagDatabase() = default;
+BagDatabase::BagDatabase(InputFile&& file) : BagFile(std::move(file)) {}
 BagDatabase::~BagDatabase() = default;
 
 RecordingStatus
-BagDatabase::open(const InputFile& file,
-                  const McapReader::ChannelFilter& /* wants */,
-                  mcap::FileContents& /* contents */)
+BagDatabase::findContents(const ChannelFilter& /* wants */,
+                          FileContents& /* contents */)
 {
   return {RecordingCode::NotARecording,
-          "'" + file.path() +
+          "'" + file().path() +
               "' is a bag of the storage sqlite3, and this program was built without "
               "libsqlite3: convert it to MCAP with 'ros2 bag convert', or build where "
               "libsqlite3-dev is installed"};
 }
 
 std::string
-BagDatabase::read(std::uint64_t /* row */,
+BagDatabase::read(const MessagePlace& /* place */,
                   McapMessage& /* message */,
                   std::uint16_t& /* channel_id */)
 {

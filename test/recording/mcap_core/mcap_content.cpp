@@ -5,7 +5,7 @@
  * exchange_files.mjs.
  */
 
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
@@ -144,11 +144,11 @@ printCloud(const PointCloudMessage& cloud)
 void
 read(const std::string& path)
 {
-  McapReader reader;
+  BagReader reader;
   require(reader.open(path));
   McapMessage message;
   PointCloudMessage cloud;
-  for (const McapEntry& entry : reader.index()) {
+  for (const BagEntry& entry : reader.index()) {
     require(reader.read(entry, message));
     const McapChannel& channel = reader.channels()[message.channel];
     printMessage(channel, message);

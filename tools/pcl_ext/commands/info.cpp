@@ -85,9 +85,9 @@ std::vector<std::pair<std::string, std::string>>
 otherTopics(RecordingInput& input)
 {
   std::vector<std::pair<std::string, std::string>> topics;
-  recording::McapReader bag;
+  recording::BagReader bag;
   const auto isWanted = [](const recording::McapChannel&) { return false; };
-  if (!recording::McapReader::isMcap(input.path()) ||
+  if (!recording::BagReader::isBag(input.path()) ||
       !bag.open(input.path(), isWanted).ok())
     return topics;
   const std::vector<recording::RecordedStream>& streams = input.reader().streams();

@@ -15,7 +15,7 @@
 #include "options/encoding_options.h"
 #include "options/options.h"
 #include "outputs/output_path.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "simulator/robot_cell.h"
 #include "viewing/started_server.h"
 #include "viewing/viewer_page.h"
@@ -56,9 +56,9 @@ nameOf(const std::string& path)
 void
 refuseOtherStorages(const std::string& path)
 {
-  recording::McapReader bag;
+  recording::BagReader bag;
   const auto isWanted = [](const recording::McapChannel&) { return false; };
-  if (recording::McapReader::isMcap(path) && bag.open(path, isWanted).ok() &&
+  if (recording::BagReader::isBag(path) && bag.open(path, isWanted).ok() &&
       (bag.isCompressed() || bag.hasDatabases()))
     throw std::runtime_error(
         "'" + path +
@@ -75,7 +75,7 @@ filesOf(const std::string& path)
 {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored) &&
-      !recording::McapReader::isMcap(path))
+      !recording::BagReader::isBag(path))
     throw std::runtime_error("the folder '" + path +
                              "' is no recording of rosbag2: name one, or an .mcap or "
                              ".pcxi file");

@@ -4,7 +4,7 @@
 #include "clouds/cloud_files.h"
 #include "clouds/natural_order.h"
 #include "console/exit_status.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/rosbag2_folder.h"
 
 #ifdef _WIN32
@@ -21,8 +21,6 @@ namespace pcl_ext {
 namespace tools {
 
 namespace fs = std::filesystem;
-
-using clouds::FileKind;
 
 namespace {
 
@@ -121,10 +119,9 @@ pathsOf(const std::string& pattern)
 bool
 isBag(const std::string& path)
 {
-  if (recording::McapReader::isMcap(path))
+  if (recording::BagReader::isBag(path))
     return true;
-  return fs::is_directory(path) ? hasPartsOfBag(path)
-                                : clouds::kindOf(path) == FileKind::Ros1Bag;
+  return fs::is_directory(path) && hasPartsOfBag(path);
 }
 
 std::string

@@ -5,8 +5,8 @@
 #include "inputs/standard_input.h"
 #include "inputs/viewpoints.h"
 #include "options/text_values.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_content.h"
-#include "recording/mcap_reader.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -149,7 +149,7 @@ public:
   }
 
   /** \brief The bag, for its metadata and attachments; null: there is none. */
-  virtual recording::McapReader*
+  virtual recording::BagReader*
   mcap()
   {
     return nullptr;
@@ -200,9 +200,9 @@ openInput(const InputOptions& options);
 std::unique_ptr<CloudInput>
 openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& options);
 
-/** \brief Opens an MCAP file or a rosbag2 folder. */
+/** \brief Opens a file that BagReader takes, or a rosbag2 folder. */
 std::unique_ptr<CloudInput>
-openMcap(const std::string& path, const InputOptions& options);
+openBag(const std::string& path, const InputOptions& options);
 
 /** \brief Opens an MCAP file that comes through a pipe.
  * \param[in] descriptor of the pipe, after the first 8 bytes
@@ -212,10 +212,6 @@ std::unique_ptr<CloudInput>
 openMcapPipe(Descriptor descriptor,
              const std::string& name,
              const InputOptions& options);
-
-/** \brief Opens a bag of ROS 1, if the program was built with librosbag-storage. */
-std::unique_ptr<CloudInput>
-openRos1Bag(const std::string& path, const InputOptions& options);
 
 /** \brief Checks the topics that the user chose.
  * \param[in] topics those of the clouds of a bag

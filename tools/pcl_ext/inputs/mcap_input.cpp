@@ -3,6 +3,7 @@
 #include "console/interruption.h"
 #include "inputs/cloud_input.h"
 #include "inputs/mcap_place_reader.h"
+#include "inputs/recording_input.h"
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
@@ -26,14 +27,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using recording::BagEntry;
+using recording::BagReader;
 using recording::McapChannel;
-using recording::McapEntry;
 using recording::McapMessage;
-using recording::McapReader;
 using recording::McapStream;
 using recording::RecordingStatus;
 
-/** \brief The clouds among the messages of MCAP files. */
+/** \brief The clouds among the messages of bags. */
 class BagInput : public CloudInput {
 public:
   explicit BagInput(const InputOptions& options) : options_(options) {}
@@ -48,6 +49,12 @@ public:
   isBag() const override
   {
     return true;
+  }
+
+  std::vector<std::string>
+  remarksOnClouds() const override
+  {
+    return {remarks_on_clouds_.begin(), remarks_on_clouds_.end()};
   }
 
 protected:
@@ -143,24 +150,19 @@ protected:
     return profile == "ros1" ? std::string() : profile;
   }
 
-  static std::string
-  describe(const recording::RecordingDamage& place)
-  {
-    return place.file + ", byte " + std::to_string(place.offset) + ": " + place.message;
-  }
-
   InputOptions options_;
   std::vector<std::string> topics_; // with clouds
   std::vector<std::string> streams_;
   std::vector<std::size_t> stream_of_channel_; // or none
 
   recording::PointCloudMessage message_; // a member so that its memory is reused
+  std::set<std::string> remarks_on_clouds_;
 
 private:
   std::vector<std::size_t> clouds_; // of each stream that were met
 };
 
-/** \brief An MCAP file or a rosbag2 folder: its clouds and all other messages. */
+/** \brief A file of a bag or a rosbag2 folder: its clouds and all other messages. */
 class McapInput : public BagInput {
 public:
   McapInput(const std::string& path, const InputOptions& options)
@@ -196,7 +198,7 @@ public:
     return reader_.channels();
   }
 
-  McapReader*
+  BagReader*
   mcap() override
   {
     return &reader_;
@@ -208,7 +210,7 @@ public:
     std::vector<std::string> lines;
     // What was met while reading is in the order of the file, whoever met it.
     std::set<std::tuple<std::string, std::uint64_t, std::string>> met;
-    const auto add = [&](const McapReader& reader) {
+    const auto add = [&](const BagReader& reader) {
       for (std::size_t i = damage_at_first_; i < reader.damage().size(); ++i) {
         const recording::RecordingDamage& place = reader.damage()[i];
         met.emplace(place.file, place.offset, describe(place));
@@ -232,6 +234,14 @@ public:
       remarks.push_back(
           "'" + path_ +
           "' has no metadata.yaml; its files are read as parts of one bag");
+    const bool has_topics_of_ros1 =
+        std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
+          return channel.message_encoding == "ros1" && !hasClouds(channel);
+        });
+    if (has_topics_of_ros1)
+      remarks.push_back("'" + path_ +
+                        "' is of ROS 1; bags are written as MCAP, with other topics as "
+                        "they are, which ROS 2 does not play");
     if (!reader_.hasDatabases())
       return remarks;
     const bool lacks_definitions =
@@ -247,13 +257,23 @@ public:
     return remarks;
   }
 
+  std::vector<std::string>
+  remarksOnClouds() const override
+  {
+    std::set<std::string> remarks = remarks_on_clouds_;
+    for (const auto& reader : place_readers_)
+      remarks.insert(reader->remarks().begin(), reader->remarks().end());
+    return {remarks.begin(), remarks.end()};
+  }
+
   bool
   leaveUnread() override
   {
     // A bag that is cut off is searched for messages whenever it is opened, one that is
     // compressed is decompressed, and each reader has all files of a folder open.
     constexpr std::ptrdiff_t most_files = 16;
-    leaves_unread_ = damage_at_first_ == 0 && !reader_.isCompressed() &&
+    leaves_unread_ = damage_at_first_ == 0 && !reader_.isUnfinished() &&
+                     !reader_.isCompressed() &&
                      (!fs::is_directory(path_) ||
                       std::distance(fs::directory_iterator(path_), {}) <= most_files);
     return leaves_unread_;
@@ -274,7 +294,7 @@ public:
   next(InputCloud& cloud, McapMessage& other) override
   {
     while (next_ < reader_.index().size()) {
-      const McapEntry& entry = reader_.index()[next_++];
+      const BagEntry& entry = reader_.index()[next_++];
       const std::size_t stream = stream_of_channel_[entry.channel];
       cloud.is_unread = leaves_unread_;
       cloud.place = next_ - 1;
@@ -287,7 +307,8 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(reader_.channels()[entry.channel], cloud, message_);
+          readCloud(
+              reader_.channels()[entry.channel], cloud, message_, remarks_on_clouds_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -302,7 +323,7 @@ public:
 
 private:
   std::string path_;
-  McapReader reader_;
+  BagReader reader_;
   std::size_t damage_at_first_ = 0; // when it was opened
   std::size_t next_ = 0;
   bool leaves_unread_ = false;
@@ -396,7 +417,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(channels()[cloud.message.channel], cloud, message_);
+      readCloud(channels()[cloud.message.channel], cloud, message_, remarks_on_clouds_);
       return Found::Cloud;
     }
     return Found::End;
@@ -431,7 +452,7 @@ private:
 } // namespace
 
 std::unique_ptr<CloudInput>
-openMcap(const std::string& path, const InputOptions& options)
+openBag(const std::string& path, const InputOptions& options)
 {
   return std::make_unique<McapInput>(path, options);
 }

@@ -22,7 +22,8 @@ hasClouds(const McapChannel& channel)
 void
 readCloud(const McapChannel& channel,
           InputCloud& cloud,
-          recording::PointCloudMessage& message)
+          recording::PointCloudMessage& message,
+          std::set<std::string>& remarks)
 {
   const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
@@ -33,6 +34,8 @@ readCloud(const McapChannel& channel,
           recording::readPointCloud(bytes.data(), bytes.size(), false, message));
     cloud.stamp = message.stamp;
     toCloud(message, cloud.cloud);
+    if (const std::string remark = makeCoordinatesReal(cloud.cloud); !remark.empty())
+      remarks.insert(channel.topic + ": " + remark);
   }
   catch (const std::exception& error) {
     cloud.failure = error.what();
@@ -48,9 +51,9 @@ void
 McapPlaceReader::read(InputCloud& cloud)
 {
   cloud.is_unread = false;
-  const recording::McapEntry& entry = reader_.index()[cloud.place];
+  const recording::BagEntry& entry = reader_.index()[cloud.place];
   if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
-    readCloud(reader_.channels()[entry.channel], cloud, message_);
+    readCloud(reader_.channels()[entry.channel], cloud, message_, remarks_);
   else
     cloud.failure = status.message();
 }

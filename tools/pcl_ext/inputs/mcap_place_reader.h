@@ -2,9 +2,10 @@
 #pragma once
 
 #include "inputs/cloud_input.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 
+#include <set>
 #include <string>
 
 namespace pcl_ext {
@@ -17,13 +18,15 @@ hasClouds(const recording::McapChannel& channel);
 /** \brief Sets a cloud by its message, or why that is none.
  * \param[in] channel of the message
  * \param[in,out] message has memory that is used again
+ * \param[in,out] remarks what is taken otherwise than it is in the message is added
  */
 void
 readCloud(const recording::McapChannel& channel,
           InputCloud& cloud,
-          recording::PointCloudMessage& message);
+          recording::PointCloudMessage& message,
+          std::set<std::string>& remarks);
 
-/** \brief Reads messages of a file or a folder that McapReader takes. */
+/** \brief Reads messages of a file or a folder that BagReader takes. */
 class McapPlaceReader : public PlaceReader {
 public:
   /** \throws std::runtime_error if the bag cannot be opened */
@@ -35,15 +38,23 @@ public:
   bool
   read(std::size_t place, recording::McapMessage& message) override;
 
-  const recording::McapReader&
+  const recording::BagReader&
   reader() const
   {
     return reader_;
   }
 
+  /** \brief See CloudInput::remarksOnClouds(). */
+  const std::set<std::string>&
+  remarks() const
+  {
+    return remarks_;
+  }
+
 private:
-  recording::McapReader reader_;
+  recording::BagReader reader_;
   recording::PointCloudMessage message_;
+  std::set<std::string> remarks_;
 };
 
 } // namespace tools

@@ -3,6 +3,8 @@
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
+#include "inputs/point_cloud_conversions.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -28,39 +30,31 @@ constexpr std::uint32_t largest_step = 1u << 12;
 constexpr std::uint32_t largest_padding = 1u << 16;
 constexpr std::size_t most_fields = 1u << 10;
 
-/** \brief Calls visit(a number of the type) for a datatype of PointField.
- * \return false if there is no such type */
+/** \brief Calls visit(a number of the type) for a datatype of PointField, if there is
+ * such a type. */
 template <typename VisitT>
-bool
+void
 visitType(std::uint8_t datatype, const VisitT& visit)
 {
   switch (datatype) {
   case pcl::PCLPointField::INT8:
-    visit(std::int8_t{});
-    return true;
+    return visit(std::int8_t{});
   case pcl::PCLPointField::UINT8:
-    visit(std::uint8_t{});
-    return true;
+    return visit(std::uint8_t{});
   case pcl::PCLPointField::INT16:
-    visit(std::int16_t{});
-    return true;
+    return visit(std::int16_t{});
   case pcl::PCLPointField::UINT16:
-    visit(std::uint16_t{});
-    return true;
+    return visit(std::uint16_t{});
   case pcl::PCLPointField::INT32:
-    visit(std::int32_t{});
-    return true;
+    return visit(std::int32_t{});
   case pcl::PCLPointField::UINT32:
-    visit(std::uint32_t{});
-    return true;
+    return visit(std::uint32_t{});
   case pcl::PCLPointField::FLOAT32:
-    visit(float{});
-    return true;
+    return visit(float{});
   case pcl::PCLPointField::FLOAT64:
-    visit(double{});
-    return true;
+    return visit(double{});
   default:
-    return false;
+    return;
   }
 }
 
@@ -68,10 +62,7 @@ visitType(std::uint8_t datatype, const VisitT& visit)
 std::uint64_t
 sizeOf(const PointFieldMessage& field)
 {
-  std::uint64_t size = 0;
-  visitType(field.datatype,
-            [&](auto number) { size = std::uint64_t{field.count} * sizeof(number); });
-  return size;
+  return std::uint64_t{field.count} * bytesOf(field.datatype);
 }
 
 /** \brief Whether a field has a type, and is within the point. */

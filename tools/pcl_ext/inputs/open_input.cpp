@@ -31,24 +31,7 @@ refuseOptionsOfFiles(const std::string& bag, const InputOptions& options)
                      "' is a bag, which has its own times");
 }
 
-bool
-isRos1Bag(const std::string& path)
-{
-  return !fs::is_directory(path) && clouds::kindOf(path) == FileKind::Ros1Bag;
-}
-
 } // namespace
-
-#ifndef PCL_EXT_HAS_ROSBAG
-std::unique_ptr<CloudInput>
-openRos1Bag(const std::string& path, const InputOptions& /* options */)
-{
-  throw std::runtime_error("'" + path +
-                           "' is a bag of ROS 1, and this program was built without "
-                           "librosbag-storage: convert the bag to MCAP, or build where "
-                           "librosbag-storage-dev is installed");
-}
-#endif
 
 std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
@@ -73,8 +56,7 @@ openInput(const InputOptions& options)
     throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
   if (bag != paths.end()) {
     refuseOptionsOfFiles(bag->path, options);
-    return isRos1Bag(bag->path) ? openRos1Bag(bag->path, options)
-                                : openMcap(bag->path, options);
+    return openBag(bag->path, options);
   }
   for (const auto& [path, name] : paths) {
     if (fs::is_directory(path))

@@ -5,16 +5,29 @@
  */
 #pragma once
 
+#include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "recording/point_cloud_messages.h"
 
 #include <pcl/PCLPointCloud2.h>
 
+#include <cstdint>
 #include <string>
 
 namespace pcl_ext {
 namespace tools {
+
+/** \brief Bytes of a number of a datatype of PointField; 0: there is no such type. */
+inline std::uint32_t
+bytesOf(std::uint8_t datatype)
+{
+  constexpr auto last = static_cast<std::uint8_t>(io::FieldType::Float64);
+  return datatype >= static_cast<std::uint8_t>(io::FieldType::Int8) && datatype <= last
+             ? static_cast<std::uint32_t>(
+                   io::sizeOf(static_cast<io::FieldType>(datatype)))
+             : 0;
+}
 
 /** \brief The cloud of a message; numbers in the byte order of this machine.
  * \param[in,out] message its points are moved out; it is not checked
@@ -27,6 +40,13 @@ toCloud(recording::PointCloudMessage& message, pcl::PCLPointCloud2& cloud);
  */
 recording::PointCloudMessage
 describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp);
+
+/** \brief Gives points real coordinates behind their other bytes, if those of a message
+ * are whole numbers, or of several types.
+ * \return what the user is to know of it; empty: nothing was done
+ */
+std::string
+makeCoordinatesReal(pcl::PCLPointCloud2& cloud);
 
 /** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity
  * and rgb; a voxel with a number of points has as many. Coordinates are FLOAT64 where

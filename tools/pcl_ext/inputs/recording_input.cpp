@@ -89,9 +89,7 @@ adviceOn(const std::string& path, const RecordingStatus& status)
   if (status.code() != recording::RecordingCode::NotARecording)
     return {};
   const clouds::FileKind kind = clouds::kindOf(path);
-  return clouds::isCloud(kind) || kind == clouds::FileKind::Ros1Bag
-             ? "; 'pcl_ext encode' makes a recording of it"
-             : "";
+  return clouds::isCloud(kind) ? "; 'pcl_ext encode' makes a recording of it" : "";
 }
 
 } // namespace
@@ -99,7 +97,8 @@ adviceOn(const std::string& path, const RecordingStatus& status)
 std::string
 describe(const recording::RecordingDamage& damage)
 {
-  return shown(damage.file) + ", byte " + std::to_string(damage.offset) + ": " +
+  return shown(damage.file) +
+         (damage.offset > 0 ? ", byte " + std::to_string(damage.offset) : "") + ": " +
          damage.message;
 }
 
@@ -137,7 +136,7 @@ RecordingInput::RecordingInput(const std::string& path) : path_(pathOfInput(path
 {
   if (const RecordingStatus status = reader_.open(path_); !status.ok())
     throw std::runtime_error(status.message() + adviceOn(path_, status));
-  if (path_ != path && !recording::McapReader::isMcap(path_))
+  if (path_ != path && !recording::BagReader::isBag(path_))
     nameStream(streamNameOfInput(path));
   select(Selection());
 }
@@ -152,7 +151,7 @@ RecordingInput
 RecordingInput::openBag(const std::string& path)
 {
   RecordingInput input(path);
-  if (recording::McapReader::isMcap(input.path_)) {
+  if (recording::BagReader::isBag(input.path_)) {
     input.bag_.emplace();
     if (const RecordingStatus status = input.bag_->open(input.path_); !status.ok())
       throw std::runtime_error(status.message());
@@ -175,7 +174,7 @@ RecordingInput::indexBag()
     (stream == none ? others_ : messages_[stream]).push_back(i);
   }
   // The frames of a stream are numbered in the order of the file, see RecordingReader.
-  const std::vector<recording::McapEntry>& index = bag_->index();
+  const std::vector<recording::BagEntry>& index = bag_->index();
   for (std::vector<std::size_t>& messages : messages_)
     std::stable_sort(
         messages.begin(), messages.end(), [&index](std::size_t a, std::size_t b) {

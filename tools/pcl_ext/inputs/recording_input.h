@@ -4,7 +4,7 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "options/text_values.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 
 #include <CLI/App.hpp>
 
@@ -93,7 +93,7 @@ public:
   }
 
   /** \brief The bag; null: the recording is none, or was not opened as one. */
-  recording::McapReader*
+  recording::BagReader*
   bag()
   {
     return bag_ ? &*bag_ : nullptr;
@@ -178,7 +178,7 @@ private:
   std::string path_;
   std::string new_name_; // of the only stream; empty: its own
   recording::RecordingReader reader_;
-  std::optional<recording::McapReader> bag_;
+  std::optional<recording::BagReader> bag_;
   std::vector<std::size_t> stream_of_channel_; // of the bag; or none
   // Of each stream in the order of its frames, in bag_->index().
   std::vector<std::vector<std::size_t>> messages_;
@@ -188,7 +188,8 @@ private:
   std::size_t other_end_ = 0;
 };
 
-/** \brief A line for a place that could not be read. */
+/** \brief A line for a place that could not be read. Damage of a whole file, and that of
+ * a database, names no byte. */
 std::string
 describe(const recording::RecordingDamage& damage);
 

@@ -36,7 +36,7 @@ topicName(const std::string& prefix, const std::string& name)
 
 CopiedStreams::CopiedStreams(const Output& output,
                              bool is_bag,
-                             const recording::McapReader* bag,
+                             const recording::BagReader* bag,
                              Console& console)
 : path_(output.path)
 , console_(console)

@@ -29,7 +29,7 @@ public:
    */
   CopiedStreams(const Output& output,
                 bool is_bag,
-                const recording::McapReader* bag,
+                const recording::BagReader* bag,
                 Console& console);
 
   /** \brief Adds a recording, whose chosen streams get this prefix. A stream that is

@@ -30,7 +30,7 @@ DecodedBag::check(const recording::RecordingStatus& status)
 DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_packed)
 : path_(output.path), existing_(output.existing())
 {
-  recording::McapReader* const bag = input.bag();
+  recording::BagReader* const bag = input.bag();
   throwUnlessOk(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;

@@ -164,7 +164,7 @@ FrameOutput::discard()
 }
 
 void
-copyExtras(recording::McapReader& from, recording::McapWriter& to)
+copyExtras(recording::BagReader& from, recording::McapWriter& to)
 {
   std::vector<recording::McapMetadata> metadata;
   throwUnlessOk(from.readMetadata(metadata));
@@ -177,7 +177,7 @@ copyExtras(recording::McapReader& from, recording::McapWriter& to)
 }
 
 void
-FrameOutput::copyExtras(recording::McapReader& bag)
+FrameOutput::copyExtras(recording::BagReader& bag)
 {
   if (is_bag_)
     tools::copyExtras(bag, bag_);

@@ -4,7 +4,7 @@
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "outputs/output_path.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 
@@ -79,7 +79,7 @@ public:
 
   /** \brief Copies metadata and attachments of a bag. */
   void
-  copyExtras(recording::McapReader& bag);
+  copyExtras(recording::BagReader& bag);
 
   /** \brief Completes the output and gives it its name. After an interruption an
    * earlier output keeps that, and this one stays unfinished.
@@ -103,7 +103,7 @@ private:
  * \throws std::runtime_error
  */
 void
-copyExtras(recording::McapReader& from, recording::McapWriter& to);
+copyExtras(recording::BagReader& from, recording::McapWriter& to);
 
 /** \brief What is left of an output that failed, after the reason; empty if nothing. */
 std::string

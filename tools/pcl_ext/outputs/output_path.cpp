@@ -3,7 +3,7 @@
 
 #include "console/exit_status.h"
 #include "console/terminal.h"
-#include "recording/mcap_reader.h"
+#include "recording/bag_reader.h"
 
 #include <filesystem>
 
@@ -72,7 +72,7 @@ refuseTakenFile(const std::vector<std::string>& inputs,
     if (fs::equivalent(input, output, ignored))
       throw UsageError("the output '" + output + "' is an input: name another one");
     if (fs::path(output).extension() == ".mcap" && fs::is_directory(input, ignored) &&
-        recording::McapReader::isMcap(input) &&
+        recording::BagReader::isBag(input) &&
         fs::equivalent(input, folder.empty() ? "." : folder, ignored))
       throw UsageError("the output '" + output + "' would be a part of the input '" +
                        input + "': name one outside of that folder");

@@ -1,18 +1,17 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "recording/files.h"
-#include "recording/mcap/record_access.h"
+#include <pcl_ext/version.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace recording {
-namespace mcap {
 
 /** \brief Keeps the last chunks that were read, as frames of several streams are read
  * in turn, each from a chunk of its own. */
@@ -24,7 +23,7 @@ public:
   /** \brief The records of a chunk, and where they begin. */
   struct Records {
     std::vector<std::uint8_t> bytes;
-    std::vector<std::uint64_t> offsets; // of the messages
+    std::vector<std::uint64_t> offsets; // of the messages, ascending
     std::string failure;                // empty, or what is wrong with the chunk
 
     /** \brief True if a message begins at an offset. Within another message there may
@@ -34,12 +33,12 @@ public:
   };
 
   /** \brief Loads a chunk unless it is here.
-   * \param[in] file,section where the chunk is
    * \param[in] number of the chunk in the cache
+   * \param[in] load reads a chunk
    * \return valid until the next call
    */
   const Records&
-  records(const InputFile& file, const Section& section, std::size_t number);
+  records(std::size_t number, const std::function<void(Records&)>& load);
 
 private:
   struct CachedChunk {
@@ -56,6 +55,5 @@ private:
   std::size_t bytes_ = 0;         // of all of them
 };
 
-} // namespace mcap
 } // namespace recording
 } // namespace pcl_ext

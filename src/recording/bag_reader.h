@@ -4,6 +4,7 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/bag_contents.h"
 #include "recording/mcap_content.h"
 
 #include <cstddef>
@@ -18,17 +19,17 @@ namespace recording {
 
 class InputFile;
 
-/** \brief Where a message is; see McapReader::index(). */
-struct McapEntry {
+/** \brief Where a message is; see BagReader::index(). */
+struct BagEntry {
   Time log_time{0};
-  std::size_t channel = 0;  ///< index in McapReader::channels()
+  std::size_t channel = 0;  ///< index in BagReader::channels()
   std::size_t chunk = 0;    ///< place of the file in which it is
   std::uint64_t offset = 0; ///< in that place, when it is not compressed
 };
 
 /** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), files of
- * rosbag2's storage sqlite3, and rosbag2 folders of either. Files and messages may be
- * compressed with zstd, as rosbag2 does.
+ * rosbag2's storage sqlite3, rosbag2 folders of either, and bags of ROS 1 (version 2.0).
+ * Files and messages may be compressed with zstd, as rosbag2 does.
  *
  * Messages are found by the indexes of the file. A file without them, or one that was
  * cut off, is searched for messages once, when it is opened: all whole messages are
@@ -36,22 +37,13 @@ struct McapEntry {
  * out as a whole, and reported by damage(). Any bytes are safe; memory is bounded by
  * the limit on a chunk.
  */
-class PCL_EXT_RECORDING_EXPORT McapReader {
+class PCL_EXT_RECORDING_EXPORT BagReader {
 public:
-  /** \brief Whether the messages of a channel are wanted; others are not indexed. */
-  using ChannelFilter = std::function<bool(const McapChannel&)>;
-
-  /** \brief Largest uncompressed chunk that is read, bytes; larger ones are damage. */
-  static constexpr std::uint64_t max_chunk_bytes = std::uint64_t{1} << 28;
-
-  /** \brief Largest attachment that is read, bytes. */
-  static constexpr std::uint64_t max_attachment_bytes = std::uint64_t{1} << 30;
-
-  McapReader();
-  ~McapReader();
-  McapReader(McapReader&&) noexcept;
-  McapReader&
-  operator=(McapReader&&) noexcept;
+  BagReader();
+  ~BagReader();
+  BagReader(BagReader&&) noexcept;
+  BagReader&
+  operator=(BagReader&&) noexcept;
 
   /** \brief Opens a file.
    * \param[in] path a file, a folder of the files of one bag, or - for the standard input
@@ -63,10 +55,10 @@ public:
 
   /** \brief True if a file begins as one of a bag, or is a rosbag2 folder. */
   static bool
-  isMcap(const std::string& path);
+  isBag(const std::string& path);
 
-  /** \brief True if a file begins as MCAP files or databases of SQLite do, compressed or
-   * not. */
+  /** \brief True if a file begins as MCAP files, databases of SQLite or bags of ROS 1
+   * do, compressed or not. */
   static bool
   isBagFile(const InputFile& file);
 
@@ -81,7 +73,7 @@ public:
 
   /** \brief The messages of the wanted channels, by their log time, those of the same
    * time in the order of the file. */
-  const std::vector<McapEntry>&
+  const std::vector<BagEntry>&
   index() const;
 
   /** \brief Reads a message.
@@ -90,7 +82,7 @@ public:
    * \return Damaged if the message cannot be read
    */
   RecordingStatus
-  read(const McapEntry& entry, McapMessage& message);
+  read(const BagEntry& entry, McapMessage& message);
 
   /** \brief Reads all metadata records. */
   RecordingStatus
@@ -104,7 +96,7 @@ public:
 
   /** \brief Byte of its file at which the message or its chunk begins. */
   std::uint64_t
-  fileOffset(const McapEntry& entry) const;
+  fileOffset(const BagEntry& entry) const;
 
   /** \brief What could not be read until now. */
   const std::vector<RecordingDamage>&

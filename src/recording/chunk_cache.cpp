@@ -1,31 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "recording/mcap/chunk_cache.h"
-
-#include "recording/mcap/records.h"
-#include "recording/span_reader.h"
+#include "recording/chunk_cache.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace pcl_ext {
 namespace recording {
-namespace mcap {
-
-namespace {
-
-void
-findMessages(ChunkCache::Records& records)
-{
-  SpanReader reader(records.bytes.data(), records.bytes.size());
-  while (reader.remaining() > 0) {
-    const std::size_t offset = reader.position();
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    if (reader.take(reader.u64()) != nullptr && opcode == Opcode::Message)
-      records.offsets.push_back(offset);
-  }
-}
-
-} // namespace
 
 bool
 ChunkCache::Records::hasMessageAt(std::uint64_t offset) const
@@ -43,7 +23,7 @@ ChunkCache::CachedChunk::cost() const
 }
 
 const ChunkCache::Records&
-ChunkCache::records(const InputFile& file, const Section& section, std::size_t number)
+ChunkCache::records(std::size_t number, const std::function<void(Records&)>& load)
 {
   const auto found =
       std::find_if(chunks_.begin(), chunks_.end(), [number](const CachedChunk& chunk) {
@@ -54,8 +34,7 @@ ChunkCache::records(const InputFile& file, const Section& section, std::size_t n
     return chunks_.front().records;
   }
   Records records;
-  records.failure = loadChunk(file, section, records.bytes);
-  findMessages(records);
+  load(records);
   // Decompression leaves room after the bytes.
   records.bytes.shrink_to_fit();
   chunks_.push_front({number, std::move(records)});
@@ -67,6 +46,5 @@ ChunkCache::records(const InputFile& file, const Section& section, std::size_t n
   return chunks_.front().records;
 }
 
-} // namespace mcap
 } // namespace recording
 } // namespace pcl_ext

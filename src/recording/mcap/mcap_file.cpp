@@ -1,0 +1,105 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "recording/mcap/mcap_file.h"
+
+#include "recording/mcap/file_contents.h"
+#include "recording/mcap/record_access.h"
+#include "recording/span_reader.h"
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+namespace {
+
+constexpr char not_indexed[] = "a message is not where the index says";
+
+void
+findMessages(ChunkCache::Records& records)
+{
+  SpanReader reader(records.bytes.data(), records.bytes.size());
+  while (reader.remaining() > 0) {
+    const std::size_t offset = reader.position();
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    if (reader.take(reader.u64()) != nullptr && opcode == Opcode::Message)
+      records.offsets.push_back(offset);
+  }
+}
+
+/** \brief Takes a message from the content of its record. */
+std::string
+takeMessage(const std::uint8_t* content,
+            std::size_t size,
+            McapMessage& message,
+            std::uint16_t& channel_id)
+{
+  MessagePrefix prefix;
+  if (content == nullptr || !parse(content, size, prefix))
+    return not_indexed;
+  constexpr std::size_t fields_size = message_prefix_size - record_prefix_size;
+  channel_id = prefix.channel_id;
+  message.sequence = prefix.sequence;
+  message.log_time = messageTime(prefix.log_time);
+  message.publish_time = messageTime(prefix.publish_time);
+  message.bytes.assign(content + fields_size, content + size);
+  return {};
+}
+
+} // namespace
+
+RecordingStatus
+McapFile::findContents(const ChannelFilter& wants, FileContents& contents)
+{
+  return mcap::findContents(file(), wants, contents);
+}
+
+std::string
+McapFile::read(const MessagePlace& place,
+               McapMessage& message,
+               std::uint16_t& channel_id)
+{
+  const Section& section = place.section;
+  if (!section.is_chunk) {
+    if (!readRecord(file(), place.offset, Opcode::Message, max_chunk_bytes, record_))
+      return "a message cannot be read";
+    return takeMessage(record_.data(), record_.size(), message, channel_id);
+  }
+  const ChunkCache::Records& records =
+      cache_.records(place.section_number, [&](ChunkCache::Records& loaded) {
+        loaded.failure = loadChunk(file(), section, loaded.bytes);
+        findMessages(loaded);
+      });
+  // What could be read of a chunk that was cut off is valid.
+  if (!records.failure.empty() && !section.is_cut_off)
+    return "a chunk: " + records.failure;
+  if (!records.hasMessageAt(place.offset))
+    return not_indexed;
+  const auto offset = static_cast<std::size_t>(place.offset);
+  SpanReader reader(records.bytes.data() + offset, records.bytes.size() - offset);
+  reader.u8();
+  const std::uint64_t length = reader.u64();
+  return takeMessage(
+      reader.take(length), static_cast<std::size_t>(length), message, channel_id);
+}
+
+bool
+McapFile::readMetadata(const RecordExtent& extent, McapMetadata& metadata)
+{
+  return readRecord(
+             file(), extent.offset, Opcode::Metadata, max_chunk_bytes, record_) &&
+         parse(record_.data(), record_.size(), metadata);
+}
+
+bool
+McapFile::readAttachment(const RecordExtent& extent, McapAttachment& attachment)
+{
+  return readRecord(file(),
+                    extent.offset,
+                    Opcode::Attachment,
+                    max_attachment_bytes,
+                    record_) &&
+         parse(record_.data(), record_.size(), attachment);
+}
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

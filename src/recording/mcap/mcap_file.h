@@ -1,0 +1,44 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "recording/bag_file.h"
+#include "recording/chunk_cache.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+/** \brief An MCAP file. */
+class McapFile : public BagFile {
+public:
+  /** \param[in] cache of the bag; must outlive this */
+  McapFile(InputFile&& file, ChunkCache& cache)
+  : BagFile(std::move(file)), cache_(cache)
+  {}
+
+  RecordingStatus
+  findContents(const ChannelFilter& wants, FileContents& contents) override;
+
+  std::string
+  read(const MessagePlace& place,
+       McapMessage& message,
+       std::uint16_t& channel_id) override;
+
+  bool
+  readMetadata(const RecordExtent& extent, McapMetadata& metadata) override;
+
+  bool
+  readAttachment(const RecordExtent& extent, McapAttachment& attachment) override;
+
+private:
+  ChunkCache& cache_;
+  std::vector<std::uint8_t> record_;
+};
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,89 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "recording/ros1/ros1_file.h"
+
+#include "recording/ros1/contents.h"
+#include "recording/ros1/records.h"
+#include "recording/span_reader.h"
+
+namespace pcl_ext {
+namespace recording {
+namespace ros1 {
+
+namespace {
+
+constexpr char not_indexed[] = "a message is not where the index says";
+
+void
+findMessages(ChunkCache::Records& records)
+{
+  SpanReader reader(records.bytes.data(), records.bytes.size());
+  Record record;
+  for (std::size_t offset = 0; takeRecord(reader, record); offset = reader.position())
+    if (record.fields.op() == Op::Message)
+      records.offsets.push_back(offset);
+}
+
+} // namespace
+
+RecordingStatus
+Ros1File::findContents(const ChannelFilter& wants, FileContents& contents)
+{
+  return ros1::findContents(file(), wants, connections_, contents);
+}
+
+/** \brief Takes all of a message but its bytes from the header of its record. */
+std::string
+Ros1File::takeMessage(const Fields& fields,
+                      McapMessage& message,
+                      std::uint16_t& channel_id) const
+{
+  const std::optional<std::uint32_t> connection = fields.connection();
+  const std::optional<std::uint16_t> channel =
+      connection ? connections_.channelOf(*connection) : std::nullopt;
+  if (fields.op() != Op::Message || !channel)
+    return not_indexed;
+  channel_id = *channel;
+  message.sequence = 0;
+  message.log_time = message.publish_time =
+      mcap::messageTime(nanosecondsOf(fields.number("time", 8).value_or(0)));
+  return {};
+}
+
+std::string
+Ros1File::read(const MessagePlace& place,
+               McapMessage& message,
+               std::uint16_t& channel_id)
+{
+  const Section& section = place.section;
+  if (!section.is_chunk) {
+    FileRecord record;
+    if (!record.read(file(), place.offset) || record.dataSize() > max_chunk_bytes ||
+        record.end() > file().size())
+      return "a message cannot be read";
+    message.bytes.resize(static_cast<std::size_t>(record.dataSize()));
+    if (!file().read(record.data(), message.bytes.size(), message.bytes.data()))
+      return "a message cannot be read";
+    return takeMessage(record.fields(), message, channel_id);
+  }
+  const ChunkCache::Records& records =
+      cache_.records(place.section_number, [&](ChunkCache::Records& loaded) {
+        loaded.failure = loadChunk(file(), section, loaded.bytes);
+        findMessages(loaded);
+      });
+  // What could be read of a chunk that was cut off is valid.
+  if (!records.failure.empty() && !section.is_cut_off)
+    return "a chunk: " + records.failure;
+  if (!records.hasMessageAt(place.offset))
+    return not_indexed;
+  const auto offset = static_cast<std::size_t>(place.offset);
+  SpanReader reader(records.bytes.data() + offset, records.bytes.size() - offset);
+  Record record;
+  if (!takeRecord(reader, record))
+    return not_indexed;
+  message.bytes.assign(record.data, record.data + record.size);
+  return takeMessage(record.fields, message, channel_id);
+}
+
+} // namespace ros1
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,44 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "recording/bag_file.h"
+#include "recording/chunk_cache.h"
+#include "recording/ros1/connections.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace ros1 {
+
+/** \brief A bag of ROS 1. */
+class Ros1File : public BagFile {
+public:
+  /** \param[in] cache of the bag; must outlive this */
+  Ros1File(InputFile&& file, ChunkCache& cache)
+  : BagFile(std::move(file)), cache_(cache)
+  {}
+
+  RecordingStatus
+  findContents(const ChannelFilter& wants, FileContents& contents) override;
+
+  std::string
+  read(const MessagePlace& place,
+       McapMessage& message,
+       std::uint16_t& channel_id) override;
+
+private:
+  std::string
+  takeMessage(const Fields& fields,
+              McapMessage& message,
+              std::uint16_t& channel_id) const;
+
+  ChunkCache& cache_;
+  Connections connections_;
+};
+
+} // namespace ros1
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,472 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Bags of ROS 1: what is in them is read, whatever is left of them.
+ */
+#include "recording/bag_contents.h"
+#include "recording/bag_reader.h"
+#include "support/recorded_streams.h"
+#include "support/ros1_bags.h"
+
+#include <random>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+constexpr std::size_t chunks = 5;
+constexpr std::size_t chunk_messages = 30;
+constexpr std::uint64_t epoch = 1'700'000'000'000'000'000;
+constexpr std::size_t prefix_size = 46; // of a message: its header and two sizes
+
+Bytes
+bytesOfMessage(std::size_t i)
+{
+  Bytes bytes(i % 10 == 0 ? 3000 : 20 + i);
+  for (std::size_t k = 0; k < bytes.size(); ++k)
+    bytes[k] = static_cast<std::uint8_t>(i * 31 + k * k);
+  return bytes;
+}
+
+/** \brief Adds messages with i nanoseconds after the epoch, of three connections in turn. */
+void
+addMessages(Ros1Bag& bag, std::size_t begin, std::size_t end)
+{
+  for (std::size_t i = begin; i < end; ++i)
+    bag.addMessage(
+        static_cast<std::uint32_t>(10 + i % 3), epoch + i, bytesOfMessage(i));
+}
+
+Ros1Bag
+bagOfChunks(const std::string& compression, std::size_t count = chunks)
+{
+  Ros1Bag bag(compression);
+  bag.addConnection(10, "/points", "sensor_msgs/PointCloud2", "Header header");
+  bag.addConnection(
+      11, "/points", "sensor_msgs/PointCloud2", "Header header", "/other");
+  bag.addConnection(12, "/note", "std_msgs/String", "string data");
+  for (std::size_t chunk = 0; chunk < count; ++chunk) {
+    addMessages(bag, chunk_messages * chunk, chunk_messages * (chunk + 1));
+    bag.endChunk();
+  }
+  return bag;
+}
+
+/** \brief The numbers of the messages that can be read, whose content is checked. */
+std::vector<std::size_t>
+readNumbers(BagReader& reader)
+{
+  std::vector<std::size_t> numbers;
+  McapMessage message;
+  for (const BagEntry& entry : reader.index()) {
+    if (!reader.read(entry, message).ok())
+      continue;
+    const auto i =
+        static_cast<std::size_t>(entry.log_time.count() - Time(epoch).count());
+    EXPECT_EQ(message.bytes, bytesOfMessage(i));
+    EXPECT_EQ(message.publish_time, entry.log_time);
+    EXPECT_EQ(reader.channels()[entry.channel].topic, i % 3 == 2 ? "/note" : "/points");
+    EXPECT_EQ(message.channel, entry.channel);
+    numbers.push_back(i);
+  }
+  return numbers;
+}
+
+std::vector<std::size_t>
+numbersBelow(std::size_t end)
+{
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < end; ++i)
+    numbers.push_back(i);
+  return numbers;
+}
+
+std::vector<const char*>
+compressions()
+{
+#ifdef PCL_EXT_HAS_BZIP2
+  return {"none", "lz4", "bz2"};
+#else
+  return {"none", "lz4"};
+#endif
+}
+
+/** \brief Opens bytes as a file. */
+RecordingStatus
+open(BagReader& reader, const TestFolder& folder, const Bytes& bytes)
+{
+  writeBytes(folder / "x.bag", bytes);
+  return reader.open(folder / "x.bag");
+}
+
+Bytes
+firstBytes(const Bytes& bytes, std::size_t size)
+{
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+} // namespace
+
+TEST(Ros1Bags, HaveTheMessagesOfAllConnections)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions()) {
+    SCOPED_TRACE(compression);
+    BagReader reader;
+    ASSERT_TRUE(open(reader, folder, bagOfChunks(compression).bytes()).ok());
+    EXPECT_TRUE(BagReader::isBag(folder / "x.bag"));
+    EXPECT_EQ(reader.profile(), "ros1");
+    EXPECT_FALSE(reader.isUnfinished());
+    EXPECT_EQ(readNumbers(reader), numbersBelow(chunks * chunk_messages));
+    EXPECT_TRUE(reader.damage().empty());
+    ASSERT_EQ(reader.channels().size(), 3u);
+    const McapChannel& channel = reader.channels()[1];
+    EXPECT_EQ(channel.topic, "/points");
+    EXPECT_EQ(channel.message_encoding, "ros1");
+    EXPECT_EQ(channel.schema.name, "sensor_msgs/PointCloud2");
+    EXPECT_EQ(channel.schema.encoding, "ros1msg");
+    EXPECT_EQ(channel.schema.text, "Header header");
+    EXPECT_EQ(channel.metadata.at("callerid"), "/other");
+    EXPECT_EQ(channel.metadata.at("md5sum"), "0123456789abcdef0123456789abcdef");
+  }
+}
+
+TEST(Ros1Bags, MayBeEmpty)
+{
+  const TestFolder folder;
+  BagReader reader;
+  ASSERT_TRUE(open(reader, folder, Ros1Bag().bytes()).ok());
+  EXPECT_TRUE(reader.channels().empty());
+  EXPECT_TRUE(reader.damage().empty());
+  EXPECT_FALSE(reader.isUnfinished());
+}
+
+TEST(Ros1Bags, ConnectionsThatAgreeAreOneChannel)
+{
+  const TestFolder folder;
+  Ros1Bag bag;
+  for (std::uint32_t connection : {3u, 70'000u, 5u})
+    bag.addConnection(connection, "/points", "x/Y", "int8 a");
+  bag.addConnection(9, "/points", "x/Y", "int8 b");
+  std::size_t i = 0;
+  for (std::uint32_t connection : {3u, 70'000u, 9u, 5u})
+    bag.addMessage(connection, epoch + i++, {});
+  bag.endChunk();
+  BagReader reader;
+  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  ASSERT_EQ(reader.channels().size(), 2u);
+  ASSERT_EQ(reader.index().size(), 4u);
+  for (std::size_t entry = 0; entry < 4; ++entry)
+    EXPECT_EQ(reader.index()[entry].channel, entry == 2 ? 1u : 0u);
+}
+
+TEST(Ros1Bags, OnlyWantedChannelsAreIndexed)
+{
+  const TestFolder folder;
+  writeBytes(folder / "x.bag", bagOfChunks("none").bytes());
+  BagReader reader;
+  ASSERT_TRUE(
+      reader
+          .open(folder / "x.bag",
+                [](const McapChannel& channel) { return channel.topic == "/note"; })
+          .ok());
+  EXPECT_EQ(reader.channels().size(), 3u);
+  EXPECT_EQ(reader.index().size(), chunks * chunk_messages / 3);
+}
+
+TEST(Ros1Bags, ThatAreCutOffHaveAllWholeMessages)
+{
+  const TestFolder folder;
+  const Bytes all = bagOfChunks("none").bytes();
+  // Where each message ends, found by its bytes.
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 0; i < chunks * chunk_messages; ++i) {
+    const Bytes message = bytesOfMessage(i);
+    const auto found =
+        std::search(all.begin(), all.end(), message.begin(), message.end());
+    ends.push_back(static_cast<std::size_t>(found - all.begin()) + message.size());
+  }
+  for (std::size_t size = Ros1Bag().begin(); size < all.size(); size += 97) {
+    SCOPED_TRACE(size);
+    BagReader reader;
+    ASSERT_TRUE(open(reader, folder, firstBytes(all, size)).ok());
+    std::size_t whole = 0;
+    while (whole < ends.size() && ends[whole] <= size)
+      ++whole;
+    ASSERT_EQ(readNumbers(reader), numbersBelow(whole));
+    EXPECT_TRUE(reader.isUnfinished());
+    EXPECT_FALSE(reader.damage().empty());
+  }
+  BagReader reader;
+  for (std::size_t size = 0; size < 12; ++size)
+    EXPECT_FALSE(open(reader, folder, firstBytes(all, size)).ok());
+}
+
+TEST(Ros1Bags, ThatAreCutOffHaveAllWholeChunks)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions()) {
+    const Bytes all = bagOfChunks(compression).bytes();
+    std::vector<std::size_t> ends;
+    for (std::size_t count = 0; count <= chunks; ++count)
+      ends.push_back(bagOfChunks(compression, count).size());
+    for (std::size_t size = Ros1Bag().begin(); size < ends.back(); size += 301) {
+      BagReader reader;
+      ASSERT_TRUE(open(reader, folder, firstBytes(all, size)).ok());
+      std::size_t whole = 0;
+      while (ends[whole + 1] <= size)
+        ++whole;
+      const std::vector<std::size_t> numbers = readNumbers(reader);
+      EXPECT_EQ(numbers, numbersBelow(numbers.size()));
+      EXPECT_GE(numbers.size(), whole * chunk_messages) << compression << " " << size;
+    }
+  }
+}
+
+TEST(Ros1Bags, ThatAreBeingRecordedHaveTheLastChunkToo)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions()) {
+    SCOPED_TRACE(compression);
+    Ros1Bag bag = bagOfChunks(compression, 2);
+    addMessages(bag, 2 * chunk_messages, 3 * chunk_messages);
+    BagReader reader;
+    ASSERT_TRUE(open(reader, folder, bag.unfinishedBytes()).ok());
+    EXPECT_TRUE(reader.isUnfinished());
+    EXPECT_EQ(readNumbers(reader), numbersBelow(3 * chunk_messages));
+  }
+}
+
+TEST(Ros1Bags, WithoutIndexesAreReadInAll)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions())
+    for (const bool has_connections : {true, false}) {
+      Ros1Bag bag(compression);
+      bag.has_indexes = false;
+      bag.has_connections = has_connections;
+      bag.addConnection(10, "/points", "sensor_msgs/PointCloud2");
+      bag.addConnection(11, "/points", "sensor_msgs/PointCloud2");
+      bag.addConnection(12, "/note", "std_msgs/String");
+      for (std::size_t i = 0; i < 90; i += 30) {
+        addMessages(bag, i, i + 30);
+        bag.endChunk();
+      }
+      BagReader reader;
+      ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+      EXPECT_EQ(readNumbers(reader), numbersBelow(90));
+      EXPECT_TRUE(reader.damage().empty());
+    }
+}
+
+TEST(Ros1Bags, OfWhichAChunkIsDamagedHaveTheOthers)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions()) {
+    if (std::string(compression) == "none")
+      continue; // it has no checksum
+    SCOPED_TRACE(compression);
+    const std::size_t second = bagOfChunks(compression, 1).size();
+    Bytes bytes = bagOfChunks(compression).bytes();
+    for (std::size_t i = 0; i < 8; ++i)
+      bytes[second + 1000 + i] ^= 0x5a;
+    BagReader reader;
+    ASSERT_TRUE(open(reader, folder, bytes).ok());
+    std::vector<std::size_t> others = numbersBelow(chunks * chunk_messages);
+    others.erase(others.begin() + chunk_messages, others.begin() + 2 * chunk_messages);
+    EXPECT_EQ(readNumbers(reader), others);
+    ASSERT_EQ(reader.damage().size(), 1u);
+    EXPECT_EQ(reader.damage()[0].offset, second);
+    EXPECT_TRUE(hasPart(reader.damage()[0].message, "a chunk: "));
+  }
+}
+
+TEST(Ros1Bags, GoOnAtTheNextChunkAfterALengthThatIsWrong)
+{
+  const TestFolder folder;
+  const std::size_t second = bagOfChunks("none", 1).size();
+  const Bytes all = bagOfChunks("none").bytes();
+  // The size of the chunk's header, and that of its data behind the header.
+  const std::size_t header = all[second] + 256u * all[second + 1];
+  for (const std::size_t place : {second, second + 4 + header})
+    for (const int value : {0x01, 0xff}) {
+      Bytes bytes = all;
+      bytes[place + 2] = static_cast<std::uint8_t>(value);
+      BagReader reader;
+      ASSERT_TRUE(open(reader, folder, bytes).ok());
+      EXPECT_FALSE(reader.damage().empty());
+      std::vector<std::size_t> numbers = readNumbers(reader);
+      std::vector<std::size_t> others = numbersBelow(chunks * chunk_messages);
+      others.erase(others.begin() + chunk_messages,
+                   others.begin() + 2 * chunk_messages);
+      EXPECT_TRUE(
+          std::includes(numbers.begin(), numbers.end(), others.begin(), others.end()));
+    }
+}
+
+TEST(Ros1Bags, MessagesOfUnknownConnectionsAreDamage)
+{
+  const TestFolder folder;
+  Ros1Bag bag;
+  bag.addConnection(10, "/points", "sensor_msgs/PointCloud2");
+  bag.addConnection(11, "/points", "sensor_msgs/PointCloud2");
+  addMessages(bag, 0, 30); // those of connection 12, too
+  bag.endChunk();
+  BagReader reader;
+  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  EXPECT_EQ(readNumbers(reader).size(), 20u);
+  ASSERT_EQ(reader.damage().size(), 1u);
+  EXPECT_TRUE(hasPart(reader.damage()[0].message, "10 messages are of connections"));
+}
+
+TEST(Ros1Bags, IndexesThatAreWrongAreNotBelieved)
+{
+  const TestFolder folder;
+  const auto entry = [](std::uint64_t i, std::uint64_t offset) {
+    return ros1Time(epoch + i) + littleEndian(offset, 4);
+  };
+  Ros1Bag bag;
+  bag.addConnection(12, "/note", "std_msgs/String");
+  const std::size_t connection_size = [] {
+    Ros1Bag only;
+    only.addConnection(12, "/note", "std_msgs/String");
+    const std::size_t empty = Ros1Bag().unfinishedBytes().size();
+    return only.unfinishedBytes().size() - empty;
+  }();
+  // A message within the message.
+  Bytes inner = bytesOfMessage(2);
+  const std::string forged = ros1Record(
+      2, {{"conn", littleEndian(12, 4)}, {"time", ros1Time(epoch + 5)}}, "y");
+  inner.insert(inner.begin(), forged.begin(), forged.end());
+  bag.addMessage(12, epoch + 2, inner);
+  bag.has_indexes = false;
+  bag.endChunk();
+  const auto withIndex = [&bag](const std::string& entries) {
+    Ros1Bag indexed = bag;
+    indexed.add(ros1Record(4,
+                           {{"ver", littleEndian(1, 4)},
+                            {"conn", littleEndian(12, 4)},
+                            {"count", littleEndian(entries.size() / 12, 4)}},
+                           entries));
+    return indexed.bytes();
+  };
+  const std::pair<std::string, bool> cases[] = {
+      {entry(2, connection_size), true},
+      {entry(5, connection_size + prefix_size), false},              // the one within
+      {entry(3, connection_size), false},                            // another time
+      {entry(2, connection_size) + entry(2, connection_size), true}, // twice
+      {entry(2, connection_size) + entry(3, 4'000'000'000), true},   // outside
+      {entry(2, 0), false}};
+  for (const auto& [entries, is_readable] : cases) {
+    BagReader reader;
+    ASSERT_TRUE(open(reader, folder, withIndex(entries)).ok());
+    ASSERT_EQ(reader.index().size(), 1u);
+    McapMessage message;
+    EXPECT_EQ(reader.read(reader.index()[0], message).ok(), is_readable);
+    EXPECT_EQ(reader.damage().empty(), is_readable);
+    if (is_readable) {
+      EXPECT_EQ(message.bytes, inner);
+    }
+  }
+}
+
+TEST(Ros1Bags, SizesAreNotBelieved)
+{
+  const TestFolder folder;
+  for (const char* const compression : compressions())
+    for (const std::uint64_t size : {std::uint64_t{3}, std::uint64_t{0xffffffff}}) {
+      Ros1Bag bag(compression);
+      bag.addConnection(12, "/note", "std_msgs/String");
+      bag.addMessage(12, epoch + 2, bytesOfMessage(2));
+      bag.addChunk(compressedChunk(compression, std::string(100'000, 'x')), size);
+      BagReader reader;
+      ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+      EXPECT_TRUE(readNumbers(reader).empty());
+      EXPECT_FALSE(reader.damage().empty());
+    }
+}
+
+#ifdef PCL_EXT_HAS_BZIP2
+TEST(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
+{
+  const TestFolder folder;
+  // Each chunk of 16 MiB takes some hundred bytes; they are read for their messages until
+  // they are 256 MiB and 300 times the file.
+  constexpr std::size_t size = std::size_t{1} << 24;
+  const std::string bytes = compressedChunk("bz2", std::string(size, '\0'));
+  ASSERT_LT(bytes.size(), 1000u);
+  Ros1Bag bag("bz2");
+  for (int i = 0; i < 30; ++i)
+    bag.addChunk(bytes, size);
+  BagReader reader;
+  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  EXPECT_TRUE(reader.index().empty());
+  const auto isRefused = [](const RecordingDamage& place) {
+    return hasPart(place.message, "larger than a file of this size may have");
+  };
+  const auto refused =
+      std::count_if(reader.damage().begin(), reader.damage().end(), isRefused);
+  EXPECT_GT(refused, 5);
+  EXPECT_LT(refused, 20);
+  const std::string bomb = compressedChunk("bz2", std::string(20 * size, '\0'));
+  Ros1Bag large("bz2");
+  large.addChunk(bomb, 20 * size);
+  ASSERT_TRUE(open(reader, folder, large.bytes()).ok());
+  EXPECT_TRUE(hasPart(reader.damage().at(0).message, "larger than the limit"));
+}
+#endif
+
+TEST(Ros1Bags, OfAnyBytesHaveAnEnd)
+{
+  const TestFolder folder;
+  std::mt19937 random(7);
+  for (const char* const compression : compressions()) {
+    const Bytes all = bagOfChunks(compression, 3).bytes();
+    const std::size_t begin = Ros1Bag().begin();
+    std::size_t damaged_bags = 0;
+    for (int i = 0; i < 400; ++i) {
+      Bytes bytes = all;
+      for (int changes = 0; changes < 3; ++changes) {
+        // Half of the changes are in the headers at the end.
+        const std::size_t place = i % 2 == 0 ? begin + random() % (bytes.size() - begin)
+                                             : bytes.size() - 1 - random() % 1500;
+        bytes[random() % 8 == 0 ? random() % 60 : place] =
+            static_cast<std::uint8_t>(random() % 3 == 0 ? random() : random() % 16);
+      }
+      BagReader reader;
+      if (!open(reader, folder, bytes).ok())
+        continue;
+      ++damaged_bags;
+      EXPECT_LT(reader.index().size(), 10'000u);
+      McapMessage message;
+      for (const BagEntry& entry : reader.index())
+        if (!reader.read(entry, message).ok()) {
+          EXPECT_FALSE(reader.damage().empty());
+        }
+    }
+    EXPECT_GT(damaged_bags, 250u);
+  }
+}
+
+TEST(Ros1Bags, OfOtherFormatsAreNamed)
+{
+  const TestFolder folder;
+  BagReader reader;
+  const std::string old = "#ROSBAG V1.2\nx";
+  EXPECT_TRUE(hasPart(open(reader, folder, {old.begin(), old.end()}).message(),
+                      "no bag of ROS 1's format 2.0: 'rosbag filter'"));
+  const std::string encrypted =
+      "#ROSBAG V2.0\n" + ros1Record(3,
+                                    {{"index_pos", littleEndian(0, 8)},
+                                     {"encryptor", "rosbag/AesCbcEncryptor"}},
+                                    "");
+  EXPECT_TRUE(
+      hasPart(open(reader, folder, {encrypted.begin(), encrypted.end()}).message(),
+              "is encrypted (rosbag/AesCbcEncryptor)"));
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext

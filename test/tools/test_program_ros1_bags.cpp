@@ -1,0 +1,169 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "recording/bag_reader.h"
+#include "recording/point_cloud_messages.h"
+#include "support/ros1_bags.h"
+#include "support/text_parts.h"
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+using pcl_ext::test::hasPart;
+using recording::test::littleEndian;
+using recording::test::Ros1Bag;
+using recording::test::sized;
+
+constexpr std::uint64_t second = 1'000'000'000;
+
+/** \brief Bytes of sensor_msgs/PointCloud2: little-endian and without padding. */
+Bytes
+cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& cloud, std::uint32_t seconds)
+{
+  std::string bytes = littleEndian(9, 4) + littleEndian(seconds, 4) +
+                      littleEndian(250'000'000, 4) + sized("lidar") +
+                      littleEndian(1, 4) + littleEndian(cloud.size(), 4) +
+                      littleEndian(4, 4);
+  std::uint32_t offset = 0;
+  for (const char* field : {"x", "y", "z", "intensity"}) {
+    bytes += sized(field) + littleEndian(offset, 4) + '\7' + littleEndian(1, 4);
+    offset += 4;
+  }
+  std::string points;
+  for (const pcl::PointXYZI& point : cloud)
+    for (const float number : {point.x, point.y, point.z, point.intensity}) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &number, sizeof(bits));
+      points += littleEndian(bits, 4);
+    }
+  bytes += '\0' + littleEndian(16, 4) + littleEndian(points.size(), 4) + sized(points) +
+           '\1';
+  return {bytes.begin(), bytes.end()};
+}
+
+/** \brief Clouds of two publishers in turn, and notes. */
+Ros1Bag
+bagOf(const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds,
+      const std::string& compression = "none")
+{
+  Ros1Bag bag(compression);
+  for (const std::uint32_t publisher : {0u, 1u})
+    bag.addConnection(publisher,
+                      "/points",
+                      "sensor_msgs/PointCloud2",
+                      "Header header",
+                      "/node_" + std::to_string(publisher));
+  bag.addConnection(2, "/note", "std_msgs/String", "string data");
+  for (std::uint32_t i = 0; i < clouds.size(); ++i) {
+    bag.addMessage(i % 2, (100 + i) * second + 7, cloudMessage(clouds[i], 90 + i));
+    bag.addMessage(2, (100 + i) * second + 500, {1, 0, 0, 0, 'a'});
+    if (i % 2 == 1)
+      bag.endChunk();
+  }
+  return bag;
+}
+
+} // namespace
+
+class ProgramRos1Bags : public ProgramTest {
+protected:
+  void
+  expectNotes(const std::string& path, std::size_t count)
+  {
+    recording::BagReader reader;
+    ASSERT_TRUE(reader.open(path).ok());
+    EXPECT_EQ(reader.profile(), "");
+    std::size_t notes = 0;
+    for (const recording::BagEntry& entry : reader.index()) {
+      const recording::McapChannel& channel = reader.channels()[entry.channel];
+      if (channel.topic != "/note")
+        continue;
+      EXPECT_EQ(channel.message_encoding, "ros1");
+      EXPECT_EQ(channel.schema.name, "std_msgs/String");
+      EXPECT_EQ(channel.schema.encoding, "ros1msg");
+      EXPECT_EQ(channel.schema.text, "string data");
+      EXPECT_EQ(channel.metadata.at("callerid"), "/node");
+      recording::McapMessage message;
+      ASSERT_TRUE(reader.read(entry, message).ok());
+      EXPECT_EQ(message.bytes, (Bytes{1, 0, 0, 0, 'a'}));
+      EXPECT_EQ(message.log_time,
+                std::chrono::seconds(100 + notes) + recording::Time(500));
+      ++notes;
+    }
+    EXPECT_EQ(notes, count);
+  }
+};
+
+TEST_F(ProgramRos1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
+{
+  const auto clouds = roomClouds(4);
+  writeClouds("room", clouds);
+  expectRun("encode room -o room.pcxi -r 0.05 --no-header");
+  const std::vector<DecodedStream> of_files = decode(folder / "room.pcxi");
+  for (const char* const compression : {"none", "lz4"}) {
+    writeBytes(folder / "x.bag", bagOf(clouds, compression).bytes());
+    const ProgramRun encoded =
+        run("encode x.bag -o x.mcap -r 0.05 --no-header --overwrite");
+    EXPECT_EQ(encoded.status, 0) << encoded.errors;
+    EXPECT_TRUE(hasPart(encoded.errors,
+                        "'x.bag' is of ROS 1; bags are written as MCAP, with other "
+                        "topics as they are, which ROS 2 does not play"));
+    const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+    ASSERT_EQ(streams.size(), 1u);
+    EXPECT_EQ(streams[0].name, "/points/pcl_ext");
+    ASSERT_EQ(streams[0].frames.size(), 4u);
+    expectSameFrames(of_files[0], 0, streams[0]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(streams[0].frames[i].time,
+                std::chrono::seconds(100 + i) + recording::Time(7));
+      EXPECT_EQ(streams[0].frames[i].stamp,
+                std::chrono::milliseconds(90'250 + 1000 * i));
+      EXPECT_EQ(streams[0].frames[i].frame_id, "lidar");
+    }
+    expectNotes(folder / "x.mcap", 4);
+  }
+  // In parts, each read from the bag by a job of its own.
+  EXPECT_EQ(run("encode x.bag -o jobs.mcap -r 0.05 --no-header --jobs 2").status, 0);
+  EXPECT_EQ(bytesOf(folder / "jobs.mcap"), bytesOf(folder / "x.mcap"));
+  expectFailure("info x.bag", 1, "it has clouds on /points");
+}
+
+TEST_F(ProgramRos1Bags, ThatARecorderLeftAreRead)
+{
+  const auto clouds = roomClouds(5);
+  writeBytes(folder / "x.bag.active", bagOf(clouds, "lz4").unfinishedBytes());
+  EXPECT_EQ(run("encode x.bag.active -o x.mcap -r 0.05").status, 0);
+  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 5u);
+  expectNotes(folder / "x.mcap", 5);
+}
+
+TEST_F(ProgramRos1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
+{
+  const auto clouds = roomClouds(3);
+  Ros1Bag bag;
+  bag.addConnection(0, "/points", "sensor_msgs/PointCloud2");
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    Bytes message = cloudMessage(clouds[i], i + 1);
+    if (i == 1)
+      message.resize(message.size() / 2);
+    bag.addMessage(0, (1 + i) * second, message);
+  }
+  bag.endChunk();
+  writeBytes(folder / "x.bag", bag.bytes());
+  expectFailure("encode x.bag -o x.mcap",
+                1,
+                "pcl_ext encode: /points, frame 1: the message ends within its fields");
+  EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
+  writeBytes(folder / "cut.bag", {'#', 'R', 'O', 'S', 'B', 'A', 'G', ' ', 'V', '2'});
+  expectFailure("encode cut.bag -o y.mcap", 1, "'cut.bag' is no bag of ROS 1's format");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
