@@ -42,7 +42,6 @@ export class LiveView {
   constructor(socket: string, private readonly parts: LiveParts) {
     const { store, decoding } = parts;
     this.held = new HeldFrames((buffer) => decoding.post({ type: "recycle", buffer }, [buffer]));
-    decoding.post({ type: "openLive" });
     this.connection = new LiveConnection(socket, {
       onStreams: (streams) => {
         store.set({ source: "live", hasEnded: false });

@@ -144,6 +144,40 @@ test("files that are no recording are told in words, and the page goes on", asyn
   await viewer.finish();
 });
 
+test("a wrong file keeps what was open, which goes on, and a right one takes its place", async () => {
+  const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) });
+  const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });
+  await untilDrawn(viewer);
+  await untilIndexed(viewer);
+  await seek(viewer, 5);
+  const expected = await drawnVoxels(viewer, 1);
+  const otherClouds = pathInFolder("refused.mcap");
+  writeFileSync(otherClouds, await rewritten(recording, { changeFormat: "cloudin" }));
+  for (const [name, bytes] of [
+    ["notes.txt", Buffer.from("Only notes. ".repeat(1000))],
+    ["refused.mcap", readFileSync(otherClouds)],
+    ["cut.mcap", readFileSync(recording).subarray(0, 60)],
+  ]) {
+    await viewer.setInputFiles("input[type=file]", { name, mimeType: "application/octet-stream", buffer: bytes });
+    await viewer.notice("error").filter({ hasText: name }).waitFor();
+    assert.equal(await viewer.title(), "cell.mcap – pcl_ext viewer");
+    assert.deepEqual(await drawnVoxels(viewer, 1), expected);
+    assert.equal(await viewer.ask(() => window.pclExtViewer.state().moment), 5);
+    assert.match(viewer.url(), /file=cell\.mcap/);
+    await seek(viewer, 9);
+    assert.notDeepEqual(await drawnVoxels(viewer, 1), expected);
+    await seek(viewer, 5);
+    assert.deepEqual(await drawnVoxels(viewer, 1), expected);
+  }
+  assert.equal(await viewer.locator(".is-opening").count(), 0);
+  await openFiles(viewer, frameFile());
+  assert.equal((await viewer.ask(() => window.pclExtViewer.streams())).length, 1);
+  assert.equal(await viewer.notice("error").count(), 0);
+  assert.doesNotMatch(viewer.url(), /file=/);
+  await viewer.finish();
+  await server.close();
+});
+
 test("a link keeps threshold, colour, time and camera", async () => {
   const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) });
   const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });

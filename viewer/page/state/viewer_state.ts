@@ -27,6 +27,7 @@ export interface ViewerState {
   // The source.
   source: "none" | "opening" | "recording" | "live";
   name: string;
+  isOpening: boolean; // a source, while another one may be shown
   isConnected: boolean; // live
   hasEnded: boolean; // live: no frames will follow
   allStreams: number; // live: of the source
@@ -57,6 +58,7 @@ export const initialState: ViewerState = {
   moment: 0,
   source: "none",
   name: "",
+  isOpening: false,
   isConnected: false,
   hasEnded: false,
   allStreams: 0,
