@@ -9,12 +9,14 @@ import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
+import { streamColours } from "./scene/stream_colours";
 import type { ViewerScene } from "./scene/viewer_scene";
 import { Arrivals } from "./sources/arrivals";
 import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
 import type { StreamView } from "./stream_views";
+import { shortName } from "./stream_names";
 import type { FrameIndex } from "./timeline/frame_index";
 import { element } from "./controls/dom";
 
@@ -76,13 +78,13 @@ export class StreamsOnScreen {
   clear(): void {
     for (let i = 0; i < this.scene.layers.length; ++i) this.showVoxels(i, null);
     this.streams.length = 0;
-    this.scene.setStreamCount(0);
+    this.scene.setStreams([]);
     this.hasFitted = false;
     this.firstShown = null;
     this.beginAxis();
     this.select(null);
     this.lastFilterRemark = null;
-    this.panel.streams.setStreams([]);
+    this.panel.streams.setStreams([], []);
     this.panel.threshold.clear();
     this.status.replaceChildren();
   }
@@ -97,16 +99,18 @@ export class StreamsOnScreen {
       this.hasFitted = false;
       this.firstShown = null;
     }
+    const names = descriptions.map(({ name }) => shortName(name));
+    const colours = streamColours(names);
     descriptions.forEach((description, i) => {
       const { shown, contents, arrivals } =
         this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(performance.now()) };
-      this.streams[i] = { description, shown: description.isGone ? null : shown, contents, arrivals };
+      this.streams[i] = { description, colour: colours[i], shown: description.isGone ? null : shown, contents, arrivals };
     });
-    this.scene.setStreamCount(this.streams.length);
+    this.scene.setStreams(colours);
     descriptions.forEach(({ isGone }, i) => {
       if (isGone) this.showVoxels(i, null);
     });
-    this.panel.streams.setStreams(descriptions.map(({ name }) => views.shortName(name)));
+    this.panel.streams.setStreams(names, colours);
     this.scene.setCropBox(views.cropBoxOf(this.streams));
     this.showSensors();
     this.apply();
@@ -119,7 +123,7 @@ export class StreamsOnScreen {
 
   isVisible(stream: number): boolean {
     const name = this.streams[stream]?.description.name;
-    return name !== undefined && !this.store.get().hiddenStreams.includes(views.shortName(name));
+    return name !== undefined && !this.store.get().hiddenStreams.includes(shortName(name));
   }
 
   /** True if they have changed. */
@@ -331,7 +335,7 @@ export class StreamsOnScreen {
     }
     this.details.show([
       ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
-      ["Stream", views.shortName(this.streams[stream].description.name)],
+      ["Stream", shortName(this.streams[stream].description.name)],
       ["Voxel", "not in this frame"],
     ]);
   }
@@ -350,7 +354,7 @@ export class StreamsOnScreen {
     this.selected = { stream: selected.stream, place: [x, y, z] };
     const rows: [string, string][] = [
       ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
-      ["Stream", views.shortName(this.streams[selected.stream].description.name)],
+      ["Stream", shortName(this.streams[selected.stream].description.name)],
     ];
     if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
     if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))

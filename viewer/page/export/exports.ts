@@ -2,7 +2,7 @@
 import type { Notices } from "../controls/notices";
 import type { ViewerScene } from "../scene/viewer_scene";
 import type { ViewerStore } from "../state/viewer_state";
-import { shortName } from "../stream_views";
+import { shortName } from "../stream_names";
 import type { StreamsOnScreen } from "../streams_on_screen";
 import { plyOf } from "./ply_file";
 import { saveFile } from "./save_file";

@@ -4,8 +4,8 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { PackedVoxels } from "../decoding/messages";
 import type { Pose } from "../recordings/transforms";
-import { colourMaps, streamColour, texelsOf } from "./colour_maps";
-import type { ColourMapName } from "./colour_maps";
+import { colourMaps, texelsOf } from "./colour_maps";
+import type { ColourMapName, Rgb } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
 import type { PickedVoxel } from "./drawn_voxels";
 import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
@@ -126,17 +126,19 @@ export class ViewerScene {
     this.onDrawn();
   }
 
-  setStreamCount(count: number): void {
-    while (this.layers.length > count) {
+  /** Has a layer for each stream, with its colour. */
+  setStreams(colours: readonly Rgb[]): void {
+    while (this.layers.length > colours.length) {
       const layer = this.layers.pop() as VoxelLayer;
       this.scene.remove(layer.mesh);
       layer.dispose();
     }
-    while (this.layers.length < count) {
-      const layer = new VoxelLayer(this.uniforms, streamColour(this.layers.length));
+    while (this.layers.length < colours.length) {
+      const layer = new VoxelLayer(this.uniforms);
       this.layers.push(layer);
       this.scene.add(layer.mesh);
     }
+    colours.forEach((colour, stream) => this.layers[stream].setColour(colour));
     this.requestDrawing();
   }
 

@@ -6,6 +6,7 @@ import type { VoxelArrays } from "../decoding/packed_voxels";
 import type { PackedVoxels } from "../decoding/messages";
 import { identity } from "../recordings/transforms";
 import type { Pose } from "../recordings/transforms";
+import type { Rgb } from "./colour_maps";
 import type { IntensityAxis } from "./intensity_axis";
 import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
 
@@ -48,7 +49,7 @@ export class VoxelLayer {
   private capacity = 0;
   private shape: "cubes" | "points" | null = null;
 
-  constructor(shared: SharedUniforms, colour: readonly [number, number, number]) {
+  constructor(shared: SharedUniforms) {
     const material = new THREE.ShaderMaterial({
       glslVersion: THREE.GLSL3,
       vertexShader: voxelVertexShader,
@@ -60,7 +61,7 @@ export class VoxelLayer {
         hasIntensities: { value: true },
         hasField: { value: false },
         fieldRange: { value: new THREE.Vector2(0, 1) },
-        streamColour: { value: new THREE.Vector3(...colour) },
+        streamColour: { value: new THREE.Vector3() },
       },
     });
     this.mesh = new THREE.Mesh(new THREE.InstancedBufferGeometry(), material);
@@ -68,6 +69,10 @@ export class VoxelLayer {
     this.mesh.visible = false;
     this.grow(4096);
     this.setShape("cubes");
+  }
+
+  setColour(colour: Rgb): void {
+    this.mesh.material.uniforms.streamColour.value.fromArray(colour);
   }
 
   setShape(shape: "cubes" | "points"): void {
