@@ -7,7 +7,7 @@ import { after, before, test } from "node:test";
 
 import { drawnVoxels, openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
 import { rewritten } from "./support/changed_recordings.mjs";
-import { cellRecording, frameFile, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
+import { cellRecording, cloudRecording, frameFile, pagePath, pathInFolder } from "./support/fixtures.mjs";
 import { serveFiles } from "./support/servers.mjs";
 
 before(startBrowser);
@@ -248,22 +248,12 @@ test("a file that is opened while another one is read gets nothing of that", asy
   await viewer.finish();
 });
 
-/** A recording of one cloud: points as texts. */
-function recordingOf(name, points, ...options) {
-  const cloud = pathInFolder(`${name}.pcd`);
-  const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
-  writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
-  const path = pathInFolder(`${name}.mcap`);
-  pclExt("encode", cloud, "-o", path, "--overwrite", "-q", ...options);
-  return path;
-}
-
 test("one voxel, and voxels that are thousands of kilometres apart, are in the view", async () => {
   const viewer = await openViewer();
   for (const [path, size] of [
     [recording, 10],
-    [recordingOf("one", ["1 2 3"]), 1],
-    [recordingOf("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
+    [cloudRecording("one", ["1 2 3"]), 1],
+    [cloudRecording("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
   ]) {
     await openFiles(viewer, [path]);
     const [x, y, z, ...target] = await viewer.ask(() => window.pclExtViewer.camera());

@@ -18,7 +18,7 @@ const groups: [string, [string, string][]][] = [
     ["C", "cubes, points"],
   ]],
   ["View", [
-    ["F", "fit all voxels into the view"],
+    ["F", "fit the voxels into the view, but for the farthest 2 %"],
     ["W A S D", "turn"],
     ["+ −", "zoom"],
     ["G", "floor grid on, off"],

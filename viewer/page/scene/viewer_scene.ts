@@ -38,7 +38,7 @@ export class ViewerScene {
   readonly surroundings = new Surroundings();
   readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
   readonly controls: OrbitControls;
-  bounds: Bounds | null = null;
+  bounds: Bounds | null = null; // of most voxels
   private readonly renderer: THREE.WebGLRenderer;
   private readonly shading: DepthShading;
   private readonly scene = new THREE.Scene();
@@ -121,7 +121,7 @@ export class ViewerScene {
   private draw(): void {
     this.needsDrawing = false;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
-    placeClippingPlanes(this.camera, this.controls.target, this.bounds);
+    placeClippingPlanes(this.camera, this.controls.target, this.bounds, this.allBounds());
     this.shading.draw(this.scene, this.camera);
     this.onDrawn();
   }
@@ -196,6 +196,13 @@ export class ViewerScene {
     if (this.colours) this.surroundings.setCropBox(box, this.colours);
   }
 
+  /** A box around all voxels that are drawn. */
+  private allBounds(): Bounds | null {
+    const box = new THREE.Box3();
+    for (const layer of this.layers) if (layer.mesh.visible) box.union(layer.box);
+    return box.isEmpty() ? null : { min: box.min.toArray(), max: box.max.toArray() };
+  }
+
   /** Measures what is drawn, for heights, grid and camera. False if nothing is drawn. */
   measure(threshold: number): boolean {
     const bounds = boundsOf(this.layers, threshold);
@@ -233,7 +240,7 @@ export class ViewerScene {
     };
   }
 
-  /** Places the camera so that all voxels are in view. */
+  /** Places the camera so that what was measured is in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
     this.fitted = direction;
@@ -262,7 +269,7 @@ export class ViewerScene {
     this.bounds = null;
   }
 
-  /** Fits all voxels into the view, unless the user has chosen one. */
+  /** Fits the voxels into the view, unless the user has chosen one. */
   fitUnlessPlaced(): void {
     if (!this.isPlacedByUser) this.fit("oblique");
   }

@@ -44,6 +44,8 @@ export class VoxelLayer {
   edge = 0; // metres
   /** From the coordinates of the frame to those of the scene. */
   readonly pose = new THREE.Matrix4();
+  /** Around all voxels, in the scene. */
+  readonly box = new THREE.Box3();
   /** Values of fields are drawn as differences from it, as the GPU's numbers are too coarse for times of today. */
   private fieldBase = 0;
   private capacity = 0;
@@ -103,12 +105,14 @@ export class VoxelLayer {
     this.voxels = voxels;
     this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels), voxels.field !== null) : null;
     const count = voxels ? totalCount(voxels) : 0;
+    this.box.makeEmpty();
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
       this.edge = edge;
       this.mesh.material.uniforms.hasIntensities.value = voxels?.hasIntensities ?? false;
       if (count > this.capacity) this.grow(Math.ceil(count * 1.3));
       this.upload(this.arrays, count);
+      this.box.setFromArray(this.arrays.positions).applyMatrix4(this.pose);
     }
     return before;
   }
