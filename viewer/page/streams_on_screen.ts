@@ -5,6 +5,8 @@ import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatN
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
 import { isOutlier } from "./decoding/packed_voxels";
+import { guessUp } from "./guessed_up";
+import type { GuessedUp } from "./guessed_up";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
@@ -39,6 +41,7 @@ export class StreamsOnScreen {
   axis: IntensityAxis | null = null;
   private fieldAxis: IntensityAxis | null = null;
   private axisKey = ""; // the contents that the axis is for
+  private guessedUp: GuessedUp = { up: "z", reason: "" };
   private hasFitted = false;
   private firstShown: number | null = null; // performance.now()
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
@@ -63,11 +66,12 @@ export class StreamsOnScreen {
       const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
+      if (changed.has("up") && this.applyUp()) this.scene.fit("oblique");
       if (changed.has("indexedShare")) this.requestFigures();
       if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise") || changed.has("removesOutliers"))
         this.updateFigures();
     });
-    const canvas = scene.controls.domElement as HTMLElement;
+    const { canvas } = scene;
     canvas.addEventListener("pointerdown", (event) => (this.pressed = { x: event.clientX, y: event.clientY }));
     canvas.addEventListener("click", (event) => {
       const moved = this.pressed ? Math.hypot(event.clientX - this.pressed.x, event.clientY - this.pressed.y) : 0;
@@ -167,9 +171,20 @@ export class StreamsOnScreen {
     this.requestFigures();
   }
 
+  /** True if another axis points up than before. */
+  private applyUp(): boolean {
+    const { up } = this.store.get();
+    if (!this.scene.setUp(up === "auto" ? this.guessedUp.up : up)) return false;
+    this.measure();
+    return true;
+  }
+
   /** The view of all that the first frames have, which come one after the other. */
   private fitOnce(): void {
     if (!this.measure()) return; // empty frames
+    this.guessedUp = guessUp(this.streams, this.scene.layers);
+    this.panel.setGuessedUp(this.guessedUp);
+    this.applyUp();
     this.scene.fitUnlessPlaced();
     this.firstShown ??= performance.now();
     const isOver = performance.now() - this.firstShown > msToBegin;

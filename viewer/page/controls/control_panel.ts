@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import type { GuessedUp } from "../guessed_up";
 import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
@@ -24,6 +25,8 @@ const colourNames: Record<Exclude<ColourBy, `field:${string}`>, string> = {
   recorded: "Recorded colour",
 };
 
+const upNames: Record<ViewerState["up"], string> = { auto: "Auto", z: "z", "-z": "−z", y: "y", "-y": "−y" };
+
 /** All settings of what is drawn. */
 export class ControlPanel {
   readonly root = element("aside", { class: "panel", id: "panel", "aria-label": "Settings" });
@@ -31,6 +34,7 @@ export class ControlPanel {
   readonly streams: StreamsList;
   private readonly colourBy = element("select", { "aria-label": "Colour by" });
   private fields: readonly string[] = []; // that streams have
+  private readonly up = element("select", { "aria-label": "Up" });
   private readonly legendBar = element("div", { class: "legend-bar" });
   private readonly legendTicks = element("div", { class: "ticks" });
   private readonly removed = element("p", { class: "hint", "aria-live": "off" });
@@ -95,11 +99,15 @@ export class ControlPanel {
       size.value = String(state.voxelScale);
       sizeText.textContent = `${Math.round(100 * state.voxelScale)} %`;
     });
+    for (const [value, name] of Object.entries(upNames)) this.up.append(element("option", { value }, name));
+    this.up.addEventListener("change", () => this.store.set({ up: this.up.value as ViewerState["up"] }));
+    this.updaters.push((state) => void (this.up.value = state.up));
     const views = element("div", { class: "buttons" });
     for (const [direction, label] of [["oblique", "Fit"], ["top", "Top"], ["front", "Front"], ["side", "Side"]] as const)
       views.append(button(label, null, () => this.actions.fit(direction)));
     return section("View", shape.row,
       element("label", { class: "row" }, element("span", {}, "Voxel size"), size, sizeText),
+      element("label", { class: "row" }, element("span", {}, "Up"), this.up),
       element("div", { class: "toggles" }, ...toggles), views);
   }
 
@@ -157,6 +165,11 @@ export class ControlPanel {
   setFieldAxis(axis: IntensityAxis | null): void {
     this.fieldAxis = axis;
     if (fieldOf(this.store.get().colourBy) !== null) this.showLegend();
+  }
+
+  setGuessedUp({ up, reason }: GuessedUp): void {
+    this.up.options[0].text = `${upNames[up]}, ${reason}`;
+    this.up.title = this.up.options[0].text;
   }
 
   setHeights(heights: [number, number]): void {

@@ -15,6 +15,8 @@ import type { IntensityAxis } from "./intensity_axis";
 import { Surroundings, boxEdges } from "./surroundings";
 import type { SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
+import { Up } from "./up_axis";
+import type { UpAxis } from "./up_axis";
 import { VoxelLayer } from "./voxel_layer";
 import { fieldOf } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
@@ -24,6 +26,7 @@ const colourModes = ["intensity", "height", "stream", "age", "recorded", "field"
 
 export type ViewDirection = "oblique" | "top" | "front" | "side";
 
+/** Where z is up. */
 const directions: Record<ViewDirection | "steep", [number, number, number]> = {
   steep: [-0.5, -0.62, 0.95], // for high and narrow views
   oblique: [-0.62, -0.78, 0.62],
@@ -37,7 +40,8 @@ export class ViewerScene {
   readonly layers: VoxelLayer[] = [];
   readonly surroundings = new Surroundings();
   readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
-  readonly controls: OrbitControls;
+  controls: OrbitControls;
+  private up = new Up("z");
   bounds: Bounds | null = null; // of most voxels
   private readonly renderer: THREE.WebGLRenderer;
   private readonly shading: DepthShading;
@@ -56,6 +60,7 @@ export class ViewerScene {
     noiseColour: { value: new THREE.Vector3() },
     colourBy: { value: 0 },
     intensityAxis: { value: new THREE.Vector4(0, 255, 1, 1) },
+    up: { value: new THREE.Vector3(0, 0, 1) },
     heightRange: { value: new THREE.Vector2(0, 1) },
     trailSeconds: { value: 2 },
     colourMap: { value: null as THREE.Texture | null },
@@ -65,7 +70,7 @@ export class ViewerScene {
 
   /** Throws if the browser has no WebGL 2. */
   constructor(
-    private readonly canvas: HTMLCanvasElement,
+    readonly canvas: HTMLCanvasElement,
     private readonly onDrawn: () => void,
   ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, powerPreference: "high-performance" });
@@ -73,14 +78,9 @@ export class ViewerScene {
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     THREE.ColorManagement.enabled = false;
     this.shading = new DepthShading(this.renderer);
-    this.camera.up.set(0, 0, 1);
+    this.camera.up.copy(this.up.vector);
     this.camera.position.set(-5, -6, 5);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.controls.dampingFactor = 0.12;
-    this.controls.zoomToCursor = true;
-    this.controls.addEventListener("change", () => this.requestDrawing());
-    this.controls.addEventListener("start", () => this.keepCamera());
+    this.controls = this.createControls();
     this.selection = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
     this.selection.visible = false;
     this.scene.add(this.selection);
@@ -93,6 +93,38 @@ export class ViewerScene {
     }
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as Element);
     this.renderer.setAnimationLoop(() => this.drawIfNeeded());
+  }
+
+  private createControls(): OrbitControls {
+    const controls = new OrbitControls(this.camera, this.canvas);
+    controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    controls.dampingFactor = 0.12;
+    controls.zoomToCursor = true;
+    controls.addEventListener("change", () => this.requestDrawing());
+    controls.addEventListener("start", () => this.keepCamera());
+    return controls;
+  }
+
+  /** Says which axis of the coordinates points up. True if another one did before. */
+  setUp(name: UpAxis): boolean {
+    if (name === this.up.name) return false;
+    this.up = new Up(name);
+    this.camera.up.copy(this.up.vector);
+    this.uniforms.up.value.copy(this.up.vector);
+    // Controls know only the axis that they were made with.
+    const { target } = this.controls;
+    this.controls.dispose();
+    this.controls = this.createControls();
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.setHeights();
+    this.setGrid();
+    this.setSensors(this.poses);
+    return true;
+  }
+
+  private setHeights(): void {
+    if (this.bounds) this.uniforms.heightRange.value.set(...this.up.heights(this.bounds));
   }
 
   requestDrawing(): void {
@@ -188,7 +220,7 @@ export class ViewerScene {
 
   setSensors(poses: SensorPose[]): void {
     this.poses = poses;
-    if (this.colours) this.surroundings.setSensors(poses, this.colours, this.isNarrow);
+    if (this.colours) this.surroundings.setSensors(poses, this.up, this.colours, this.isNarrow);
     this.requestDrawing();
   }
 
@@ -208,7 +240,7 @@ export class ViewerScene {
     const bounds = boundsOf(this.layers, threshold);
     if (!bounds) return false;
     this.bounds = bounds;
-    this.uniforms.heightRange.value.set(bounds.min[2], bounds.max[2]);
+    this.setHeights();
     this.setGrid();
     return true;
   }
@@ -219,7 +251,7 @@ export class ViewerScene {
 
   private setGrid(): void {
     if (this.bounds && this.colours)
-      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.colours, this.isNarrow);
+      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.up, this.colours, this.isNarrow);
   }
 
   get heightRange(): [number, number] {
@@ -247,7 +279,7 @@ export class ViewerScene {
     const towards =
       direction === "keep"
         ? this.camera.position.clone().sub(this.controls.target)
-        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
+        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]).applyQuaternion(this.up.fromZ);
     const camera = this.camera.clone();
     const { clientWidth, clientHeight } = this.canvas;
     const view = { width: clientWidth || 1, height: clientHeight || 1, covered: this.isNarrow ? 46 : 26 };
@@ -294,12 +326,12 @@ export class ViewerScene {
   moveCamera(turn: number, tilt: number, zoom: number): void {
     this.keepCamera();
     const offset = this.camera.position.clone().sub(this.controls.target);
-    const angles = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    const angles = new THREE.Spherical().setFromVector3(offset.applyQuaternion(this.up.toY));
     angles.theta += turn;
     angles.phi = Math.min(Math.PI - 0.01, Math.max(0.01, angles.phi + tilt));
     angles.radius *= zoom;
-    const moved = new THREE.Vector3().setFromSpherical(angles);
-    this.setCamera(this.controls.target.clone().add(new THREE.Vector3(moved.x, -moved.z, moved.y)), this.controls.target.clone());
+    const moved = new THREE.Vector3().setFromSpherical(angles).applyQuaternion(this.up.toY.clone().invert());
+    this.setCamera(moved.add(this.controls.target), this.controls.target.clone());
   }
 
   pickAt(clientX: number, clientY: number, scale: number): PickedVoxel | null {

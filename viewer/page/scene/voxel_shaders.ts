@@ -15,6 +15,7 @@ uniform vec3 noiseColour;
 uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded, 5 field
 uniform vec3 streamColour;
 uniform vec4 intensityAxis;     // min, max, step, 1 if logarithmic
+uniform vec3 up;
 uniform vec2 heightRange;
 uniform bool hasField;
 uniform vec2 fieldRange;
@@ -44,7 +45,7 @@ vec3 colourOf(bool isNoise) {
   if (colourBy == 4) return paint.rgb;
   if (colourBy == 5 && (!hasField || quantities.z < -2e38)) return vec3(160.0 / 255.0); // as where no colour was recorded
   float share = colourBy == 0 ? intensityShare(quantities.x)
-    : colourBy == 1 ? ((modelMatrix * vec4(centre, 1.0)).z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
+    : colourBy == 1 ? (dot(up, (modelMatrix * vec4(centre, 1.0)).xyz) - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
     : colourBy == 3 ? quantities.y / trailSeconds
     : fieldShare(quantities.z);
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;

@@ -11,6 +11,7 @@ const shortNames = {
   noise: "noise",
   voxelScale: "size",
   hiddenStreams: "hidden",
+  up: "up",
   showsGrid: "grid",
   showsAxes: "axes",
   showsSensors: "sensors",
@@ -24,6 +25,7 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
   colourBy: ["intensity", "height", "stream", "age", "recorded"],
   shape: ["cubes", "points"],
   noise: ["hide", "colour"],
+  up: ["auto", "z", "-z", "y", "-y"],
   theme: ["auto", "light", "dark"],
 };
 

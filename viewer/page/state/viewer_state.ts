@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import type { UpAxis } from "../scene/up_axis";
 import { Store } from "./store";
 
 export type ColourBy = "intensity" | "height" | "stream" | "age" | "recorded" | `field:${string}`;
@@ -15,6 +16,7 @@ export interface ViewerState {
   noise: "hide" | "colour";
   voxelScale: number; // of the voxel's edge
   hiddenStreams: readonly string[];
+  up: UpAxis | "auto"; // of the coordinates
   showsGrid: boolean;
   showsAxes: boolean;
   showsSensors: boolean;
@@ -48,6 +50,7 @@ export const initialState: ViewerState = {
   noise: "hide",
   voxelScale: 1,
   hiddenStreams: [],
+  up: "auto",
   showsGrid: true,
   showsAxes: true,
   showsSensors: true,
