@@ -1,18 +1,18 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber, formatSilence, formatValue } from "./controls/number_format";
+import { formatBytesPerSecond, formatCount, formatCounted, formatSilence } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
-import { isOutlier } from "./decoding/packed_voxels";
 import { guessUp } from "./guessed_up";
 import type { GuessedUp } from "./guessed_up";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
-import { countKept, isNoise } from "./scene/drawn_voxels";
+import { countKept } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import { streamColours } from "./scene/stream_colours";
 import type { ViewerScene } from "./scene/viewer_scene";
+import { Selection } from "./selection";
 import { Arrivals } from "./sources/arrivals";
 import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
@@ -47,8 +47,7 @@ export class StreamsOnScreen {
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
-  private selected: { stream: number; place: [number, number, number] } | null = null;
-  private pressed: { x: number; y: number } | null = null;
+  readonly selection: Selection;
   private readonly rate = element("b");
 
   constructor(
@@ -56,7 +55,7 @@ export class StreamsOnScreen {
     private readonly scene: ViewerScene,
     private readonly index: FrameIndex,
     private readonly panel: ControlPanel,
-    private readonly details: VoxelDetails,
+    details: VoxelDetails,
     private readonly notices: Notices,
     private readonly status: HTMLElement,
     private readonly recycle: (buffer: ArrayBuffer) => void,
@@ -71,12 +70,7 @@ export class StreamsOnScreen {
       if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise") || changed.has("removesOutliers"))
         this.updateFigures();
     });
-    const { canvas } = scene;
-    canvas.addEventListener("pointerdown", (event) => (this.pressed = { x: event.clientX, y: event.clientY }));
-    canvas.addEventListener("click", (event) => {
-      const moved = this.pressed ? Math.hypot(event.clientX - this.pressed.x, event.clientY - this.pressed.y) : 0;
-      if (moved < 5) this.pick(event.clientX, event.clientY);
-    });
+    this.selection = new Selection(store, scene, this.streams, details);
   }
 
   clear(): void {
@@ -86,7 +80,7 @@ export class StreamsOnScreen {
     this.hasFitted = false;
     this.firstShown = null;
     this.beginAxis();
-    this.select(null);
+    this.selection.clear();
     this.lastFilterRemark = null;
     this.panel.streams.setStreams([], []);
     this.panel.threshold.clear();
@@ -167,7 +161,7 @@ export class StreamsOnScreen {
     this.tellFrames();
     if (this.streams.some(({ description, shown }) => description.metadata.sensor_pose && shown?.placement)) this.showSensors();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
-    this.followSelection();
+    this.selection.follow();
     this.requestFigures();
   }
 
@@ -329,58 +323,5 @@ export class StreamsOnScreen {
     if (drawn > 0) return null;
     if (all > 0) return "all voxels are noise, by threshold or outlier filter";
     return this.streams.every((_, i) => !this.isVisible(i)) ? "all streams are off" : null;
-  }
-
-  private pick(clientX: number, clientY: number): void {
-    const picked = this.scene.pickAt(clientX, clientY, this.store.get().voxelScale);
-    this.select(picked ? { stream: picked.layer, voxel: picked.voxel } : null);
-  }
-
-  /** Finds the voxel that was clicked in the present frame of its stream. */
-  private followSelection(): void {
-    if (!this.selected) return;
-    const { stream, place } = this.selected;
-    const layer = this.scene.layers[stream];
-    const count = (layer?.arrays?.positions.length ?? 0) / 3;
-    for (let i = 0; i < count; ++i) {
-      const there = layer.placeOf(i);
-      if (place.some((value, axis) => Math.abs(there[axis] - value) >= 0.1 * layer.edge)) continue;
-      this.select({ stream, voxel: i });
-      return;
-    }
-    this.details.show([
-      ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
-      ["Stream", shortName(this.streams[stream].description.name)],
-      ["Voxel", "not in this frame"],
-    ]);
-  }
-
-  select(selected: { stream: number; voxel: number } | null): void {
-    const layer = selected ? this.scene.layers[selected.stream] : null;
-    if (!selected || !layer?.arrays) {
-      this.selected = null;
-      this.details.show(null);
-      this.scene.select(null);
-      return;
-    }
-    const { arrays, voxels } = layer;
-    const i = selected.voxel;
-    const [x, y, z] = layer.placeOf(i);
-    this.selected = { stream: selected.stream, place: [x, y, z] };
-    const rows: [string, string][] = [
-      ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
-      ["Stream", shortName(this.streams[selected.stream].description.name)],
-    ];
-    if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
-    if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))
-      rows.push([`Field ${voxels?.field}`, formatValue(arrays.field[i])]);
-    const isCounted = this.streams[selected.stream].description.metadata.intensity_law === "count";
-    if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
-    else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);
-    if (arrays.ages[i] > 0) rows.push(["Seen", `${arrays.ages[i].toFixed(2)} s ago`]);
-    if (isOutlier(arrays, i)) rows.push(["Noise", "by the outlier filter"]);
-    else if (isNoise(layer, i, this.store.get().threshold)) rows.push(["Noise", "below the threshold"]);
-    this.details.show(rows);
-    this.scene.select({ layer: selected.stream, voxel: i });
   }
 }

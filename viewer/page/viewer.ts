@@ -70,7 +70,7 @@ export class Viewer {
       exportPicture: () => void exportPicture(this),
       copyLink: () => this.copyLink(),
     });
-    this.details = new VoxelDetails(() => this.screen.select(null));
+    this.details = new VoxelDetails(() => this.screen.selection.clear(), () => this.screen.selection.toggleMeasuring());
     this.layout = layOutPage(this.store,
       { open: () => this.layout.fileInput.click(), toggleTheme: () => this.toggleTheme() },
       { panel: this.panel.root, timeline: this.timeline.root, help: createHelp(this.store),
@@ -113,7 +113,7 @@ export class Viewer {
       open: () => this.layout.fileInput.click(),
       exportPly: () => exportPly(this),
       exportPicture: () => void exportPicture(this),
-      deselect: () => this.screen.select(null),
+      deselect: () => this.screen.selection.clear(),
     });
     addEventListener("hashchange", () => this.followLink());
     this.layout.canvas.addEventListener("webglcontextlost", () =>

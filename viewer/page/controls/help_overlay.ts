@@ -18,6 +18,7 @@ const groups: [string, [string, string][]][] = [
     ["C", "cubes, points"],
   ]],
   ["View", [
+    ["Click", "mark a voxel; Shift + click another one: the distance"],
     ["F", "fit the voxels into the view, but for the farthest 2 %"],
     ["W A S D", "turn"],
     ["+ −", "zoom"],

@@ -31,7 +31,8 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
 /** Characters of a sensor's name that are drawn. */
 const longestName = 24;
 
-function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
+/** Lines between points, each two of them. */
+export function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
   const origin = points.slice(0, 3); // as far coordinates are too coarse on the GPU
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.map((value, i) => value - origin[i % 3]), 3));

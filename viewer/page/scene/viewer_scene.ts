@@ -12,7 +12,9 @@ import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import type { Bounds } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
-import { Surroundings, boxEdges } from "./surroundings";
+import { SelectionMarks } from "./selection_marks";
+import type { MarkedVoxel } from "./selection_marks";
+import { Surroundings } from "./surroundings";
 import type { SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
 import { Up } from "./up_axis";
@@ -46,7 +48,7 @@ export class ViewerScene {
   private readonly renderer: THREE.WebGLRenderer;
   private readonly shading: DepthShading;
   private readonly scene = new THREE.Scene();
-  private readonly selection: THREE.LineSegments;
+  private readonly marks = new SelectionMarks();
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
   /** How the camera was placed, as long as the user has not moved it. */
   private fitted: ViewDirection | "keep" | null = null;
@@ -81,9 +83,7 @@ export class ViewerScene {
     this.camera.up.copy(this.up.vector);
     this.camera.position.set(-5, -6, 5);
     this.controls = this.createControls();
-    this.selection = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.selection.visible = false;
-    this.scene.add(this.selection);
+    this.scene.add(this.marks.group);
     this.surroundings.addTo(this.scene);
     for (const name of Object.keys(colourMaps) as ColourMapName[]) {
       const texture = new THREE.DataTexture(texelsOf(name), 256, 1);
@@ -212,7 +212,7 @@ export class ViewerScene {
     this.scene.background = new THREE.Color(colours.background);
     const noise = new THREE.Color(colours.noise);
     this.uniforms.noiseColour.value.set(noise.r, noise.g, noise.b);
-    (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
+    this.marks.setColours(colours);
     this.surroundings.setAxes(1, colours);
     this.setGrid();
     this.setSensors(this.poses);
@@ -348,22 +348,9 @@ export class ViewerScene {
     });
   }
 
-  /** Draws a frame around a voxel of a layer; null: around none. */
-  select(picked: { layer: number; voxel: number } | null): void {
-    this.selection.visible = picked !== null;
-    if (picked) {
-      const layer = this.layers[picked.layer];
-      const half = 0.56 * layer.edge;
-      const edges = boxEdges({
-        min: [-half, -half, -half],
-        max: [half, half, half],
-      });
-      this.selection.position.set(...layer.placeOf(picked.voxel));
-      this.selection.quaternion.copy(layer.mesh.quaternion);
-      this.selection.geometry.dispose();
-      this.selection.geometry = new THREE.BufferGeometry();
-      this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));
-    }
+  /** Marks voxels, and the distance between two of them. */
+  mark(voxels: readonly MarkedVoxel[], text: string): void {
+    this.marks.show(voxels, text);
     this.requestDrawing();
   }
 
