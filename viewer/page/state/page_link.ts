@@ -16,6 +16,7 @@ const shortNames = {
   showsAxes: "axes",
   showsSensors: "sensors",
   showsCropBox: "crop",
+  clock: "clock",
   theme: "theme",
 } as const satisfies Partial<Record<keyof ViewerState, string>>;
 
@@ -26,6 +27,7 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
   shape: ["cubes", "points"],
   noise: ["hide", "colour"],
   up: ["auto", "z", "-z", "y", "-y"],
+  clock: ["utc", "local"],
   theme: ["auto", "light", "dark"],
 };
 

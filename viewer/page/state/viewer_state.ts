@@ -25,6 +25,7 @@ export interface ViewerState {
   // Time.
   isPlaying: boolean;
   speed: number;
+  clock: "utc" | "local"; // for dates
   moment: number; // of the FrameIndex
   // The source.
   source: "none" | "opening" | "recording" | "live";
@@ -58,6 +59,7 @@ export const initialState: ViewerState = {
   theme: "auto",
   isPlaying: false,
   speed: 1,
+  clock: "utc",
   moment: 0,
   source: "none",
   name: "",
