@@ -6,6 +6,7 @@ import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
 import { fieldOf, trailSeconds, voxelScales } from "../state/viewer_state";
 import { button, choice, element, section, toggle } from "./dom";
+import { createMoreBelow } from "./more_below";
 import { formatInRange, formatNumber } from "./number_format";
 import { StreamsList } from "./streams_list";
 import { ThresholdControl } from "./threshold_control";
@@ -52,6 +53,7 @@ export class ControlPanel {
     this.streams = new StreamsList(store);
     this.root.append(this.colourSection(), this.noiseSection(), section("Streams", this.streams.root),
       this.viewSection(), this.exportSection());
+    this.root.append(createMoreBelow(this.root));
     store.subscribe((changed) => {
       const state = store.get();
       for (const update of this.updaters) update(state);
