@@ -7,7 +7,7 @@ import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding
 import { guessUp } from "./guessed_up";
 import type { GuessedUp } from "./guessed_up";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
-import { countKept } from "./scene/drawn_voxels";
+import { countDrawn, countKept } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import { streamColours } from "./scene/stream_colours";
@@ -24,6 +24,9 @@ import { element } from "./controls/dom";
 
 /** After this time no stream is waited for, to place the camera. */
 const msToBegin = 3000;
+
+/** What numbers of voxels depend on. */
+const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
 /** Why nothing of a stream is drawn, or that it is old; null if all is well. */
 function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded }: ViewerState, now: number): string | null {
@@ -67,8 +70,7 @@ export class StreamsOnScreen {
       if (changed.has("hiddenStreams")) this.showSensors();
       if (changed.has("up") && this.applyUp()) this.scene.fit("oblique");
       if (changed.has("indexedShare")) this.requestFigures();
-      if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise") || changed.has("removesOutliers"))
-        this.updateFigures();
+      if (figureKeys.some((key) => changed.has(key))) this.updateFigures();
     });
     this.selection = new Selection(store, scene, this.streams, details);
   }
@@ -255,27 +257,30 @@ export class StreamsOnScreen {
 
   /** Voxels drawn and all voxels, of the streams that are on. */
   counts(): { kept: number; drawn: number; all: number } {
-    const { threshold, noise } = this.store.get();
+    const { threshold } = this.store.get();
+    const rule = this.scene.rule();
     let kept = 0;
+    let drawn = 0;
     let all = 0;
     this.scene.layers.forEach((layer, i) => {
       if (!this.isVisible(i)) return;
       kept += countKept(layer, threshold);
+      drawn += countDrawn(layer, rule);
       all += layer.voxels?.count ?? 0;
     });
-    return { kept, drawn: noise === "hide" ? kept : all, all };
+    return { kept, drawn, all };
   }
 
   updateFigures(): void {
-    const { threshold, moment, source, removesOutliers, noise, indexedShare, isFrozen } = this.store.get();
+    const { moment, source, removesOutliers, indexedShare, isFrozen } = this.store.get();
+    const rule = this.scene.rule();
     const { kept, drawn, all } = this.counts();
     const histogram = this.panel.threshold;
     histogram.clear();
     this.scene.layers.forEach((layer, i) => {
       const isDrawn = this.isVisible(i);
       if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
-      const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
-      this.panel.streams.setCount(i, count);
+      this.panel.streams.setCount(i, layer.voxels ? countDrawn(layer, rule) : null);
     });
     histogram.draw();
     const isLate = isFrozen && this.streams.some(({ shown }) => shown?.voxels && shown.voxels.isJudged !== removesOutliers);
@@ -298,7 +303,7 @@ export class StreamsOnScreen {
     this.updateFreshness();
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
-    const nothing = this.nothingDrawn(drawn, all);
+    const nothing = this.nothingDrawn(drawn, kept, all);
     if (nothing) this.status.append(element("span", { class: "figure lost" }, nothing));
     const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
@@ -319,8 +324,9 @@ export class StreamsOnScreen {
   }
 
   /** Why nothing is drawn, where that is by what the user has set. */
-  private nothingDrawn(drawn: number, all: number): string | null {
+  private nothingDrawn(drawn: number, kept: number, all: number): string | null {
     if (drawn > 0) return null;
+    if (kept > 0) return "all voxels are cut off, by their heights";
     if (all > 0) return "all voxels are noise, by threshold or outlier filter";
     return this.streams.every((_, i) => !this.isVisible(i)) ? "all streams are off" : null;
   }

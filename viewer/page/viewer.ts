@@ -20,7 +20,7 @@ import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
 import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
-import { createStore, fieldOf, trailSeconds } from "./state/viewer_state";
+import { createStore, fieldOf, noCut, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
@@ -193,7 +193,11 @@ export class Viewer {
   private begin(number: number): void {
     const { source, isChosen } = this.asked.take(number);
     if (isChosen) forgetLinkedFile();
-    if (number > 0) this.linkedView.time = null; // it was another recording's
+    if (number > 0) {
+      // They were another recording's.
+      this.linkedView.time = null;
+      this.store.set(noCut);
+    }
     this.shown = number;
     this.isTimeChosen = false;
     this.live?.close();

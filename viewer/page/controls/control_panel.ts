@@ -4,7 +4,8 @@ import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
-import { fieldOf, trailSeconds, voxelScales } from "../state/viewer_state";
+import { fieldOf, noCut, trailSeconds, voxelScales } from "../state/viewer_state";
+import { CutControl } from "./cut_control";
 import { button, choice, element, section, toggle } from "./dom";
 import { createMoreBelow } from "./more_below";
 import { formatInRange, formatNumber } from "./number_format";
@@ -35,6 +36,7 @@ export class ControlPanel {
   readonly streams: StreamsList;
   private readonly colourBy = element("select", { "aria-label": "Colour by" });
   private fields: readonly string[] = []; // that streams have
+  private readonly cut: CutControl;
   private readonly up = element("select", { "aria-label": "Up" });
   private readonly legendBar = element("div", { class: "legend-bar" });
   private readonly legendTicks = element("div", { class: "ticks" });
@@ -49,6 +51,7 @@ export class ControlPanel {
     private readonly store: ViewerStore,
     private readonly actions: PanelActions,
   ) {
+    this.cut = new CutControl(store);
     this.threshold = new ThresholdControl((threshold) => store.set({ threshold }));
     this.streams = new StreamsList(store);
     this.root.append(this.colourSection(), this.noiseSection(), section("Streams", this.streams.root),
@@ -102,14 +105,16 @@ export class ControlPanel {
       sizeText.textContent = `${Math.round(100 * state.voxelScale)} %`;
     });
     for (const [value, name] of Object.entries(upNames)) this.up.append(element("option", { value }, name));
-    this.up.addEventListener("change", () => this.store.set({ up: this.up.value as ViewerState["up"] }));
+    this.up.addEventListener("change", () => this.store.set({ up: this.up.value as ViewerState["up"], ...noCut }));
     this.updaters.push((state) => void (this.up.value = state.up));
+    this.updaters.push((state) => this.cut.show(state));
     const views = element("div", { class: "buttons" });
     for (const [direction, label] of [["oblique", "Fit"], ["top", "Top"], ["front", "Front"], ["side", "Side"]] as const)
       views.append(button(label, null, () => this.actions.fit(direction)));
     return section("View", shape.row,
       element("label", { class: "row" }, element("span", {}, "Voxel size"), size, sizeText),
       element("label", { class: "row" }, element("span", {}, "Up"), this.up),
+      ...this.cut.rows,
       element("div", { class: "toggles" }, ...toggles), views);
   }
 
@@ -176,6 +181,7 @@ export class ControlPanel {
 
   setHeights(heights: [number, number]): void {
     this.heights = heights;
+    this.cut.setHeights(heights);
     this.showLegend();
   }
 

@@ -3,12 +3,17 @@ import { Vector3 } from "three";
 
 import { isOutlier } from "../decoding/packed_voxels";
 import type { Bounds } from "./camera_fit";
+import type { Up } from "./up_axis";
 import type { VoxelLayer } from "./voxel_layer";
 
 /** The rule by which voxels are drawn; the shader has the same one. */
 export interface DrawingRule {
   threshold: number;
   hidesNoise: boolean;
+  up: Up;
+  /** Heights. */
+  cutBelow: number;
+  cutAbove: number;
 }
 
 /** True if the voxel is noise, by the outlier filter or by the threshold, where there are intensities. */
@@ -17,6 +22,26 @@ export function isNoise(layer: VoxelLayer, voxel: number, threshold: number): bo
   if (arrays === null) return false;
   const isBelow = layer.voxels?.hasIntensities === true && arrays.intensities[voxel] < threshold;
   return isOutlier(arrays, voxel) || isBelow;
+}
+
+/** True if the voxel lies where the scene is cut off. */
+function isCut(layer: VoxelLayer, voxel: number, { up, cutBelow, cutAbove }: DrawingRule): boolean {
+  if (cutBelow === -Infinity && cutAbove === Infinity) return false;
+  const height = up.sign * layer.coordinateOf(voxel, up.axis);
+  const margin = 0.001 * layer.edge; // for the GPU's rounding, as a voxel's centre may lie at the cut
+  return height < cutBelow - margin || height > cutAbove + margin;
+}
+
+export function isDrawn(layer: VoxelLayer, voxel: number, rule: DrawingRule): boolean {
+  return !(rule.hidesNoise && isNoise(layer, voxel, rule.threshold)) && !isCut(layer, voxel, rule);
+}
+
+/** Voxels of the frame itself that are drawn. */
+export function countDrawn(layer: VoxelLayer, rule: DrawingRule): number {
+  const count = layer.voxels?.count ?? 0;
+  let drawn = 0;
+  for (let i = 0; i < count; ++i) if (isDrawn(layer, i, rule)) ++drawn;
+  return drawn;
 }
 
 /** Voxels of the frame itself that are no noise. */
@@ -96,7 +121,7 @@ export function pick(
         far = Math.min(far, Math.max(a, b));
       }
       if (near > far || near === 0) continue;
-      if (rule.hidesNoise && isNoise(layer, i, rule.threshold)) continue;
+      if (!isDrawn(layer, i, rule)) continue;
       best = { layer: layerIndex, voxel: i, distance: near };
     }
   });

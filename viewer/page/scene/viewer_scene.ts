@@ -7,7 +7,7 @@ import type { Pose } from "../recordings/transforms";
 import { colourMaps, texelsOf } from "./colour_maps";
 import type { ColourMapName, Rgb } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
-import type { PickedVoxel } from "./drawn_voxels";
+import type { DrawingRule, PickedVoxel } from "./drawn_voxels";
 import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import type { Bounds } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
@@ -19,8 +19,8 @@ import type { SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
 import { Up } from "./up_axis";
 import type { UpAxis } from "./up_axis";
-import { VoxelLayer } from "./voxel_layer";
-import { fieldOf } from "../state/viewer_state";
+import { VoxelLayer, forGpu } from "./voxel_layer";
+import { fieldOf, noCut } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
 const fieldOfView = 45; // degrees, vertical
@@ -54,6 +54,7 @@ export class ViewerScene {
   private fitted: ViewDirection | "keep" | null = null;
   private isPlacedByUser = false;
   private needsDrawing = true;
+  private cut = noCut;
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
   private readonly uniforms = {
@@ -63,6 +64,7 @@ export class ViewerScene {
     colourBy: { value: 0 },
     intensityAxis: { value: new THREE.Vector4(0, 255, 1, 1) },
     up: { value: new THREE.Vector3(0, 0, 1) },
+    cut: { value: new THREE.Vector2() },
     heightRange: { value: new THREE.Vector2(0, 1) },
     trailSeconds: { value: 2 },
     colourMap: { value: null as THREE.Texture | null },
@@ -188,6 +190,8 @@ export class ViewerScene {
     const uniforms = this.uniforms;
     uniforms.threshold.value = state.threshold;
     uniforms.hidesNoise.value = state.noise === "hide";
+    uniforms.cut.value.set(forGpu(state.cutBelow), forGpu(state.cutAbove));
+    this.cut = { cutBelow: state.cutBelow, cutAbove: state.cutAbove };
     const field = fieldOf(state.colourBy);
     uniforms.colourBy.value = colourModes.indexOf(field === null ? state.colourBy : "field");
     uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
@@ -342,10 +346,13 @@ export class ViewerScene {
     );
     const ray = new THREE.Raycaster();
     ray.setFromCamera(place, this.camera);
-    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, {
-      threshold: this.uniforms.threshold.value,
-      hidesNoise: this.uniforms.hidesNoise.value,
-    });
+    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, this.rule());
+  }
+
+  /** The rule by which voxels are drawn now. */
+  rule(): DrawingRule {
+    const { threshold, hidesNoise } = this.uniforms;
+    return { threshold: threshold.value, hidesNoise: hidesNoise.value, up: this.up, ...this.cut };
   }
 
   /** Marks voxels, and the distance between two of them. */

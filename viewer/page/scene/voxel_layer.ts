@@ -14,7 +14,7 @@ import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
 const noValue = -3e38;
 
 /** Within the numbers of the GPU. */
-function forGpu(value: number): number {
+export function forGpu(value: number): number {
   return Math.min(1e38, Math.max(-1e38, value));
 }
 
@@ -120,6 +120,13 @@ export class VoxelLayer {
   /** Where the centre of a voxel is in the scene. */
   placeOf(voxel: number): [number, number, number] {
     return new THREE.Vector3().fromArray(this.arrays?.positions ?? [], 3 * voxel).applyMatrix4(this.pose).toArray();
+  }
+
+  /** Of that place, along an axis of the scene. */
+  coordinateOf(voxel: number, axis: number): number {
+    const [x, y, z] = this.arrays?.positions.subarray(3 * voxel, 3 * voxel + 3) ?? [];
+    const { elements } = this.pose;
+    return elements[axis] * x + elements[axis + 4] * y + elements[axis + 8] * z + elements[axis + 12];
   }
 
   private attribute(name: string): THREE.InstancedBufferAttribute {

@@ -12,6 +12,8 @@ const shortNames = {
   voxelScale: "size",
   hiddenStreams: "hidden",
   up: "up",
+  cutAbove: "cutabove",
+  cutBelow: "cutbelow",
   showsGrid: "grid",
   showsAxes: "axes",
   showsSensors: "sensors",

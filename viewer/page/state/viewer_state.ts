@@ -17,6 +17,9 @@ export interface ViewerState {
   voxelScale: number; // of the voxel's edge
   hiddenStreams: readonly string[];
   up: UpAxis | "auto"; // of the coordinates
+  /** Heights between which voxels are drawn. */
+  cutAbove: number;
+  cutBelow: number;
   showsGrid: boolean;
   showsAxes: boolean;
   showsSensors: boolean;
@@ -43,6 +46,9 @@ export interface ViewerState {
   showsPanel: boolean; // on narrow screens
 }
 
+/** All heights are drawn. */
+export const noCut = { cutAbove: Infinity, cutBelow: -Infinity };
+
 export const initialState: ViewerState = {
   colourBy: "intensity",
   shape: "cubes",
@@ -52,6 +58,7 @@ export const initialState: ViewerState = {
   voxelScale: 1,
   hiddenStreams: [],
   up: "auto",
+  ...noCut,
   showsGrid: true,
   showsAxes: true,
   showsSensors: true,
