@@ -8,7 +8,7 @@ import { HeldFrames } from "./held_frames";
 import { LiveConnection } from "./sources/live_connection";
 import type { LiveState } from "./sources/live_connection";
 import type { ViewerStore } from "./state/viewer_state";
-import { shortName } from "./stream_views";
+import { compareNames, shortName } from "./stream_names";
 import type { StreamsOnScreen } from "./streams_on_screen";
 import type { FrameIndex } from "./timeline/frame_index";
 import { liveSeconds } from "./timeline/timeline_view";
@@ -42,7 +42,6 @@ export class LiveView {
   constructor(socket: string, private readonly parts: LiveParts) {
     const { store, decoding } = parts;
     this.held = new HeldFrames((buffer) => decoding.post({ type: "recycle", buffer }, [buffer]));
-    decoding.post({ type: "openLive" });
     this.connection = new LiveConnection(socket, {
       onStreams: (streams) => {
         store.set({ source: "live", hasEnded: false });
@@ -141,6 +140,7 @@ export class LiveView {
 }
 
 function silenceText(silent: StreamsOnScreen["streams"], isAll: boolean, now: number): string {
+  silent.sort((a, b) => compareNames(shortName(a.description.name), shortName(b.description.name)));
   const seconds = silent.map(({ arrivals }) => arrivals.silence(now) ?? 0);
   if (isAll) return `No frames for ${formatSilence(Math.min(...seconds))}`;
   const names = silent.slice(0, mostNames).map(({ description }, i) =>

@@ -81,7 +81,8 @@ export function layOutPage(
     element("div", { class: "drop-hint", "aria-hidden": "true" }, element("span", {}, "Drop to open")));
   document.body.replaceChildren(header(store, actions), stage, parts.panel, parts.timeline, parts.help, fileInput);
   store.subscribe(() => {
-    const { source, hasEnded, allStreams, liveStreams } = store.get();
+    const { source, isOpening, hasEnded, allStreams, liveStreams } = store.get();
+    stage.classList.toggle("is-opening", isOpening);
     stage.classList.toggle("is-stale", source === "live" && !hasEnded && allStreams > 0 && liveStreams === 0);
     start.hidden = source !== "none";
     document.body.dataset.source = source;

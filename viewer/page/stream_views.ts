@@ -7,9 +7,11 @@ import { IntensityAxis } from "./scene/intensity_axis";
 import { numbersOf } from "./scene/surroundings";
 import type { Bounds } from "./scene/camera_fit";
 import type { SensorPose } from "./scene/surroundings";
-import { cssColour, streamColour } from "./scene/colour_maps";
+import { cssColour } from "./scene/colour_maps";
+import type { Rgb } from "./scene/colour_maps";
 import { fieldOf } from "./state/viewer_state";
 import type { ColourBy } from "./state/viewer_state";
+import { shortName } from "./stream_names";
 
 /** What the settings that are offered depend on. */
 export interface StreamContents {
@@ -22,6 +24,7 @@ export interface StreamContents {
 /** A stream as the page knows it. */
 export interface StreamView {
   description: StreamDescription;
+  colour: Rgb;
   shown: ShownFrame | null;
   /** What its last frame with voxels had: frames that are lost between others change nothing. */
   contents: StreamContents | null;
@@ -83,11 +86,11 @@ function sampleOf(lists: readonly Float32Array[]): number[] {
 }
 
 export function sensorPoses(streams: readonly StreamView[], isVisible: (stream: number) => boolean): SensorPose[] {
-  return streams.flatMap(({ description, shown }, stream) => {
+  return streams.flatMap(({ description, shown, colour }, stream) => {
     const pose = numbersOf(description.metadata.sensor_pose, 7) as Pose | null;
     if (!pose || !isVisible(stream)) return [];
     const values = [...combined(shown?.placement?.pose ?? identity, pose)];
-    return [{ name: shortName(description.name), colour: cssColour(streamColour(stream)), values }];
+    return [{ name: shortName(description.name), colour: cssColour(colour), values }];
   });
 }
 
@@ -98,11 +101,6 @@ export function cropBoxOf(streams: readonly StreamView[]): Bounds | null {
     if (box) return { min: [box[0], box[1], box[2]], max: [box[3], box[4], box[5]] };
   }
   return null;
-}
-
-/** A topic without what all topics have. */
-export function shortName(name: string): string {
-  return name.replace(/\/pcl_ext$/, "").replace(/^\//, "");
 }
 
 /** Says where streams cannot be drawn in one place; null if they can. */

@@ -1,25 +1,32 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber, formatSilence, formatValue } from "./controls/number_format";
+import { formatBytesPerSecond, formatCount, formatCounted, formatSilence } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
-import { isOutlier } from "./decoding/packed_voxels";
+import { guessUp } from "./guessed_up";
+import type { GuessedUp } from "./guessed_up";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
-import { countKept, isNoise } from "./scene/drawn_voxels";
+import { countDrawn, countKept } from "./scene/drawn_voxels";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
+import { streamColours } from "./scene/stream_colours";
 import type { ViewerScene } from "./scene/viewer_scene";
+import { Selection } from "./selection";
 import { Arrivals } from "./sources/arrivals";
 import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
 import type { StreamView } from "./stream_views";
+import { shortName } from "./stream_names";
 import type { FrameIndex } from "./timeline/frame_index";
 import { element } from "./controls/dom";
 
 /** After this time no stream is waited for, to place the camera. */
 const msToBegin = 3000;
+
+/** What numbers of voxels depend on. */
+const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
 /** Why nothing of a stream is drawn, or that it is old; null if all is well. */
 function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded }: ViewerState, now: number): string | null {
@@ -37,13 +44,13 @@ export class StreamsOnScreen {
   axis: IntensityAxis | null = null;
   private fieldAxis: IntensityAxis | null = null;
   private axisKey = ""; // the contents that the axis is for
+  private guessedUp: GuessedUp = { up: "z", reason: "" };
   private hasFitted = false;
   private firstShown: number | null = null; // performance.now()
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
-  private selected: { stream: number; place: [number, number, number] } | null = null;
-  private pressed: { x: number; y: number } | null = null;
+  readonly selection: Selection;
   private readonly rate = element("b");
 
   constructor(
@@ -51,7 +58,7 @@ export class StreamsOnScreen {
     private readonly scene: ViewerScene,
     private readonly index: FrameIndex,
     private readonly panel: ControlPanel,
-    private readonly details: VoxelDetails,
+    details: VoxelDetails,
     private readonly notices: Notices,
     private readonly status: HTMLElement,
     private readonly recycle: (buffer: ArrayBuffer) => void,
@@ -61,28 +68,23 @@ export class StreamsOnScreen {
       const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
+      if (changed.has("up") && this.applyUp()) this.scene.fit("oblique");
       if (changed.has("indexedShare")) this.requestFigures();
-      if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise") || changed.has("removesOutliers"))
-        this.updateFigures();
+      if (figureKeys.some((key) => changed.has(key))) this.updateFigures();
     });
-    const canvas = scene.controls.domElement as HTMLElement;
-    canvas.addEventListener("pointerdown", (event) => (this.pressed = { x: event.clientX, y: event.clientY }));
-    canvas.addEventListener("click", (event) => {
-      const moved = this.pressed ? Math.hypot(event.clientX - this.pressed.x, event.clientY - this.pressed.y) : 0;
-      if (moved < 5) this.pick(event.clientX, event.clientY);
-    });
+    this.selection = new Selection(store, scene, this.streams, details);
   }
 
   clear(): void {
     for (let i = 0; i < this.scene.layers.length; ++i) this.showVoxels(i, null);
     this.streams.length = 0;
-    this.scene.setStreamCount(0);
+    this.scene.setStreams([]);
     this.hasFitted = false;
     this.firstShown = null;
     this.beginAxis();
-    this.select(null);
+    this.selection.clear();
     this.lastFilterRemark = null;
-    this.panel.streams.setStreams([]);
+    this.panel.streams.setStreams([], []);
     this.panel.threshold.clear();
     this.status.replaceChildren();
   }
@@ -97,16 +99,18 @@ export class StreamsOnScreen {
       this.hasFitted = false;
       this.firstShown = null;
     }
+    const names = descriptions.map(({ name }) => shortName(name));
+    const colours = streamColours(names);
     descriptions.forEach((description, i) => {
       const { shown, contents, arrivals } =
         this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(performance.now()) };
-      this.streams[i] = { description, shown: description.isGone ? null : shown, contents, arrivals };
+      this.streams[i] = { description, colour: colours[i], shown: description.isGone ? null : shown, contents, arrivals };
     });
-    this.scene.setStreamCount(this.streams.length);
+    this.scene.setStreams(colours);
     descriptions.forEach(({ isGone }, i) => {
       if (isGone) this.showVoxels(i, null);
     });
-    this.panel.streams.setStreams(descriptions.map(({ name }) => views.shortName(name)));
+    this.panel.streams.setStreams(names, colours);
     this.scene.setCropBox(views.cropBoxOf(this.streams));
     this.showSensors();
     this.apply();
@@ -119,7 +123,7 @@ export class StreamsOnScreen {
 
   isVisible(stream: number): boolean {
     const name = this.streams[stream]?.description.name;
-    return name !== undefined && !this.store.get().hiddenStreams.includes(views.shortName(name));
+    return name !== undefined && !this.store.get().hiddenStreams.includes(shortName(name));
   }
 
   /** True if they have changed. */
@@ -159,13 +163,24 @@ export class StreamsOnScreen {
     this.tellFrames();
     if (this.streams.some(({ description, shown }) => description.metadata.sensor_pose && shown?.placement)) this.showSensors();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
-    this.followSelection();
+    this.selection.follow();
     this.requestFigures();
+  }
+
+  /** True if another axis points up than before. */
+  private applyUp(): boolean {
+    const { up } = this.store.get();
+    if (!this.scene.setUp(up === "auto" ? this.guessedUp.up : up)) return false;
+    this.measure();
+    return true;
   }
 
   /** The view of all that the first frames have, which come one after the other. */
   private fitOnce(): void {
     if (!this.measure()) return; // empty frames
+    this.guessedUp = guessUp(this.streams, this.scene.layers);
+    this.panel.setGuessedUp(this.guessedUp);
+    this.applyUp();
     this.scene.fitUnlessPlaced();
     this.firstShown ??= performance.now();
     const isOver = performance.now() - this.firstShown > msToBegin;
@@ -242,27 +257,30 @@ export class StreamsOnScreen {
 
   /** Voxels drawn and all voxels, of the streams that are on. */
   counts(): { kept: number; drawn: number; all: number } {
-    const { threshold, noise } = this.store.get();
+    const { threshold } = this.store.get();
+    const rule = this.scene.rule();
     let kept = 0;
+    let drawn = 0;
     let all = 0;
     this.scene.layers.forEach((layer, i) => {
       if (!this.isVisible(i)) return;
       kept += countKept(layer, threshold);
+      drawn += countDrawn(layer, rule);
       all += layer.voxels?.count ?? 0;
     });
-    return { kept, drawn: noise === "hide" ? kept : all, all };
+    return { kept, drawn, all };
   }
 
   updateFigures(): void {
-    const { threshold, moment, source, removesOutliers, noise, indexedShare, isFrozen } = this.store.get();
+    const { moment, source, removesOutliers, indexedShare, isFrozen } = this.store.get();
+    const rule = this.scene.rule();
     const { kept, drawn, all } = this.counts();
     const histogram = this.panel.threshold;
     histogram.clear();
     this.scene.layers.forEach((layer, i) => {
       const isDrawn = this.isVisible(i);
       if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
-      const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
-      this.panel.streams.setCount(i, count);
+      this.panel.streams.setCount(i, layer.voxels ? countDrawn(layer, rule) : null);
     });
     histogram.draw();
     const isLate = isFrozen && this.streams.some(({ shown }) => shown?.voxels && shown.voxels.isJudged !== removesOutliers);
@@ -285,7 +303,7 @@ export class StreamsOnScreen {
     this.updateFreshness();
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
-    const nothing = this.nothingDrawn(drawn, all);
+    const nothing = this.nothingDrawn(drawn, kept, all);
     if (nothing) this.status.append(element("span", { class: "figure lost" }, nothing));
     const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
@@ -306,62 +324,10 @@ export class StreamsOnScreen {
   }
 
   /** Why nothing is drawn, where that is by what the user has set. */
-  private nothingDrawn(drawn: number, all: number): string | null {
+  private nothingDrawn(drawn: number, kept: number, all: number): string | null {
     if (drawn > 0) return null;
+    if (kept > 0) return "all voxels are cut off, by their heights";
     if (all > 0) return "all voxels are noise, by threshold or outlier filter";
     return this.streams.every((_, i) => !this.isVisible(i)) ? "all streams are off" : null;
-  }
-
-  private pick(clientX: number, clientY: number): void {
-    const picked = this.scene.pickAt(clientX, clientY, this.store.get().voxelScale);
-    this.select(picked ? { stream: picked.layer, voxel: picked.voxel } : null);
-  }
-
-  /** Finds the voxel that was clicked in the present frame of its stream. */
-  private followSelection(): void {
-    if (!this.selected) return;
-    const { stream, place } = this.selected;
-    const layer = this.scene.layers[stream];
-    const count = (layer?.arrays?.positions.length ?? 0) / 3;
-    for (let i = 0; i < count; ++i) {
-      const there = layer.placeOf(i);
-      if (place.some((value, axis) => Math.abs(there[axis] - value) >= 0.1 * layer.edge)) continue;
-      this.select({ stream, voxel: i });
-      return;
-    }
-    this.details.show([
-      ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
-      ["Stream", views.shortName(this.streams[stream].description.name)],
-      ["Voxel", "not in this frame"],
-    ]);
-  }
-
-  select(selected: { stream: number; voxel: number } | null): void {
-    const layer = selected ? this.scene.layers[selected.stream] : null;
-    if (!selected || !layer?.arrays) {
-      this.selected = null;
-      this.details.show(null);
-      this.scene.select(null);
-      return;
-    }
-    const { arrays, voxels } = layer;
-    const i = selected.voxel;
-    const [x, y, z] = layer.placeOf(i);
-    this.selected = { stream: selected.stream, place: [x, y, z] };
-    const rows: [string, string][] = [
-      ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
-      ["Stream", views.shortName(this.streams[selected.stream].description.name)],
-    ];
-    if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
-    if (arrays.field && voxels?.field === fieldOf(this.store.get().colourBy))
-      rows.push([`Field ${voxels?.field}`, formatValue(arrays.field[i])]);
-    const isCounted = this.streams[selected.stream].description.metadata.intensity_law === "count";
-    if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
-    else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);
-    if (arrays.ages[i] > 0) rows.push(["Seen", `${arrays.ages[i].toFixed(2)} s ago`]);
-    if (isOutlier(arrays, i)) rows.push(["Noise", "by the outlier filter"]);
-    else if (isNoise(layer, i, this.store.get().threshold)) rows.push(["Noise", "below the threshold"]);
-    this.details.show(rows);
-    this.scene.select({ layer: selected.stream, voxel: i });
   }
 }

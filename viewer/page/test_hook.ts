@@ -22,7 +22,7 @@ export interface ViewerHook {
   set(changes: Partial<ViewerState>): void;
   /** Voxels drawn, voxels that are no noise, and all voxels of the streams that are on. */
   counts(): { kept: number; drawn: number; all: number };
-  streams(): { name: string; number: number | null; problem: string | null; voxels: number; past: number }[];
+  streams(): { name: string; colour: number[]; number: number | null; problem: string | null; voxels: number; past: number }[];
   /** Coordinates of the voxels of a stream that are no noise, x, y, z one after the other. */
   positions(stream: number): number[];
   /** Values of the field that the same voxels have with them; null: none. */
@@ -50,6 +50,7 @@ export function publishHook(viewer: HookedPage): void {
     streams: () =>
       viewer.screen.streams.map(({ description, shown }, i) => ({
         name: description.name,
+        colour: viewer.scene.layers[i].mesh.material.uniforms.streamColour.value.toArray(),
         number: shown?.number ?? null,
         problem: shown?.problem ?? null,
         voxels: viewer.scene.layers[i].voxels?.count ?? 0,

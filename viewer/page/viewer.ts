@@ -13,18 +13,24 @@ import { LiveView } from "./live_view";
 import { layOutPage } from "./page_layout";
 import type { PageLayout } from "./page_layout";
 import { ViewerScene } from "./scene/viewer_scene";
+import type { Damage } from "./recordings/frame_places";
+import { AskedSources } from "./sources/asked_sources";
 import { acceptDrops } from "./sources/dropped_files";
 import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
 import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
-import { createStore, fieldOf, trailSeconds } from "./state/viewer_state";
+import { createStore, fieldOf, noCut, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
 import { TimelineView } from "./timeline/timeline_view";
 import type { TimelineActions } from "./timeline/timeline_view";
 import { StreamsOnScreen } from "./streams_on_screen";
+
+function placeOf({ file, offset, message }: Damage): string {
+  return `${file}, byte ${offset}: ${message}`;
+}
 
 /** The page: connects its parts. */
 export class Viewer {
@@ -41,7 +47,8 @@ export class Viewer {
   readonly decoding: DecodingService;
   private readonly linkedView: LinkedView;
   private readonly updateLink: () => void;
-  private hasOpened = false;
+  private readonly asked = new AskedSources();
+  private shown = -1; // number of the source
   readonly banner = new LiveBanner();
   private live: LiveView | null = null;
   private damage: string[] = [];
@@ -63,7 +70,7 @@ export class Viewer {
       exportPicture: () => void exportPicture(this),
       copyLink: () => this.copyLink(),
     });
-    this.details = new VoxelDetails(() => this.screen.select(null));
+    this.details = new VoxelDetails(() => this.screen.selection.clear(), () => this.screen.selection.toggleMeasuring());
     this.layout = layOutPage(this.store,
       { open: () => this.layout.fileInput.click(), toggleTheme: () => this.toggleTheme() },
       { panel: this.panel.root, timeline: this.timeline.root, help: createHelp(this.store),
@@ -84,7 +91,7 @@ export class Viewer {
   start(): void {
     publishHook(this);
     chooseSource().then(
-      (source) => source && this.open(source),
+      (source) => source && this.open(source, false),
       (error: Error) => this.fail(error.message),
     );
   }
@@ -106,7 +113,7 @@ export class Viewer {
       open: () => this.layout.fileInput.click(),
       exportPly: () => exportPly(this),
       exportPicture: () => void exportPicture(this),
-      deselect: () => this.screen.select(null),
+      deselect: () => this.screen.selection.clear(),
     });
     addEventListener("hashchange", () => this.followLink());
     this.layout.canvas.addEventListener("webglcontextlost", () =>
@@ -159,13 +166,39 @@ export class Viewer {
   }
 
   private openFiles(files: readonly File[]): void {
-    forgetLinkedFile();
-    this.open(sourceOfFiles(files));
+    this.open(sourceOfFiles(files), true);
   }
 
-  open(source: Source): void {
-    if (this.hasOpened) this.linkedView.time = null; // it was another recording's
-    this.hasOpened = true;
+  /** What is shown stays until the source has frames. */
+  private open(source: Source, isChosen: boolean): void {
+    const number = this.asked.add({ source, isChosen });
+    this.notices.withdraw("failed");
+    if (this.store.get().source === "none") this.store.set({ source: "opening", name: source.name });
+    this.store.set({ isOpening: true });
+    if (source.kind === "recording") this.decoding.post({ type: "open", source: number, files: source.files });
+    else this.decoding.post({ type: "openLive", source: number });
+  }
+
+  /** The source has nothing to show. */
+  private refuse({ source: number, message, damage }: FromWorker & { type: "refused" }): void {
+    const { name } = this.asked.take(number).source;
+    this.store.set({ isOpening: !this.asked.isEmpty });
+    const title = message.includes(name) ? "This cannot be shown" : `“${name}” cannot be shown`;
+    this.notices.show("failed", "error", title, [message]);
+    if (this.store.get().source !== "opening") return;
+    if (damage.length > 0) this.notices.show("damage", "warning", "The recording is damaged", damage.map(placeOf));
+    if (this.asked.isEmpty) this.store.set({ source: "none", name: "" });
+  }
+
+  private begin(number: number): void {
+    const { source, isChosen } = this.asked.take(number);
+    if (isChosen) forgetLinkedFile();
+    if (number > 0) {
+      // They were another recording's.
+      this.linkedView.time = null;
+      this.store.set(noCut);
+    }
+    this.shown = number;
     this.isTimeChosen = false;
     this.live?.close();
     this.live = null;
@@ -177,15 +210,13 @@ export class Viewer {
     this.screen.clear();
     ++this.request;
     this.store.set({
-      source: "opening", name: source.name, moment: 0, isPlaying: false, isFrozen: false, isConnected: false, hasEnded: false,
+      source: "opening", name: source.name, isOpening: !this.asked.isEmpty, moment: 0, isPlaying: false, isFrozen: false, isConnected: false, hasEnded: false,
       indexedShare: 0, showsPanel: false,
     });
     this.timeline.requestDraw();
-    if (source.kind === "recording") {
-      this.decoding.post({ type: "open", files: source.files });
-      if (source.leftOut.length > 0)
-        this.remark(`Files of frames and .mcap files are different recordings. Left out: ${source.leftOut.join(", ")}.`);
-    } else this.live = new LiveView(source.socket, this);
+    if (source.kind === "live") this.live = new LiveView(source.socket, this);
+    else if (source.leftOut.length > 0)
+      this.remark(`Files of frames and .mcap files are different recordings. Left out: ${source.leftOut.join(", ")}.`);
   }
 
   private fail(message: string): void {
@@ -197,9 +228,8 @@ export class Viewer {
     this.store.set({ isPlaying: false });
     if (isPart) this.store.set({ indexedShare: 1 });
     if (isPart || source === "live") return;
-    if (this.damage.length > 0) this.notices.show("damage", "warning", "The recording is damaged", this.damage);
     this.screen.clear();
-    this.store.set({ source: "none", name: "" });
+    this.store.set({ source: "none", name: "", isOpening: false });
   }
 
   private remark(message: string): void {
@@ -214,7 +244,12 @@ export class Viewer {
   private receive(message: FromWorker): void {
     switch (message.type) {
       case "loaded":
+        break;
       case "opened":
+        this.begin(message.source);
+        break;
+      case "refused":
+        this.refuse(message);
         break;
       case "failed":
         this.fail(message.message);
@@ -231,7 +266,7 @@ export class Viewer {
         if (this.store.get().source === "recording") this.playback.refresh();
         break;
       case "damage":
-        this.damage.push(`${message.damage.file}, byte ${message.damage.offset}: ${message.damage.message}`);
+        this.damage.push(placeOf(message.damage));
         this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
         break;
       case "remark":
@@ -253,10 +288,6 @@ export class Viewer {
         break;
       case "indexed":
         this.store.set({ indexedShare: 1 });
-        if (this.index.moments.length === 0) {
-          this.fail("None of its frames can be read.");
-          break;
-        }
         if (!message.isWhole && this.damage.length === 0)
           this.notices.show("unfinished", "warning", "The file is not complete", ["Its end is missing; all frames before it are shown."]);
         break;
@@ -309,7 +340,7 @@ export class Viewer {
       const number = this.index.frameAt(stream, moment);
       return number >= 0 ? [{ stream, number }] : [];
     });
-    this.decoding.post({ type: "show", request: ++this.request, frames });
+    this.decoding.post({ type: "show", source: this.shown, request: ++this.request, frames });
   }
 
   /** Once, the camera and the time of the link that the page was opened with. */

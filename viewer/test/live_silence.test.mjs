@@ -59,6 +59,20 @@ test("a stream that stops is told beside it and over the scene, and so are all o
   await finish();
 });
 
+test("a wrong file that is opened leaves the live source as it is", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  const stop = repeatFirst(server, frames, [0, 1]);
+  await untilBadge(viewer, "Live");
+  await viewer.setInputFiles("input[type=file]", { name: "a.txt", mimeType: "text/plain", buffer: Buffer.from("no recording") });
+  await viewer.notice("error").filter({ hasText: "a.txt" }).waitFor();
+  const numberThen = await viewer.ask(() => window.pclExtViewer.streams()[0].number);
+  await viewer.until((before) => window.pclExtViewer.streams()[0].number > before + 1, numberThen);
+  await untilBadge(viewer, "Live");
+  assert.equal(await viewer.title(), "robot cell – pcl_ext viewer");
+  stop();
+  await finish();
+});
+
 test("a page that comes late knows how old the frames are that it gets", async () => {
   const { server, viewer, finish } = await liveViewer();
   server.sendText({ type: "state", problem: "", ages_ms: [3_700_000, 65_000] });

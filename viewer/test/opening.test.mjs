@@ -7,7 +7,7 @@ import { after, before, test } from "node:test";
 
 import { drawnVoxels, openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
 import { rewritten } from "./support/changed_recordings.mjs";
-import { cellRecording, frameFile, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
+import { cellRecording, cloudRecording, frameFile, pagePath, pathInFolder } from "./support/fixtures.mjs";
 import { serveFiles } from "./support/servers.mjs";
 
 before(startBrowser);
@@ -144,6 +144,40 @@ test("files that are no recording are told in words, and the page goes on", asyn
   await viewer.finish();
 });
 
+test("a wrong file keeps what was open, which goes on, and a right one takes its place", async () => {
+  const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) });
+  const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });
+  await untilDrawn(viewer);
+  await untilIndexed(viewer);
+  await seek(viewer, 5);
+  const expected = await drawnVoxels(viewer, 1);
+  const otherClouds = pathInFolder("refused.mcap");
+  writeFileSync(otherClouds, await rewritten(recording, { changeFormat: "cloudin" }));
+  for (const [name, bytes] of [
+    ["notes.txt", Buffer.from("Only notes. ".repeat(1000))],
+    ["refused.mcap", readFileSync(otherClouds)],
+    ["cut.mcap", readFileSync(recording).subarray(0, 60)],
+  ]) {
+    await viewer.setInputFiles("input[type=file]", { name, mimeType: "application/octet-stream", buffer: bytes });
+    await viewer.notice("error").filter({ hasText: name }).waitFor();
+    assert.equal(await viewer.title(), "cell.mcap – pcl_ext viewer");
+    assert.deepEqual(await drawnVoxels(viewer, 1), expected);
+    assert.equal(await viewer.ask(() => window.pclExtViewer.state().moment), 5);
+    assert.match(viewer.url(), /file=cell\.mcap/);
+    await seek(viewer, 9);
+    assert.notDeepEqual(await drawnVoxels(viewer, 1), expected);
+    await seek(viewer, 5);
+    assert.deepEqual(await drawnVoxels(viewer, 1), expected);
+  }
+  assert.equal(await viewer.locator(".is-opening").count(), 0);
+  await openFiles(viewer, frameFile());
+  assert.equal((await viewer.ask(() => window.pclExtViewer.streams())).length, 1);
+  assert.equal(await viewer.notice("error").count(), 0);
+  assert.doesNotMatch(viewer.url(), /file=/);
+  await viewer.finish();
+  await server.close();
+});
+
 test("a link keeps threshold, colour, time and camera", async () => {
   const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) });
   const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });
@@ -214,22 +248,12 @@ test("a file that is opened while another one is read gets nothing of that", asy
   await viewer.finish();
 });
 
-/** A recording of one cloud: points as texts. */
-function recordingOf(name, points, ...options) {
-  const cloud = pathInFolder(`${name}.pcd`);
-  const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
-  writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
-  const path = pathInFolder(`${name}.mcap`);
-  pclExt("encode", cloud, "-o", path, "--overwrite", "-q", ...options);
-  return path;
-}
-
 test("one voxel, and voxels that are thousands of kilometres apart, are in the view", async () => {
   const viewer = await openViewer();
   for (const [path, size] of [
     [recording, 10],
-    [recordingOf("one", ["1 2 3"]), 1],
-    [recordingOf("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
+    [cloudRecording("one", ["1 2 3"]), 1],
+    [cloudRecording("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
   ]) {
     await openFiles(viewer, [path]);
     const [x, y, z, ...target] = await viewer.ask(() => window.pclExtViewer.camera());

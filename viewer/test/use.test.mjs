@@ -34,6 +34,34 @@ test("on a phone nothing is wider than the screen, and all controls can be reach
   await page.finish();
 });
 
+for (const [where, options] of [["a desk", { viewport: { width: 1440, height: 900 } }], ["a phone", phone]])
+  test(`on ${where} the panel names the settings that lie below its edge, until they are reached`, async () => {
+    const page = await openViewer(options);
+    await openFiles(page, cellRecording(20, 6));
+    if (where === "a phone") await page.getByRole("button", { name: "Settings" }).tap();
+    const more = page.getByRole("button", { name: "More below" });
+    await more.waitFor();
+    assert.match(await more.innerText(), /Keep/i);
+    const box = await more.boundingBox();
+    const panel = await page.locator(".panel").boundingBox();
+    assert.ok(Math.abs(box.y + box.height - panel.y - panel.height) < 1, "at the panel's edge");
+    for (let i = 0; i < 5 && (await more.count()) > 0; ++i) {
+      await more.click();
+      await page.waitForTimeout(700);
+    }
+    assert.equal(await more.count(), 0);
+    const last = await page.getByRole("button", { name: "Copy link" }).boundingBox();
+    assert.ok(last.y + last.height <= panel.y + panel.height);
+    await page.finish();
+  });
+
+test("where all settings are in sight the panel has no such sign", async () => {
+  const page = await openViewer({ viewport: { width: 1440, height: 1200 } });
+  await openFiles(page, cellRecording());
+  assert.equal(await page.getByRole("button", { name: "More below" }).count(), 0);
+  await page.finish();
+});
+
 test("all of it works by keyboard, with the focus visible", async () => {
   const page = await openViewer();
   await openFiles(page, cellRecording());

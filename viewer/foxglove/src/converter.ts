@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { faultOf, type CompressedCloud, type PointCloud } from "./messages";
+import { cloudOf, faultOf, type CompressedCloud, type PointCloud } from "./messages";
 import { RecentClouds } from "./recent_clouds";
 import { TopicDecoder, type Decoded } from "./topic_decoder";
 
@@ -10,7 +10,8 @@ const mostNames = 1000;
 
 /** The fourth argument of a converter in Lichtblick; Foxglove has none. */
 export interface ConverterContext {
-  emitAlert(alert: { severity: "warn"; message: string }, id: string): void;
+  /** Takes the place of the one with the same id. */
+  emitAlert(alert: { severity: "warn" | "info"; message: string; tip?: string }, id: string): void;
 }
 
 /** Converts the messages of all topics. */
@@ -22,11 +23,14 @@ export class Converter {
   private readonly leftOut = new Set<string>();
   /** Topics with the kinds of their problems. */
   private readonly told = new Set<string>();
+  /** Topics that wait for an I-frame, as was told. */
+  private readonly waiting = new Set<string>();
 
   /** @param module the codec's, which the topics share */
   constructor(private readonly module: WebAssembly.Module) {}
 
-  /** The cloud; undefined, which shows nothing, if there is none.
+  /** The cloud. Of a frame that cannot be decoded it is the last one of the topic, with its own time, as applications
+   * clear the scene when the user seeks; undefined, which shows nothing, if there is none.
    * @param message what the application read as a CompressedPointCloud2, of which nothing is certain
    */
   convert(message: unknown, topic: string, context?: ConverterContext): PointCloud | undefined {
@@ -38,16 +42,36 @@ export class Converter {
     }
     if (this.leftOut.has(topic))
       tell("LeftOut", `${mostTopics} topics are kept at most; of this one there is nothing until its next I-frame`);
-    const { header, compressed_data: bytes } = message as CompressedCloud;
-    const { points, problem } = this.decode(bytes, topic);
-    // After a seek there is nothing to tell.
-    if (problem && problem.code !== "MissingReference" && problem.code !== "OldFrame") tell(problem.code, problem.message);
-    return points ? { timestamp: header.stamp, frame_id: header.frame_id, ...points } : undefined;
+    const { points, problem } = this.decode(message as CompressedCloud, topic);
+    const last = points ? null : (this.decoders.get(topic)?.last() ?? null);
+    const isWaiting = problem?.code === "MissingReference" || problem?.code === "OldFrame";
+    if (isWaiting) this.tellWaiting(topic, last !== null, context);
+    else if (problem) tell(problem.code, problem.message);
+    if (!points) return last ?? undefined;
+    this.tellShown(topic, context);
+    return cloudOf((message as CompressedCloud).header, points);
   }
 
-  private decode(bytes: Uint8Array, topic: string): Decoded {
+  /** Tells once that frames depend on others that the application has not given. */
+  private tellWaiting(topic: string, hasLast: boolean, context?: ConverterContext): void {
+    if (this.waiting.has(topic)) return;
+    addName(this.waiting, topic);
+    const until = hasLast ? "the last cloud is shown, with its own time" : "there is nothing to show";
+    const message = `${topic}: waiting for an I-frame; until then ${until}`;
+    const tip = "After a seek a topic begins again with its next I-frame. Play on, or record I-frames more often.";
+    if (context?.emitAlert) context.emitAlert({ severity: "warn", message, tip }, waitingId(topic));
+    else this.tell(topic, "Waiting", message.slice(topic.length + 2));
+  }
+
+  /** Takes back that the topic waits, as far as applications let a converter do so. */
+  private tellShown(topic: string, context?: ConverterContext): void {
+    if (!this.waiting.delete(topic)) return;
+    context?.emitAlert?.({ severity: "info", message: `${topic}: no longer waiting, its clouds are shown again` }, waitingId(topic));
+  }
+
+  private decode(message: CompressedCloud, topic: string): Decoded {
     try {
-      return this.decoderOf(topic).decode(bytes);
+      return this.decoderOf(topic).decode(message);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       return { points: null, problem: { code: "OutOfMemory", message: "out of memory" } };
@@ -81,6 +105,10 @@ export class Converter {
     if (context?.emitAlert) context.emitAlert({ severity: "warn", message }, id);
     else console.warn(message);
   }
+}
+
+function waitingId(topic: string): string {
+  return `${topic} Waiting`;
 }
 
 /** Adds a name to some, of which the oldest is forgotten if they become too many. */

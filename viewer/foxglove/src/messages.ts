@@ -2,10 +2,15 @@
 
 /** What the converter reads of a point_cloud_interfaces/msg/CompressedPointCloud2. */
 export interface CompressedCloud {
-  readonly header: { readonly stamp: Time; readonly frame_id: string };
+  readonly header: Header;
   /** One frame. */
   readonly compressed_data: Uint8Array;
   readonly format: string;
+}
+
+export interface Header {
+  readonly stamp: Time;
+  readonly frame_id: string;
 }
 
 /** Why a message cannot be decoded, or null. The decoder would take another type than bytes for a failure of its own,
@@ -39,6 +44,10 @@ export interface Time {
 export interface PointCloud extends PackedPoints {
   timestamp: Time;
   frame_id: string;
+}
+
+export function cloudOf({ stamp, frame_id }: Header, points: PackedPoints): PointCloud {
+  return { timestamp: stamp, frame_id, ...points };
 }
 
 /** The part of it that a frame determines. */

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import type { PackedPoints } from "./messages";
+import { cloudOf, type Header, type PackedPoints, type PointCloud } from "./messages";
 
 const mostOfTopic = 8;
 const mostBytes = 2 ** 28;
@@ -9,6 +9,8 @@ interface RecentCloud {
   readonly owner: object;
   readonly frame: Uint8Array;
   readonly points: PackedPoints;
+  /** Of its message when it was decoded. */
+  readonly header: Header;
   /** Of frame and points when they were decoded. */
   readonly bytes: number;
 }
@@ -23,15 +25,20 @@ export class RecentClouds {
   find(owner: object, frame: Uint8Array): PackedPoints | null {
     const found = this.clouds.find((cloud) => cloud.owner === owner && areEqual(cloud.frame, frame));
     if (!found) return null;
-    if (found.frame.length + found.points.data.length === found.bytes) return found.points;
-    // A consumer transferred the data to another thread.
-    this.clouds = this.clouds.filter((cloud) => cloud !== found);
+    if (isWhole(found)) return found.points;
+    this.drop(found);
     return null;
   }
 
-  remember(owner: object, frame: Uint8Array, points: PackedPoints): void {
+  /** The cloud that was decoded last of an owner, with the time that it had. */
+  last(owner: object): PointCloud | null {
+    const found = this.clouds.filter((cloud) => cloud.owner === owner).pop();
+    return found && isWhole(found) ? cloudOf(found.header, found.points) : null;
+  }
+
+  remember(owner: object, frame: Uint8Array, points: PackedPoints, header: Header): void {
     // A copy, as the bytes may be part of a much larger chunk of the recording.
-    this.clouds.push({ owner, frame: frame.slice(), points, bytes: frame.length + points.data.length });
+    this.clouds.push({ owner, frame: frame.slice(), points, header, bytes: frame.length + points.data.length });
     const ofOwner = this.clouds.filter((cloud) => cloud.owner === owner);
     if (ofOwner.length > mostOfTopic) this.drop(ofOwner[0]);
     while (this.clouds.reduce((sum, { bytes }) => sum + bytes, 0) > mostBytes) this.drop(this.oldestOfLargestOwner());
@@ -52,6 +59,11 @@ export class RecentClouds {
     const most = Math.max(...bytesOf.values());
     return this.clouds.find(({ owner }) => bytesOf.get(owner) === most);
   }
+}
+
+/** False if a consumer transferred the data to another thread. */
+function isWhole({ frame, points, bytes }: RecentCloud): boolean {
+  return frame.length + points.data.length === bytes;
 }
 
 function areEqual(a: Uint8Array, b: Uint8Array): boolean {

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { Codec, type Decoder, type StatusCode, type Voxels } from "@pcl_ext/codec";
 
-import type { PackedPoints } from "./messages";
+import type { CompressedCloud, PackedPoints, PointCloud } from "./messages";
 import { packPoints } from "./packed_points";
 import type { RecentClouds } from "./recent_clouds";
 
@@ -38,7 +38,7 @@ export class TopicDecoder {
   }
 
   /** @throws RangeError if there is no memory for the points */
-  decode(bytes: Uint8Array): Decoded {
+  decode({ compressed_data: bytes, header }: CompressedCloud): Decoded {
     const known = this.recent.find(this, bytes);
     if (known) return { points: known, problem: null };
     const { status, description } = this.codec.describeFrame(bytes);
@@ -54,8 +54,13 @@ export class TopicDecoder {
     if (!result.voxels) return { points: null, problem: result.status };
     const points = packPoints(result.voxels, this.decoder);
     if (!points) return { points: null, problem: { code: "OutOfMemory", message: "out of memory" } };
-    this.recent.remember(this, bytes, points);
+    this.recent.remember(this, bytes, points, header);
     return { points, problem: furtherBytes(bytes, result.voxels) };
+  }
+
+  /** The cloud that was decoded last, with its own time. */
+  last(): PointCloud | null {
+    return this.recent.last(this);
   }
 }
 

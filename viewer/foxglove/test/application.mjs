@@ -23,6 +23,11 @@ export function startApplication() {
   return {
     converters,
     alerts,
+    /** What a panel gets of a message, if that is the message's own cloud, and not an older one that is kept. */
+    convertNew(topic, message, schemaName) {
+      const cloud = this.convert(topic, message, schemaName);
+      return isDeepStrictEqual(cloud?.timestamp, message.header.stamp) ? cloud : undefined;
+    },
     /** What a panel gets of a message. */
     convert(topic, message, schemaName = ros2Name) {
       const event = { topic, schemaName, receiveTime: { sec: 0, nsec: 0 }, message, sizeInBytes: 0 };
@@ -32,7 +37,10 @@ export function startApplication() {
   };
 }
 
-export function messageOf(frame, { sec = 1, nsec = 2, frameId = "map", format = "pcl_ext/version1" } = {}) {
+let messages = 0;
+
+/** Each has a time of its own, unless it is given. */
+export function messageOf(frame, { sec = 1, nsec = ++messages, frameId = "map", format = "pcl_ext/version1" } = {}) {
   return Object.freeze({ header: { stamp: { sec, nsec }, frame_id: frameId }, compressed_data: frame, format });
 }
 

@@ -83,7 +83,7 @@ test("without memory for another topic it shows nothing and is told, the others 
 test("of 100 topics the last 32 are kept, the others begin again with their next I-frame", async (t) => {
   const memories = watchMemories(t);
   const application = startApplication();
-  const show = (topic, i) => application.convert(`/${topic}`, messageOf(frames[i]));
+  const show = (topic, i) => application.convertNew(`/${topic}`, messageOf(frames[i]));
   for (let topic = 0; topic < 100; ++topic) {
     assert.ok(show(topic, 0));
     assert.ok(isSame(show(0, topic % 6), voxels[topic % 6])); // used again, so that it is kept
@@ -95,7 +95,9 @@ test("of 100 topics the last 32 are kept, the others begin again with their next
   assert.equal(isIFrame.indexOf(true, 1), 6);
   assert.deepEqual([1, 5, 6, 7].map((i) => show(68, i) !== undefined), [false, false, true, true]);
   assert.deepEqual(application.alerts.map(({ message }) => message),
-    ["/68: 32 topics are kept at most; of this one there is nothing until its next I-frame"]);
+    ["/68: 32 topics are kept at most; of this one there is nothing until its next I-frame",
+      "/68: waiting for an I-frame; until then there is nothing to show",
+      "/68: no longer waiting, its clouds are shown again"]);
 });
 
 test("the clouds that are kept have 256 MiB at most, and those of topics with small ones stay", async () => {

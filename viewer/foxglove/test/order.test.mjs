@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** Whatever order messages come in, a cloud that is shown is that of its message. */
+/** Whatever order messages come in, a cloud that is shown is that of its message, or the last one with its own time. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -19,6 +19,11 @@ class Expectation {
     this.stream = stream;
   }
 
+  /** The frame that was decoded last, which is kept while others are not shown; -1: none. */
+  get last() {
+    return this.#last;
+  }
+
   isShown(i) {
     if (this.#recent.includes(i)) return true;
     if (!this.stream.isIFrame[i] && this.#last !== i - 1) return false;
@@ -28,13 +33,16 @@ class Expectation {
   }
 }
 
-/** Checks what an application shows of a frame. */
+/** Checks what an application shows of a frame: its cloud, or the last one with the time and frame_id that that one had. */
 function check(application, topic, expectation, i) {
   const { frames, voxels } = expectation.stream;
-  const cloud = application.convert(topic, messageOf(frames[i]));
+  const cloud = application.convert(topic, messageOf(frames[i], { sec: i, nsec: 7, frameId: `frame_${i}` }));
   const isShown = expectation.isShown(i);
-  assert.equal(cloud !== undefined, isShown, `frame ${i} of ${topic}`);
-  if (isShown) assert.ok(isSame(cloud, voxels[i]), `frame ${i} of ${topic}`);
+  const shown = isShown ? i : expectation.last;
+  assert.equal(cloud !== undefined, shown >= 0, `frame ${i} of ${topic}`);
+  if (shown < 0) return isShown;
+  assert.deepEqual([cloud.timestamp, cloud.frame_id], [{ sec: shown, nsec: 7 }, `frame_${shown}`]);
+  assert.ok(isSame(cloud, voxels[shown]), `frame ${i} of ${topic}`);
   return isShown;
 }
 
@@ -54,19 +62,49 @@ for (const schemaName of [ros2Name, ros1Name])
     assert.deepEqual(application.alerts, []);
   });
 
-test("200 random seeks: nothing until the next I-frame, then all", () => {
+test("200 random seeks: the last cloud until the next I-frame, which is told once, then all", () => {
   const application = startApplication();
   const expectation = new Expectation(first);
   const random = randomNumbers(1);
   let shown = 0;
   let hidden = 0;
+  let isWaiting = false;
+  const expected = []; // severities of the alerts
   for (let seek = 0; seek < 200; ++seek) {
     const begin = random(first.frames.length);
     const end = Math.min(first.frames.length, begin + 1 + random(20));
-    for (let i = begin; i < end; ++i) check(application, "/points", expectation, i) ? ++shown : ++hidden;
+    for (let i = begin; i < end; ++i) {
+      const isShown = check(application, "/points", expectation, i);
+      isShown ? ++shown : ++hidden;
+      // One alert for each gap, which takes the place of that of the gap before, and one when the gap is over.
+      if (isShown === isWaiting) expected.push(isShown ? "info" : "warn");
+      isWaiting = !isShown;
+      assert.equal(application.alerts.length, expected.length, `frame ${i} after seek ${seek}`);
+    }
   }
   assert.ok(shown > 500 && hidden > 500, `${shown} shown, ${hidden} not`);
-  assert.deepEqual(application.alerts, []);
+  assert.deepEqual(application.alerts.map(({ severity }) => severity), expected);
+  assert.equal(new Set(application.alerts.map(({ id }) => id)).size, 1);
+  assert.match(application.alerts.find(({ severity }) => severity === "warn").message, /^\/points: waiting for an I-frame/);
+});
+
+test("a seek into a recording of which nothing was shown is told, too", () => {
+  const application = startApplication();
+  assert.equal(application.convert("/points", messageOf(first.frames[30])), undefined);
+  assert.equal(application.convert("/points", messageOf(first.frames[31])), undefined);
+  assert.deepEqual(application.alerts.map(({ message }) => message),
+    ["/points: waiting for an I-frame; until then there is nothing to show"]);
+});
+
+test("where applications have no alerts, the console is told once of each topic", (t) => {
+  const warn = t.mock.method(console, "warn", () => undefined);
+  const { converters } = startApplication();
+  for (const i of [0, 30, 48, 5, 12, 40]) {
+    const message = messageOf(first.frames[i]);
+    assert.ok(converters[0].converter(message, { topic: "/points", message }));
+  }
+  assert.equal(warn.mock.calls.length, 1);
+  assert.match(warn.mock.calls[0].arguments[0], /^\/points: waiting for an I-frame; until then the last cloud is shown/);
 });
 
 test("several panels convert the same messages, one after the other", () => {
@@ -91,7 +129,7 @@ test("a cloud whose bytes a panel transferred is decoded again, or not shown, bu
   for (const i of [0, 1, 2]) transfer(application.convert("/points", messageOf(frames[i])));
   assert.equal(application.convert("/points", messageOf(frames[2])), undefined);
   for (const i of [0, 1, 2, 3]) assert.ok(isSame(application.convert("/points", messageOf(frames[i])), voxels[i]));
-  assert.deepEqual(application.alerts, []);
+  assert.deepEqual(application.alerts.map(({ severity }) => severity), ["warn", "info"]);
 });
 
 test("a consumer that reads ahead while another one plays", () => {
@@ -122,7 +160,7 @@ function showMixed(streams, order) {
   const application = startApplication();
   const counts = { shown: 0, hidden: 0 };
   for (const [stream, i] of order) {
-    const cloud = application.convert("/points", messageOf(streams[stream].frames[i]));
+    const cloud = application.convertNew("/points", messageOf(streams[stream].frames[i]));
     ++counts[cloud ? "shown" : "hidden"];
     if (cloud) assert.ok(isSame(cloud, streams[stream].voxels[i]), `frame ${i} of stream ${stream}`);
   }
@@ -165,7 +203,7 @@ test("of the published layout, whose P-frames name no reference, I-frames alone"
   const [path] = cellStreams("published", 1, 20, "--format", "published", "--i-frame-rate", 5);
   const { frames, isIFrame, voxels } = streamOf(path);
   for (const [i, frame] of frames.entries()) {
-    const cloud = application.convert("/points", messageOf(frame, { format: "pcl_ext/published" }));
+    const cloud = application.convertNew("/points", messageOf(frame, { format: "pcl_ext/published" }));
     assert.equal(cloud !== undefined, isIFrame[i]);
     if (cloud) assert.ok(isSame(cloud, voxels[i]));
   }

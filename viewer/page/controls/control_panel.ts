@@ -1,10 +1,13 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import type { GuessedUp } from "../guessed_up";
 import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
-import { fieldOf, trailSeconds, voxelScales } from "../state/viewer_state";
+import { fieldOf, noCut, trailSeconds, voxelScales } from "../state/viewer_state";
+import { CutControl } from "./cut_control";
 import { button, choice, element, section, toggle } from "./dom";
+import { createMoreBelow } from "./more_below";
 import { formatInRange, formatNumber } from "./number_format";
 import { StreamsList } from "./streams_list";
 import { ThresholdControl } from "./threshold_control";
@@ -24,6 +27,8 @@ const colourNames: Record<Exclude<ColourBy, `field:${string}`>, string> = {
   recorded: "Recorded colour",
 };
 
+const upNames: Record<ViewerState["up"], string> = { auto: "Auto", z: "z", "-z": "−z", y: "y", "-y": "−y" };
+
 /** All settings of what is drawn. */
 export class ControlPanel {
   readonly root = element("aside", { class: "panel", id: "panel", "aria-label": "Settings" });
@@ -31,6 +36,8 @@ export class ControlPanel {
   readonly streams: StreamsList;
   private readonly colourBy = element("select", { "aria-label": "Colour by" });
   private fields: readonly string[] = []; // that streams have
+  private readonly cut: CutControl;
+  private readonly up = element("select", { "aria-label": "Up" });
   private readonly legendBar = element("div", { class: "legend-bar" });
   private readonly legendTicks = element("div", { class: "ticks" });
   private readonly removed = element("p", { class: "hint", "aria-live": "off" });
@@ -44,10 +51,12 @@ export class ControlPanel {
     private readonly store: ViewerStore,
     private readonly actions: PanelActions,
   ) {
+    this.cut = new CutControl(store);
     this.threshold = new ThresholdControl((threshold) => store.set({ threshold }));
     this.streams = new StreamsList(store);
     this.root.append(this.colourSection(), this.noiseSection(), section("Streams", this.streams.root),
       this.viewSection(), this.exportSection());
+    this.root.append(createMoreBelow(this.root));
     store.subscribe((changed) => {
       const state = store.get();
       for (const update of this.updaters) update(state);
@@ -95,11 +104,17 @@ export class ControlPanel {
       size.value = String(state.voxelScale);
       sizeText.textContent = `${Math.round(100 * state.voxelScale)} %`;
     });
+    for (const [value, name] of Object.entries(upNames)) this.up.append(element("option", { value }, name));
+    this.up.addEventListener("change", () => this.store.set({ up: this.up.value as ViewerState["up"], ...noCut }));
+    this.updaters.push((state) => void (this.up.value = state.up));
+    this.updaters.push((state) => this.cut.show(state));
     const views = element("div", { class: "buttons" });
     for (const [direction, label] of [["oblique", "Fit"], ["top", "Top"], ["front", "Front"], ["side", "Side"]] as const)
       views.append(button(label, null, () => this.actions.fit(direction)));
     return section("View", shape.row,
       element("label", { class: "row" }, element("span", {}, "Voxel size"), size, sizeText),
+      element("label", { class: "row" }, element("span", {}, "Up"), this.up),
+      ...this.cut.rows,
       element("div", { class: "toggles" }, ...toggles), views);
   }
 
@@ -159,8 +174,14 @@ export class ControlPanel {
     if (fieldOf(this.store.get().colourBy) !== null) this.showLegend();
   }
 
+  setGuessedUp({ up, reason }: GuessedUp): void {
+    this.up.options[0].text = `${upNames[up]}, ${reason}`;
+    this.up.title = this.up.options[0].text;
+  }
+
   setHeights(heights: [number, number]): void {
     this.heights = heights;
+    this.cut.setHeights(heights);
     this.showLegend();
   }
 

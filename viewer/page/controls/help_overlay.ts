@@ -18,7 +18,8 @@ const groups: [string, [string, string][]][] = [
     ["C", "cubes, points"],
   ]],
   ["View", [
-    ["F", "fit all voxels into the view"],
+    ["Click", "mark a voxel; Shift + click another one: the distance"],
+    ["F", "fit the voxels into the view, but for the farthest 2 %"],
     ["W A S D", "turn"],
     ["+ −", "zoom"],
     ["G", "floor grid on, off"],

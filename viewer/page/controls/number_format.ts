@@ -59,9 +59,12 @@ export function formatMetres(metres: number): string {
   return `${metres.toFixed(3)} m`;
 }
 
-/** The date of a time, if it is one: simulated clocks begin at 0. */
-export function formatDate(startNanoseconds: bigint, seconds: number): string | null {
-  const ms = Number(startNanoseconds / 1_000_000n) + 1000 * seconds;
+/** Date and time of day, if a time has them: simulated clocks begin at 0. */
+export function formatDate(startNanoseconds: bigint, seconds: number, clock: "utc" | "local"): [string, string] | null {
+  const ms = Number(startNanoseconds / 1000n) / 1000 + 1000 * seconds;
   if (ms < 1e11 || ms > 8e15) return null;
-  return new Date(ms).toISOString().replace("T", " ").replace("Z", " UTC");
+  const minutes = clock === "utc" ? 0 : -new Date(ms).getTimezoneOffset();
+  const [day, time] = new Date(Math.round(ms) + 60_000 * minutes).toISOString().replace("Z", "").split("T");
+  const ahead = new Date(60_000 * Math.abs(minutes)).toISOString().slice(11, 16);
+  return [day, `${time} ${clock === "utc" ? "UTC" : `${minutes < 0 ? "−" : "+"}${ahead}`}`];
 }

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { cssColour, streamColour } from "../scene/colour_maps";
+import { cssColour } from "../scene/colour_maps";
+import type { Rgb } from "../scene/colour_maps";
 import type { ViewerStore } from "../state/viewer_state";
+import { compareNames } from "../stream_names";
 import { element } from "./dom";
 import { formatCount, formatSilence, formatTenths } from "./number_format";
 
@@ -12,10 +14,10 @@ interface StreamRow {
   note: HTMLElement;
 }
 
-/** The streams with their colours, each to be switched on and off. */
+/** The streams by name with their colours, each to be switched on and off. */
 export class StreamsList {
   readonly root = element("ul", { class: "streams" });
-  private rows: StreamRow[] = [];
+  private rows: StreamRow[] = []; // of the streams in their own order
   private names: string[] = [];
 
   constructor(private readonly store: ViewerStore) {
@@ -24,13 +26,13 @@ export class StreamsList {
     });
   }
 
-  setStreams(names: readonly string[]): void {
+  setStreams(names: readonly string[], colours: readonly Rgb[]): void {
     this.names = [...names];
     this.rows = names.map((name, stream) => {
       const input = element("input", { type: "checkbox" });
       input.addEventListener("change", () => this.setVisible(name, input.checked));
       const swatch = element("span", { class: "swatch", "aria-hidden": "true" });
-      swatch.style.background = cssColour(streamColour(stream));
+      swatch.style.background = cssColour(colours[stream]);
       const age = element("span", { class: "age", title: "Since its last frame" });
       const count = element("span", { class: "count" });
       const note = element("span", { class: "stream-note" });
@@ -38,7 +40,8 @@ export class StreamsList {
       const row = element("li", {}, element("label", {}, input, swatch, label, age, count), note);
       return { row, input, age, count, note };
     });
-    this.root.replaceChildren(...this.rows.map(({ row }) => row));
+    const order = names.map((_, i) => i).sort((a, b) => compareNames(names[a], names[b]));
+    this.root.replaceChildren(...order.map((stream) => this.rows[stream].row));
     this.showHidden();
   }
 

@@ -8,9 +8,6 @@ export class DecodingService {
   private thread: DecodingThread | null = null;
   /** What was sent before the worker answered, for the case that it never does. */
   private unanswered: ToWorker[] | null = [];
-  private hasLoaded = false;
-  /** Sources that the other side does not know of yet: until then it tells of those before. */
-  private unopened = 0;
 
   constructor(workerCode: string, wasm: ArrayBuffer, private readonly onMessage: (message: FromWorker) => void) {
     this.worker = DecodingService.startWorker(workerCode);
@@ -32,7 +29,7 @@ export class DecodingService {
   private listen(worker: Worker): void {
     worker.onmessage = (event: MessageEvent<FromWorker>) => {
       this.unanswered = null;
-      this.receive(event.data);
+      this.onMessage(event.data);
     };
     worker.onerror = (event) => {
       event.preventDefault();
@@ -45,20 +42,12 @@ export class DecodingService {
   private decodeHere(): void {
     this.worker = null;
     // Answers come later, as those of a worker do.
-    this.thread = new DecodingThread((message) => setTimeout(() => this.receive(message), 0));
+    this.thread = new DecodingThread((message) => setTimeout(() => this.onMessage(message), 0));
     for (const message of this.unanswered?.splice(0) ?? []) this.thread.receive(message);
     this.unanswered = null;
   }
 
-  private receive(message: FromWorker): void {
-    if (message.type === "loaded") this.hasLoaded = true;
-    if (message.type === "opened") --this.unopened;
-    // Before it has loaded, a failure is that of the decoder itself.
-    else if (this.unopened === 0 || !this.hasLoaded) this.onMessage(message);
-  }
-
   post(message: ToWorker, transfer: Transferable[] = []): void {
-    if (message.type === "open" || message.type === "openLive") ++this.unopened;
     if (this.thread) this.thread.receive(message);
     else {
       this.worker?.postMessage(message, this.unanswered ? [] : transfer);

@@ -32,13 +32,14 @@ export interface DecodingSettings {
 
 export type ToWorker =
   | { type: "load"; wasm: ArrayBuffer }
-  | { type: "open"; files: OpenFile[] }
-  | { type: "openLive" }
+  /** `source`: the page's number for it. What was open stays until it has frames. */
+  | { type: "open"; source: number; files: OpenFile[] }
+  | { type: "openLive"; source: number }
   | { type: "liveStreams"; streams: { id: number; name: string; metadata: Record<string, string> }[] }
   /** `at`: when it came, which its liveShown tells again. */
   | { type: "liveFrame"; message: ArrayBuffer; at: number }
   | { type: "settings"; settings: DecodingSettings }
-  | { type: "show"; request: number; frames: WantedFrame[] }
+  | { type: "show"; source: number; request: number; frames: WantedFrame[] }
   | { type: "recycle"; buffer: ArrayBuffer };
 
 /** Frames of a recording as they are indexed; one entry of each array for a frame. */
@@ -93,8 +94,10 @@ export type FrameFailure = "Damaged" | "TooLarge";
 
 export type FromWorker =
   | { type: "loaded" }
-  /** What follows is of the source that was opened last. */
-  | { type: "opened" }
+  /** What follows is of this source. */
+  | { type: "opened"; source: number }
+  /** This one has nothing to show: what was open stays. */
+  | { type: "refused"; source: number; message: string; damage: Damage[] }
   | { type: "failed"; message: string }
   | { type: "streams"; streams: StreamDescription[] }
   | { type: "frames"; startTime: bigint; batch: FrameBatch; hasTimes: boolean }

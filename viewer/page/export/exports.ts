@@ -2,7 +2,7 @@
 import type { Notices } from "../controls/notices";
 import type { ViewerScene } from "../scene/viewer_scene";
 import type { ViewerStore } from "../state/viewer_state";
-import { shortName } from "../stream_views";
+import { shortName } from "../stream_names";
 import type { StreamsOnScreen } from "../streams_on_screen";
 import { plyOf } from "./ply_file";
 import { saveFile } from "./save_file";
@@ -31,11 +31,11 @@ export function exportPly(viewer: ExportedParts): void {
   // What the voxels are, which the switch is not yet while frames are decoded again.
   const isJudged = layers.some(({ layer }) => layer.voxels?.isJudged);
   const comment = `${name}, threshold ${threshold}, outliers ${isJudged ? "removed" : "kept"}`;
-  const file = plyOf(layers, threshold, comment);
+  const file = plyOf(layers, { ...viewer.scene.rule(), hidesNoise: true }, comment);
   if (file) saveFile(file, fileName(viewer, ".ply"));
   else
     viewer.notices.show("ply", "info", "There are no voxels to save",
-      ["No stream that is on has a voxel here that is no noise, by threshold and outlier filter."]);
+      ["No stream that is on has a voxel here that is drawn and no noise, by threshold, outlier filter and cuts."]);
 }
 
 export async function exportPicture(viewer: ExportedParts): Promise<void> {

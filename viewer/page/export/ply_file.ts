@@ -1,5 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { isNoise } from "../scene/drawn_voxels";
+import { isDrawn } from "../scene/drawn_voxels";
+import type { DrawingRule } from "../scene/drawn_voxels";
 import type { VoxelLayer } from "../scene/voxel_layer";
 
 /** A stream's voxels with its number in the file. */
@@ -13,13 +14,13 @@ function inOneLine(text: string): string {
   return text.replaceAll(/[\r\n]/g, " ");
 }
 
-/** A binary PLY file of the voxels that are no noise; null if there is none. Of each its centre, intensity and stream,
+/** A binary PLY file of the voxels that are drawn; null if there is none. Of each its centre, intensity and stream,
  * and points and colour where they are known. */
-export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob | null {
+export function plyOf(layers: readonly ExportedLayer[], rule: DrawingRule, comment: string): Blob | null {
   const chosen: { entry: ExportedLayer; voxel: number }[] = [];
   for (const entry of layers)
     for (let i = 0; i < (entry.layer.voxels?.count ?? 0); ++i)
-      if (!isNoise(entry.layer, i, threshold)) chosen.push({ entry, voxel: i });
+      if (isDrawn(entry.layer, i, rule)) chosen.push({ entry, voxel: i });
   if (chosen.length === 0) return null;
   const hasColours = layers.some(({ layer }) => layer.voxels?.hasColours);
   const hasCounts = layers.some(({ layer }) => layer.voxels?.hasPointCounts);

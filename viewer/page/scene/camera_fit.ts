@@ -9,6 +9,9 @@ const widestLabel = 0.3;
 /** The near plane, as a share of the distance between camera and target. */
 const nearShare = 1 / 500;
 
+/** The far plane, as a share of that distance, for voxels far from all others: the near plane is then at 1/25 of it. */
+const mostFarShare = 2000;
+
 /** The depths of 24 bits are too coarse for the shading of depths when the planes lie farther from each other. */
 const mostFarToNear = 50_000;
 
@@ -78,12 +81,20 @@ export function fitCamera(
   return target;
 }
 
-/** Near and far plane for what the camera looks at, and for all of the scene behind it. */
-export function placeClippingPlanes(camera: THREE.PerspectiveCamera, target: THREE.Vector3, bounds: Bounds | null): void {
+/** Near and far plane for what the camera looks at, and for all of the scene behind it.
+ * @param main where most voxels lie
+ * @param all where all lie; voxels that are very much farther away than the target may be cut off
+ */
+export function placeClippingPlanes(
+  camera: THREE.PerspectiveCamera,
+  target: THREE.Vector3,
+  main: Bounds | null,
+  all: Bounds | null,
+): void {
   const distance = camera.position.distanceTo(target);
-  const corners = bounds ? cornersOf(bounds) : [];
-  const farthest = corners.reduce((most, corner) => Math.max(most, corner.distanceTo(camera.position)), 0);
-  const far = Math.max(20 * distance, 2 * farthest, 1e-3);
+  const farthest = (bounds: Bounds | null): number =>
+    Math.max(0, ...(bounds ? cornersOf(bounds) : []).map((corner) => corner.distanceTo(camera.position)));
+  const far = Math.max(20 * distance, 2 * farthest(main), Math.min(1.1 * farthest(all), mostFarShare * distance), 1e-3);
   const near = Math.max(nearShare * distance, far / mostFarToNear);
   if (near === camera.near && far === camera.far) return;
   camera.near = near;

@@ -61,12 +61,3 @@ export function gradientOf(map: ColourMapName): string {
 export function cssColour(colour: Rgb): string {
   return `rgb(${colour.map((value) => Math.round(255 * value)).join(", ")})`;
 }
-
-/** Colours of streams that people with any colour vision tell apart (M. Okabe, K. Ito, 2008), then more hues. */
-const okabeIto = ["e69f00", "56b4e9", "009e73", "f0e442", "0072b2", "d55e00", "cc79a7"];
-
-export function streamColour(stream: number): Rgb {
-  if (stream >= okabeIto.length) return oklch(0.72 - 0.2 * ((stream >> 1) % 2), 0.13, (stream * 137.5) % 360);
-  const value = parseInt(okabeIto[stream], 16);
-  return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
-}

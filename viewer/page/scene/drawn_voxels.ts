@@ -2,12 +2,18 @@
 import { Vector3 } from "three";
 
 import { isOutlier } from "../decoding/packed_voxels";
+import type { Bounds } from "./camera_fit";
+import type { Up } from "./up_axis";
 import type { VoxelLayer } from "./voxel_layer";
 
 /** The rule by which voxels are drawn; the shader has the same one. */
 export interface DrawingRule {
   threshold: number;
   hidesNoise: boolean;
+  up: Up;
+  /** Heights. */
+  cutBelow: number;
+  cutAbove: number;
 }
 
 /** True if the voxel is noise, by the outlier filter or by the threshold, where there are intensities. */
@@ -18,6 +24,26 @@ export function isNoise(layer: VoxelLayer, voxel: number, threshold: number): bo
   return isOutlier(arrays, voxel) || isBelow;
 }
 
+/** True if the voxel lies where the scene is cut off. */
+function isCut(layer: VoxelLayer, voxel: number, { up, cutBelow, cutAbove }: DrawingRule): boolean {
+  if (cutBelow === -Infinity && cutAbove === Infinity) return false;
+  const height = up.sign * layer.coordinateOf(voxel, up.axis);
+  const margin = 0.001 * layer.edge; // for the GPU's rounding, as a voxel's centre may lie at the cut
+  return height < cutBelow - margin || height > cutAbove + margin;
+}
+
+export function isDrawn(layer: VoxelLayer, voxel: number, rule: DrawingRule): boolean {
+  return !(rule.hidesNoise && isNoise(layer, voxel, rule.threshold)) && !isCut(layer, voxel, rule);
+}
+
+/** Voxels of the frame itself that are drawn. */
+export function countDrawn(layer: VoxelLayer, rule: DrawingRule): number {
+  const count = layer.voxels?.count ?? 0;
+  let drawn = 0;
+  for (let i = 0; i < count; ++i) if (isDrawn(layer, i, rule)) ++drawn;
+  return drawn;
+}
+
 /** Voxels of the frame itself that are no noise. */
 export function countKept(layer: VoxelLayer, threshold: number): number {
   const count = layer.voxels?.count ?? 0;
@@ -26,27 +52,37 @@ export function countKept(layer: VoxelLayer, threshold: number): number {
   return kept;
 }
 
-/** A box that holds most of the voxels: single ones far away do not count. */
-export function boundsOf(
-  layers: readonly VoxelLayer[],
-  threshold: number,
-): { min: [number, number, number]; max: [number, number, number] } | null {
+/** Places of some of a stream's voxels that are no noise, sorted along each axis. */
+function sortedPlaces(layer: VoxelLayer, threshold: number): number[][] {
   const axes: number[][] = [[], [], []];
-  for (const layer of layers) {
-    if (!layer.mesh.visible || !layer.arrays || !layer.voxels) continue;
-    const step = Math.max(1, Math.floor(layer.voxels.count / 4000));
-    for (let i = 0; i < layer.voxels.count; i += step)
-      if (!isNoise(layer, i, threshold))
-        layer.placeOf(i).forEach((value, axis) => axes[axis].push(value));
-  }
-  if (axes[0].length === 0) return null;
-  const at = (values: number[], share: number): number =>
-    values[Math.min(values.length - 1, Math.floor(share * values.length))];
+  const count = layer.voxels?.count ?? 0;
+  const step = Math.max(1, Math.floor(count / 8000));
+  for (let i = 0; i < count; i += step)
+    if (!isNoise(layer, i, threshold)) layer.placeOf(i).forEach((value, axis) => axes[axis].push(value));
   for (const values of axes) values.sort((a, b) => a - b);
-  return {
-    min: [at(axes[0], 0.002), at(axes[1], 0.002), at(axes[2], 0.002)],
-    max: [at(axes[0], 0.998), at(axes[1], 0.998), at(axes[2], 0.998)],
-  };
+  return axes;
+}
+
+/** A box in which most of a stream's voxels lie: along each axis all but 1 % at either end, and of these what is near. */
+function mainBounds(layer: VoxelLayer, threshold: number): Bounds | null {
+  const axes = sortedPlaces(layer, threshold);
+  const count = axes[0].length;
+  if (count === 0) return null;
+  const low = axes.map((values) => values[Math.floor(0.01 * count)]);
+  const high = axes.map((values) => values[Math.min(count - 1, Math.floor(0.99 * count))]);
+  const near = 0.25 * Math.max(...high.map((value, axis) => value - low[axis]));
+  const min = low.map((value, axis) => Math.max(axes[axis][0], value - near));
+  const max = high.map((value, axis) => Math.min(axes[axis][count - 1], value + near));
+  return { min: min as Bounds["min"], max: max as Bounds["max"] };
+}
+
+/** A box in which most voxels of each stream that is drawn lie: single ones far away do not count. */
+export function boundsOf(layers: readonly VoxelLayer[], threshold: number): Bounds | null {
+  const boxes = layers.flatMap((layer) => (layer.mesh.visible ? (mainBounds(layer, threshold) ?? []) : []));
+  if (boxes.length === 0) return null;
+  const join = (ends: number[][], choose: (...values: number[]) => number): [number, number, number] =>
+    [0, 1, 2].map((axis) => choose(...ends.map((end) => end[axis]))) as [number, number, number];
+  return { min: join(boxes.map(({ min }) => min), Math.min), max: join(boxes.map(({ max }) => max), Math.max) };
 }
 
 /** A voxel with its place among those of its stream. */
@@ -85,7 +121,7 @@ export function pick(
         far = Math.min(far, Math.max(a, b));
       }
       if (near > far || near === 0) continue;
-      if (rule.hidesNoise && isNoise(layer, i, rule.threshold)) continue;
+      if (!isDrawn(layer, i, rule)) continue;
       best = { layer: layerIndex, voxel: i, distance: near };
     }
   });

@@ -3,6 +3,7 @@ import * as THREE from "three";
 
 import type { Bounds, Label } from "./camera_fit";
 import { disposeAll, textSprite } from "./text_sprite";
+import type { Up } from "./up_axis";
 
 export interface SceneColours {
   background: string;
@@ -30,7 +31,8 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
 /** Characters of a sensor's name that are drawn. */
 const longestName = 24;
 
-function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
+/** Lines between points, each two of them. */
+export function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
   const origin = points.slice(0, 3); // as far coordinates are too coarse on the GPU
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.map((value, i) => value - origin[i % 3]), 3));
@@ -95,17 +97,24 @@ export class Surroundings {
   }
 
   /** Of voxels with an edge and their centres in bounds. On narrow screens only few lines have labels. */
-  setGrid(bounds: Bounds, edge: number, colours: SceneColours, isNarrow: boolean): void {
+  setGrid(bounds: Bounds, edge: number, up: Up, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.grid);
     this.labelled.min.fromArray(bounds.min);
     this.labelled.max.fromArray(bounds.max);
     this.labelled.expandByVector(this.labelled.getSize(new THREE.Vector3()).multiplyScalar(0.6).addScalar(1));
-    const extent = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]);
-    const step = gridStep(extent);
-    const low = [0, 1].map((axis) => Math.floor(bounds.min[axis] / step) * step);
-    const high = [0, 1].map((axis) => Math.ceil(bounds.max[axis] / step) * step);
+    const axes = up.floorAxes;
+    const step = gridStep(Math.max(...axes.map((axis) => bounds.max[axis] - bounds.min[axis])));
+    const low = axes.map((axis) => Math.floor(bounds.min[axis] / step) * step);
+    const high = axes.map((axis) => Math.ceil(bounds.max[axis] / step) * step);
+    const [lowest] = up.heights(bounds);
     // The world's floor is at 0; clouds in a sensor's own coordinates have none.
-    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2] - edge / 2;
+    const floor = up.sign * (up.name === "z" && Math.abs(lowest) < 1 ? 0 : lowest - edge / 2);
+    const place = (first: number, second: number): number[] => {
+      const result = [floor, floor, floor];
+      result[axes[0]] = first;
+      result[axes[1]] = second;
+      return result;
+    };
     const textOf = (at: number): string => (step < metresInKm ? distanceText(at, "m") : distanceText(at / 1000, "km"));
     const longest = Math.max(...[...low, ...high].map((at) => textOf(at).length));
     const isLong = longest > longestDense;
@@ -117,25 +126,21 @@ export class Surroundings {
       const count = Math.round((high[axis] - low[axis]) / step);
       for (let i = 0; i <= count; ++i) {
         const at = low[axis] + i * step;
-        const from = [0, 0, z];
-        from[axis] = at;
-        const to = [...from];
-        from[other] = low[other];
-        to[other] = high[other];
-        (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
+        const ends = [low[other], high[other]].map((end) => (axis === 0 ? place(at, end) : place(end, at)));
+        (Math.round(at / step) % 5 === 0 ? strong : thin).push(...ends.flat());
         const number = Math.round(at / step);
         // In the corner long labels of both axes would lie on each other.
         const isCorner = axis === 1 && i === 0 && Math.round(low[0] / step) % every === 0;
         if (number !== 0 && number % every === 0 && !(isLong && isCorner))
-          this.addLabel(textOf(at), axis, at, low[other] - 0.35 * step, z, colours);
+          this.addLabel(textOf(at), axis === 0 ? place(at, low[1] - 0.35 * step) : place(low[0] - 0.35 * step, at), colours);
       }
     }
     this.grid.add(lines(thin, colours.grid), lines(strong, colours.gridStrong));
   }
 
-  private addLabel(text: string, axis: number, at: number, beside: number, z: number, colours: SceneColours): void {
+  private addLabel(text: string, place: number[], colours: SceneColours): void {
     const sprite = textSprite(text, colours.label, colours.background, 11);
-    sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
+    sprite.position.fromArray(place);
     this.grid.add(sprite);
   }
 
@@ -175,7 +180,7 @@ export class Surroundings {
     });
   }
 
-  setSensors(poses: SensorPose[], colours: SceneColours, isNarrow: boolean): void {
+  setSensors(poses: SensorPose[], up: Up, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.sensors);
     this.sensorPlaces = poses.map(({ values }) => values.slice(0, 3));
     for (const { name, colour, values } of poses) {
@@ -196,7 +201,7 @@ export class Surroundings {
       sensor.position.set(x, y, z);
       sensor.quaternion.set(qx, qy, qz, qw).normalize();
       const label = textSprite(shortened(name), colours.label, colours.background, isNarrow ? 10 : 12);
-      label.position.set(x, y, z + 0.3);
+      label.position.set(x, y, z).addScaledVector(up.vector, 0.3);
       this.sensors.add(sensor, label);
     }
   }

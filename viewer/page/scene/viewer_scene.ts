@@ -4,19 +4,23 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { PackedVoxels } from "../decoding/messages";
 import type { Pose } from "../recordings/transforms";
-import { colourMaps, streamColour, texelsOf } from "./colour_maps";
-import type { ColourMapName } from "./colour_maps";
+import { colourMaps, texelsOf } from "./colour_maps";
+import type { ColourMapName, Rgb } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
-import type { PickedVoxel } from "./drawn_voxels";
+import type { DrawingRule, PickedVoxel } from "./drawn_voxels";
 import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import type { Bounds } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
-import { Surroundings, boxEdges } from "./surroundings";
+import { SelectionMarks } from "./selection_marks";
+import type { MarkedVoxel } from "./selection_marks";
+import { Surroundings } from "./surroundings";
 import type { SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
-import { VoxelLayer } from "./voxel_layer";
-import { fieldOf } from "../state/viewer_state";
+import { Up } from "./up_axis";
+import type { UpAxis } from "./up_axis";
+import { VoxelLayer, forGpu } from "./voxel_layer";
+import { fieldOf, noCut } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
 const fieldOfView = 45; // degrees, vertical
@@ -24,6 +28,7 @@ const colourModes = ["intensity", "height", "stream", "age", "recorded", "field"
 
 export type ViewDirection = "oblique" | "top" | "front" | "side";
 
+/** Where z is up. */
 const directions: Record<ViewDirection | "steep", [number, number, number]> = {
   steep: [-0.5, -0.62, 0.95], // for high and narrow views
   oblique: [-0.62, -0.78, 0.62],
@@ -37,17 +42,19 @@ export class ViewerScene {
   readonly layers: VoxelLayer[] = [];
   readonly surroundings = new Surroundings();
   readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
-  readonly controls: OrbitControls;
-  bounds: Bounds | null = null;
+  controls: OrbitControls;
+  private up = new Up("z");
+  bounds: Bounds | null = null; // of most voxels
   private readonly renderer: THREE.WebGLRenderer;
   private readonly shading: DepthShading;
   private readonly scene = new THREE.Scene();
-  private readonly selection: THREE.LineSegments;
+  private readonly marks = new SelectionMarks();
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
   /** How the camera was placed, as long as the user has not moved it. */
   private fitted: ViewDirection | "keep" | null = null;
   private isPlacedByUser = false;
   private needsDrawing = true;
+  private cut = noCut;
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
   private readonly uniforms = {
@@ -56,6 +63,8 @@ export class ViewerScene {
     noiseColour: { value: new THREE.Vector3() },
     colourBy: { value: 0 },
     intensityAxis: { value: new THREE.Vector4(0, 255, 1, 1) },
+    up: { value: new THREE.Vector3(0, 0, 1) },
+    cut: { value: new THREE.Vector2() },
     heightRange: { value: new THREE.Vector2(0, 1) },
     trailSeconds: { value: 2 },
     colourMap: { value: null as THREE.Texture | null },
@@ -65,7 +74,7 @@ export class ViewerScene {
 
   /** Throws if the browser has no WebGL 2. */
   constructor(
-    private readonly canvas: HTMLCanvasElement,
+    readonly canvas: HTMLCanvasElement,
     private readonly onDrawn: () => void,
   ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, powerPreference: "high-performance" });
@@ -73,17 +82,10 @@ export class ViewerScene {
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     THREE.ColorManagement.enabled = false;
     this.shading = new DepthShading(this.renderer);
-    this.camera.up.set(0, 0, 1);
+    this.camera.up.copy(this.up.vector);
     this.camera.position.set(-5, -6, 5);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.controls.dampingFactor = 0.12;
-    this.controls.zoomToCursor = true;
-    this.controls.addEventListener("change", () => this.requestDrawing());
-    this.controls.addEventListener("start", () => this.keepCamera());
-    this.selection = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.selection.visible = false;
-    this.scene.add(this.selection);
+    this.controls = this.createControls();
+    this.scene.add(this.marks.group);
     this.surroundings.addTo(this.scene);
     for (const name of Object.keys(colourMaps) as ColourMapName[]) {
       const texture = new THREE.DataTexture(texelsOf(name), 256, 1);
@@ -93,6 +95,38 @@ export class ViewerScene {
     }
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as Element);
     this.renderer.setAnimationLoop(() => this.drawIfNeeded());
+  }
+
+  private createControls(): OrbitControls {
+    const controls = new OrbitControls(this.camera, this.canvas);
+    controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    controls.dampingFactor = 0.12;
+    controls.zoomToCursor = true;
+    controls.addEventListener("change", () => this.requestDrawing());
+    controls.addEventListener("start", () => this.keepCamera());
+    return controls;
+  }
+
+  /** Says which axis of the coordinates points up. True if another one did before. */
+  setUp(name: UpAxis): boolean {
+    if (name === this.up.name) return false;
+    this.up = new Up(name);
+    this.camera.up.copy(this.up.vector);
+    this.uniforms.up.value.copy(this.up.vector);
+    // Controls know only the axis that they were made with.
+    const { target } = this.controls;
+    this.controls.dispose();
+    this.controls = this.createControls();
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.setHeights();
+    this.setGrid();
+    this.setSensors(this.poses);
+    return true;
+  }
+
+  private setHeights(): void {
+    if (this.bounds) this.uniforms.heightRange.value.set(...this.up.heights(this.bounds));
   }
 
   requestDrawing(): void {
@@ -121,22 +155,24 @@ export class ViewerScene {
   private draw(): void {
     this.needsDrawing = false;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
-    placeClippingPlanes(this.camera, this.controls.target, this.bounds);
+    placeClippingPlanes(this.camera, this.controls.target, this.bounds, this.allBounds());
     this.shading.draw(this.scene, this.camera);
     this.onDrawn();
   }
 
-  setStreamCount(count: number): void {
-    while (this.layers.length > count) {
+  /** Has a layer for each stream, with its colour. */
+  setStreams(colours: readonly Rgb[]): void {
+    while (this.layers.length > colours.length) {
       const layer = this.layers.pop() as VoxelLayer;
       this.scene.remove(layer.mesh);
       layer.dispose();
     }
-    while (this.layers.length < count) {
-      const layer = new VoxelLayer(this.uniforms, streamColour(this.layers.length));
+    while (this.layers.length < colours.length) {
+      const layer = new VoxelLayer(this.uniforms);
       this.layers.push(layer);
       this.scene.add(layer.mesh);
     }
+    colours.forEach((colour, stream) => this.layers[stream].setColour(colour));
     this.requestDrawing();
   }
 
@@ -154,6 +190,8 @@ export class ViewerScene {
     const uniforms = this.uniforms;
     uniforms.threshold.value = state.threshold;
     uniforms.hidesNoise.value = state.noise === "hide";
+    uniforms.cut.value.set(forGpu(state.cutBelow), forGpu(state.cutAbove));
+    this.cut = { cutBelow: state.cutBelow, cutAbove: state.cutAbove };
     const field = fieldOf(state.colourBy);
     uniforms.colourBy.value = colourModes.indexOf(field === null ? state.colourBy : "field");
     uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
@@ -178,7 +216,7 @@ export class ViewerScene {
     this.scene.background = new THREE.Color(colours.background);
     const noise = new THREE.Color(colours.noise);
     this.uniforms.noiseColour.value.set(noise.r, noise.g, noise.b);
-    (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
+    this.marks.setColours(colours);
     this.surroundings.setAxes(1, colours);
     this.setGrid();
     this.setSensors(this.poses);
@@ -186,7 +224,7 @@ export class ViewerScene {
 
   setSensors(poses: SensorPose[]): void {
     this.poses = poses;
-    if (this.colours) this.surroundings.setSensors(poses, this.colours, this.isNarrow);
+    if (this.colours) this.surroundings.setSensors(poses, this.up, this.colours, this.isNarrow);
     this.requestDrawing();
   }
 
@@ -194,12 +232,19 @@ export class ViewerScene {
     if (this.colours) this.surroundings.setCropBox(box, this.colours);
   }
 
+  /** A box around all voxels that are drawn. */
+  private allBounds(): Bounds | null {
+    const box = new THREE.Box3();
+    for (const layer of this.layers) if (layer.mesh.visible) box.union(layer.box);
+    return box.isEmpty() ? null : { min: box.min.toArray(), max: box.max.toArray() };
+  }
+
   /** Measures what is drawn, for heights, grid and camera. False if nothing is drawn. */
   measure(threshold: number): boolean {
     const bounds = boundsOf(this.layers, threshold);
     if (!bounds) return false;
     this.bounds = bounds;
-    this.uniforms.heightRange.value.set(bounds.min[2], bounds.max[2]);
+    this.setHeights();
     this.setGrid();
     return true;
   }
@@ -210,7 +255,7 @@ export class ViewerScene {
 
   private setGrid(): void {
     if (this.bounds && this.colours)
-      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.colours, this.isNarrow);
+      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.up, this.colours, this.isNarrow);
   }
 
   get heightRange(): [number, number] {
@@ -231,14 +276,14 @@ export class ViewerScene {
     };
   }
 
-  /** Places the camera so that all voxels are in view. */
+  /** Places the camera so that what was measured is in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
     this.fitted = direction;
     const towards =
       direction === "keep"
         ? this.camera.position.clone().sub(this.controls.target)
-        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
+        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]).applyQuaternion(this.up.fromZ);
     const camera = this.camera.clone();
     const { clientWidth, clientHeight } = this.canvas;
     const view = { width: clientWidth || 1, height: clientHeight || 1, covered: this.isNarrow ? 46 : 26 };
@@ -260,7 +305,7 @@ export class ViewerScene {
     this.bounds = null;
   }
 
-  /** Fits all voxels into the view, unless the user has chosen one. */
+  /** Fits the voxels into the view, unless the user has chosen one. */
   fitUnlessPlaced(): void {
     if (!this.isPlacedByUser) this.fit("oblique");
   }
@@ -285,12 +330,12 @@ export class ViewerScene {
   moveCamera(turn: number, tilt: number, zoom: number): void {
     this.keepCamera();
     const offset = this.camera.position.clone().sub(this.controls.target);
-    const angles = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    const angles = new THREE.Spherical().setFromVector3(offset.applyQuaternion(this.up.toY));
     angles.theta += turn;
     angles.phi = Math.min(Math.PI - 0.01, Math.max(0.01, angles.phi + tilt));
     angles.radius *= zoom;
-    const moved = new THREE.Vector3().setFromSpherical(angles);
-    this.setCamera(this.controls.target.clone().add(new THREE.Vector3(moved.x, -moved.z, moved.y)), this.controls.target.clone());
+    const moved = new THREE.Vector3().setFromSpherical(angles).applyQuaternion(this.up.toY.clone().invert());
+    this.setCamera(moved.add(this.controls.target), this.controls.target.clone());
   }
 
   pickAt(clientX: number, clientY: number, scale: number): PickedVoxel | null {
@@ -301,28 +346,18 @@ export class ViewerScene {
     );
     const ray = new THREE.Raycaster();
     ray.setFromCamera(place, this.camera);
-    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, {
-      threshold: this.uniforms.threshold.value,
-      hidesNoise: this.uniforms.hidesNoise.value,
-    });
+    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, this.rule());
   }
 
-  /** Draws a frame around a voxel of a layer; null: around none. */
-  select(picked: { layer: number; voxel: number } | null): void {
-    this.selection.visible = picked !== null;
-    if (picked) {
-      const layer = this.layers[picked.layer];
-      const half = 0.56 * layer.edge;
-      const edges = boxEdges({
-        min: [-half, -half, -half],
-        max: [half, half, half],
-      });
-      this.selection.position.set(...layer.placeOf(picked.voxel));
-      this.selection.quaternion.copy(layer.mesh.quaternion);
-      this.selection.geometry.dispose();
-      this.selection.geometry = new THREE.BufferGeometry();
-      this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));
-    }
+  /** The rule by which voxels are drawn now. */
+  rule(): DrawingRule {
+    const { threshold, hidesNoise } = this.uniforms;
+    return { threshold: threshold.value, hidesNoise: hidesNoise.value, up: this.up, ...this.cut };
+  }
+
+  /** Marks voxels, and the distance between two of them. */
+  mark(voxels: readonly MarkedVoxel[], text: string): void {
+    this.marks.show(voxels, text);
     this.requestDrawing();
   }
 

@@ -6,6 +6,7 @@ import type { VoxelArrays } from "../decoding/packed_voxels";
 import type { PackedVoxels } from "../decoding/messages";
 import { identity } from "../recordings/transforms";
 import type { Pose } from "../recordings/transforms";
+import type { Rgb } from "./colour_maps";
 import type { IntensityAxis } from "./intensity_axis";
 import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
 
@@ -13,7 +14,7 @@ import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
 const noValue = -3e38;
 
 /** Within the numbers of the GPU. */
-function forGpu(value: number): number {
+export function forGpu(value: number): number {
   return Math.min(1e38, Math.max(-1e38, value));
 }
 
@@ -43,12 +44,14 @@ export class VoxelLayer {
   edge = 0; // metres
   /** From the coordinates of the frame to those of the scene. */
   readonly pose = new THREE.Matrix4();
+  /** Around all voxels, in the scene. */
+  readonly box = new THREE.Box3();
   /** Values of fields are drawn as differences from it, as the GPU's numbers are too coarse for times of today. */
   private fieldBase = 0;
   private capacity = 0;
   private shape: "cubes" | "points" | null = null;
 
-  constructor(shared: SharedUniforms, colour: readonly [number, number, number]) {
+  constructor(shared: SharedUniforms) {
     const material = new THREE.ShaderMaterial({
       glslVersion: THREE.GLSL3,
       vertexShader: voxelVertexShader,
@@ -60,7 +63,7 @@ export class VoxelLayer {
         hasIntensities: { value: true },
         hasField: { value: false },
         fieldRange: { value: new THREE.Vector2(0, 1) },
-        streamColour: { value: new THREE.Vector3(...colour) },
+        streamColour: { value: new THREE.Vector3() },
       },
     });
     this.mesh = new THREE.Mesh(new THREE.InstancedBufferGeometry(), material);
@@ -68,6 +71,10 @@ export class VoxelLayer {
     this.mesh.visible = false;
     this.grow(4096);
     this.setShape("cubes");
+  }
+
+  setColour(colour: Rgb): void {
+    this.mesh.material.uniforms.streamColour.value.fromArray(colour);
   }
 
   setShape(shape: "cubes" | "points"): void {
@@ -98,12 +105,14 @@ export class VoxelLayer {
     this.voxels = voxels;
     this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels), voxels.field !== null) : null;
     const count = voxels ? totalCount(voxels) : 0;
+    this.box.makeEmpty();
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
       this.edge = edge;
       this.mesh.material.uniforms.hasIntensities.value = voxels?.hasIntensities ?? false;
       if (count > this.capacity) this.grow(Math.ceil(count * 1.3));
       this.upload(this.arrays, count);
+      this.box.setFromArray(this.arrays.positions).applyMatrix4(this.pose);
     }
     return before;
   }
@@ -111,6 +120,13 @@ export class VoxelLayer {
   /** Where the centre of a voxel is in the scene. */
   placeOf(voxel: number): [number, number, number] {
     return new THREE.Vector3().fromArray(this.arrays?.positions ?? [], 3 * voxel).applyMatrix4(this.pose).toArray();
+  }
+
+  /** Of that place, along an axis of the scene. */
+  coordinateOf(voxel: number, axis: number): number {
+    const [x, y, z] = this.arrays?.positions.subarray(3 * voxel, 3 * voxel + 3) ?? [];
+    const { elements } = this.pose;
+    return elements[axis] * x + elements[axis + 4] * y + elements[axis + 8] * z + elements[axis + 12];
   }
 
   private attribute(name: string): THREE.InstancedBufferAttribute {

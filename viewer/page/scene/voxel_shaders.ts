@@ -15,6 +15,8 @@ uniform vec3 noiseColour;
 uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded, 5 field
 uniform vec3 streamColour;
 uniform vec4 intensityAxis;     // min, max, step, 1 if logarithmic
+uniform vec3 up;
+uniform vec2 cut;               // heights between which voxels are drawn
 uniform vec2 heightRange;
 uniform bool hasField;
 uniform vec2 fieldRange;
@@ -38,13 +40,13 @@ float fieldShare(float value) {
   return span > 0.0 ? clamp(value - fieldRange.x, 0.0, span) / span : 0.0;
 }
 
-vec3 colourOf(bool isNoise) {
+vec3 colourOf(bool isNoise, float height) {
   if (isNoise) return noiseColour;
   if (colourBy == 2) return streamColour;
   if (colourBy == 4) return paint.rgb;
   if (colourBy == 5 && (!hasField || quantities.z < -2e38)) return vec3(160.0 / 255.0); // as where no colour was recorded
   float share = colourBy == 0 ? intensityShare(quantities.x)
-    : colourBy == 1 ? ((modelMatrix * vec4(centre, 1.0)).z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
+    : colourBy == 1 ? (height - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
     : colourBy == 3 ? quantities.y / trailSeconds
     : fieldShare(quantities.z);
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
@@ -58,11 +60,12 @@ void main() {
   light = 1.0;
   colour = vec3(0.0);
   pixels = 0.0;
-  if (isNoise && hidesNoise) {
+  float height = dot(up, (modelMatrix * vec4(centre, 1.0)).xyz);
+  if ((isNoise && hidesNoise) || height < cut.x - 0.002 * halfEdge || height > cut.y + 0.002 * halfEdge) {
     gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // all corners of it outside of the view
     return;
   }
-  colour = colourOf(isNoise);
+  colour = colourOf(isNoise, height);
   vec3 toCamera = -(transpose(mat3(modelViewMatrix)) * modelViewMatrix[3].xyz) - centre;
   float size = isNoise ? 0.6 * halfEdge : halfEdge;
   vec4 middle = projectionMatrix * (modelViewMatrix * vec4(centre, 1.0));

@@ -11,10 +11,14 @@ const shortNames = {
   noise: "noise",
   voxelScale: "size",
   hiddenStreams: "hidden",
+  up: "up",
+  cutAbove: "cutabove",
+  cutBelow: "cutbelow",
   showsGrid: "grid",
   showsAxes: "axes",
   showsSensors: "sensors",
   showsCropBox: "crop",
+  clock: "clock",
   theme: "theme",
 } as const satisfies Partial<Record<keyof ViewerState, string>>;
 
@@ -24,6 +28,8 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
   colourBy: ["intensity", "height", "stream", "age", "recorded"],
   shape: ["cubes", "points"],
   noise: ["hide", "colour"],
+  up: ["auto", "z", "-z", "y", "-y"],
+  clock: ["utc", "local"],
   theme: ["auto", "light", "dark"],
 };
 

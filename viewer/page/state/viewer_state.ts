@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import type { UpAxis } from "../scene/up_axis";
 import { Store } from "./store";
 
 export type ColourBy = "intensity" | "height" | "stream" | "age" | "recorded" | `field:${string}`;
@@ -15,6 +16,10 @@ export interface ViewerState {
   noise: "hide" | "colour";
   voxelScale: number; // of the voxel's edge
   hiddenStreams: readonly string[];
+  up: UpAxis | "auto"; // of the coordinates
+  /** Heights between which voxels are drawn. */
+  cutAbove: number;
+  cutBelow: number;
   showsGrid: boolean;
   showsAxes: boolean;
   showsSensors: boolean;
@@ -23,10 +28,12 @@ export interface ViewerState {
   // Time.
   isPlaying: boolean;
   speed: number;
+  clock: "utc" | "local"; // for dates
   moment: number; // of the FrameIndex
   // The source.
   source: "none" | "opening" | "recording" | "live";
   name: string;
+  isOpening: boolean; // a source, while another one may be shown
   isConnected: boolean; // live
   hasEnded: boolean; // live: no frames will follow
   allStreams: number; // live: of the source
@@ -39,6 +46,9 @@ export interface ViewerState {
   showsPanel: boolean; // on narrow screens
 }
 
+/** All heights are drawn. */
+export const noCut = { cutAbove: Infinity, cutBelow: -Infinity };
+
 export const initialState: ViewerState = {
   colourBy: "intensity",
   shape: "cubes",
@@ -47,6 +57,8 @@ export const initialState: ViewerState = {
   noise: "hide",
   voxelScale: 1,
   hiddenStreams: [],
+  up: "auto",
+  ...noCut,
   showsGrid: true,
   showsAxes: true,
   showsSensors: true,
@@ -54,9 +66,11 @@ export const initialState: ViewerState = {
   theme: "auto",
   isPlaying: false,
   speed: 1,
+  clock: "utc",
   moment: 0,
   source: "none",
   name: "",
+  isOpening: false,
   isConnected: false,
   hasEnded: false,
   allStreams: 0,

@@ -9,7 +9,7 @@ import type { TimeSpan } from "./timeline_plot";
 
 /** Seconds of a live source that are drawn. */
 export const liveSeconds = 60;
-const shownValues = ["moment", "source", "isConnected", "hasEnded", "isFrozen", "allStreams", "liveStreams", "hasProblem"] as const;
+const shownValues = ["moment", "source", "isConnected", "hasEnded", "isFrozen", "allStreams", "liveStreams", "hasProblem", "clock"] as const;
 export const speeds = [0.1, 0.25, 0.5, 1, 2, 4, 8];
 
 export interface TimelineActions {
@@ -37,6 +37,7 @@ export class TimelineView {
   private readonly head = element("div", { class: "playhead" });
   private readonly track = element("div", { class: "track", role: "slider", tabindex: 0, "aria-label": "Time" });
   private readonly time = element("span", { class: "time" });
+  private readonly date = element("button", { type: "button", class: "date" });
   private readonly scale = element("span", { class: "plot-scale" });
   private readonly speed = element("select", { "aria-label": "Speed", title: "Speed" });
   private readonly live = element("span", { class: "live-badge", role: "status" });
@@ -63,6 +64,7 @@ export class TimelineView {
       button("Last frame", "last", () => actions.seek(Infinity), "End"),
       this.speed,
     );
+    this.date.addEventListener("click", () => store.set({ clock: store.get().clock === "utc" ? "local" : "utc" }));
     this.track.append(this.canvas, this.head);
     const legend = element(
       "div",
@@ -73,7 +75,7 @@ export class TimelineView {
       element("span", { class: "key lost" }, "lost"),
       this.scale,
     );
-    this.root.append(transport, element("div", { class: "time-box" }, this.live, this.time),
+    this.root.append(transport, element("div", { class: "time-box" }, this.live, element("div", { class: "times" }, this.time, this.date)),
       element("div", { class: "track-box" }, this.track, legend));
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.track);
@@ -156,15 +158,26 @@ export class TimelineView {
       : `frame ${moment + 1} of ${count}`;
     this.time.replaceChildren(
       element("b", {}, this.index.hasTimes ? formatSeconds(isLive ? this.liveTime : time - start) : `frame ${moment + 1}`),
-      isLive ? "" : this.index.hasTimes ? ` / ${formatSeconds(total)}` : ` / ${count}`,
+      " ",
+      element("span", {}, isLive ? "" : this.index.hasTimes ? `/ ${formatSeconds(total)}` : `/ ${count}`),
     );
-    this.time.title = formatDate(this.index.startTime, time) ?? "Seconds since the start";
+    this.showDate(isLive ? this.liveTime : time);
     this.track.setAttribute("aria-valuemin", "1");
     this.track.setAttribute("aria-valuemax", String(Math.max(1, count)));
     this.track.setAttribute("aria-valuenow", String(moment + 1));
     this.track.setAttribute("aria-valuetext", `${spoken}, frame ${moment + 1} of ${count}`);
     const { from, to } = this.span();
     this.head.style.left = `${to > from ? 100 * Math.max(0, ((isLive ? this.liveTime : time) - from) / (to - from)) : 0}%`;
+  }
+
+  private showDate(time: number): void {
+    const { clock } = this.store.get();
+    const parts = this.index.moments.length > 0 ? formatDate(this.index.startTime, time, clock) : null;
+    this.date.hidden = parts === null;
+    if (parts?.join(" ") === this.date.textContent) return;
+    this.date.replaceChildren(...(parts ?? []).flatMap((part, i) => [i > 0 ? " " : "", element("span", {}, part)]));
+    this.date.title = clock === "utc" ? "Coordinated universal time; click for the time zone of this computer"
+      : "Time zone of this computer; click for coordinated universal time";
   }
 
   /** Seconds since the last frame of a live source, for which the time line goes on without frames. */

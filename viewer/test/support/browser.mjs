@@ -54,6 +54,7 @@ export async function openViewer({ url = pathToFileURL(pagePath).href, ...option
 /** Chooses files, and waits until something is drawn. */
 export async function openFiles(page, files) {
   await page.setInputFiles("input[type=file]", files);
+  await page.until(() => !window.pclExtViewer.state().isOpening);
   await untilDrawn(page);
 }
 

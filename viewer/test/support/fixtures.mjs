@@ -39,6 +39,16 @@ export function frameFile(frames = 20) {
   return path;
 }
 
+/** A recording of one cloud: points as texts "x y z". */
+export function cloudRecording(name, points, ...options) {
+  const cloud = pathInFolder(`${name}.pcd`);
+  const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
+  const path = pathInFolder(`${name}.mcap`);
+  pclExt("encode", cloud, "-o", path, "--overwrite", "-q", ...options);
+  return path;
+}
+
 /** A recording of one frame, a cube of voxels of 4 cm, about half of which have a point.
  * @returns its path and the number of points
  */

@@ -1,0 +1,67 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+// The list of streams: its order and its colours, in whatever order streams come.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { openFiles, openViewer, startBrowser, stopBrowser } from "./support/browser.mjs";
+import { cellRecording, pagePath } from "./support/fixtures.mjs";
+import { serveLive } from "./support/servers.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const page = readFileSync(pagePath);
+const described = (names) => names.map((name, id) => ({ id, name, metadata: {} }));
+
+/** Colours of a page's streams by their names: those of the list, and those of the voxels. */
+async function coloursOf(viewer) {
+  const listed = await viewer.ask(() => [...document.querySelectorAll(".streams li")].map((row) =>
+    [row.querySelector(".stream-name").textContent, row.querySelector(".swatch").style.background]));
+  const drawn = await viewer.ask(() => window.pclExtViewer.streams().map(({ name, colour }) =>
+    [name.replace(/^\//, ""), `rgb(${colour.map((value) => Math.round(255 * value)).join(", ")})`]));
+  assert.deepEqual(Object.fromEntries(listed), Object.fromEntries(drawn));
+  return { names: listed.map(([name]) => name), colours: Object.fromEntries(listed) };
+}
+
+/** What a live page shows of streams that come in some steps, each with all that are there by then. */
+async function shownLive(...steps) {
+  const server = await serveLive(page, described(steps[0]));
+  const viewer = await openViewer({ url: server.url });
+  for (const names of steps) {
+    await viewer.until(() => window.pclExtViewer.state().source === "live");
+    server.sendText({ type: "streams", streams: described(names) });
+    await viewer.until((count) => document.querySelectorAll(".streams li").length === count, names.length);
+  }
+  const shown = await coloursOf(viewer);
+  await viewer.finish();
+  await server.close();
+  return shown;
+}
+
+test("streams are listed by name, and have the same colours in whatever order they come", async () => {
+  const sorted = ["cell_sensor_1", "cell_sensor_2", "cell_sensor_10", "front", "rear/points", "roof"];
+  const topics = sorted.map((name) => `/${name}`);
+  const first = await shownLive(topics);
+  assert.deepEqual(first.names, sorted);
+  assert.equal(new Set(Object.values(first.colours)).size, sorted.length);
+  const reversed = [...topics].reverse();
+  assert.deepEqual(await shownLive(reversed), first);
+  assert.deepEqual(await shownLive(reversed.slice(0, 1), reversed.slice(0, 4), reversed), first);
+});
+
+test("a stream has its colour without the others, too, in recordings and live", async () => {
+  const live = await shownLive(["/cell_sensor_3", "/cell_sensor_2", "/cell_sensor_1"]);
+  const viewer = await openViewer();
+  await openFiles(viewer, cellRecording(20, 2));
+  const recorded = await coloursOf(viewer);
+  for (const name of ["cell_sensor_1", "cell_sensor_2"]) assert.equal(recorded.colours[name], live.colours[name]);
+  await viewer.finish();
+});
+
+test("of sixty streams each has a colour of its own", async () => {
+  const { colours, names } = await shownLive(Array.from({ length: 60 }, (_, i) => `/lidar_${60 - i}`));
+  assert.equal(new Set(Object.values(colours)).size, 60);
+  assert.deepEqual(names, Array.from({ length: 60 }, (_, i) => `lidar_${i + 1}`));
+});
