@@ -235,6 +235,7 @@ TEST(Ros1Bags, ThatAreBeingRecordedHaveTheLastChunkToo)
     BagReader reader;
     ASSERT_TRUE(open(reader, folder, bag.unfinishedBytes()).ok());
     EXPECT_TRUE(reader.isUnfinished());
+    EXPECT_TRUE(reader.damage().empty());
     EXPECT_EQ(readNumbers(reader), numbersBelow(3 * chunk_messages));
   }
 }
