@@ -30,7 +30,7 @@ bytesOfMessage(std::size_t i)
   return bytes;
 }
 
-/** \brief Adds messages with i nanoseconds after the epoch, of three connections in turn. */
+/** \brief Adds messages of three connections in turn, i nanoseconds after the epoch. */
 void
 addMessages(Ros1Bag& bag, std::size_t begin, std::size_t end)
 {
@@ -235,6 +235,7 @@ TEST(Ros1Bags, ThatAreBeingRecordedHaveTheLastChunkToo)
     BagReader reader;
     ASSERT_TRUE(open(reader, folder, bag.unfinishedBytes()).ok());
     EXPECT_TRUE(reader.isUnfinished());
+    EXPECT_TRUE(reader.damage().empty());
     EXPECT_EQ(readNumbers(reader), numbersBelow(3 * chunk_messages));
   }
 }
@@ -392,7 +393,7 @@ TEST(Ros1Bags, SizesAreNotBelieved)
 TEST(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
 {
   const TestFolder folder;
-  // Each chunk of 16 MiB takes some hundred bytes; they are read for their messages until
+  // Each chunk of 16 MiB takes some hundred bytes; they are searched for messages until
   // they are 256 MiB and 300 times the file.
   constexpr std::size_t size = std::size_t{1} << 24;
   const std::string bytes = compressedChunk("bz2", std::string(size, '\0'));

@@ -95,7 +95,7 @@ compressedChunk(const std::string& compression, const std::string& records)
   return records;
 }
 
-/** \brief Writes a bag as rosbag does: chunks, each with indexes behind it, and at the end
+/** \brief Writes a bag as rosbag does: chunks, each with indexes behind it; at the end
  * connections and the places of the chunks. */
 class Ros1Bag {
 public:

@@ -40,7 +40,7 @@ enum class ExistingFile {
 
 /** \brief A place of a recording that could not be read. */
 struct RecordingDamage {
-  std::uint64_t offset = 0; ///< byte of the file at which it begins
+  std::uint64_t offset = 0; ///< byte of the file at which it begins; 0 in a database
   std::string message;      ///< what is wrong there and what is lost
   std::string file;         ///< path of the file
 };

@@ -65,10 +65,10 @@ private:
   std::uint64_t
   limitAfter(std::uint64_t offset, std::uint64_t end) const;
 
-  bool
+  std::uint64_t
   readRecord(std::uint64_t offset, std::uint64_t limit);
 
-  bool
+  std::uint64_t
   beginChunk(std::uint64_t offset, std::uint64_t limit);
 
   void
@@ -81,7 +81,7 @@ private:
   isIndexComplete(OpenChunk& chunk) const;
 
   void
-  scanChunk(std::size_t section);
+  scanChunk(std::size_t section, bool is_damage_known);
 
   void
   addConnection(std::uint64_t offset);
@@ -201,8 +201,8 @@ ContentsFinder::readRecords(std::uint64_t begin, std::uint64_t end)
 {
   for (std::uint64_t offset = begin; offset < end;) {
     const std::uint64_t limit = limitAfter(offset, end);
-    if (readRecord(offset, limit)) {
-      offset = record_.end();
+    if (const std::uint64_t next = readRecord(offset, limit); next > 0) {
+      offset = next;
       continue;
     }
     addDamage(offset,
@@ -217,34 +217,35 @@ ContentsFinder::readRecords(std::uint64_t begin, std::uint64_t end)
   }
 }
 
-/** \return false if there is none that ends before the limit */
-bool
+/** \return where the next one begins; 0 if there is none that ends before the limit */
+std::uint64_t
 ContentsFinder::readRecord(std::uint64_t offset, std::uint64_t limit)
 {
   if (!record_.read(file_, offset))
-    return false;
+    return 0;
   const std::optional<Op> op = record_.fields().op();
   if (op == Op::Chunk)
     return beginChunk(offset, limit);
-  if (!op || record_.end() > limit)
-    return false;
+  const std::uint64_t end = record_.end();
+  if (!op || end > limit)
+    return 0;
   if (op == Op::Index) {
     readIndex();
-    return true;
+    return end;
   }
   finishChunk();
   if (op == Op::Connection)
     addConnection(offset);
   else if (op == Op::Message)
     addFileMessage(offset);
-  return true;
+  return end;
 }
 
 /** \brief Begins a chunk. The sizes of the last one of a bag that was cut off are 0, and
  * its records, if they are not compressed, are read as those of the file.
- * \return false if it is cut off; then all of it is read
+ * \return where the next record begins; 0 if the chunk is cut off
  */
-bool
+std::uint64_t
 ContentsFinder::beginChunk(std::uint64_t offset, std::uint64_t limit)
 {
   finishChunk();
@@ -252,14 +253,19 @@ ContentsFinder::beginChunk(std::uint64_t offset, std::uint64_t limit)
   record_.fields().find("compression", compression);
   const bool is_unfinished =
       record_.dataSize() == 0 && record_.end() < limit && isCompressed(compression);
-  const bool is_cut_off = is_unfinished || record_.end() > limit;
   if (record_.dataSize() == 0 && !is_unfinished)
-    return true;
-  contents_.sections.push_back(
-      {true, offset, (is_cut_off ? limit : record_.end()) - offset, is_cut_off});
-  chunk_.section = contents_.sections.size() - 1;
+    return record_.end();
+  const bool is_cut_off = is_unfinished || record_.end() > limit;
+  const std::uint64_t end = is_cut_off ? limit : record_.end();
+  contents_.sections.push_back({true, offset, end - offset, is_cut_off});
+  const std::size_t section = contents_.sections.size() - 1;
+  if (is_unfinished) {
+    scanChunk(section, false);
+    return end;
+  }
+  chunk_.section = section;
   chunk_.size = record_.fields().number("size", 4).value_or(0);
-  return !is_cut_off;
+  return is_cut_off ? 0 : end;
 }
 
 void
@@ -289,7 +295,7 @@ ContentsFinder::finishChunk()
   if (chunk.section == 0)
     return;
   if (!isIndexComplete(chunk))
-    scanChunk(chunk.section);
+    scanChunk(chunk.section, contents_.sections[chunk.section].is_cut_off);
   else
     for (const FoundMessage& message : chunk.indexed)
       addMessage(message, chunk.section);
@@ -322,7 +328,7 @@ ContentsFinder::isIndexComplete(OpenChunk& chunk) const
 
 /** \brief Adds the connections and messages of a chunk by reading all of it. */
 void
-ContentsFinder::scanChunk(std::size_t section)
+ContentsFinder::scanChunk(std::size_t section, bool is_damage_known)
 {
   const Section& place = contents_.sections[section];
   if (scanned_bytes_ > least_scanned_bytes + scanned_ratio * file_.size()) {
@@ -333,7 +339,7 @@ ContentsFinder::scanChunk(std::size_t section)
   }
   const std::string failure = loadChunk(file_, place, buffer_);
   scanned_bytes_ += buffer_.size();
-  if (!failure.empty() && !place.is_cut_off)
+  if (!failure.empty() && !is_damage_known)
     addDamage(place.offset, "a chunk: " + failure);
   SpanReader reader(buffer_.data(), buffer_.size());
   Record record;
@@ -349,7 +355,7 @@ ContentsFinder::scanChunk(std::size_t section)
                   offset},
                  section);
   }
-  if (failure.empty() && !place.is_cut_off && offset < buffer_.size())
+  if (failure.empty() && !is_damage_known && offset < buffer_.size())
     addDamage(place.offset,
               "a chunk: a record in it is not whole; what follows is lost");
 }
