@@ -10,6 +10,9 @@
 namespace pcl_ext {
 namespace recording {
 
+/** \brief What is wrong where no message is. */
+constexpr char not_indexed[] = "a message is not where the index says";
+
 /** \brief Where a message of a file is. */
 struct MessagePlace {
   const Section& section;

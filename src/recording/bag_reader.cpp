@@ -178,6 +178,7 @@ BagReader::Implementation::addFile(InputFile input, const ChannelFilter& wants)
                            {0, damage, file.bag_file->file().path()});
   const std::size_t number = files_.size();
   file_bytes_ += file.bag_file->file().size();
+  cache_.allowFile(file.bag_file->file().size());
   has_databases_ |= file.bag_file->hasRows();
   if (number == 0)
     profile_ = contents.profile;

@@ -22,6 +22,23 @@ ChunkCache::CachedChunk::cost() const
                       records.offsets.size() * sizeof(records.offsets.front()));
 }
 
+std::string
+ChunkCache::findMessage(const MessagePlace& place,
+                        const std::function<void(Records&)>& load,
+                        SpanReader& record)
+{
+  const Records& chunk = records(place.section_number, load);
+  // What could be read of a chunk that was cut off is valid.
+  if (!chunk.failure.empty() && !place.section.is_cut_off)
+    return "a chunk: " + chunk.failure;
+  if (!chunk.hasMessageAt(place.offset))
+    return not_indexed;
+  const auto offset = static_cast<std::size_t>(place.offset);
+  record = SpanReader(chunk.bytes.data() + offset, chunk.bytes.size() - offset);
+  return {};
+}
+
+/** \brief Loads a chunk unless it is here. */
 const ChunkCache::Records&
 ChunkCache::records(std::size_t number, const std::function<void(Records&)>& load)
 {
@@ -34,7 +51,15 @@ ChunkCache::records(std::size_t number, const std::function<void(Records&)>& loa
     return chunks_.front().records;
   }
   Records records;
-  load(records);
+  if (bytes_left_ > 0)
+    load(records);
+  else
+    records.failure = "its messages and those of others come in turn, too often for a "
+                      "file of this size; they are lost";
+  // Of a damaged chunk there may be no bytes, though it took time.
+  constexpr std::uint64_t least_bytes = std::uint64_t{1} << 20;
+  bytes_left_ -=
+      std::min(bytes_left_, std::max<std::uint64_t>(least_bytes, records.bytes.size()));
   // Decompression leaves room after the bytes.
   records.bytes.shrink_to_fit();
   chunks_.push_front({number, std::move(records)});

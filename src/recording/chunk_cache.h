@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include "recording/bag_file.h"
+#include "recording/span_reader.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -32,15 +33,30 @@ public:
     hasMessageAt(std::uint64_t offset) const;
   };
 
-  /** \brief Loads a chunk unless it is here.
-   * \param[in] number of the chunk in the cache
-   * \param[in] load reads a chunk
-   * \return valid until the next call
+  /** \brief Allows for the chunks of a file. Chunks that are loaded again and again, as
+   * their messages come in turn, take time: 1 GiB may be loaded, and 1000 times the
+   * bytes of all files. */
+  void
+  allowFile(std::uint64_t bytes)
+  {
+    bytes_left_ += 1000 * bytes;
+  }
+
+  /** \brief Finds the record of a message in its chunk.
+   * \param[in] place of the message
+   * \param[in] load reads the chunk, unless it is here
+   * \param[out] record begins with it; valid until the next call
+   * \return empty, or what is wrong
    */
+  std::string
+  findMessage(const MessagePlace& place,
+              const std::function<void(Records&)>& load,
+              SpanReader& record);
+
+private:
   const Records&
   records(std::size_t number, const std::function<void(Records&)>& load);
 
-private:
   struct CachedChunk {
     std::size_t number;
     Records records;
@@ -51,8 +67,9 @@ private:
     cost() const;
   };
 
-  std::list<CachedChunk> chunks_; // the last one used first
-  std::size_t bytes_ = 0;         // of all of them
+  std::list<CachedChunk> chunks_;                     // the last one used first
+  std::size_t bytes_ = 0;                             // of all of them
+  std::uint64_t bytes_left_ = std::uint64_t{1} << 30; // that may be loaded
 };
 
 } // namespace recording

@@ -181,7 +181,7 @@ decompress(const std::string& compression,
   if (compression == lz4_compression)
     return decompressLz4(bytes, size, max_size, records);
   if (compression != no_compression)
-    return "its compression '" + compression + "' is unknown";
+    return "its compression '" + compression.substr(0, 80) + "' is unknown";
   if (size > max_size)
     return "it has more bytes than it declares";
   records.assign(bytes, bytes + size);

@@ -11,8 +11,6 @@ namespace mcap {
 
 namespace {
 
-constexpr char not_indexed[] = "a message is not where the index says";
-
 void
 findMessages(ChunkCache::Records& records)
 {
@@ -63,18 +61,16 @@ McapFile::read(const MessagePlace& place,
       return "a message cannot be read";
     return takeMessage(record_.data(), record_.size(), message, channel_id);
   }
-  const ChunkCache::Records& records =
-      cache_.records(place.section_number, [&](ChunkCache::Records& loaded) {
+  SpanReader reader(nullptr, 0);
+  std::string failure = cache_.findMessage(
+      place,
+      [&](ChunkCache::Records& loaded) {
         loaded.failure = loadChunk(file(), section, loaded.bytes);
         findMessages(loaded);
-      });
-  // What could be read of a chunk that was cut off is valid.
-  if (!records.failure.empty() && !section.is_cut_off)
-    return "a chunk: " + records.failure;
-  if (!records.hasMessageAt(place.offset))
-    return not_indexed;
-  const auto offset = static_cast<std::size_t>(place.offset);
-  SpanReader reader(records.bytes.data() + offset, records.bytes.size() - offset);
+      },
+      reader);
+  if (!failure.empty())
+    return failure;
   reader.u8();
   const std::uint64_t length = reader.u64();
   return takeMessage(

@@ -339,6 +339,8 @@ ContentsFinder::scanChunk(std::size_t section, bool is_damage_known)
   }
   const std::string failure = loadChunk(file_, place, buffer_);
   scanned_bytes_ += buffer_.size();
+  if (!failure.empty() && !place.is_cut_off)
+    buffer_.clear();
   if (!failure.empty() && !is_damage_known)
     addDamage(place.offset, "a chunk: " + failure);
   SpanReader reader(buffer_.data(), buffer_.size());

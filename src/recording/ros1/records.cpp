@@ -20,6 +20,7 @@ constexpr std::uint32_t max_header_bytes = 1 << 20;
 constexpr std::size_t usual_header_bytes = 512;
 
 constexpr char not_compressed[] = "none";
+constexpr char bz2[] = "bz2";
 
 } // namespace
 
@@ -129,9 +130,14 @@ loadChunk(const InputFile& file,
   const bool is_read = chunk.read(file, section.offset);
   const std::optional<std::uint64_t> declared =
       is_read ? chunk.fields().number("size", 4) : std::nullopt;
-  if (!declared || !chunk.fields().find("compression", compression))
+  const std::uint64_t end = section.offset + section.length;
+  if (!declared || chunk.data() > end ||
+      !chunk.fields().find("compression", compression))
     return "its fields are invalid; its messages are lost";
-  const std::uint64_t size = section.offset + section.length - chunk.data();
+  if (compression != bz2 && compression != mcap::lz4_compression &&
+      isCompressed(compression))
+    return "its compression '" + compression.substr(0, 80) + "' is unknown";
+  const std::uint64_t size = end - chunk.data();
   const std::uint64_t most = mostChunkBytes(size);
   if (size > most || *declared > most)
     return "it is larger than the limit of " + std::to_string(most) +
@@ -141,7 +147,7 @@ loadChunk(const InputFile& file,
     return "it cannot be read; its messages are lost";
   const std::uint64_t max_size = section.is_cut_off ? most : *declared;
   std::string failure =
-      compression == "bz2"
+      compression == bz2
           ? mcap::decompressBz2(compressed.data(), compressed.size(), max_size, records)
           : mcap::decompress(isCompressed(compression) ? compression
                                                        : mcap::no_compression,
@@ -153,10 +159,7 @@ loadChunk(const InputFile& file,
     return failure;
   if (failure.empty() && records.size() != *declared)
     failure = "it has fewer bytes than it declares";
-  if (failure.empty())
-    return {};
-  records.clear();
-  return failure + "; its messages are lost";
+  return failure.empty() ? failure : failure + "; its messages are lost";
 }
 
 } // namespace ros1

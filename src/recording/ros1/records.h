@@ -118,14 +118,14 @@ private:
   std::uint64_t data_size_ = 0;
 };
 
-/** \brief True if chunks have this compression: none, bz2 or lz4. */
+/** \brief False for "none"; any other name is that of a compression. */
 bool
 isCompressed(const std::string& compression);
 
 /** \brief Loads the records of a chunk, as far as they can be read.
  * \param[in] section a chunk; one that is cut off may lack its sizes, too, as those are
  * written when it is complete
- * \param[out] records uncompressed; empty if it is damaged
+ * \param[out] records uncompressed, as many bytes as were decompressed
  * \return empty, or what is wrong
  */
 std::string
