@@ -228,8 +228,13 @@ makeCoordinatesReal(pcl::PCLPointCloud2& cloud)
   const std::uint32_t size = real->are_double ? sizeof(double) : sizeof(float);
   const std::size_t row_step = rowStep(cloud);
   std::vector<std::uint8_t> points;
-  points.reserve(std::size_t{cloud.width} * cloud.height *
-                 (cloud.point_step + 3 * size));
+  // Of points of a byte each, as no sensor has them, there may be very many.
+  constexpr std::size_t most_bytes = std::size_t{1} << 30;
+  const std::size_t bytes =
+      std::size_t{cloud.width} * cloud.height * (cloud.point_step + 3 * size);
+  if (bytes > most_bytes)
+    return {};
+  points.reserve(bytes);
   for (std::size_t row = 0; row < cloud.height; ++row)
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
@@ -238,12 +243,12 @@ makeCoordinatesReal(pcl::PCLPointCloud2& cloud)
       for (const clouds::NumberReader& read : readers) {
         const double number = read(point);
         const auto less_precise = static_cast<float>(number);
-        std::array<std::uint8_t, sizeof(number)> bytes{};
+        std::array<std::uint8_t, sizeof(number)> written{};
         if (real->are_double)
-          std::memcpy(bytes.data(), &number, sizeof(number));
+          std::memcpy(written.data(), &number, sizeof(number));
         else
-          std::memcpy(bytes.data(), &less_precise, sizeof(less_precise));
-        points.insert(points.end(), bytes.begin(), bytes.begin() + size);
+          std::memcpy(written.data(), &less_precise, sizeof(less_precise));
+        points.insert(points.end(), written.begin(), written.begin() + size);
       }
     }
   std::uint32_t offset = cloud.point_step;
