@@ -43,16 +43,16 @@ for (const [where, options] of [["a desk", { viewport: { width: 1440, height: 90
     await more.waitFor();
     assert.match(await more.innerText(), /Keep/i);
     const box = await more.boundingBox();
-    const scrolled = page.locator(".panel");
-    const panel = await scrolled.boundingBox();
+    const panel = await page.locator(".panel").boundingBox();
     assert.ok(Math.abs(box.y + box.height - panel.y - panel.height) < 1, "at the panel's edge");
-    for (let i = 0; i < 5 && (await more.count()) > 0; ++i) {
-      // While the panel scrolls the button may go.
-      const ended = scrolled.evaluate((element) =>
-        new Promise((resolve) => element.addEventListener("scrollend", () => resolve(), { once: true })));
-      await more.click();
-      await ended;
-    }
+    await more.click();
+    await page.until(() => document.querySelector(".panel").scrollTop > 0);
+    // Clicks by Playwright would wait for a button that goes while the panel scrolls.
+    await page.waitForFunction(() => {
+      const button = document.querySelector(".more-below.is-needed");
+      button?.click();
+      return button === null;
+    }, undefined, { polling: 500 });
     assert.equal(await more.count(), 0);
     const last = await page.getByRole("button", { name: "Copy link" }).boundingBox();
     assert.ok(last.y + last.height <= panel.y + panel.height);
