@@ -41,9 +41,12 @@ class Cloud(np.ndarray):  # type: ignore[type-arg]
         return array.view(cls)
 
     def __repr__(self) -> str:
+        # What numpy makes of a cloud, as by == or view(), has the class also without fields.
+        if self.dtype.names is None:
+            return repr(self.view(np.ndarray))
         points = np.ravel(self).view(np.ndarray)
         size = "" if self.ndim < 2 else " in " + " x ".join(map(str, self.shape))
-        fields = [_range(name, points[name]) for name in points.dtype.names or ()]
+        fields = [_range(name, points[name]) for name in self.dtype.names]
         return f"<Cloud of {counted(len(points), 'point')}{size}: {', '.join(fields)}>"
 
     def __getitem__(self, index: Any) -> Any:

@@ -28,7 +28,8 @@ def test_bag_to_picture(tmp_path, monkeypatch):
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path))
     monkeypatch.delenv("MPLBACKEND", raising=False)
     command = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute"]
-    command += ["--ExecutePreprocessor.timeout=300", "--output-dir", tmp_path, NOTEBOOK]
+    command += [f"--ExecutePreprocessor.{name}=300" for name in ("startup_timeout", "timeout")]
+    command += ["--output-dir", tmp_path, NOTEBOOK]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     cells = json.loads((tmp_path / NOTEBOOK.name).read_text())["cells"]

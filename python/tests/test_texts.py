@@ -72,6 +72,9 @@ def test_clouds_tell_their_fields_and_ranges():
     # What an array prints, and those of single points and fields, stay as they are.
     assert str(cloud[:1]) == str(points[:1])
     assert repr(cloud["r"]) == repr(points["r"])
+    # Nor do they hide what has no fields.
+    assert repr(cloud == cloud) == repr(points == points)
+    assert repr(image.view("f4")) == repr(np.zeros((2, 15), "f4"))
 
 
 def test_recordings_tell_their_size(room, tmp_path):

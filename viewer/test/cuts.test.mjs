@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, openViewer, startBrowser, stillPicture, stopBrowser, untilAllDrawn, untilIndexed } from "./support/browser.mjs";
 import { cellRecording } from "./support/fixtures.mjs";
 
 before(startBrowser);
@@ -15,7 +15,7 @@ async function openCell() {
   const viewer = await openViewer();
   await openFiles(viewer, [cellRecording()]);
   await untilIndexed(viewer);
-  await viewer.until(() => window.pclExtViewer.streams().every(({ voxels }) => voxels > 0));
+  await untilAllDrawn(viewer, 2);
   return viewer;
 }
 
@@ -29,8 +29,7 @@ async function places(viewer) {
 }
 
 async function shoot(viewer) {
-  await viewer.waitForTimeout(500);
-  return viewer.locator("canvas.scene").screenshot();
+  return stillPicture(viewer, { clip: await viewer.locator("canvas.scene").boundingBox() });
 }
 
 test("voxels above and below two heights are neither drawn nor counted", async () => {

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stopBrowser } from "./support/browser.mjs";
+import { openFiles, openViewer, startBrowser, stillPicture, stopBrowser, untilAllDrawn } from "./support/browser.mjs";
 import { cloudRecording } from "./support/fixtures.mjs";
 
 before(startBrowser);
@@ -50,14 +50,10 @@ test("points that the view is not fitted to are drawn all the same", async () =>
   });
   const clip = await viewer.locator("canvas.scene").boundingBox();
   const middle = { x: clip.x + clip.width / 2 - 20, y: clip.y + clip.height / 2 - 20, width: 40, height: 40 };
-  const shoot = async () => {
-    await viewer.waitForTimeout(500);
-    return viewer.screenshot({ clip: middle });
-  };
-  const drawn = await shoot();
+  const drawn = await stillPicture(viewer, { clip: middle });
   await viewer.evaluate(() => window.pclExtViewer.set({ hiddenStreams: ["room_and_far"] }));
   await viewer.until(() => window.pclExtViewer.counts().all === 0);
-  assert.notDeepEqual(drawn, await shoot());
+  assert.notDeepEqual(drawn, await stillPicture(viewer, { clip: middle }));
   await viewer.finish();
 });
 
@@ -68,7 +64,7 @@ test("a small stream beside a large one is in the view", async () => {
   await openFiles(viewer, paths.slice(0, 1));
   const alone = distanceOf(await viewer.ask(() => window.pclExtViewer.camera()));
   await openFiles(viewer, paths);
-  await viewer.until(() => window.pclExtViewer.streams().length === 2);
+  await untilAllDrawn(viewer, 2);
   await viewer.evaluate(() => window.pclExtViewer.fit("oblique"));
   assert.ok(distanceOf(await viewer.ask(() => window.pclExtViewer.camera())) > 1.5 * alone);
   await viewer.finish();

@@ -240,6 +240,8 @@ test("a file that is opened while another one is read gets nothing of that", asy
     for (const end = performance.now() + 600; performance.now() < end; );
     open(fileOf(cell, 1, "cell.mcap"));
   }, texts);
+  // Until then the first file is shown.
+  await viewer.until(() => !window.pclExtViewer.state().isOpening);
   await untilDrawn(viewer);
   await untilIndexed(viewer);
   assert.deepEqual((await viewer.ask(() => window.pclExtViewer.streams())).map(({ name }) => name),

@@ -8,7 +8,10 @@ const tolerance = 8;
 export function createMoreBelow(panel: HTMLElement): HTMLElement {
   const names = element("span");
   const more = element("button", { type: "button", class: "more-below" }, names, element("span", { "aria-hidden": "true" }, "▾"));
-  more.addEventListener("click", () => panel.scrollBy({ top: 0.8 * panel.clientHeight, behavior: "smooth" }));
+  more.addEventListener("click", () => {
+    const prefersNoMotion = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    panel.scrollBy({ top: 0.8 * panel.clientHeight, behavior: prefersNoMotion ? "instant" : "smooth" });
+  });
   const sections = (): HTMLElement[] => [...panel.querySelectorAll<HTMLElement>(".section")];
   const update = (): void => {
     const isEnd = panel.scrollHeight - panel.scrollTop - panel.clientHeight <= tolerance;

@@ -62,6 +62,14 @@ export async function untilDrawn(page) {
   await page.until(() => window.pclExtViewer.counts().all > 0);
 }
 
+/** Waits until so many streams are there, and voxels of each of them are drawn. */
+export async function untilAllDrawn(page, streams) {
+  await page.until((count) => {
+    const all = window.pclExtViewer.streams();
+    return all.length === count && all.every(({ voxels }) => voxels > 0);
+  }, streams);
+}
+
 export async function untilIndexed(page) {
   await page.until(() => window.pclExtViewer.state().indexedShare === 1);
 }
@@ -74,6 +82,23 @@ export async function untilBadge(page, text) {
 /** Shows a frame of a recording. */
 export async function seek(page, moment) {
   await page.evaluate((at) => window.pclExtViewer.seek(at), moment);
+}
+
+/** A picture of the page as soon as two in a row are the same, as what was asked for is drawn some time later.
+ * @param options of Playwright's screenshot
+ */
+export async function stillPicture(page, options) {
+  // What was asked for is drawn before the second frame of the page begins.
+  const twoFrames = () => page.ask(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
+  const end = Date.now() + patienceMs;
+  let before = Buffer.alloc(0);
+  while (Date.now() < end) {
+    await twoFrames();
+    const picture = await page.screenshot(options);
+    if (picture.equals(before)) return picture;
+    before = picture;
+  }
+  throw new Error("the page never comes to rest");
 }
 
 /** The voxels of a stream as sorted texts, coordinates in millimetres. */
