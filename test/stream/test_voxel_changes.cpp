@@ -305,7 +305,7 @@ TEST_P(VoxelChangesOf, FramesThatAreLostOrDamagedAddUp)
     FrameEncoder encoder(StreamFormat::Version1, 5, effort);
     BothDecoders decoders;
     std::map<CompressionCode, int> codes;
-    for (unsigned int i = 0; i < 50; ++i) {
+    for (unsigned int i = 0; i < 80; ++i) {
       SCOPED_TRACE(i);
       Bytes bytes = encoded(encoder, scene.next());
       const std::uint64_t kind = below(random, 8);
