@@ -131,6 +131,7 @@ private:
   openFile(std::size_t number);
 
   ChunkCache cache_;
+  Time last_time_{0}; // of the message that was read last
   std::vector<IndexedFile> files_;
   std::vector<std::size_t>
       open_files_; // numbers of files; the one used last is the last
@@ -295,6 +296,9 @@ RecordingStatus
 BagReader::Implementation::read(const BagEntry& entry, McapMessage& message)
 {
   const FileSection& part = sections_[entry.chunk];
+  if (entry.log_time < last_time_)
+    cache_.beginPass();
+  last_time_ = entry.log_time;
   std::uint16_t channel_id = 0;
   std::string failure = openFile(part.file).read(
       {part.section, entry.chunk, entry.offset}, message, channel_id);

@@ -50,12 +50,13 @@ ChunkCache::records(std::size_t number, const std::function<void(Records&)>& loa
     chunks_.splice(chunks_.begin(), chunks_, found);
     return chunks_.front().records;
   }
+  if (bytes_left_ == 0) {
+    refused_.failure = "its messages and those of others come in turn, too often for a "
+                       "file of this size; they are lost";
+    return refused_;
+  }
   Records records;
-  if (bytes_left_ > 0)
-    load(records);
-  else
-    records.failure = "its messages and those of others come in turn, too often for a "
-                      "file of this size; they are lost";
+  load(records);
   // Of a damaged chunk there may be no bytes, though it took time.
   constexpr std::uint64_t least_bytes = std::uint64_t{1} << 20;
   bytes_left_ -=

@@ -34,12 +34,20 @@ public:
   };
 
   /** \brief Allows for the chunks of a file. Chunks that are loaded again and again, as
-   * their messages come in turn, take time: 1 GiB may be loaded, and 1000 times the
-   * bytes of all files. */
+   * their messages come in turn, take time: 1 GiB may be loaded in a pass through the
+   * messages, and 1000 times the bytes of all files. */
   void
   allowFile(std::uint64_t bytes)
   {
-    bytes_left_ += 1000 * bytes;
+    bytes_of_pass_ += 1000 * bytes;
+    beginPass();
+  }
+
+  /** \brief Begins another pass, as where a reader goes back. */
+  void
+  beginPass()
+  {
+    bytes_left_ = bytes_of_pass_;
   }
 
   /** \brief Finds the record of a message in its chunk.
@@ -67,9 +75,11 @@ private:
     cost() const;
   };
 
-  std::list<CachedChunk> chunks_;                     // the last one used first
-  std::size_t bytes_ = 0;                             // of all of them
-  std::uint64_t bytes_left_ = std::uint64_t{1} << 30; // that may be loaded
+  std::list<CachedChunk> chunks_; // the last one used first
+  std::size_t bytes_ = 0;         // of all of them
+  std::uint64_t bytes_of_pass_ = std::uint64_t{1} << 30;
+  std::uint64_t bytes_left_ = bytes_of_pass_; // that may be loaded
+  Records refused_;
 };
 
 } // namespace recording
