@@ -303,15 +303,20 @@ SensorRays::findAngles(const SensorCloud& cloud,
   std::int32_t last = 0;
   for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
     const std::uint32_t column = columns.columns()[begin];
+    while (end < cloud.size() && columns.columns()[end] == column)
+      ++end;
     const double last_angle = last * fit.turn_step;
     const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
+    // A few points of a column tell its middle.
+    constexpr std::size_t enough = 12;
+    const std::size_t every = (end - begin) / enough + 1;
     off.clear();
-    for (; end < cloud.size() && columns.columns()[end] == column; ++end) {
-      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[end]);
+    for (std::size_t i = begin; i < end; i += every) {
+      Eigen::Vector3d position = to_sensor * vectorOf(cloud.positions[i]);
       if (fit.has_motion)
         position = fit.motion.stillPosition(position, timeOf(column, frame.width));
       if (position.x() != 0.0 || position.y() != 0.0)
-        off.push_back(angleOff(position, direction, row_directions[cloud.rings[end]]));
+        off.push_back(angleOff(position, direction, row_directions[cloud.rings[i]]));
     }
     if (!off.empty()) {
       const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
