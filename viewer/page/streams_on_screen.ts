@@ -8,6 +8,7 @@ import { guessUp } from "./guessed_up";
 import type { GuessedUp } from "./guessed_up";
 import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countDrawn, countKept } from "./scene/drawn_voxels";
+import type { Pose } from "./recordings/transforms";
 import { fieldAxisOf } from "./scene/field_axis";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import { streamColours } from "./scene/stream_colours";
@@ -50,6 +51,7 @@ export class StreamsOnScreen {
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
+  private followed: { stream: number; pose: Pose } | null = null;
   readonly selection: Selection;
   private readonly rate = element("b");
 
@@ -68,6 +70,7 @@ export class StreamsOnScreen {
       const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
+      if (changed.has("hiddenStreams") || changed.has("followsSensor")) this.follow(false);
       if (changed.has("up") && this.applyUp()) this.scene.fit("oblique");
       if (changed.has("indexedShare")) this.requestFigures();
       if (figureKeys.some((key) => changed.has(key))) this.updateFigures();
@@ -136,13 +139,15 @@ export class StreamsOnScreen {
   }
 
   private showVoxels(stream: number, frame: ShownFrame | null): void {
-    const before = this.scene.show(stream, frame?.voxels ?? null, frame?.resolution ?? 0, this.store.get().voxelScale,
-      frame?.placement?.pose);
+    const { resolution = 0, time = 0, placement } = frame ?? {};
+    const before = this.scene.show(stream, frame?.voxels ?? null, { resolution, time, pose: placement?.pose }, this.store.get());
     if (before) this.recycle(before);
   }
 
-  /** Takes decoded frames; those that are no longer wanted are given back. */
-  show(frames: readonly ShownFrame[], isWanted: boolean): void {
+  /** Takes decoded frames; those that are no longer wanted are given back.
+   * @param movesCamera with the sensor that is followed
+   */
+  show(frames: readonly ShownFrame[], isWanted: boolean, movesCamera = true): void {
     if (!isWanted) {
       for (const { voxels } of frames) if (voxels) this.recycle(voxels.buffer);
       return;
@@ -163,8 +168,20 @@ export class StreamsOnScreen {
     this.tellFrames();
     if (this.streams.some(({ description, shown }) => description.metadata.sensor_pose && shown?.placement)) this.showSensors();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
+    this.follow(movesCamera);
     this.selection.follow();
     this.requestFigures();
+  }
+
+  /** Remembers where the first stream that moves is, if it is followed. */
+  private follow(movesCamera: boolean): void {
+    const stream = this.streams.findIndex(({ shown }, i) => this.isVisible(i) && shown?.placement?.isMoving);
+    this.panel.setMoving(stream >= 0);
+    const pose = this.store.get().followsSensor ? this.streams[stream]?.shown?.placement?.pose : undefined;
+    const before = this.followed?.stream === stream ? this.followed.pose : undefined;
+    this.followed = pose ? { stream, pose } : null;
+    if (pose && before && movesCamera)
+      this.scene.carryCamera([pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]]);
   }
 
   /** True if another axis points up than before. */

@@ -25,6 +25,8 @@ export interface ViewerHook {
   streams(): { name: string; colour: number[]; number: number | null; problem: string | null; voxels: number; past: number }[];
   /** Coordinates of the voxels of a stream that are no noise, x, y, z one after the other. */
   positions(stream: number): number[];
+  /** The same of the frames before, which stay for the decay time; noise, too. */
+  pastPositions(stream: number): number[];
   /** Values of the field that the same voxels have with them; null: none. */
   fieldValues(stream: number): number[] | null;
   moments(): number;
@@ -64,6 +66,8 @@ export function publishHook(viewer: HookedPage): void {
         if (!isNoise(layer, i, threshold)) result.push(...layer.placeOf(i));
       return result;
     },
+    pastPositions: (stream) =>
+      viewer.scene.past.layers.flatMap((past) => (past.stream === stream ? past.layer.drawnPlaces() : [])),
     fieldValues: (stream) => {
       const layer = viewer.scene.layers[stream];
       const { threshold } = viewer.store.get();

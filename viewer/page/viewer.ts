@@ -292,7 +292,7 @@ export class Viewer {
           this.notices.show("unfinished", "warning", "The file is not complete", ["Its end is missing; all frames before it are shown."]);
         break;
       case "shown":
-        this.screen.show(message.frames, message.request === this.request);
+        this.screen.show(message.frames, message.request === this.request, this.linkedView.time === null || this.isTimeChosen);
         if (message.request === this.request) {
           this.playback.shown();
           for (const resolve of this.waiting.splice(0)) resolve();

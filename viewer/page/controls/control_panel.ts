@@ -4,7 +4,7 @@ import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
-import { fieldOf, noCut, trailSeconds, voxelScales } from "../state/viewer_state";
+import { fieldOf, longestDecay, noCut, trailSeconds, voxelScales } from "../state/viewer_state";
 import { CutControl } from "./cut_control";
 import { button, choice, element, section, toggle } from "./dom";
 import { createMoreBelow } from "./more_below";
@@ -91,18 +91,26 @@ export class ControlPanel {
     const size = element("input", { type: "range", ...voxelScales, step: 0.05, "aria-label": "Voxel size" });
     const sizeText = element("output", {});
     size.addEventListener("input", () => this.store.set({ voxelScale: Number(size.value) }));
+    const decay = element("input", { type: "range", min: 0, max: longestDecay, step: 0.5, "aria-label": "Decay time" });
+    const decayText = element("output", {});
+    decay.addEventListener("input", () => this.store.set({ decaySeconds: Number(decay.value) }));
     const toggles = (
-      [["showsGrid", "Floor grid"], ["showsAxes", "Axes"], ["showsSensors", "Sensors"], ["showsCropBox", "Crop box"]] as const
+      [["showsGrid", "Floor grid"], ["showsAxes", "Axes"], ["showsSensors", "Sensors"], ["showsCropBox", "Crop box"],
+        ["followsSensor", "Follow"]] as const
     ).map(([key, label]) => {
       const made = toggle(label, (isOn) => this.store.set({ [key]: isOn }));
       this.updaters.push((state) => made.set(state[key]));
       made.row.dataset.toggle = key;
+      if (key === "followsSensor") made.row.title = "The camera goes with the first stream of the list whose sensor moves";
       return made.row;
     });
     this.updaters.push((state) => {
       shape.set(state.shape);
       size.value = String(state.voxelScale);
       sizeText.textContent = `${Math.round(100 * state.voxelScale)} %`;
+      decay.value = String(state.decaySeconds);
+      decayText.textContent = state.decaySeconds > 0 ? `${state.decaySeconds} s` : "off";
+      decay.setAttribute("aria-valuetext", decayText.textContent);
     });
     for (const [value, name] of Object.entries(upNames)) this.up.append(element("option", { value }, name));
     this.up.addEventListener("change", () => this.store.set({ up: this.up.value as ViewerState["up"], ...noCut }));
@@ -115,6 +123,8 @@ export class ControlPanel {
       element("label", { class: "row" }, element("span", {}, "Voxel size"), size, sizeText),
       element("label", { class: "row" }, element("span", {}, "Up"), this.up),
       ...this.cut.rows,
+      element("label", { class: "row", title: "Frames stay so long that others have followed, as in RViz and Foxglove" },
+        element("span", {}, "Decay time"), decay, decayText),
       element("div", { class: "toggles" }, ...toggles), views);
   }
 
@@ -154,6 +164,12 @@ export class ControlPanel {
       const row = this.root.querySelector<HTMLElement>(`[data-toggle=${key}]`);
       if (row) row.hidden = !isThere;
     }
+  }
+
+  /** Says whether a sensor moves, which can be followed. */
+  setMoving(isMoving: boolean): void {
+    const row = this.root.querySelector<HTMLElement>("[data-toggle=followsSensor]");
+    if (row) row.hidden = !isMoving;
   }
 
   setRemoved(kept: number, all: number, filterRemark: string | null): void {

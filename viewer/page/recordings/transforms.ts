@@ -16,6 +16,7 @@ export interface Placement {
   /** The frame without a parent that it is placed in; itself, if no transform has it as a child. */
   root: string;
   pose: Pose; // in the root
+  isMoving: boolean; // at other times it may lie elsewhere
   /** What is wrong with it, in words; null if nothing is. */
   problem: string | null;
 }
@@ -203,17 +204,19 @@ export class Transforms {
     let pose = identity;
     let root = frame;
     let problem: string | null = null;
+    let isMoving = false;
     const passed = new Set([frame]);
     for (let link = this.links.get(root); link; link = this.links.get(root)) {
       const { pose: inParent, gap } = link.at(time);
       if (gap > longestGap)
         problem ??= `the nearest transform of “${root}” is ${(gap / 1e9).toPrecision(3)} s away`;
       pose = combined(inParent, pose);
+      isMoving ||= !link.isStatic;
       root = link.parent;
       if (passed.has(root))
-        return { root: frame, pose: identity, problem: `the parents of “${frame}” form a circle at “${root}”` };
+        return { root: frame, pose: identity, isMoving: false, problem: `the parents of “${frame}” form a circle at “${root}”` };
       passed.add(root);
     }
-    return { root, pose, problem };
+    return { root, pose, isMoving, problem };
   }
 }

@@ -12,6 +12,7 @@ import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import type { Bounds } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
+import { PastFrames } from "./past_frames";
 import { SelectionMarks } from "./selection_marks";
 import type { MarkedVoxel } from "./selection_marks";
 import { Surroundings } from "./surroundings";
@@ -40,6 +41,7 @@ const directions: Record<ViewDirection | "steep", [number, number, number]> = {
 /** The scene with its camera: draws when something has changed, and only then. */
 export class ViewerScene {
   readonly layers: VoxelLayer[] = [];
+  readonly past = new PastFrames((layer) => this.scene.remove(layer.mesh));
   readonly surroundings = new Surroundings();
   readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
   controls: OrbitControls;
@@ -162,25 +164,43 @@ export class ViewerScene {
 
   /** Has a layer for each stream, with its colour. */
   setStreams(colours: readonly Rgb[]): void {
+    if (colours.length < this.layers.length) this.past.clear();
     while (this.layers.length > colours.length) {
       const layer = this.layers.pop() as VoxelLayer;
       this.scene.remove(layer.mesh);
       layer.dispose();
     }
-    while (this.layers.length < colours.length) {
-      const layer = new VoxelLayer(this.uniforms);
-      this.layers.push(layer);
-      this.scene.add(layer.mesh);
-    }
-    colours.forEach((colour, stream) => this.layers[stream].setColour(colour));
+    while (this.layers.length < colours.length) this.layers.push(this.addLayer(null));
+    this.layersOfStreams().forEach(({ stream, layer }) => layer.setColour(colours[stream]));
     this.requestDrawing();
   }
 
-  /** Returns the buffer that was drawn before. */
-  show(stream: number, voxels: PackedVoxels | null, edge: number, scale: number, pose?: Pose): ArrayBuffer | null {
+  private addLayer(unused: VoxelLayer | null): VoxelLayer {
+    const layer = unused ?? new VoxelLayer(this.uniforms);
+    this.scene.add(layer.mesh);
+    return layer;
+  }
+
+  /** Those of the frames that are shown, and those of the frames before. */
+  private layersOfStreams(): { stream: number; layer: VoxelLayer }[] {
+    return [...this.layers.map((layer, stream) => ({ stream, layer })), ...this.past.layers];
+  }
+
+  /** Returns the buffer that is no longer needed. The frame before stays for the decay time. */
+  show(stream: number, voxels: PackedVoxels | null, frame: { resolution: number; time: number; pose?: Pose },
+    { voxelScale, decaySeconds }: ViewerState): ArrayBuffer | null {
+    const last = this.layers[stream];
+    let before: ArrayBuffer | null = null;
+    if (voxels) this.past.trim(stream, frame.time, decaySeconds);
+    if (voxels && last.count > 0 && last.time < frame.time && last.time >= frame.time - decaySeconds) {
+      before = last.release();
+      this.layers[stream] = this.addLayer(this.past.keep(stream, last.time, last));
+      this.layers[stream].takeColour(last);
+    }
     const layer = this.layers[stream];
-    const before = layer.show(voxels, edge, pose);
-    layer.setScale(scale);
+    before = layer.show(voxels, frame.resolution, frame.pose) ?? before;
+    layer.time = frame.time;
+    layer.setScale(voxelScale);
     this.requestDrawing();
     return before;
   }
@@ -198,7 +218,8 @@ export class ViewerScene {
     uniforms.isDisc.value = state.shape === "points";
     const map = state.colourBy === "height" || state.colourBy === "age" ? state.colourBy : "intensity";
     uniforms.colourMap.value = this.maps.get(map) ?? null;
-    this.layers.forEach((layer, stream) => {
+    if (state.decaySeconds === 0) this.past.clear();
+    this.layersOfStreams().forEach(({ stream, layer }) => {
       layer.mesh.visible = isVisible(stream);
       layer.setShape(state.shape);
       layer.setScale(state.voxelScale);
@@ -235,7 +256,7 @@ export class ViewerScene {
   /** A box around all voxels that are drawn. */
   private allBounds(): Bounds | null {
     const box = new THREE.Box3();
-    for (const layer of this.layers) if (layer.mesh.visible) box.union(layer.box);
+    for (const { layer } of this.layersOfStreams()) if (layer.mesh.visible) box.union(layer.box);
     return box.isEmpty() ? null : { min: box.min.toArray(), max: box.max.toArray() };
   }
 
@@ -315,6 +336,13 @@ export class ViewerScene {
     this.controls.target.copy(target);
     this.controls.update();
     this.requestDrawing();
+  }
+
+  /** Moves the camera with what it looks at. */
+  carryCamera(by: readonly [number, number, number]): void {
+    this.fitted = null;
+    const step = new THREE.Vector3(...by);
+    this.setCamera(this.camera.position.clone().add(step), this.controls.target.clone().add(step));
   }
 
   cameraValues(): number[] {

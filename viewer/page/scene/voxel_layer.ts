@@ -41,6 +41,9 @@ export class VoxelLayer {
   /** What is drawn now; null after a loss and before the first frame. */
   voxels: PackedVoxels | null = null;
   arrays: VoxelArrays | null = null;
+  /** Number of voxels that are drawn, those seen before among them. */
+  count = 0;
+  time = 0; // of the frame, seconds
   edge = 0; // metres
   /** From the coordinates of the frame to those of the scene. */
   readonly pose = new THREE.Matrix4();
@@ -48,6 +51,7 @@ export class VoxelLayer {
   readonly box = new THREE.Box3();
   /** Values of fields are drawn as differences from it, as the GPU's numbers are too coarse for times of today. */
   private fieldBase = 0;
+  private field: string | null = null; // that they are of
   private capacity = 0;
   private shape: "cubes" | "points" | null = null;
 
@@ -77,6 +81,10 @@ export class VoxelLayer {
     this.mesh.material.uniforms.streamColour.value.fromArray(colour);
   }
 
+  takeColour(other: VoxelLayer): void {
+    this.mesh.material.uniforms.streamColour.value.copy(other.mesh.material.uniforms.streamColour.value);
+  }
+
   setShape(shape: "cubes" | "points"): void {
     if (shape === this.shape) return;
     this.shape = shape;
@@ -92,19 +100,28 @@ export class VoxelLayer {
   /** Says which field is to be drawn, if it is the one that the voxels have, and its axis. */
   setField(name: string | null, axis: IntensityAxis | null): void {
     const { hasField, fieldRange } = this.mesh.material.uniforms;
-    hasField.value = axis !== null && name !== null && this.voxels?.field === name;
+    hasField.value = axis !== null && name !== null && this.field === name;
     if (axis) fieldRange.value.set(forGpu(axis.min - this.fieldBase), forGpu(axis.bright - this.fieldBase));
   }
 
-  /** Takes a frame's voxels; returns the buffer of those drawn before, for use by others. */
-  show(voxels: PackedVoxels | null, edge: number, pose: Pose = identity): ArrayBuffer | null {
+  /** Its voxels stay as they are drawn, but can no longer be asked for; returns their buffer, for use by others. */
+  release(): ArrayBuffer | null {
     const before = this.voxels?.buffer ?? null;
+    this.voxels = null;
+    this.arrays = null;
+    return before;
+  }
+
+  /** Takes a frame's voxels; returns the buffer of those drawn before. */
+  show(voxels: PackedVoxels | null, edge: number, pose: Pose = identity): ArrayBuffer | null {
+    const before = this.release();
     const [x, y, z, ...rotation] = pose;
     this.mesh.quaternion.fromArray(rotation);
     this.pose.compose(new THREE.Vector3(x, y, z), this.mesh.quaternion, new THREE.Vector3(1, 1, 1));
     this.voxels = voxels;
     this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels), voxels.field !== null) : null;
-    const count = voxels ? totalCount(voxels) : 0;
+    const count = (this.count = voxels ? totalCount(voxels) : 0);
+    this.field = voxels?.field ?? null;
     this.box.makeEmpty();
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
@@ -127,6 +144,14 @@ export class VoxelLayer {
     const [x, y, z] = this.arrays?.positions.subarray(3 * voxel, 3 * voxel + 3) ?? [];
     const { elements } = this.pose;
     return elements[axis] * x + elements[axis + 4] * y + elements[axis + 8] * z + elements[axis + 12];
+  }
+
+  /** Where the centres of all voxels are in the scene that are drawn. */
+  drawnPlaces(): number[] {
+    this.mesh.updateMatrixWorld();
+    const centres = this.attribute("centre").array;
+    return Array.from({ length: this.count }, (_, i) =>
+      new THREE.Vector3().fromArray(centres, 3 * i).applyMatrix4(this.mesh.matrixWorld).toArray()).flat();
   }
 
   private attribute(name: string): THREE.InstancedBufferAttribute {

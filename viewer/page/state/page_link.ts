@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { fieldOf, initialState, voxelScales } from "./viewer_state";
+import { fieldOf, initialState, longestDecay, voxelScales } from "./viewer_state";
 import type { ViewerState, ViewerStore } from "./viewer_state";
 
 /** Values that a link carries, with the short names that they have in it. */
@@ -14,6 +14,8 @@ const shortNames = {
   up: "up",
   cutAbove: "cutabove",
   cutBelow: "cutbelow",
+  followsSensor: "follow",
+  decaySeconds: "decay",
   showsGrid: "grid",
   showsAxes: "axes",
   showsSensors: "sensors",
@@ -37,6 +39,7 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
 function numberIn(key: LinkedKey, number: number): number | undefined {
   if (!Number.isFinite(number)) return undefined;
   if (key === "voxelScale") return Math.min(voxelScales.max, Math.max(voxelScales.min, number));
+  if (key === "decaySeconds") return Math.min(longestDecay, Math.max(0, number));
   return number;
 }
 

@@ -20,6 +20,8 @@ export interface ViewerState {
   /** Heights between which voxels are drawn. */
   cutAbove: number;
   cutBelow: number;
+  followsSensor: boolean; // the first one that moves, with the camera
+  decaySeconds: number; // for which frames stay that others followed
   showsGrid: boolean;
   showsAxes: boolean;
   showsSensors: boolean;
@@ -59,6 +61,8 @@ export const initialState: ViewerState = {
   hiddenStreams: [],
   up: "auto",
   ...noCut,
+  followsSensor: false,
+  decaySeconds: 0,
   showsGrid: true,
   showsAxes: true,
   showsSensors: true,
@@ -83,6 +87,8 @@ export const initialState: ViewerState = {
 };
 
 export const voxelScales = { min: 0.2, max: 1.5 };
+
+export const longestDecay = 30; // seconds
 
 /** Seconds that voxels stay visible when they are coloured by the time they were seen last. */
 export const trailSeconds = 2;
