@@ -6,6 +6,8 @@
 #   -DCXX_COMPILER=... -DCXX_FLAGS=... [-DBUILD_DIR=... | -DAS_SUBDIRECTORY=ON |
 #   -DCODEC_ALONE=ON] [-DWITH_EXAMPLES=ON] -P install_and_use.cmake
 #   BUILD_DIR        an existing build tree
+#   NEW_BUILD_DIR    where another one is made, else in WORK_DIR. Beside those of the
+#                    same options a compiler cache has its files
 #   AS_SUBDIRECTORY  static libraries, built by a project that adds this one as a
 #                    subdirectory
 #   CODEC_ALONE      without pcl_ext::pcl_ext, as on a machine that has no PCL
@@ -86,8 +88,13 @@ file(REMOVE_RECURSE ${WORK_DIR})
 file(MAKE_DIRECTORY ${WORK_DIR})
 if(NOT BUILD_DIR)
   set(BUILD_DIR ${WORK_DIR}/build)
+  if(NEW_BUILD_DIR)
+    set(BUILD_DIR ${NEW_BUILD_DIR})
+    file(REMOVE_RECURSE ${BUILD_DIR})
+  endif()
   set(configure ${CMAKE_COMMAND} -B ${BUILD_DIR} ${toolchain} ${unity}
-                -DCMAKE_INSTALL_LIBDIR=${LIBDIR})
+                -DCMAKE_INSTALL_LIBDIR=${LIBDIR}
+                -DPCL_EXT_WARNINGS_AS_ERRORS=${WARNINGS_AS_ERRORS})
   if(AS_SUBDIRECTORY)
     list(APPEND configure -S ${packages}/subdirectory -DPCL_EXT_SOURCE_DIR=${SOURCE_DIR})
     # Without options the parent project gets no rule of installation and no test.
