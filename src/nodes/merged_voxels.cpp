@@ -4,7 +4,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "voxelizing/run_at_once.h"
+#include "platforms/run_at_once.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/summed_voxels.h"
 
+#include "platforms/run_at_once.h"
 #include "simd/bit_operations.h"
-#include "voxelizing/run_at_once.h"
 #include "voxels/radix_sort.h"
 
 #include <algorithm>

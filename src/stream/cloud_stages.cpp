@@ -290,7 +290,8 @@ CloudStages::encodeScan(PointBatches& points,
       frame_.clearVoxels();
     }
   }
-  CompressionStatus status = encoder_.encode(scan_, info.stamp, bytes);
+  CompressionStatus status =
+      encoder_.encode(scan_, info.stamp, settings_.threads, bytes);
   if (!status.ok() || !is_trial)
     return status;
   if (!scan_choice_->takesVoxels(

@@ -278,8 +278,8 @@ addPoints(EncoderSettingTable& table)
   table.push_back({"threads",
                    &S::threads,
                    {1.0, 256.0, "", ""},
-                   "Most threads that voxelize a cloud; the bytes do not depend on it.",
-                   {"--threads", "N", "that turn a large cloud into voxels"},
+                   "Most threads that encode a cloud; the bytes do not depend on it.",
+                   {"--threads", "N", "that encode a large cloud"},
                    {}});
 }
 

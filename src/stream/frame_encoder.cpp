@@ -122,6 +122,7 @@ FrameEncoder::encode(const VoxelFrame& frame,
 CompressionStatus
 FrameEncoder::encode(const scan::ScanFrame& scan,
                      const std::optional<FrameStamp>& stamp,
+                     unsigned int threads,
                      std::vector<std::uint8_t>& bytes)
 {
   return encodeSafely(bytes, scan.pixelCount(), [&] {
@@ -133,11 +134,11 @@ FrameEncoder::encode(const scan::ScanFrame& scan,
       version1_.addReasons(scan, stamp, reasons);
     CodedFrameStatistics statistics;
     statistics.voxels = scan.pixels.size();
-    version1_.encode(reasons.any(), scan, stamp, bytes, statistics);
+    version1_.encode(reasons.any(), scan, stamp, threads, bytes, statistics);
     if (version1_.needsReplacement()) {
       bytes.clear();
       version1_.takeBack();
-      version1_.encode(true, scan, stamp, bytes, statistics);
+      version1_.encode(true, scan, stamp, threads, bytes, statistics);
     }
     endFrame(statistics, scan.pixels.empty());
     return status;

@@ -73,10 +73,12 @@ public:
 
   /** \brief Encodes the points of the next frame; Version1 only.
    * \param[in] scan of a consistent layout, with ascending pixels
+   * \param[in] threads as in EncoderSettings
    */
   CompressionStatus
   encode(const scan::ScanFrame& scan,
          const std::optional<FrameStamp>& stamp,
+         unsigned int threads,
          std::vector<std::uint8_t>& bytes);
 
   /** \brief Bytes of the payloads since the last I-frame, with its own; see

@@ -147,6 +147,7 @@ void
 Version1Encoder::encode(bool is_i_frame,
                         const scan::ScanFrame& scan,
                         const std::optional<FrameStamp>& stamp,
+                        unsigned int threads,
                         std::vector<std::uint8_t>& bytes,
                         CodedFrameStatistics& statistics)
 {
@@ -170,7 +171,8 @@ Version1Encoder::encode(bool is_i_frame,
   header.voxel_count = header.point_count;
   header.supplement_size = 0;
   payload_.clear();
-  const std::size_t geometry = state_.scanCoder().encode(is_i_frame, scan, payload_);
+  const std::size_t geometry =
+      state_.scanCoder().encode(is_i_frame, scan, payload_, threads);
   const std::uint32_t checksum =
       writeFrame({header.voxel_count,
                   0,

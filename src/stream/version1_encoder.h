@@ -83,6 +83,7 @@ public:
   encode(bool is_i_frame,
          const scan::ScanFrame& scan,
          const std::optional<FrameStamp>& stamp,
+         unsigned int threads,
          std::vector<std::uint8_t>& bytes,
          CodedFrameStatistics& statistics);
 

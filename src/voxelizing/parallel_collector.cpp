@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/parallel_collector.h"
 
-#include "voxelizing/run_at_once.h"
+#include "platforms/run_at_once.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -11,10 +11,6 @@ namespace pcl_ext {
 namespace io {
 
 namespace {
-
-/** \brief With fewer, starting a thread and uniting the voxels costs more than it
- * saves. */
-constexpr std::size_t least_points_per_part = std::size_t{1} << 15;
 
 void
 add(VoxelizationStatistics& sum, const VoxelizationStatistics& part)

@@ -2,6 +2,7 @@
 #include "voxelizing/scan_collector.h"
 
 #include "codec/frame_limits.h"
+#include "platforms/run_at_once.h"
 #include "voxelizing/coordinate_step.h"
 #include "voxelizing/point_period.h"
 #include "voxelizing/robust_fit.h"
@@ -9,6 +10,7 @@
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -35,6 +37,20 @@ farthestAxis(const std::array<double, 3>& one,
   for (std::size_t axis = 0; axis < 3; ++axis)
     farthest = std::max(farthest, std::abs(one[axis] - other[axis]) / edge);
   return farthest;
+}
+
+/** \brief Appends points to those of a scan. */
+void
+appendPoints(const scan::ScanFrame& points, scan::ScanFrame& scan)
+{
+  if (!points.turns.empty())
+    scan.turns.resize(scan.pixels.size());
+  scan.turns.insert(scan.turns.end(), points.turns.begin(), points.turns.end());
+  scan.pixels.insert(scan.pixels.end(), points.pixels.begin(), points.pixels.end());
+  scan.depths.insert(scan.depths.end(), points.depths.begin(), points.depths.end());
+  scan.beside.insert(scan.beside.end(), points.beside.begin(), points.beside.end());
+  if (!scan.turns.empty())
+    scan.turns.resize(scan.pixels.size());
 }
 
 /** \brief The grid around a place, or around the origin of its lattice if that is near.
@@ -283,16 +299,37 @@ ScanCollector::appendAll(scan::ScanFrame& scan)
   scan.beside.clear();
   scan.pixels.reserve(order_.size());
   scan.depths.reserve(order_.size());
+  const std::size_t count = order_.size();
+  const std::size_t parts =
+      std::min<std::size_t>(settings_.threads, count / least_points_per_part);
+  if (parts < 2)
+    return append(0, count, scan);
+  std::vector<scan::ScanFrame> others(parts - 1, scan);
+  std::atomic<bool> are_all_near{true};
+  runAtOnce(parts, [&](std::size_t i) {
+    scan::ScanFrame& part = i == 0 ? scan : others[i - 1];
+    if (!append(count * i / parts, count * (i + 1) / parts, part))
+      are_all_near = false;
+  });
+  for (const scan::ScanFrame& other : others)
+    appendPoints(other, scan);
+  return are_all_near;
+}
+
+/** \brief Appends some of the points, in their order. */
+bool
+ScanCollector::append(std::size_t first, std::size_t last, scan::ScanFrame& scan) const
+{
   const bool is_spinning = scan.rays.shape == scan::RayShape::Spinning;
   ScanLocator locator(scan, is_spinning && rays_.mayTurn());
   // Rows are not wide, but sequences may be one.
   constexpr std::size_t points_at_once = 4096;
   const std::uint32_t width = scan.rayColumns();
   std::vector<std::uint32_t> row_columns;
-  for (std::size_t begin = 0; begin < order_.size(); begin += row_columns.size()) {
+  for (std::size_t begin = first; begin < last; begin += row_columns.size()) {
     const std::uint32_t row = pixels_[order_[begin]] / width;
     const std::uint32_t row_begin = row * width;
-    const std::size_t end = std::min(order_.size(), begin + points_at_once);
+    const std::size_t end = std::min(last, begin + points_at_once);
     row_columns.clear();
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t column = pixels_[order_[i]] - row_begin;

@@ -111,6 +111,9 @@ private:
   bool
   appendAll(scan::ScanFrame& scan);
 
+  bool
+  append(std::size_t first, std::size_t last, scan::ScanFrame& scan) const;
+
   std::size_t
   setIntensities(bool may_refit, scan::ScanFrame& scan, std::size_t& vanished);
 

@@ -8,7 +8,7 @@
 #include "support/voxel_frames.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
-#include "voxelizing/run_at_once.h"
+#include "platforms/run_at_once.h"
 #include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>

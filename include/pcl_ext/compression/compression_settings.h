@@ -265,8 +265,9 @@ inline constexpr double most_max_rate = 1e12;
  * there.
  */
 struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings, RateSettings {
-  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768
-   * points a thread use fewer. The bytes do not depend on it. */
+  /** \brief Most threads that encode a cloud, 1 to 256: as voxels these are found by all
+   * of them; as a scan places are, and fields are coded beside the rest. Smaller clouds
+   * than 32768 points a thread use fewer. The bytes do not depend on it. */
   unsigned int threads = 1;
 
   /** \brief Limits of the stream's decoders: a frame beyond them has a warning. */

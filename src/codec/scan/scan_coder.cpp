@@ -4,6 +4,7 @@
 #include "codec/scan/plane.h"
 #include "codec/scan/plane_bytes.h"
 #include "codec/scan/sequence.h"
+#include "platforms/run_at_once.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -55,29 +56,50 @@ codePlane(PlanesT& planes, const Plane& plane, std::uint32_t first)
 std::size_t
 ScanCoder::encode(bool is_i_frame,
                   const ScanFrame& frame,
-                  std::vector<std::uint8_t>& bytes)
+                  std::vector<std::uint8_t>& bytes,
+                  unsigned int threads)
 {
-  const std::size_t begin = bytes.size();
-  std::size_t end_of_places = begin;
   changes_fields_ = !frame.pixels.empty() && !frame.fields.empty();
   forgets_fields_ = is_i_frame && !changes_fields_;
-  depths_.assign(frame.pixelCount(), no_number);
-  for (std::size_t point = 0; point < frame.pixels.size(); ++point)
-    depths_[frame.pixels[point]] = frame.depths[point];
-  if (frame.pixels.empty()) {
-    depths_.clear(); // the next frame has nothing before it
+  std::size_t size_of_places = 0;
+  if (changes_fields_ && threads > 1 && frame.pixels.size() >= least_points_per_part) {
+    field_bytes_.clear();
+    runAtOnce(2, [&](std::size_t i) {
+      if (i == 0)
+        size_of_places = encodePlanes(is_i_frame, frame, bytes);
+      else
+        fields_.encode(is_i_frame, frame, field_bytes_);
+    });
+    bytes.insert(bytes.end(), field_bytes_.begin(), field_bytes_.end());
   }
   else {
-    PlaneWriter planes(work_, plane_bytes_, bytes);
-    codePlaces(planes, is_i_frame, frame.pixels.size(), frame);
-    end_of_places = bytes.size();
-    codeAttributes(planes, frame);
+    size_of_places = encodePlanes(is_i_frame, frame, bytes);
+    if (changes_fields_)
+      fields_.encode(is_i_frame, frame, bytes);
   }
-  if (changes_fields_)
-    fields_.encode(is_i_frame, frame, bytes);
   changes_fields_ = false; // learnt
   learn();
-  return end_of_places - begin;
+  return size_of_places;
+}
+
+/** \brief Appends all but fields; returns the size of what says where points are. */
+std::size_t
+ScanCoder::encodePlanes(bool is_i_frame,
+                        const ScanFrame& frame,
+                        std::vector<std::uint8_t>& bytes)
+{
+  depths_.clear(); // without points the next frame has nothing before it
+  if (frame.pixels.empty())
+    return 0;
+  depths_.resize(frame.pixelCount(), no_number);
+  for (std::size_t point = 0; point < frame.pixels.size(); ++point)
+    depths_[frame.pixels[point]] = frame.depths[point];
+  const std::size_t begin = bytes.size();
+  PlaneWriter planes(work_, plane_bytes_, bytes);
+  codePlaces(planes, is_i_frame, frame.pixels.size(), frame);
+  const std::size_t size_of_places = bytes.size() - begin;
+  codeAttributes(planes, frame);
+  return size_of_places;
 }
 
 bool
@@ -125,6 +147,7 @@ ScanCoder::releaseMemory()
   steps_ = std::vector<std::array<std::int32_t, 3>>();
   work_ = SymbolWorkspace();
   plane_bytes_ = std::vector<std::uint8_t>();
+  field_bytes_ = std::vector<std::uint8_t>();
 }
 
 /** \brief Codes where points are. The encoder has set depths_, the decoder does. */

@@ -22,10 +22,14 @@ public:
    * \param[in] is_i_frame it is coded without the frame before
    * \param[in] frame of a consistent layout
    * \param[in,out] bytes where to append
+   * \param[in] threads where there are several, fields are coded beside the rest
    * \return of these what says where points are
    */
   std::size_t
-  encode(bool is_i_frame, const ScanFrame& frame, std::vector<std::uint8_t>& bytes);
+  encode(bool is_i_frame,
+         const ScanFrame& frame,
+         std::vector<std::uint8_t>& bytes,
+         unsigned int threads = 1);
 
   /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
    * nothing if it is not.
@@ -52,6 +56,11 @@ public:
   releaseMemory();
 
 private:
+  std::size_t
+  encodePlanes(bool is_i_frame,
+               const ScanFrame& frame,
+               std::vector<std::uint8_t>& bytes);
+
   template <class PlanesT, class FrameT>
   bool
   codePlaces(PlanesT& planes,
@@ -120,6 +129,7 @@ private:
   std::vector<std::array<std::int32_t, 3>> steps_; // of points, from their depths
   SymbolWorkspace work_;
   std::vector<std::uint8_t> plane_bytes_;
+  std::vector<std::uint8_t> field_bytes_;
 };
 
 } // namespace scan
