@@ -50,8 +50,8 @@ checkPoints(const PositionCloud& points,
             const PositionCloud& decoded,
             const Lattice& lattice);
 
-/** \brief Checks that each coordinate is at most half an edge from that of the same point,
- * but for the rounding of floats.
+/** \brief Checks that each coordinate is at most half an edge from that of the same
+ * point, but for the rounding of floats.
  * \param[in] points what was encoded
  * \param[in] decoded in the same order
  * \param[in] edge metres

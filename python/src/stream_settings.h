@@ -57,8 +57,8 @@ readTemporalFilterSettings(const py::dict& values);
 WorldPose
 readPose(const py::object& matrix);
 
-/** \brief The settings of an encoder, for tests: a dict for each, with its default and its
- * range, and why it is no keyword. */
+/** \brief The settings of an encoder, for tests: a dict for each, with its default and
+ * its range, and why it is no keyword. */
 py::list
 encoderSettings();
 

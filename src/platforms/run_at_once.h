@@ -14,8 +14,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A part of a cloud has at least so many points: of smaller ones starting a thread
- * costs more than it saves. */
+/** \brief A part of a cloud has at least so many points: of smaller ones starting a
+ * thread costs more than it saves. */
 constexpr std::size_t least_points_per_part = std::size_t{1} << 15;
 
 /** \brief Calls work(0) to work(count - 1), at the same time in as many threads, one of

@@ -276,7 +276,8 @@ CloudStages::encodeScan(PointBatches& points,
   is_scan_ = true;
   VoxelizationStatistics of_voxels;
   bool is_trial = scan_choice_->isTrial(encoder_.isIFrameDue());
-  if (is_trial) { // before the scan is coded, as voxels may be others if an I-frame is due
+  // Before the scan is coded, as voxels may be others if an I-frame is due.
+  if (is_trial) {
     const VoxelizationStatistics of_scan = voxelization_;
     if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
         !status.ok())

@@ -19,8 +19,8 @@ constexpr double most_growth = 1.25;
  * needs. */
 constexpr unsigned int trial_frames = 8;
 
-/** \brief Bytes that the order of points is worth. Even a scene that stands still takes some
- * for each scan. */
+/** \brief Bytes that the order of points is worth. Even a scene that stands still takes
+ * some for each scan. */
 std::size_t
 bytesOfOrder(std::size_t points)
 {

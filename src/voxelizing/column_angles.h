@@ -35,7 +35,8 @@ public:
     return angles_;
   }
 
-  /** \brief Turns each column to the mean of its points, but for those that are far off. */
+  /** \brief Turns each column to the mean of its points, but for those that are far
+   * off. */
   void
   turnColumns(const std::vector<TurnPoint>& samples,
               const std::vector<RowFit>& rows,

@@ -9,9 +9,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Finds the columns of a spinning sensor whose points come as it fires its lasers,
- * one of each row after the other. Points in the order of columns, and of ranks within
- * each, are then in the order of the cloud. */
+/** \brief Finds the columns of a spinning sensor whose points come as it fires its
+ * lasers, one of each row after the other. Points in the order of columns, and of ranks
+ * within each, are then in the order of the cloud. */
 class FiringColumns {
 public:
   /** \brief Learns in which order the rows are fired.

@@ -53,8 +53,8 @@ struct PlanarFit {
 std::optional<PlanarFit>
 fitPlanar(const std::vector<PixelPoint>& points);
 
-/** \brief The distance of the depths on rays, metres: that of the sensor, if it is neither
- * much smaller than an edge, which nobody sees, nor too large for a scan. */
+/** \brief The distance of the depths on rays, metres: that of the sensor, if it is
+ * neither much smaller than an edge, which nobody sees, nor too large for a scan. */
 double
 depthStepFor(double fitted_step, double resolution);
 

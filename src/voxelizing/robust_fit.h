@@ -75,8 +75,8 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
   return result;
 }
 
-/** \brief Whether an element is one of about some number of elements, which are spread over
- * all and have no period.
+/** \brief Whether an element is one of about some number of elements, which are spread
+ * over all and have no period.
  * \param[in] count of all
  */
 inline bool

@@ -60,8 +60,8 @@ public:
           VoxelizationStatistics& statistics,
           CompressionStatus& status);
 
-  /** \brief Whether the rays of before fit the last cloud much worse than the one that they
-   * were found in, so that the next frame had better be an I-frame. */
+  /** \brief Whether the rays of before fit the last cloud much worse than the one that
+   * they were found in, so that the next frame had better be an I-frame. */
   bool
   wantsOtherRays() const
   {

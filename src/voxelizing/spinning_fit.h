@@ -40,8 +40,8 @@ fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t column_count,
             double edge);
 
-/** \brief The same for a sensor whose columns are evenly spaced, whose lasers may be beside
- * its axis.
+/** \brief The same for a sensor whose columns are evenly spaced, whose lasers may be
+ * beside its axis.
  * \param[in] points row after row, if the turn is not known; few of each row are enough,
  * if there are neighbours among them
  * \param[in] turn of a column, radians, if it is known

@@ -40,8 +40,8 @@ public:
 
   /** \brief Visits the octants, ascending.
    * \param[in] cells_of as above
-   * \param[in] visit_octant called with the index of the block, the octant's first cell and a
-   * mask of its eight cells
+   * \param[in] visit_octant called with the index of the block, the octant's first cell
+   * and a mask of its eight cells
    */
   template <class CellsOf, class Visit>
   void

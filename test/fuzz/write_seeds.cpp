@@ -269,8 +269,8 @@ writeSmallStreams(SeedWriter& writer)
   }
 }
 
-/** \brief Scans of a camera and of a lidar of a few points, as of the golden ones I-frames
- * alone are small enough. The sensor moves. */
+/** \brief Scans of a camera and of a lidar of a few points, as of the golden ones
+ * I-frames alone are small enough. The sensor moves. */
 void
 writeSmallScans(SeedWriter& writer)
 {

@@ -113,8 +113,8 @@ anywhere(std::uint64_t seed, std::size_t count, float extent)
   return points;
 }
 
-/** \brief Heights along lines to and fro, as an aircraft scans them: whole centimetres far
- * from the world's origin. */
+/** \brief Heights along lines to and fro, as an aircraft scans them: whole centimetres
+ * far from the world's origin. */
 Points
 airborneScan(std::uint64_t seed, std::size_t count)
 {

@@ -321,8 +321,9 @@ TEST_P(Scans, ThatAreLostAreMissed)
   }
 }
 
-/** \brief A lidar whose header is as long as an encoder can make it: as many rows as there
- * may be, with numbers that take five bytes each, and as many fields, of long names. */
+/** \brief A lidar whose header is as long as an encoder can make it: as many rows as
+ * there may be, with numbers that take five bytes each, and as many fields, of long
+ * names. */
 scan::ScanFrame
 lidarOfTheLongestHeader()
 {
@@ -379,8 +380,8 @@ TEST(ScanHeaders, AreWithinTheirBound)
   const Bytes bytes = encoded(encoder, scan, stamp);
   const std::size_t size = encoder.statistics().header_bytes;
   EXPECT_LE(size, most_frame_header_bytes);
-  // Shifts are low, lower rows take a byte or two less in the firing order, and the counts
-  // of this frame are low.
+  // Shifts are low, lower rows take a byte or two less in the firing order, and the
+  // counts of this frame are low.
   EXPECT_GT(size + 65536 + 16384 + 128 + 2048, most_frame_header_bytes);
   const FrameDescription description =
       describeFrame(bytes.data(), std::min(bytes.size(), most_frame_header_bytes));

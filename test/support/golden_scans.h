@@ -57,8 +57,8 @@ goldenScans(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief Points without rays, in one row, in several, and in rows and columns, with P-frames
- * of other sizes; and scans of a lidar whose rows are moved. */
+/** \brief Points without rays, in one row, in several, and in rows and columns, with
+ * P-frames of other sizes; and scans of a lidar whose rows are moved. */
 inline GoldenStream
 goldenFreeScans(const std::string& name, Effort effort)
 {

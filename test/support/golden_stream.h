@@ -109,9 +109,9 @@ public:
   }
 };
 
-/** \brief The same of points: width and height of their cloud, and of each point its index,
- * the bits of its position as floats, its intensity and its colour. Not as doubles, whose
- * last bits differ where processors have more of them than a double. */
+/** \brief The same of points: width and height of their cloud, and of each point its
+ * index, the bits of its position as floats, its intensity and its colour. Not as
+ * doubles, whose last bits differ where processors have more of them than a double. */
 class PointChecksum : public Checksum {
 public:
   explicit PointChecksum(const VoxelFrame& frame)
@@ -138,8 +138,8 @@ public:
 };
 
 /** \brief What checksums.txt has of a frame, except for the name of its stream and
- * whether it is an I-frame: number of voxels or points, checksum, stamp and frame_id or -,
- * and with fields the checksum of these, and with points that of them. */
+ * whether it is an I-frame: number of voxels or points, checksum, stamp and frame_id or
+ * -, and with fields the checksum of these, and with points that of them. */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {

@@ -125,8 +125,8 @@ makeFreePoints(unsigned int seed,
   return frame;
 }
 
-/** \brief Adds a point to about three of four pixels that have a ray: on a surface with steps, with noise,
- * some at the sensor, with intensities and colours.
+/** \brief Adds a point to about three of four pixels that have a ray: on a surface with
+ * steps, with noise, some at the sensor, with intensities and colours.
  * \param[in] beside_every one of so many points is beside its ray
  */
 inline void
@@ -176,8 +176,8 @@ fireOddRowsFirst(scan::ScanFrame& frame)
       frame.firing_order.push_back(static_cast<std::uint16_t>(row));
 }
 
-/** \brief Adds fields of a row, of a time that goes with the column, and of noise with two
- * values of each point. */
+/** \brief Adds fields of a row, of a time that goes with the column, and of noise with
+ * two values of each point. */
 inline void
 addFields(scan::ScanFrame& frame, unsigned int seed)
 {

@@ -143,7 +143,8 @@ walk(std::mt19937_64& random, unsigned int changes, VoxelFrame& frame)
   setVoxels(random, keys, frame);
 }
 
-/** \brief The bytes of a frame, voxels or a scan, that the encoder is expected to take. */
+/** \brief The bytes of a frame, voxels or a scan, that the encoder is expected to take.
+ * */
 template <class FrameT>
 Bytes
 encoded(FrameEncoder& encoder,

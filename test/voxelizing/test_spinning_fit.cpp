@@ -22,8 +22,8 @@ constexpr double degree = 3.14159265358979323846 / 180.0;
 const std::vector<std::uint32_t> fired = {0, 4, 1, 5, 2, 6, 3, 7};
 
 /** \brief A turn of a lidar of 8 rows in a room: its columns are 0.18 or 0.21 degrees
- * apart, each row is turned against them, ranges are multiples of 4 mm, as floats. A tenth
- * of the points is missing.
+ * apart, each row is turned against them, ranges are multiples of 4 mm, as floats. A
+ * tenth of the points is missing.
  * \param[in] velocity metres a turn
  * \param[in] spin radians a turn
  */
@@ -113,7 +113,8 @@ TEST(SpinningFit, NeedsNoPointsInTheColumnsThatMotionIsFoundInFirst)
   EXPECT_EQ(fit->rows.size(), 16u);
 }
 
-/** \brief Puts points on the rays of a fit, in a grid of 1 mm, with the sensor somewhere. */
+/** \brief Puts points on the rays of a fit, in a grid of 1 mm, with the sensor
+ * somewhere. */
 scan::ScanFrame
 locate(const SpinningFit& fit, const std::vector<PixelPoint>& points)
 {

@@ -5,10 +5,10 @@
  */
 #include <pcl_ext/compression/point_view.h>
 
+#include "platforms/run_at_once.h"
 #include "support/voxel_frames.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
-#include "platforms/run_at_once.h"
 #include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>

@@ -71,15 +71,16 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 28;
 
-  /** \brief Voxels of one frame, or points of a scan, up to most_voxels. A frame takes up to 120 bytes of
-   * memory for each of its voxels and 480 for each of its blocks of 4 x 4 x 4; the
-   * memory is released a few frames later. A scan takes up to 130 for each point and 20
-   * for each pixel, and voxels made of it as much as others. retain_octree, which builds PCL's octree of
-   * pointers, at least doubles this. */
+  /** \brief Voxels of one frame, or points of a scan, up to most_voxels. A frame takes
+   * up to 120 bytes of memory for each of its voxels and 480 for each of its blocks of
+   * 4 x 4 x 4; the memory is released a few frames later. A scan takes up to 130 for
+   * each point and 20 for each pixel, and voxels made of it as much as others.
+   * retain_octree, which builds PCL's octree of pointers, at least doubles this. */
   std::size_t max_voxels = std::size_t{1} << 26;
 
   /** \brief Points of one frame, where the stream has the number of points of each
-   * voxel, or pixels of a scan; a decoded cloud has as many. Values above 16 max_voxels count as that. */
+   * voxel, or pixels of a scan; a decoded cloud has as many. Values above 16 max_voxels
+   * count as that. */
   std::size_t max_points = std::size_t{1} << 30;
 
   /** \brief Values of the fields of one frame, of eight bytes each. */

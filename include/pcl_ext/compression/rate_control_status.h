@@ -13,7 +13,8 @@ namespace io {
 /** \addtogroup io
  * @{ */
 
-/** \brief A step of the ladder that the rate control chooses from, see doc/rate_control.md. */
+/** \brief A step of the ladder that the rate control chooses from, see
+ * doc/rate_control.md. */
 struct RateStep {
   Effort effort = Effort::Fast;
   unsigned int temporal_filter = 0;

@@ -77,8 +77,8 @@ PCL_EXT_EXPORT bool
 hasReadableField(const pcl::PCLPointCloud2& cloud, const std::string& name);
 
 /** \brief Finds x, y, z, intensity and colour in a cloud by name and datatype. The
- * colour is the field `rgb`, else `rgba`, FLOAT32, UINT32 or INT32; fields of other types,
- * or beyond the point, are none.
+ * colour is the field `rgb`, else `rgba`, FLOAT32, UINT32 or INT32; fields of other
+ * types, or beyond the point, are none.
  * \param[in] cloud any fields in any order, organised or not
  * \param[in] intensity_field name of the intensity field
  * \param[in] needs_intensity a cloud without that field is an error

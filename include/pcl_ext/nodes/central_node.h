@@ -264,8 +264,8 @@ public:
    * the lower one. health() has the number of both.
    *
    * Sums are kept from one call to the next: each stream is compared with what was merged
-   * of it, by several threads, and what has changed is added or taken away. All voxels are
-   * entered again where the common grid or the limit of intensities is another one.
+   * of it, by several threads, and what has changed is added or taken away. All voxels
+   * are entered again where the common grid or the limit of intensities is another one.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()

@@ -11,8 +11,8 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-/** \brief Numbers below this are symbols of their own; above them there are two symbols an
- * octave, and the bits below these two are sent as they are. */
+/** \brief Numbers below this are symbols of their own; above them there are two symbols
+ * an octave, and the bits below these two are sent as they are. */
 constexpr std::uint32_t exact_numbers = 16;
 constexpr unsigned int exact_bits = 4;
 

@@ -29,8 +29,8 @@ constexpr std::uint32_t no_number = ~std::uint32_t{0};
 constexpr std::uint64_t no_number_word = first_word;
 constexpr std::uint64_t at_sensor_word = first_word + 1;
 
-/** \brief Word in front of the depth of a point beside its ray, and contexts of that depth
- * and of the steps that follow it. */
+/** \brief Word in front of the depth of a point beside its ray, and contexts of that
+ * depth and of the steps that follow it. */
 constexpr std::uint64_t beside_word = first_word + 2;
 
 constexpr bool

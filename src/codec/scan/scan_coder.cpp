@@ -256,8 +256,8 @@ ScanCoder::codeFreePixels(PlanesT& planes, std::uint64_t point_count, FrameT& fr
   return true;
 }
 
-/** \brief The depths of the frame before, in the columns whose angles are nearest to those
- * of the frame, as both turn in the same direction; null: there are none. */
+/** \brief The depths of the frame before, in the columns whose angles are nearest to
+ * those of the frame, as both turn in the same direction; null: there are none. */
 const std::uint32_t*
 ScanCoder::alignPast(const ScanLayout& layout)
 {

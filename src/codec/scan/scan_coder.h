@@ -14,8 +14,9 @@ namespace pcl_ext {
 namespace io {
 namespace scan {
 
-/** \brief Codes the points of scans, plane by plane (doc/bitstream_scan.md). An instance is
- * for one stream and one direction. After an exception it can only be destroyed. */
+/** \brief Codes the points of scans, plane by plane (doc/bitstream_scan.md). An
+ * instance is for one stream and one direction. After an exception it can only be
+ * destroyed. */
 class ScanCoder {
 public:
   /** \brief Appends the points of the next frame of the stream, and learns them.
@@ -36,8 +37,8 @@ public:
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
    * \param[in] point_count points of the frame
-   * \param[in,out] frame layout, grid, scale, colour_bits and the descriptions of fields are
-   * given; the rest is set
+   * \param[in,out] frame layout, grid, scale, colour_bits and the descriptions of
+   * fields are given; the rest is set
    * \return false if the bytes are no such frame
    */
   bool

@@ -24,7 +24,8 @@ constexpr std::uint32_t depth_end = std::uint32_t{1} << 24;
  * overflows. */
 constexpr std::int32_t most_steps = 1 << 28;
 
-/** \brief In the place of a depth: a point at the sensor, as drivers write missing ones. */
+/** \brief In the place of a depth: a point at the sensor, as drivers write missing
+ * ones. */
 constexpr std::uint32_t at_sensor = ~std::uint32_t{0} - 1;
 
 /** \brief A point that is beside the ray of its pixel. */

@@ -139,8 +139,8 @@ setPositions(const ScanFrame& scan,
   points.need_doubles = farthest > scan.grid.farthestFloat();
 }
 
-/** \brief The indices of points in the order of their columns of rays, each in the order of
- * its rows. */
+/** \brief The indices of points in the order of their columns of rays, each in the
+ * order of its rows. */
 void
 setColumnByColumn(const ScanFrame& scan, std::vector<std::uint32_t>& indices)
 {

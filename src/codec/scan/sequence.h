@@ -24,8 +24,8 @@ namespace scan {
 using Steps = std::array<std::int32_t, 3>;
 
 /** \brief Contexts of the coordinates of a point, in the order in which they are coded:
- * half octaves of the errors of points before; for the second and the third one octaves of
- * these and pairs of octaves of the errors of this point's coordinates before. */
+ * half octaves of the errors of points before; for the second and the third one octaves
+ * of these and pairs of octaves of the errors of this point's coordinates before. */
 constexpr std::size_t first_coordinate_contexts = 28;
 constexpr std::size_t earlier_contexts = 14;
 constexpr std::size_t own_contexts = 8;
@@ -36,15 +36,15 @@ constexpr std::size_t sequence_contexts =
 constexpr std::size_t learnt_points = 4;
 
 /** \brief Codes the positions of points without rays, for either direction. Each is
- * expected where the points before it and those above it lead, in steps or along a ray from
- * the origin. */
+ * expected where the points before it and those above it lead, in steps or along a ray
+ * from the origin. */
 template <class CodingT>
 class SequencePass {
 public:
   /** \param[in] width of a row
    * \param[in] pixels of the points, ascending
-   * \param[in,out] positions of the points from the origin, each coordinate with fewer than
-   * most_steps; of its size
+   * \param[in,out] positions of the points from the origin, each coordinate with fewer
+   * than most_steps; of its size
    */
   SequencePass(std::uint32_t width,
                const std::vector<std::uint32_t>& pixels,

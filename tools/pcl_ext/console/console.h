@@ -34,7 +34,8 @@ public:
   beQuiet();
 
   /** \brief Progress is for programs: lines of JSON on standard error, also if quiet. The
-   * first is that of the start, the last that of the end; at most ten a second between. */
+   * first is that of the start, the last that of the end; at most ten a second between.
+   * */
   void
   reportProgress()
   {

@@ -7,9 +7,9 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief True for a bag: a file or a folder of rosbag2, an MCAP file, a bag of ROS 1; also
- * for a folder that has no metadata.yaml and files that are numbered as parts of a bag.
- * \throws std::runtime_error if it cannot be read
+/** \brief True for a bag: a file or a folder of rosbag2, an MCAP file, a bag of ROS 1;
+ * also for a folder that has no metadata.yaml and files that are numbered as parts of a
+ * bag. \throws std::runtime_error if it cannot be read
  */
 bool
 isBag(const std::string& path);

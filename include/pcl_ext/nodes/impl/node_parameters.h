@@ -100,8 +100,8 @@ valueOf(const ParameterValues& values, const std::string& name)
 
 /** \brief The parameters of encoding: the settings of the codec, and what else of
  * SensorNodeSettings users set, except for the global coordinate frame. They have the
- * names of the fields; `intensity` is the law, where the word automatic means native for clouds with the field
- * `intensity_field`, else none. */
+ * names of the fields; `intensity` is the law, where the word automatic means native
+ * for clouds with the field `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();
 
