@@ -156,7 +156,8 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
                                   "where that takes hardly more bytes"
                                 : "the rows and columns of the points are not kept";
   std::string text = fields.empty() ? "" : "fields that are left out: " + fields;
-  for (const std::string& other : {order, describeRowStep(cloud)})
+  for (const std::string& other :
+       {describeCoordinates(layout.types), order, describeRowStep(cloud)})
     if (!other.empty())
       text += (text.empty() ? "" : "; ") + other;
   return text;

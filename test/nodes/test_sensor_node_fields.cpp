@@ -3,8 +3,10 @@
 /** \file
  * \brief A SensorNode keeps fields of any PointCloud2.
  */
+#include "support/message_layouts.h"
 #include "support/node_tests.h"
 
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -128,6 +130,61 @@ TEST(SensorNodeFields, ThatAreUselessAreNamedAndLeaveTheCloud)
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: those without a name, intensity, rgb; the rows "
             "and columns of the points are not kept");
+}
+
+TEST(SensorNodeFields, OfCoordinatesMayBeWholeNumbersOrOfSeveralTypes)
+{
+  using Field = pcl::PCLPointField;
+  struct Kind {
+    std::array<std::uint8_t, 3> types; ///< of x, y, z
+    std::uint8_t read_as;
+    std::string remark;
+  };
+  const Kind kinds[] = {{{Field::INT8, Field::UINT8, Field::UINT16},
+                         Field::FLOAT32,
+                         "int8, uint8, uint16"},
+                        {{Field::FLOAT32, Field::INT16, Field::FLOAT32},
+                         Field::FLOAT32,
+                         "float32, int16, float32"},
+                        {{Field::INT32, Field::INT32, Field::UINT32},
+                         Field::FLOAT64,
+                         "int32, int32, uint32"},
+                        {{Field::FLOAT32, Field::FLOAT64, Field::INT16},
+                         Field::FLOAT64,
+                         "float32, float64, int16"}};
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.keep_points = true;
+  settings.compression.keep_order = true;
+  const auto cloudOf = [](const std::array<std::uint8_t, 3>& types) {
+    pcl::PCLPointCloud2 cloud;
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      addField(cloud, std::string(1, "xyz"[axis]).c_str(), 8 * axis, types[axis]);
+    cloud.width = 40;
+    cloud.height = 3;
+    cloud.point_step = 24;
+    cloud.row_step = 24 * 40 + 5;
+    cloud.data.resize(3 * cloud.row_step);
+    for (std::size_t i = 0; i < 120; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        pcl_ext::test::writeNumber(
+            &cloud.data[i / 40 * cloud.row_step + i % 40 * 24 + 8 * axis],
+            types[axis],
+            static_cast<double>((i + 1) * (axis + 1) % 41));
+    return cloud;
+  };
+  const auto pose = pcl_ext::WorldPose::Identity();
+  for (const Kind& kind : kinds) {
+    SensorNode node(settings);
+    SensorNode real(settings);
+    const pcl::PCLPointCloud2 cloud = cloudOf(kind.types);
+    EXPECT_EQ(encoded(node, cloud, pose),
+              encoded(real, cloudOf({kind.read_as, kind.read_as, kind.read_as}), pose));
+    EXPECT_EQ(describeLeftOut(cloud, settings),
+              "coordinates x, y and z (" + kind.remark + ") are taken as " +
+                  (kind.read_as == Field::FLOAT32 ? "float32" : "float64") +
+                  ", metres");
+  }
 }
 
 TEST(SensorNodeFields, OfRowsWithoutGapsNeedNoRowStep)

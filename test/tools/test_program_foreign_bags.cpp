@@ -336,7 +336,7 @@ TEST_F(ProgramForeignBags, MayHaveWholeNumbersAsCoordinates)
                                                  "--keep-order -r 0.01 --jobs ") +
                                      jobs);
       EXPECT_EQ(encoded.status, 0) << encoded.errors;
-      const std::string remark = "/points: its coordinates x, y and z " + kind.remark;
+      const std::string remark = "coordinates x, y and z " + kind.remark;
       const std::size_t said = encoded.errors.find(remark);
       EXPECT_NE(said, std::string::npos) << encoded.errors;
       EXPECT_EQ(encoded.errors.find(remark, said + 1), std::string::npos); // once

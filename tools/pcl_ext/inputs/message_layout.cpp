@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -240,6 +241,33 @@ private:
   std::vector<FieldCopy> copies_;
 };
 
+/** \brief Puts coordinates that are whole numbers, or of several types, behind the other
+ * bytes of a point, as real numbers: decoded ones are no whole numbers. */
+void
+makeCoordinatesReal(MessageLayout& layout)
+{
+  std::array<PointFieldMessage*, 3> coordinates{};
+  CoordinateTypes types{};
+  for (std::size_t axis = 0; axis < types.size(); ++axis) {
+    const auto found = std::find_if(
+        layout.fields.begin(), layout.fields.end(), [axis](const auto& field) {
+          return field.name == std::string(1, static_cast<char>('x' + axis));
+        });
+    if (found == layout.fields.end())
+      return;
+    coordinates[axis] = &*found;
+    types[axis] = found->datatype;
+  }
+  if (areReal(types))
+    return;
+  for (PointFieldMessage* const field : coordinates) {
+    field->datatype =
+        needDoubles(types) ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32;
+    field->offset = layout.point_step;
+    layout.point_step += bytesOf(field->datatype);
+  }
+}
+
 /** \brief A number of JSON; throws json::exception if it is none of the type. */
 template <typename NumberT>
 NumberT
@@ -289,21 +317,22 @@ addLayout(const pcl::PCLPointCloud2& cloud, StreamMetadata& metadata)
   if (const std::uint64_t step = rowStep(cloud);
       cloud.width > 0 && cloud.height > 1 && step > row)
     layout.row_padding = static_cast<std::uint32_t>(step - row);
-  json fields = json::array();
   for (const pcl::PCLPointField& field : cloud.fields) {
     // Some programs write a count of 0 for a single number.
     const PointFieldMessage place{
         field.name, field.offset, field.datatype, std::max(field.count, 1u)};
-    if (!isWithin(place, cloud.point_step))
-      continue;
-    layout.fields.push_back(place);
-    fields.push_back({{"name", place.name},
-                      {"offset", place.offset},
-                      {"datatype", place.datatype},
-                      {"count", place.count}});
+    if (isWithin(place, cloud.point_step))
+      layout.fields.push_back(place);
   }
+  makeCoordinatesReal(layout);
   if (!isValid(layout))
     return false;
+  json fields = json::array();
+  for (const PointFieldMessage& field : layout.fields)
+    fields.push_back({{"name", field.name},
+                      {"offset", field.offset},
+                      {"datatype", field.datatype},
+                      {"count", field.count}});
   const json text = {{"point_step", layout.point_step},
                      {"row_padding", layout.row_padding},
                      {"fields", fields}};
