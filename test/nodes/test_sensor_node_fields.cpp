@@ -187,6 +187,45 @@ TEST(SensorNodeFields, OfCoordinatesMayBeWholeNumbersOrOfSeveralTypes)
   }
 }
 
+TEST(SensorNodeFields, AreInTheLayoutIfTheyMayComeBack)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.fields = {{"t"}};
+  settings.carry_layout = true;
+  SensorNode node(settings);
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  const auto pose = pcl_ext::WorldPose::Identity();
+  FrameDecoder decoder;
+  const VoxelFrame first = decodedWith(decoder, encoded(node, cloud, pose));
+  ASSERT_TRUE(first.layout);
+  std::string names;
+  for (const auto& field : first.layout->fields)
+    names += field.name + " " + std::to_string(field.offset) + " ";
+  EXPECT_EQ(names, "x 4 y 8 z 12 t 21 ");
+  EXPECT_EQ(first.layout->point_step, 32u);
+  EXPECT_EQ(first.layout->row_padding, 12u);
+  // Of another width alone, it is the same; an empty cloud has none.
+  cloud.height = 1;
+  decodedWith(decoder, encoded(node, cloud, pose));
+  EXPECT_FALSE(decoder.statistics().is_i_frame);
+  pcl::PCLPointCloud2 empty = cloud;
+  empty.width = empty.row_step = 0;
+  empty.data.clear();
+  EXPECT_TRUE(decodedWith(decoder, encoded(node, empty, pose)).layout);
+  EXPECT_FALSE(decoder.statistics().is_i_frame);
+  EXPECT_EQ(describeLeftOut(cloud, settings).find("layout"), std::string::npos);
+  // Too large.
+  cloud.point_step = 5000;
+  cloud.width = 1;
+  cloud.row_step = 5000;
+  cloud.data.resize(5000);
+  EXPECT_FALSE(decodedWith(decoder, encoded(node, cloud, pose)).layout);
+  EXPECT_NE(describeLeftOut(cloud, settings)
+                .find("; the layout of messages with 5000 bytes a point is not kept"),
+            std::string::npos);
+}
+
 TEST(SensorNodeFields, OfRowsWithoutGapsNeedNoRowStep)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::None);
