@@ -136,14 +136,6 @@ protected:
            (topics.empty() ? "it has no topics" : "its topics are " + topics);
   }
 
-  /** \brief The profile of a bag with clouds of ROS 2 in place of others: with messages
-   * of ROS 1 besides it is none. */
-  static std::string
-  profileFor(const std::string& profile)
-  {
-    return profile == "ros1" ? std::string() : profile;
-  }
-
   InputOptions options_;
   std::vector<std::string> topics_; // with clouds
   std::vector<std::string> streams_;
@@ -182,7 +174,7 @@ public:
   std::string
   profile() const override
   {
-    return profileFor(reader_.profile());
+    return reader_.profile();
   }
 
   const std::vector<McapChannel>&
@@ -342,7 +334,7 @@ public:
   std::string
   profile() const override
   {
-    return profileFor(stream_.profile());
+    return stream_.profile();
   }
 
   const std::vector<McapChannel>&

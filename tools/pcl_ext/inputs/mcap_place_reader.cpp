@@ -3,7 +3,6 @@
 
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
-#include "inputs/ros1_point_cloud.h"
 
 #include <exception>
 
@@ -26,11 +25,8 @@ readCloud(const McapChannel& channel,
 {
   const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
-    if (recording::isRos1PointCloud(channel))
-      readRos1PointCloud(bytes.data(), bytes.size(), message);
-    else
-      throwUnlessOk(
-          recording::readPointCloud(bytes.data(), bytes.size(), false, message));
+    throwUnlessOk(recording::readPointCloud(
+        bytes.data(), bytes.size(), false, message, recording::encodingOf(channel)));
     cloud.stamp = message.stamp;
     toCloud(message, cloud.cloud);
   }

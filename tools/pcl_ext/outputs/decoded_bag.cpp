@@ -33,7 +33,8 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_pack
 : path_(output.path), existing_(output.existing()), is_packed_(is_packed)
 {
   recording::BagReader* const bag = input.bag();
-  throwUnlessOk(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
+  throwUnlessOk(
+      writer_.open(path_, bag != nullptr ? profileFor(bag->profile()) : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
