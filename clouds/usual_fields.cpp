@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/usual_fields.h"
 
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
 #include "clouds/file_text.h"
 #include "clouds/made_fields.h"
 #include "clouds/point_fields.h"
@@ -67,10 +69,17 @@ nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 void
 makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 {
-  const std::optional<RealCoordinates> real = realCoordinatesOf(cloud);
-  if (!real)
+  CoordinateTypes types{};
+  for (std::size_t axis = 0; axis < types.size(); ++axis) {
+    const PCLPointField* const field =
+        find(cloud, std::string(1, static_cast<char>('x' + axis)));
+    if (field == nullptr)
+      return;
+    types[axis] = field->datatype;
+  }
+  if (areReal(types))
     return;
-  const bool is_double = real->are_double;
+  const bool is_double = needDoubles(types);
   std::vector<MadeField> fields;
   for (const PCLPointField& field : cloud.fields) {
     if (!isCoordinateName(field.name) || lowerCase(field.name) != field.name ||
@@ -92,7 +101,7 @@ makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
     };
   }
   setFields(fields, cloud);
-  remarks.push_back(real->remark);
+  remarks.push_back("its " + describeCoordinates(types));
 }
 
 /** \brief Whether doubles have each value of a field of 64-bit integers. */
@@ -330,29 +339,6 @@ packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remark
 }
 
 } // namespace
-
-std::optional<RealCoordinates>
-realCoordinatesOf(const PCLPointCloud2& cloud)
-{
-  std::vector<FileField> types;
-  for (const char* name : {"x", "y", "z"})
-    if (const PCLPointField* const field = find(cloud, name))
-      types.push_back(fileFieldOf(*field));
-  const auto isAsFirst = [&types](const FileField& type) {
-    return type.kind == types[0].kind && type.bytes == types[0].bytes;
-  };
-  if (types.size() != 3 || (types[0].kind == Kind::Real &&
-                            std::all_of(types.begin(), types.end(), isAsFirst)))
-    return std::nullopt;
-  RealCoordinates real;
-  real.are_double = std::any_of(types.begin(), types.end(), [](const FileField& type) {
-    return type.bytes > (type.kind == Kind::Real ? sizeof(float) : 2);
-  });
-  real.remark = "its coordinates x, y and z (" + typeName(types[0]) + ", " +
-                typeName(types[1]) + ", " + typeName(types[2]) + ") are taken as " +
-                (real.are_double ? "float64" : "float32") + ", metres";
-  return real;
-}
 
 std::vector<std::string>
 makeUsual(PCLPointCloud2& cloud, bool is_ply)

@@ -7,23 +7,11 @@
 
 #include <pcl/PCLPointCloud2.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace clouds {
-
-/** \brief What coordinates become that are whole numbers, or of several types. */
-struct RealCoordinates {
-  bool are_double = false; ///< as floats have not each value of these types
-  std::string remark;      ///< for the user
-};
-
-/** \brief Nothing if the coordinates of a cloud are of one type of real numbers, or not
- * all there. */
-std::optional<RealCoordinates>
-realCoordinatesOf(const pcl::PCLPointCloud2& cloud);
 
 /** \brief Gives a cloud the fields that PCL's programs look for:
  *

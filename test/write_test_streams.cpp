@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <random>
 #include <string>
 #include <utility>
@@ -154,9 +155,20 @@ invalidFrames()
               static_cast<std::size_t>(step_place - step_of_256.begin()) + 8,
               {0, 0});
   // The content is before the resolution; 0x80 0x02 are fields, 0x80 0x04 a scan, 0x80
-  // 0x08 a placement, 0x80 0x10 what is reserved, 0x80 0x40 what is not known.
+  // 0x08 a placement, 0x80 0x40 what is not known.
   const auto withContent = [&](std::uint8_t high) {
     return changed(withField([](Header&) {}), flags_offset + 1 + 4, {0x80, high});
+  };
+  const auto withLayout = [&](std::size_t fields, std::uint32_t point_step) {
+    MessageLayout layout;
+    PlacedField field;
+    field.name = "x";
+    field.offset = 12;
+    layout.fields.resize(fields, field);
+    layout.point_step = point_step;
+    return withField([&](Header& header) {
+      header.layout = std::make_shared<MessageLayout>(layout);
+    });
   };
   // More points than the header has.
   VoxelFrame points = voxels;
@@ -218,9 +230,10 @@ invalidFrames()
          header.frame_id = std::string(1025, 'x');
        })},
       {"placement_of_an_i_frame", withContent(0x08)},
-      {"reserved_content", withContent(0x10)},
       {"unknown_content", withContent(0x40)},
       {"scan_without_point_counts", withContent(0x04)},
+      {"layout_beyond_the_point", withLayout(1, 15)},
+      {"too_many_fields_of_a_layout", withLayout(2000, 16)},
       {"no_fields", withField([](Header& header) { header.fields.clear(); })},
       {"too_many_fields", withField([](Header& header) {
          header.fields.resize(most_fields + 1, header.fields.front());

@@ -71,6 +71,14 @@ def _can_be_kept(name: str, dtype: Any) -> bool:
     )
 
 
+def _loses_alpha(xyz: Any, colour: Optional[str], kept: set[str]) -> bool:
+    """Whether frames, which have red, green and blue, lose an alpha."""
+    if colour != "rgba" or colour in kept:
+        return False
+    bits = xyz[colour].astype(xyz.dtype[colour], order="C").view("u4")
+    return bool((bits >> 24 != 255).any())
+
+
 def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
     """The fields of a structured array that are not encoded, in words."""
     dtype: Any = getattr(xyz, "dtype", None)
@@ -82,7 +90,14 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
         colours = {"rgb", "rgba"} if codes_colours else set()
         of_all = {name for name in names if _can_be_kept(name, dtype[name])}
         known |= of_all - colours
-    left_out = [name for name in names if name not in known]
+    loses_alpha = codes_colours and _loses_alpha(xyz, colour, kept)
+    if loses_alpha:
+        known.discard("rgba")
+    left_out = [
+        "the alpha of rgba" if loses_alpha and name == "rgba" else name
+        for name in names
+        if name not in known
+    ]
     return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
 
 

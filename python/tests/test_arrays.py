@@ -147,6 +147,7 @@ def test_layouts_of_colours(room, random):
     assert frame_of(channels) == expected
     packed = colour.astype("u4")
     packed = packed[:, 0] << np.uint32(16) | packed[:, 1] << np.uint32(8) | packed[:, 2]
+    packed |= np.uint32(255 << 24)
     for name, type_of_field in (
         ("rgb", "u4"),
         ("rgba", "u4"),

@@ -355,3 +355,24 @@ def test_fields_that_are_left_out_are_named_once():
         encoder.encode(cloud)
     assert len(seen) == 1
     assert "ring" in encoder.warning
+
+
+@pytest.mark.parametrize("name", ["rgba", "rgb"])
+@pytest.mark.parametrize("dtype", ["u4", "f4"])
+def test_alpha_is_left_out_with_a_warning(name, dtype):
+    whole = [("x", "f4"), ("y", "f4"), ("z", "f4"), (name, dtype), ("ring", "u2")]
+    cloud = np.zeros((2, 3), whole)[:, ::2]  # not side by side
+    words = "left out: the alpha of rgba, ring" if name == "rgba" else "left out: ring"
+    for alpha in (255, 128):
+        cloud[name] = np.array([alpha << 24 | 0x102030], "u4").view(dtype)
+        encoder = pcl_ext.Encoder(0.1)
+        with pytest.warns(pcl_ext.CompressionWarning):
+            encoder.encode(cloud)
+        expected = words if alpha < 255 else "left out: ring"
+        assert encoder.warning.endswith(expected)
+        for kept in (name, "all"):
+            encoder = pcl_ext.Encoder(0.1, fields=[kept])
+            with warnings.catch_warnings(record=True):
+                encoder.encode(cloud)
+            loses = alpha < 255 and name == "rgba" and kept == "all"
+            assert ("alpha" in encoder.warning) == loses

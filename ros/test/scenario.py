@@ -173,10 +173,11 @@ def cloud_of(number, frame, shift=SHIFT, colour=None):
 
 def voxels_in(message):
     """The voxels of a published cloud, {(i, j, k): intensity}."""
-    names = [field.name for field in message.fields]
-    assert names[:4] == ["x", "y", "z", "intensity"] and names[4:] in ([], ["rgb"]), names
+    names = {field.name: field.offset // 4 for field in message.fields}
+    assert set(names) in ({"x", "y", "z", "intensity"}, {"x", "y", "z", "intensity", "rgb"}), names
     assert len(message.data) == message.row_step == message.width * message.point_step
-    points = np.frombuffer(message.data, "<f4").reshape(-1, len(names))
+    columns = [names[name] for name in ("x", "y", "z", "intensity")]
+    points = np.frombuffer(message.data, "<f4").reshape(-1, message.point_step // 4)[:, columns]
     places = np.round(points[:, :3] / EDGE - 0.5)
     assert np.abs((places + 0.5) * EDGE - points[:, :3]).max(initial=0) < 1e-5
     return dict(zip(map(tuple, places.astype(int).tolist()), points[:, 3].tolist()))

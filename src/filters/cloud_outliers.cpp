@@ -1,8 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "filters/cloud_outliers.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -20,11 +24,11 @@ CloudOutliers::readCoordinates(const pcl::PCLPointCloud2& cloud,
 {
   const std::size_t count = std::size_t{cloud.width} * cloud.height;
   coordinates.resize(3 * count);
-  NumberT* number = coordinates.data();
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
-    for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
-      std::memcpy(number++, point + offset, sizeof(NumberT));
+    const std::uint8_t* const bytes = cloud.data.data() + offsetOf(cloud, i);
+    const Eigen::Matrix<NumberT, 3, 1> point =
+        detail::readPoint<NumberT>(bytes, layout_);
+    std::copy_n(point.data(), 3, &coordinates[3 * i]);
   }
   return coordinates.data();
 }
@@ -59,23 +63,61 @@ CloudOutliers::find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& remov
   return status;
 }
 
+template <typename NumberT>
 void
-CloudOutliers::hide(pcl::PCLPointCloud2& cloud) const
+CloudOutliers::makeReal(pcl::PCLPointCloud2& cloud)
 {
-  const auto set = [](std::uint8_t* bytes, auto number) {
-    std::memcpy(bytes, &number, sizeof(number));
-  };
+  const std::size_t points = std::size_t{cloud.width} * cloud.height;
+  const std::size_t step = cloud.point_step + 3 * sizeof(NumberT);
+  std::vector<std::uint8_t> data(points * step);
+  for (std::size_t i = 0; i < points; ++i) {
+    const std::uint8_t* const from = cloud.data.data() + offsetOf(cloud, i);
+    const Eigen::Matrix<NumberT, 3, 1> point =
+        detail::readPoint<NumberT>(from, layout_);
+    std::uint8_t* const to = std::copy_n(from, cloud.point_step, &data[i * step]);
+    std::memcpy(to, point.data(), 3 * sizeof(NumberT));
+  }
+  std::uint32_t* const offsets[] = {&layout_.x, &layout_.y, &layout_.z};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const auto field = std::find_if(
+        cloud.fields.begin(), cloud.fields.end(), [axis](const auto& candidate) {
+          return candidate.name == std::string(1, static_cast<char>('x' + axis));
+        });
+    *offsets[axis] = cloud.point_step + axis * std::uint32_t{sizeof(NumberT)};
+    layout_.types[axis] = std::is_same_v<NumberT, double> ? pcl::PCLPointField::FLOAT64
+                                                          : pcl::PCLPointField::FLOAT32;
+    field->offset = *offsets[axis];
+    field->datatype = layout_.types[axis];
+  }
+  cloud.data = std::move(data);
+  cloud.point_step = static_cast<std::uint32_t>(step);
+  cloud.row_step = cloud.width * cloud.point_step;
+}
+
+template <typename NumberT>
+void
+CloudOutliers::hideAs(pcl::PCLPointCloud2& cloud)
+{
+  if (!areReal(layout_.types))
+    makeReal<NumberT>(cloud);
+  constexpr NumberT missing = std::numeric_limits<NumberT>::quiet_NaN();
   for (std::size_t i = 0; i < are_outliers_.size(); ++i) {
     if (!are_outliers_[i])
       continue;
     std::uint8_t* const point = cloud.data.data() + offsetOf(cloud, i);
     for (const std::uint32_t offset : {layout_.x, layout_.y, layout_.z})
-      if (layout_.is_double)
-        set(point + offset, std::numeric_limits<double>::quiet_NaN());
-      else
-        set(point + offset, std::numeric_limits<float>::quiet_NaN());
+      std::memcpy(point + offset, &missing, sizeof(missing));
     cloud.is_dense = 0;
   }
+}
+
+void
+CloudOutliers::hide(pcl::PCLPointCloud2& cloud)
+{
+  if (layout_.is_double)
+    hideAs<double>(cloud);
+  else
+    hideAs<float>(cloud);
 }
 
 void

@@ -18,15 +18,25 @@ public:
   OutlierRemovalStatus
   find(const pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal);
 
-  /** \brief Sets the coordinates of the noise that was found to NaN. */
+  /** \brief Sets the coordinates of the noise that was found to NaN. Those that are
+   * whole numbers, or of several types, become real ones behind the other bytes of a
+   * point. */
   void
-  hide(pcl::PCLPointCloud2& cloud) const;
+  hide(pcl::PCLPointCloud2& cloud);
 
   /** \brief Erases the noise that was found; the cloud becomes one row. */
   void
   erase(pcl::PCLPointCloud2& cloud) const;
 
 private:
+  template <typename NumberT>
+  void
+  makeReal(pcl::PCLPointCloud2& cloud);
+
+  template <typename NumberT>
+  void
+  hideAs(pcl::PCLPointCloud2& cloud);
+
   template <typename NumberT>
   const NumberT*
   readCoordinates(const pcl::PCLPointCloud2& cloud,

@@ -4,6 +4,7 @@
 #include <boost/predef/other/endian.h>
 
 #include <algorithm>
+#include <array>
 
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
@@ -113,7 +114,51 @@ findColour(const pcl::PCLPointCloud2& cloud, PointLayout& layout)
   }
 }
 
+/** \brief A datatype as users name it: "uint16". */
+std::string
+typeName(std::uint8_t datatype)
+{
+  constexpr std::array<const char*, 11> names = {"",
+                                                 "int8",
+                                                 "uint8",
+                                                 "int16",
+                                                 "uint16",
+                                                 "int32",
+                                                 "uint32",
+                                                 "float32",
+                                                 "float64",
+                                                 "int64",
+                                                 "uint64"};
+  return datatype < names.size() ? names[datatype] : std::to_string(datatype);
+}
+
 } // namespace
+
+bool
+areReal(const CoordinateTypes& types)
+{
+  return (types[0] == pcl::PCLPointField::FLOAT32 ||
+          types[0] == pcl::PCLPointField::FLOAT64) &&
+         types[1] == types[0] && types[2] == types[0];
+}
+
+bool
+needDoubles(const CoordinateTypes& types)
+{
+  return std::any_of(types.begin(), types.end(), [](std::uint8_t type) {
+    return type != pcl::PCLPointField::FLOAT32 && sizeOf(type) > 2;
+  });
+}
+
+std::string
+describeCoordinates(const CoordinateTypes& types)
+{
+  return areReal(types)
+             ? std::string()
+             : "coordinates x, y and z (" + typeName(types[0]) + ", " +
+                   typeName(types[1]) + ", " + typeName(types[2]) + ") are taken as " +
+                   (needDoubles(types) ? "float64" : "float32") + ", metres";
+}
 
 std::size_t
 rowStep(const pcl::PCLPointCloud2& cloud)
@@ -145,7 +190,6 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
     return status;
   const char* const names[] = {"x", "y", "z"};
   std::uint32_t* const offsets[] = {&layout.x, &layout.y, &layout.z};
-  std::uint8_t datatypes[3] = {};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const pcl::PCLPointField* field = findField(cloud, names[axis]);
     if (field == nullptr)
@@ -153,19 +197,15 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
               std::string("the cloud has no field '") + names[axis] + "'"};
     if (PreprocessingStatus status = checkField(cloud, *field); !status.ok())
       return status;
-    if (field->datatype != pcl::PCLPointField::FLOAT32 &&
-        field->datatype != pcl::PCLPointField::FLOAT64)
+    if (field->datatype == detail::bool_datatype)
       return {PreprocessingCode::InvalidField,
               std::string("field '") + names[axis] +
-                  "' must be FLOAT32 or FLOAT64, but its datatype is " +
+                  "' must be a number, but its datatype is " +
                   std::to_string(field->datatype)};
     *offsets[axis] = field->offset;
-    datatypes[axis] = field->datatype;
+    layout.types[axis] = field->datatype;
   }
-  if (datatypes[0] != datatypes[1] || datatypes[0] != datatypes[2])
-    return {PreprocessingCode::InvalidField,
-            "fields 'x', 'y' and 'z' differ in datatype"};
-  layout.is_double = datatypes[0] == pcl::PCLPointField::FLOAT64;
+  layout.is_double = needDoubles(layout.types);
   if (reads_colour)
     findColour(cloud, layout);
 

@@ -80,22 +80,6 @@ numberAt(const FoundField& field, const std::uint8_t* point)
                         io::fieldNumber(field.description, point + field.offset));
 }
 
-bool
-isFinite(const PointLayout& layout, const std::uint8_t* point)
-{
-  for (const std::uint32_t offset : {layout.x, layout.y, layout.z}) {
-    double wide = 0.0;
-    float narrow = 0.0f;
-    if (layout.is_double)
-      std::memcpy(&wide, point + offset, sizeof(wide));
-    else
-      std::memcpy(&narrow, point + offset, sizeof(narrow));
-    if (!std::isfinite(wide) || !std::isfinite(narrow))
-      return false;
-  }
-  return true;
-}
-
 /** \brief Reads the points of a cloud and sorts them by time and ring. */
 PreprocessingStatus
 readPoints(const pcl::PCLPointCloud2& cloud,
@@ -106,6 +90,9 @@ readPoints(const pcl::PCLPointCloud2& cloud,
   if (PreprocessingStatus status = findPointLayout(cloud, "", false, false, layout);
       !status.ok())
     return status;
+  if (!areReal(layout.types))
+    return invalidField("coordinates must be FLOAT32, or FLOAT64, as those of missing "
+                        "points are NaN");
   FoundField time;
   FoundField ring;
   if (PreprocessingStatus status =
@@ -124,7 +111,7 @@ readPoints(const pcl::PCLPointCloud2& cloud,
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
           cloud.data.data() + row * row_step + column * cloud.point_step;
-      if (!isFinite(layout, point))
+      if (!detail::readPoint<double>(point, layout).allFinite())
         continue;
       points.push_back({numberAt(time, point), numberAt(ring, point), point});
       if (std::isnan(points.back().time) || std::isnan(points.back().ring))

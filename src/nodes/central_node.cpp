@@ -140,6 +140,18 @@ public:
   }
 
   CentralNodeStatus
+  setPacked(const std::string& name, bool is_packed)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    const auto stream = find(name);
+    if (stream == nullptr)
+      return unknownStream(name);
+    stream->setPacked(is_packed);
+    return {};
+  }
+
+  CentralNodeStatus
   setOutlierRemoval(const std::string& name,
                     const std::optional<VoxelOutlierRemovalSettings>& settings)
   {
@@ -388,6 +400,12 @@ CentralNodeStatus
 CentralNode::setMinIntensity(const std::string& name, float min_intensity)
 {
   return implementation_->setMinIntensity(name, min_intensity);
+}
+
+CentralNodeStatus
+CentralNode::setPacked(const std::string& name, bool is_packed)
+{
+  return implementation_->setPacked(name, is_packed);
 }
 
 CentralNodeStatus

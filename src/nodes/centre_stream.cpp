@@ -34,6 +34,7 @@ CentreStream::applyNoise(const std::string& name, CentralNode& node)
   const NoiseSettings settings = readNoiseParameters(noise);
   node.setMinIntensity(name, settings.min_intensity);
   node.setOutlierRemoval(name, settings.outlier_removal);
+  node.setPacked(name, settings.is_packed);
   noise_ = std::move(noise);
 }
 

@@ -74,7 +74,8 @@ layoutOf(const io::VoxelFrame& frame)
           frame.cloudHeight(),
           frame.colour_bits > 0,
           frame.needsDoubles(),
-          {frame.fields.begin(), frame.fields.end()}};
+          {frame.fields.begin(), frame.fields.end()},
+          !frame.layout || frame.hasIntensities()};
 }
 
 void

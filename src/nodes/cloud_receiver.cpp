@@ -25,6 +25,7 @@ public:
     min_intensity_ = noise.min_intensity;
     stream_.setMinIntensity(noise.min_intensity);
     stream_.setOutlierRemoval(noise.outlier_removal);
+    stream_.setPacked(noise.is_packed);
   }
 
   ReceiverStatus

@@ -18,6 +18,7 @@ public:
   explicit Implementation(const SensorNodeSettings& settings) : settings_(settings)
   {
     readEncodingParameters(values_, false, settings_);
+    settings_.carry_layout = true;
   }
 
   std::string

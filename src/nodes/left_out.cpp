@@ -2,6 +2,7 @@
 #include "nodes/left_out.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/nodes/impl/message_layouts.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "nodes/sensor_node_settings.h"
@@ -128,6 +129,18 @@ describeRowStep(const pcl::PCLPointCloud2& cloud)
                "and is not used";
 }
 
+/** \brief That the layout of the message is not carried, though it should be. */
+std::string
+describeLayout(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings)
+{
+  return !settings.carry_layout || cloud.data.empty() ||
+                 settings.compression.format == io::StreamFormat::Published ||
+                 io::isLayout(layoutToCarry(cloud, settings))
+             ? std::string()
+             : "the layout of messages with " + std::to_string(cloud.point_step) +
+                   " bytes a point is not kept";
+}
+
 bool
 hasField(const pcl::PCLPointCloud2& cloud, const std::string& name)
 {
@@ -156,10 +169,36 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
                                   "where that takes hardly more bytes"
                                 : "the rows and columns of the points are not kept";
   std::string text = fields.empty() ? "" : "fields that are left out: " + fields;
-  for (const std::string& other : {order, describeRowStep(cloud)})
+  for (const std::string& other : {describeCoordinates(layout.types),
+                                   order,
+                                   describeRowStep(cloud),
+                                   describeLayout(cloud, settings)})
     if (!other.empty())
       text += (text.empty() ? "" : "; ") + other;
   return text;
+}
+
+io::MessageLayout
+layoutToCarry(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings)
+{
+  io::MessageLayout layout = messageLayoutOf(cloud);
+  const auto comes_back = [&settings](const io::PlacedField& field) {
+    const auto& kept = settings.compression.fields;
+    const auto is_named = [&field](const io::FieldSetting& setting) {
+      return setting.name == io::all_fields || setting.name == field.name;
+    };
+    return field.name == "x" || field.name == "y" || field.name == "z" ||
+           field.name == "rgb" || field.name == "rgba" ||
+           field.name == settings.intensity_field ||
+           std::any_of(kept.begin(), kept.end(), is_named);
+  };
+  layout.fields.erase(std::remove_if(layout.fields.begin(),
+                                     layout.fields.end(),
+                                     [&comes_back](const io::PlacedField& field) {
+                                       return !comes_back(field);
+                                     }),
+                      layout.fields.end());
+  return layout;
 }
 
 std::string

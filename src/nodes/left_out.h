@@ -2,6 +2,8 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/message_layout.h>
+#include <pcl_ext/nodes/sensor_node.h>
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -16,6 +18,11 @@ namespace nodes {
 std::string
 faultOfNamedFields(const pcl::PCLPointCloud2& cloud,
                    const std::vector<io::FieldSetting>& settings);
+
+/** \brief The layout of a cloud's message, of the fields that may come back, if the
+ * settings carry it; it may be none by io::isLayout(). */
+io::MessageLayout
+layoutToCarry(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings);
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -39,7 +39,11 @@ describeNoiseParameters()
                     "What outliers are judged by: faces for the quadratic law, points "
                     "for counts of depth cameras, rays for snow in clouds of lidars "
                     "that are at the origin of their frame or have rows and columns, "
-                    "voxels for other noise of lidars.")};
+                    "voxels for other noise of lidars."),
+      flagParameter("packed",
+                    false,
+                    "Write points without gaps, and not in the layout of the messages "
+                    "that were compressed.")};
 }
 
 } // namespace
@@ -57,6 +61,7 @@ readNoiseParameters(const ParameterValues& values)
   const ParameterAccess access(noiseParameters(), values);
   NoiseSettings settings;
   settings.min_intensity = access.number("min_intensity");
+  settings.is_packed = access.get<bool>("packed");
   if (access.get<bool>("remove_outliers"))
     settings.outlier_removal = VoxelOutlierRemovalSettings{
         densityUnitSettings(access.named("density_unit", density_units)),

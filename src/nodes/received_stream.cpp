@@ -223,6 +223,8 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
 {
   OutlierRemovalStatus outliers = removeOutliers(decoded);
   const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_);
+  if (is_packed_)
+    decoded.layout.reset();
   keep(decoded);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 

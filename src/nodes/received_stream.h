@@ -53,6 +53,13 @@ public:
     min_intensity_ = min_intensity;
   }
 
+  /** \brief Whether frames come without the layout of messages. */
+  void
+  setPacked(bool is_packed)
+  {
+    is_packed_ = is_packed;
+  }
+
   /** \brief Replaces the outlier filter from the next frame on.
    * \param[in] settings as checkSettings() accepts; none: no filter
    */
@@ -240,6 +247,7 @@ private:
   std::size_t dropped_in_a_row_ = 0;
 
   std::atomic<float> min_intensity_;
+  std::atomic<bool> is_packed_{false};
 
   mutable std::mutex mutex_; // guards everything below
   // Settings of the next filter, which decodeNext() creates.

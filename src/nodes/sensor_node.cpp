@@ -4,6 +4,7 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"
+#include "nodes/left_out.h"
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
 #include "nodes/sensor_pipeline.h"
@@ -89,6 +90,8 @@ private:
     if (SensorNodeStatus status = takeTransform(sensor_to_world); !status.ok())
       return status;
     source_.setCloud(cloud, *last_transform_);
+    if (settings_.carry_layout)
+      takeLayout(cloud);
     const io::CompressionStatus encoded =
         encoder_->encode(source_, infoOf(cloud.header), bytes);
     if (!encoded.ok())
@@ -119,6 +122,22 @@ private:
     if (settings_.carry_header)
       info_.stamp = io::FrameStamp{header.stamp, settings_.global_frame};
     return info_;
+  }
+
+  /** \brief Sets the layout of a cloud, where it is another one than before; other
+   * padding of rows alone, which may depend on their width, is none. */
+  void
+  takeLayout(const pcl::PCLPointCloud2& cloud)
+  {
+    if (cloud.data.empty())
+      return; // it may be without fields
+    io::MessageLayout layout = layoutToCarry(cloud, settings_);
+    if (info_.layout && info_.layout->point_step == layout.point_step &&
+        info_.layout->fields == layout.fields)
+      return;
+    info_.layout = io::isLayout(layout)
+                       ? std::make_shared<const io::MessageLayout>(std::move(layout))
+                       : nullptr;
   }
 
   /** \brief The status of a cloud that was not encoded. */
@@ -186,6 +205,7 @@ private:
     const io::ImageSize size = encoder_->decodedSize();
     statistics_.decoded_width = size.width;
     statistics_.decoded_height = size.height;
+    statistics_.decoded_layout = info_.layout;
     const io::CodedFrameStatistics& coding = encoder_->statistics().coding;
     if (!coding.has_points) {
       const io::VoxelFrame& frame = encoder_->frame();

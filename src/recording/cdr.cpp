@@ -13,9 +13,13 @@ constexpr std::size_t alignment = 4;
 
 } // namespace
 
-CdrReader::CdrReader(const std::uint8_t* bytes, std::size_t size)
-: bytes_(bytes), size_(size)
+CdrReader::CdrReader(const std::uint8_t* bytes,
+                     std::size_t size,
+                     MessageEncoding encoding)
+: bytes_(bytes), size_(size), encoding_(encoding)
 {
+  if (encoding == MessageEncoding::Ros1)
+    return;
   // 0, 1: CDR; 6, 7: the same of version 2, and 8, 9 delimited. The odd ones are
   // little-endian.
   constexpr std::uint8_t last_of_version_1 = 1;
@@ -62,7 +66,8 @@ CdrReader::u8()
 std::uint32_t
 CdrReader::u32()
 {
-  take((alignment - position_ % alignment) % alignment);
+  if (encoding_ == MessageEncoding::Cdr)
+    take((alignment - position_ % alignment) % alignment);
   const std::uint8_t* const begin = take(alignment);
   std::uint32_t number = 0;
   for (std::size_t i = 0; begin != nullptr && i < alignment; ++i)
@@ -75,10 +80,12 @@ CdrReader::string()
 {
   const std::uint32_t size = u32();
   const std::uint8_t* const begin = take(size);
-  // The last byte is 0 and is counted; some writers leave an empty string without it.
-  return begin == nullptr || size == 0
-             ? std::string()
-             : std::string(reinterpret_cast<const char*>(begin), size - 1);
+  if (begin == nullptr || size == 0)
+    return {};
+  // In CDR the last byte is 0 and is counted; some writers leave an empty string without
+  // it.
+  return {reinterpret_cast<const char*>(begin),
+          encoding_ == MessageEncoding::Cdr ? size - 1 : size};
 }
 
 std::uint32_t

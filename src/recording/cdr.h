@@ -11,15 +11,20 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Reads the fields of a message in CDR, the encoding of ROS 2 ("plain CDR" and
- * "delimited CDR" of the OMG's DDS-XTypes, 7.4), of either byte order. Fields of more
- * than four bytes, whose alignment depends on the version of CDR, are not read.
+/** \brief How messages are encoded: as ROS 2 has them ("plain CDR" and "delimited CDR" of
+ * the OMG's DDS-XTypes, 7.4), or as ROS 1 has them: little-endian, without alignment. */
+enum class MessageEncoding { Cdr, Ros1 };
+
+/** \brief Reads the fields of a message, of either byte order. Fields of more than four
+ * bytes, whose alignment depends on the version of CDR, are not read.
  *
  * Errors are sticky: after a read beyond the end all reads return 0 or nothing.
  */
 class CdrReader {
 public:
-  CdrReader(const std::uint8_t* bytes, std::size_t size);
+  CdrReader(const std::uint8_t* bytes,
+            std::size_t size,
+            MessageEncoding encoding = MessageEncoding::Cdr);
 
   /** \brief Begins a message, a structure in it, or a sequence of structures: delimited
    * CDR has its size before it, which is skipped. */
@@ -57,6 +62,7 @@ private:
       bytes_; // after the encapsulation header, to which fields are aligned
   std::size_t size_;
   std::size_t position_ = 0;
+  MessageEncoding encoding_;
   bool is_big_endian_ = false;
   bool is_delimited_ = false;
   bool has_failed_ = false;

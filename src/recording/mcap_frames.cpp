@@ -17,6 +17,17 @@ constexpr std::size_t no_stream = ~std::size_t{0};
 
 } // namespace
 
+/** \brief Reads the cloud of the message. */
+RecordingStatus
+McapFrames::readCloud()
+{
+  return readPointCloud(message_.bytes.data(),
+                        message_.bytes.size(),
+                        true,
+                        cloud_,
+                        encodingOf(reader_.channels()[message_.channel]));
+}
+
 /** \brief The format of each channel by one of its first messages; empty if none of
  * them can be read. */
 std::vector<std::string>
@@ -39,8 +50,7 @@ McapFrames::formatsOfChannels()
   std::vector<bool> is_known(formats.size());
   for (const BagEntry& entry : first) {
     if (is_known[entry.channel] || !reader_.read(entry, message_).ok() ||
-        !readPointCloud(message_.bytes.data(), message_.bytes.size(), true, cloud_)
-             .ok())
+        !readCloud().ok())
       continue;
     formats[entry.channel] = cloud_.format;
     is_known[entry.channel] = true;
@@ -162,7 +172,7 @@ McapFrames::read(const IndexedFrame& indexed, RecordedFrame& frame)
   frame.bytes.clear();
   RecordingStatus status = reader_.read(entry, message_);
   if (status.ok())
-    status = readPointCloud(message_.bytes.data(), message_.bytes.size(), true, cloud_);
+    status = readCloud();
   if (!status.ok())
     return status;
   frame.time = message_.log_time;

@@ -39,6 +39,9 @@ public:
   }
 
 private:
+  RecordingStatus
+  readCloud();
+
   std::vector<std::string>
   formatsOfChannels();
 

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/point_cloud_messages.h"
 
-#include "recording/cdr.h"
 #include "recording/format_name.h"
 
 #include <limits>
@@ -15,7 +14,9 @@ namespace {
 constexpr char cloud_type[] = "sensor_msgs/msg/PointCloud2";
 constexpr char compressed_cloud_type[] =
     "point_cloud_interfaces/msg/CompressedPointCloud2";
+constexpr char compressed_cloud_type_of_ros1[] = "pcl_ext_ros1/CompressedPointCloud2";
 constexpr char cdr_encoding[] = "cdr";
+constexpr char ros1_encoding[] = "ros1";
 constexpr char schema_encoding[] = "ros2msg";
 
 // The definitions as ROS 2 has them, with the types in them.
@@ -72,9 +73,11 @@ constexpr std::uint32_t max_fields = 1 << 12;
 constexpr std::int64_t nanoseconds_per_second = 1'000'000'000;
 
 bool
-hasType(const McapChannel& channel, const char* type)
+hasType(const McapChannel& channel,
+        const char* type,
+        const char* encoding = cdr_encoding)
 {
-  return channel.message_encoding == cdr_encoding && channel.schema.name == type;
+  return channel.message_encoding == encoding && channel.schema.name == type;
 }
 
 McapChannel
@@ -110,14 +113,21 @@ isPointCloud(const McapChannel& channel)
 bool
 isRos1PointCloud(const McapChannel& channel)
 {
-  return channel.message_encoding == "ros1" &&
-         channel.schema.name == "sensor_msgs/PointCloud2";
+  return hasType(channel, "sensor_msgs/PointCloud2", ros1_encoding);
 }
 
 bool
 isCompressedPointCloud(const McapChannel& channel)
 {
-  return hasType(channel, compressed_cloud_type);
+  return hasType(channel, compressed_cloud_type) ||
+         hasType(channel, compressed_cloud_type_of_ros1, ros1_encoding);
+}
+
+MessageEncoding
+encodingOf(const McapChannel& channel)
+{
+  return channel.message_encoding == ros1_encoding ? MessageEncoding::Ros1
+                                                   : MessageEncoding::Cdr;
 }
 
 McapChannel
@@ -136,15 +146,22 @@ RecordingStatus
 readPointCloud(const std::uint8_t* bytes,
                std::size_t size,
                bool is_compressed,
-               PointCloudMessage& message)
+               PointCloudMessage& message,
+               MessageEncoding encoding)
 {
   // A field has a string, two numbers and a byte, each with its alignment.
   constexpr std::size_t least_field_size = 13;
-  CdrReader reader(bytes, size);
+  CdrReader reader(bytes, size, encoding);
   for (int structure = 0; structure < 3; ++structure) // message, header, stamp
     reader.begin();
-  const auto seconds = static_cast<std::int32_t>(reader.u32());
-  message.stamp = Time(seconds * nanoseconds_per_second + reader.u32());
+  const bool is_ros1 = encoding == MessageEncoding::Ros1;
+  if (is_ros1)
+    reader.u32();                             // number of the message
+  const std::uint32_t seconds = reader.u32(); // ROS 2 has times before 1970
+  message.stamp = Time((is_ros1 ? std::int64_t{seconds}
+                                : std::int64_t{static_cast<std::int32_t>(seconds)}) *
+                           nanoseconds_per_second +
+                       reader.u32());
   message.frame_id = reader.string();
   message.height = reader.u32();
   message.width = reader.u32();

@@ -4,6 +4,7 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/cdr.h"
 #include "recording/mcap_content.h"
 
 #include <cstddef>
@@ -49,8 +50,9 @@ PCL_EXT_RECORDING_EXPORT bool
 isRos1PointCloud(const McapChannel& channel);
 
 /** \brief True if a channel has messages of
- * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another
- * than this library's. */
+ * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR, or those of ROS 1's compressor
+ * of this library as ROS 1 writes them. Their format may be another than this
+ * library's. */
 PCL_EXT_RECORDING_EXPORT bool
 isCompressedPointCloud(const McapChannel& channel);
 
@@ -64,18 +66,24 @@ pointCloudChannel(const std::string& topic);
 PCL_EXT_RECORDING_EXPORT McapChannel
 compressedPointCloudChannel(const std::string& topic);
 
-/** \brief Reads a message in CDR (the encoding of ROS 2), of either byte order.
+/** \brief The encoding of the messages of a channel with clouds. */
+PCL_EXT_RECORDING_EXPORT MessageEncoding
+encodingOf(const McapChannel& channel);
+
+/** \brief Reads a message.
  * \param[in] bytes of the message
  * \param[in] size number of bytes
  * \param[in] is_compressed which of the two types it is
  * \param[out] message its memory is reused
+ * \param[in] encoding of the message
  * \return Damaged if the bytes are no such message
  */
 PCL_EXT_RECORDING_EXPORT RecordingStatus
 readPointCloud(const std::uint8_t* bytes,
                std::size_t size,
                bool is_compressed,
-               PointCloudMessage& message);
+               PointCloudMessage& message,
+               MessageEncoding encoding = MessageEncoding::Cdr);
 
 /** \brief Writes a message in CDR, little-endian.
  * \param[in] message a stamp whose seconds do not fit 32 bits, as all do between 1901 and

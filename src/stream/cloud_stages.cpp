@@ -261,6 +261,7 @@ CloudStages::encodeVoxels(PointBatches& points,
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())
     return status;
+  frame_.layout = info.layout;
   return encoder_.encode(frame_, info.stamp, bytes);
 }
 
@@ -291,6 +292,7 @@ CloudStages::encodeScan(PointBatches& points,
       frame_.clearVoxels();
     }
   }
+  frame_.layout = scan_.layout = info.layout;
   CompressionStatus status =
       encoder_.encode(scan_, info.stamp, settings_.threads, bytes);
   if (!status.ok() || !is_trial)

@@ -6,6 +6,7 @@
 #include "codec/frame_failures.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -35,6 +36,27 @@ readField(ByteSource& source, FieldDescription& field)
   return {};
 }
 
+void
+writeField(const FieldDescription& field, ByteWriter& writer)
+{
+  writer.varint(field.name.size());
+  writer.raw(field.name.data(), field.name.size());
+  const bool has_step = field.step != 0.0;
+  writer.u8(static_cast<std::uint8_t>(static_cast<unsigned int>(field.type) |
+                                      (has_step ? step_flag : 0u)));
+  writer.varint(field.count);
+  if (has_step)
+    writer.f64(field.step);
+}
+
+/** \brief A number of a layout; one too large stays so. */
+std::uint32_t
+readNumber(ByteSource& source)
+{
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(
+      source.varint(), std::numeric_limits<std::uint32_t>::max()));
+}
+
 } // namespace
 
 void
@@ -43,16 +65,8 @@ writeFieldTable(const std::vector<FieldDescription>& fields,
                 ByteWriter& writer)
 {
   writer.varint(fields.size());
-  for (const FieldDescription& field : fields) {
-    writer.varint(field.name.size());
-    writer.raw(field.name.data(), field.name.size());
-    const bool has_step = field.step != 0.0;
-    writer.u8(static_cast<std::uint8_t>(static_cast<unsigned int>(field.type) |
-                                        (has_step ? step_flag : 0u)));
-    writer.varint(field.count);
-    if (has_step)
-      writer.f64(field.step);
-  }
+  for (const FieldDescription& field : fields)
+    writeField(field, writer);
   for (const std::int32_t position : viewpoint)
     writer.signedVarint(position);
 }
@@ -83,6 +97,38 @@ readFieldTable(ByteSource& source,
   }
   if (source.failure() == ByteSource::Failure::None && values > most_field_values)
     return corruptFrame("too many values of a point");
+  return {};
+}
+
+void
+writeLayout(const MessageLayout& layout, ByteWriter& writer)
+{
+  writer.varint(layout.fields.size());
+  for (const PlacedField& field : layout.fields) {
+    writeField(field, writer);
+    writer.varint(field.offset);
+  }
+  writer.varint(layout.point_step);
+  writer.varint(layout.row_padding);
+}
+
+CompressionStatus
+readLayout(ByteSource& source, MessageLayout& layout)
+{
+  const std::uint64_t count = source.varint();
+  if (source.failure() == ByteSource::Failure::None && count > most_layout_bytes)
+    return corruptFrame("layout of messages with too many fields");
+  for (std::uint64_t i = 0; i < count && source.failure() == ByteSource::Failure::None;
+       ++i) {
+    PlacedField& field = layout.fields.emplace_back();
+    if (CompressionStatus status = readField(source, field); !status.ok())
+      return status;
+    field.offset = readNumber(source);
+  }
+  layout.point_step = readNumber(source);
+  layout.row_padding = readNumber(source);
+  if (source.failure() == ByteSource::Failure::None && !isLayout(layout))
+    return corruptFrame("invalid layout of messages");
   return {};
 }
 

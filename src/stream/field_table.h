@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_field.h>
+#include <pcl_ext/compression/message_layout.h>
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
@@ -28,6 +29,18 @@ CompressionStatus
 readFieldTable(ByteSource& source,
                std::vector<FieldDescription>& fields,
                std::array<std::int32_t, 3>& viewpoint);
+
+/** \brief Writes how messages are laid out, likewise.
+ * \param[in] layout as isLayout() demands
+ */
+void
+writeLayout(const MessageLayout& layout, ByteWriter& writer);
+
+/** \brief Reads and checks what writeLayout() wrote.
+ * \param[in,out] layout fields are appended
+ */
+CompressionStatus
+readLayout(ByteSource& source, MessageLayout& layout);
 
 } // namespace io
 } // namespace pcl_ext

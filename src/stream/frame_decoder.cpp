@@ -288,6 +288,7 @@ private:
   {
     if (changes != nullptr)
       keepLatest();
+    frame.layout.reset();
     return published::decodeFrame(
         source, limits_, published_, published_order_, frame, statistics);
   }

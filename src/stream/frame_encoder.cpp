@@ -16,8 +16,12 @@ namespace io {
 namespace {
 
 CompressionStatus
-checkStamp(const std::optional<FrameStamp>& stamp)
+checkHeader(const std::optional<FrameStamp>& stamp, const MessageLayout* layout)
 {
+  if (layout != nullptr && !isLayout(*layout))
+    return {CompressionCode::InvalidInput,
+            "the layout of messages has a field that is not within a point, or is too "
+            "large"};
   if (stamp && stamp->frame_id.size() > max_frame_id_size)
     return {CompressionCode::InvalidInput,
             "frame_id has " + std::to_string(stamp->frame_id.size()) +
@@ -126,7 +130,7 @@ FrameEncoder::encode(const scan::ScanFrame& scan,
                      std::vector<std::uint8_t>& bytes)
 {
   return encodeSafely(bytes, scan.pixelCount(), [&] {
-    CompressionStatus status = checkStamp(stamp);
+    CompressionStatus status = checkHeader(stamp, scan.layout.get());
     if (!status.ok())
       return status;
     IFrameReasons reasons = reasonsOfStream();
@@ -201,7 +205,7 @@ FrameEncoder::check(const VoxelFrame& frame,
   if (frame.size() > most_blocks && countBlocks(frame.keys) > most_blocks)
     return {CompressionCode::InvalidInput,
             "the frame has more than 2^26 blocks of 4 x 4 x 4 voxels"};
-  return checkStamp(stamp);
+  return checkHeader(stamp, frame.layout.get());
 }
 
 void

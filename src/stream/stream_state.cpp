@@ -16,6 +16,7 @@ StreamState::complete(Version1Header& header) const
   header.fields = fields;
   header.viewpoint = viewpoint;
   header.scan = scan;
+  header.layout = layout;
   if (header.placement)
     setPlacement(*header.placement, header.scan);
   if (!header.has_frame_id)
@@ -52,6 +53,7 @@ StreamState::learn(Version1Header& header, std::uint32_t frame_checksum) noexcep
   fields.swap(header.fields);
   viewpoint = header.viewpoint;
   std::swap(scan, header.scan);
+  layout = header.layout;
   frame_id.swap(header.frame_id);
   stamp = stampOf(header);
   const bool has_supplement = content.hasSupplement() && header.voxel_count > 0;

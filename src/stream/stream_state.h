@@ -36,6 +36,7 @@ struct StreamState {
   std::vector<FieldDescription> fields;
   std::array<std::int32_t, 3> viewpoint{};
   scan::ScanLayout scan;
+  std::shared_ptr<const MessageLayout> layout;
   std::string frame_id;
   std::uint64_t stamp = 0;
 

@@ -401,6 +401,7 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
   if (CompressionStatus status = prepareFields(frame); !status.ok())
     return status;
   frame.points = FramePoints();
+  frame.layout = header_.layout;
   if (header_.content.hasVoxels()) {
     coarse_voxels_.grid = frame.grid;
     coarse_voxels_.grid.depth -= header_.content.refinement_levels;
@@ -493,6 +494,7 @@ Version1Decoder::listLastVoxels(VoxelFrame& frame) const
   frame.has_point_counts = false;
   frame.fields.clear();
   frame.viewpoint = {};
+  frame.layout = state_.layout;
   state_.changes->listLastVoxels(frame);
 }
 

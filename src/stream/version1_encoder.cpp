@@ -27,6 +27,13 @@ haveSameFields(const std::vector<FrameField>& fields,
                     });
 }
 
+bool
+areSame(const std::shared_ptr<const MessageLayout>& one,
+        const std::shared_ptr<const MessageLayout>& other)
+{
+  return one == other || (one && other && *one == *other);
+}
+
 } // namespace
 
 Version1Encoder::Version1Encoder(Effort effort,
@@ -65,6 +72,7 @@ Version1Encoder::addReasons(const scan::ScanFrame& scan,
                               scan.intensity_scale != state_.intensity_scale ||
                               scan.colour_bits != state_.content.colour_bits ||
                               !haveSameFields(scan.fields, state_.fields) ||
+                              !areSame(scan.layout, state_.layout) ||
                               !scan.mayFollow(state_.scan);
   reasons.has_far_stamp = hasFarStamp(stamp);
 }
@@ -77,7 +85,8 @@ Version1Encoder::hasOtherContent(const VoxelFrame& frame) const
          frame.depth_model.has_value() != had_depth_model_ ||
          frame.colour_bits != state_.content.colour_bits ||
          frame.has_point_counts != state_.content.has_point_counts ||
-         !haveSameFields(frame.fields, state_.fields);
+         !haveSameFields(frame.fields, state_.fields) ||
+         !areSame(frame.layout, state_.layout);
 }
 
 /** \brief Whether the change of a stamp takes more bytes than the stamp. */
@@ -121,6 +130,7 @@ Version1Encoder::encode(FrameKind kind,
   beginHeader(kind == FrameKind::Intra, stamp);
   header_.grid = frame.grid;
   header_.intensity_scale = frame.intensity_scale;
+  header_.layout = frame.layout;
   const PayloadSizes sizes = kind == FrameKind::Intra       ? encodeIFrame(frame)
                              : kind == FrameKind::Predicted ? encodePFrame(frame)
                                                             : encodeChanges(frame);
@@ -167,6 +177,7 @@ Version1Encoder::encode(bool is_i_frame,
   if (!is_i_frame && placement != placementOf(state_.scan))
     header.placement = placement;
   header.scan = scan;
+  header.layout = scan.layout;
   header.point_count = scan.pixels.size();
   header.voxel_count = header.point_count;
   header.supplement_size = 0;

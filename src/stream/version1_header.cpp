@@ -42,10 +42,10 @@ enum ContentFlag : std::uint16_t {
   fields_flag = 256,
   scan_flag = 512,
   placement_flag = 1024, // of a P-frame
-  // 2048 is reserved
-  padding_flag = 4096 // of an I-frame
+  layout_flag = 2048,    // of an I-frame
+  padding_flag = 4096    // likewise
 };
-constexpr std::uint64_t known_content = 8191 - 2048;
+constexpr std::uint64_t known_content = 8191;
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
@@ -77,6 +77,8 @@ contentFieldOf(const Version1Header& header)
     field |= scan_flag;
   if (header.placement)
     field |= placement_flag;
+  if (header.is_i_frame && header.layout)
+    field |= layout_flag;
   if (header.padding_size > 0)
     field |= padding_flag;
   return field;
@@ -141,6 +143,8 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writeFieldTable(header.fields, header.viewpoint, writer);
     if (header.content.has_scan)
       writeScanTable(header.scan, writer);
+    if (header.layout)
+      writeLayout(*header.layout, writer);
   }
   if (header.placement)
     writeScanPlacement(*header.placement, writer);
@@ -232,15 +236,17 @@ readContent(ByteSource& source, Version1Header& header)
     header.placement.emplace();
   if ((field & no_intensities_flag) != 0)
     header.intensity_scale.bits = 0;
-  header.padding_size = (field & padding_flag) != 0 ? 1 : 0; // follows
+  if ((field & layout_flag) != 0)
+    header.layout = std::make_shared<MessageLayout>();       // follows
+  header.padding_size = (field & padding_flag) != 0 ? 1 : 0; // likewise
   if (source.failure() == ByteSource::Failure::None &&
       (field == 0 || (field & ~known_content) != 0 ||
        header.content.refinement_levels >= max_grid_depth ||
        (header.content.has_scan &&
         (!header.content.has_point_counts || header.content.refinement_levels > 0 ||
          header.has_depth_model)) ||
-       (!header.is_i_frame &&
-        (header.intensity_scale.bits == 0 || header.padding_size > 0)) ||
+       (!header.is_i_frame && (header.intensity_scale.bits == 0 || header.layout ||
+                               header.padding_size > 0)) ||
        (header.placement && (header.is_i_frame || !header.content.has_scan))))
     return corruptFrame("invalid content");
   return {};
@@ -272,8 +278,15 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
             readFieldTable(source, header.fields, header.viewpoint);
         !status.ok())
       return status;
-  return header.content.has_scan ? readScanTable(source, header.scan)
-                                 : CompressionStatus();
+  if (header.content.has_scan)
+    if (CompressionStatus status = readScanTable(source, header.scan); !status.ok())
+      return status;
+  if (!header.layout)
+    return {};
+  auto layout = std::make_shared<MessageLayout>();
+  CompressionStatus status = readLayout(source, *layout);
+  header.layout = std::move(layout);
+  return status;
 }
 
 /** \brief Reads how much of what there is. */

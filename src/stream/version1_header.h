@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,11 +42,12 @@ struct Version1Header {
   std::vector<FieldDescription> fields;    // I only
   std::array<std::int32_t, 3> viewpoint{}; // I only; see VoxelFrame
   scan::ScanLayout scan;                   // I only
-  std::optional<ScanPlacement> placement;  // P only; of a scan, another one than before
-  std::optional<DepthModel> depth_model;   // of the payload, or that of before
-  std::optional<std::int64_t> stamp;       // P: difference to the previous frame
-  bool has_frame_id = false;               // P: only if it has changed
-  std::string frame_id;                    // empty if absent
+  std::shared_ptr<const MessageLayout> layout; // I only; null: none
+  std::optional<ScanPlacement> placement; // P only; of a scan, another one than before
+  std::optional<DepthModel> depth_model;  // of the payload, or that of before
+  std::optional<std::int64_t> stamp;      // P: difference to the previous frame
+  bool has_frame_id = false;              // P: only if it has changed
+  std::string frame_id;                   // empty if absent
   std::uint64_t voxel_count = 0;
   std::uint64_t payload_size = 0; // bytes, those of supplement and padding included
   // Depend on the content:

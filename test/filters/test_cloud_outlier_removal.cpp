@@ -139,6 +139,41 @@ TEST(CloudOutlierRemoval, OrganisedCloudsKeepRowsColumnsAndAllOtherBytes)
     }
 }
 
+TEST(CloudOutlierRemoval, CoordinatesOfSeveralTypesBecomeReal)
+{
+  const LidarScan scan = snowyScan();
+  const std::vector<bool> is_noise = noiseOf(scan);
+  PCLPointCloud2 before = messageOf(scan, PCLPointField::FLOAT64, true, 13);
+  fieldOf(before, "y").datatype = PCLPointField::FLOAT32;
+  const auto placeOf = [&](const PCLPointCloud2& cloud, std::size_t i) {
+    return i / scan.width * cloud.row_step + i % scan.width * cloud.point_step;
+  };
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    std::memcpy(&before.data[placeOf(before, i) + fieldOf(before, "y").offset],
+                &scan.coordinates[3 * i + 1],
+                sizeof(float));
+  PCLPointCloud2 cloud = before;
+  PointOutlierRemoval removal;
+  const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+  EXPECT_TRUE(status.ok()) << status.message();
+  EXPECT_EQ(status.removed, std::count(is_noise.begin(), is_noise.end(), true));
+  ASSERT_EQ(cloud.data.size(), scan.size() * (before.point_step + 24));
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const std::uint8_t* const point = &cloud.data[placeOf(cloud, i)];
+    ASSERT_EQ(std::memcmp(point, &before.data[placeOf(before, i)], before.point_step),
+              0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const PCLPointField& field = fieldOf(cloud, std::string(1, "xyz"[axis]));
+      ASSERT_EQ(field.datatype, PCLPointField::FLOAT64);
+      double number = 0.0;
+      std::memcpy(&number, point + field.offset, sizeof(number));
+      const auto original = static_cast<double>(scan.coordinates[3 * i + axis]);
+      ASSERT_EQ(std::isnan(number), is_noise[i] || std::isnan(original));
+      ASSERT_TRUE(std::isnan(number) || number == original);
+    }
+  }
+}
+
 TEST(CloudOutlierRemoval, PointsOfOthersAreErasedWithAllTheirBytes)
 {
   const LidarScan scan = snowyScan();
@@ -189,7 +224,7 @@ TEST(CloudOutlierRemoval, CloudsThatCannotBeJudgedAreNotChanged)
   fieldOf(cloud, "y").name = "Y";
   expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "no field 'y'");
   cloud = valid;
-  fieldOf(cloud, "z").datatype = PCLPointField::INT32;
+  fieldOf(cloud, "z").datatype = detail::bool_datatype;
   expectRefused(cloud, OutlierRemovalCode::InvalidCloud, "field 'z'");
   cloud = valid;
   cloud.data.pop_back();

@@ -178,6 +178,11 @@ TEST(SensorOrder, OfCloudsThatDoNotTellItIsAnError)
                     }),
             "the cloud has no field 'stamp'");
   cloud = good;
+  cloud.fields[1].datatype = pcl::PCLPointField::INT32;
+  EXPECT_EQ(errorOf(cloud, by_ring),
+            "coordinates must be FLOAT32, or FLOAT64, as those of missing points are "
+            "NaN");
+  cloud = good;
   cloud.fields[3].datatype = pcl::PCLPointField::FLOAT32;
   cloud.fields[3].count = 2;
   EXPECT_EQ(errorOf(cloud, by_time),

@@ -39,22 +39,11 @@ TEST(InvalidCloudLayout, EachCoordinateMustBeThere)
   expectRefusal(nameless, PreprocessingCode::MissingField, {"'x'"});
 }
 
-TEST(InvalidCloudLayout, CoordinatesMustShareAFloatingPointDatatype)
+TEST(InvalidCloudLayout, CoordinatesMustBeNumbers)
 {
-  for (const std::string& name : coordinates) {
-    for (std::uint8_t datatype = PCLPointField::INT8; datatype < PCLPointField::FLOAT32;
-         ++datatype)
-      expectInvalidField(
-          name,
-          [=](PCLPointField& field) { field.datatype = datatype; },
-          std::to_string(datatype));
-    PCLPointCloud2 message = plainMessage();
-    message.point_step = 32;
-    message.row_step = 4 * 32;
-    message.data.resize(4 * 32);
-    fieldOf(message, name).datatype = PCLPointField::FLOAT64;
-    expectRefusal(message, PreprocessingCode::InvalidField, {"'x'", "'y'", "'z'"});
-  }
+  for (const std::string& name : coordinates)
+    expectInvalidField(
+        name, [](PCLPointField& field) { field.datatype = 11; }, "11");
 }
 
 TEST(InvalidCloudLayout, InvalidFieldsAreNamed)

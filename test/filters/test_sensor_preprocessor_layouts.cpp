@@ -37,24 +37,26 @@ TEST(CloudLayout, IntensityOfEveryDatatypeIsRead)
   }
 }
 
+struct Limits {
+  std::uint8_t datatype;
+  double lowest;
+  double highest;
+};
+
+const Limits all_limits[] = {Limits{PCLPointField::INT8, -128.0, 127.0},
+                             Limits{PCLPointField::UINT8, 0.0, 255.0},
+                             Limits{PCLPointField::INT16, -32768.0, 32767.0},
+                             Limits{PCLPointField::UINT16, 0.0, 65535.0},
+                             Limits{PCLPointField::INT32, -2147483648.0, 2147483647.0},
+                             Limits{PCLPointField::UINT32, 0.0, 4294967295.0},
+                             Limits{9, -9223372036854775808.0, 9007199254740992.0},
+                             Limits{10, 0.0, 9007199254740992.0},
+                             Limits{PCLPointField::FLOAT32, -3e38, 3e38},
+                             Limits{PCLPointField::FLOAT64, -1.0 / 3.0, 3e38}};
+
 TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
 {
-  struct Limits {
-    std::uint8_t datatype;
-    double lowest;
-    double highest;
-  };
-  for (const Limits& limits :
-       {Limits{PCLPointField::INT8, -128.0, 127.0},
-        Limits{PCLPointField::UINT8, 0.0, 255.0},
-        Limits{PCLPointField::INT16, -32768.0, 32767.0},
-        Limits{PCLPointField::UINT16, 0.0, 65535.0},
-        Limits{PCLPointField::INT32, -2147483648.0, 2147483647.0},
-        Limits{PCLPointField::UINT32, 0.0, 4294967295.0},
-        Limits{9, -9223372036854775808.0, 9007199254740992.0},
-        Limits{10, 0.0, 9007199254740992.0},
-        Limits{PCLPointField::FLOAT32, -3e38, 3e38},
-        Limits{PCLPointField::FLOAT64, -1.0 / 3.0, 3e38}}) {
+  for (const Limits& limits : all_limits) {
     PCLPointCloud2 message =
         makeMessage(xyzAnd(makeField("intensity", 12, limits.datatype)), 20, 2);
     writeNumber(message.data.data() + 12, limits.datatype, limits.lowest);
@@ -88,6 +90,40 @@ TEST(CloudLayout, CoordinatesMayBeDouble)
                             13,
                             3,
                             5));
+}
+
+TEST(CloudLayout, CoordinatesMayBeOfAnyDatatypes)
+{
+  for (const Limits& x : all_limits)
+    for (const Limits& z : all_limits) {
+      SCOPED_TRACE(std::to_string(x.datatype) + " and " + std::to_string(z.datatype));
+      const auto is_long = [](std::uint8_t type) { return type >= 8; };
+      // Where they fit as close to each other as floats that are read at once.
+      const std::uint32_t gap = is_long(x.datatype) || is_long(z.datatype) ? 8 : 4;
+      PCLPointCloud2 message =
+          makeMessage({makeField("x", 0, x.datatype),
+                       makeField("y", gap, PCLPointField::FLOAT32),
+                       makeField("z", 2 * gap, z.datatype),
+                       makeField("intensity", 24, PCLPointField::FLOAT32)},
+                      28,
+                      4);
+      for (std::size_t point = 0; point < 4; ++point) {
+        std::uint8_t* const bytes = &message.data[28 * point];
+        writeNumber(bytes, x.datatype, point % 2 == 0 ? x.lowest : x.highest);
+        writeNumber(bytes + gap, PCLPointField::FLOAT32, 0.1);
+        writeNumber(bytes + 2 * gap, z.datatype, point < 2 ? z.lowest : z.highest);
+      }
+      Output output;
+      ASSERT_TRUE(processNative(message, output).ok());
+      ASSERT_EQ(output.size(), 4u);
+      for (std::size_t point = 0; point < 4; ++point) {
+        EXPECT_EQ(output[point].x,
+                  static_cast<float>(point % 2 == 0 ? x.lowest : x.highest));
+        EXPECT_EQ(output[point].y, 0.1f);
+        EXPECT_EQ(output[point].z,
+                  static_cast<float>(point < 2 ? z.lowest : z.highest));
+      }
+    }
 }
 
 TEST(CloudLayout, DoubleCoordinatesBeyondFloatAreNotFinite)

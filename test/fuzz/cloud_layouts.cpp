@@ -59,17 +59,26 @@ isFar(const PreprocessorSettings& settings)
                      [](float number) { return std::abs(number) > 1024.0f; });
 }
 
+/** \brief Whether floats have not each value of coordinates. */
+bool
+needDoubles(const Fields& fields)
+{
+  return std::any_of(fields.begin(), fields.begin() + 3, [](const auto* field) {
+    return field->datatype > 4 && field->datatype != pcl::PCLPointField::FLOAT32;
+  });
+}
+
 /** \brief Moves a point.
- * \tparam FieldT,NumberT type of its fields, and of the arithmetic
+ * \tparam NumberT type of the arithmetic
  */
-template <typename FieldT, typename NumberT>
+template <typename NumberT>
 MovedPoint
 movePoint(const std::uint8_t* point,
           const Fields& fields,
           const PreprocessorSettings& settings)
 {
   const auto coordinate = [&](std::size_t axis) {
-    return static_cast<NumberT>(numberAt<FieldT>(point + fields[axis]->offset));
+    return readField<NumberT>(point, *fields[axis]);
   };
   MovedPoint moved;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -109,11 +118,9 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
           cloud.data.data() + row * bytes_of_row + column * cloud.point_step;
-      const MovedPoint moved = fields[0]->datatype == pcl::PCLPointField::FLOAT64
-                                   ? movePoint<double, double>(point, fields, settings)
-                               : isFar(settings)
-                                   ? movePoint<float, double>(point, fields, settings)
-                                   : movePoint<float, float>(point, fields, settings);
+      const MovedPoint moved = isFar(settings) || needDoubles(fields)
+                                   ? movePoint<double>(point, fields, settings)
+                                   : movePoint<float>(point, fields, settings);
       not_finite += moved.is_finite ? 0 : 1;
       if (!moved.is_finite || !moved.is_within)
         continue;
@@ -121,7 +128,8 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
       const PointXYZRGBI& result = output[kept++];
       require(result.x == moved.place[0] && result.y == moved.place[1] &&
               result.z == moved.place[2]);
-      const float native = fields[3] != nullptr ? readField(point, *fields[3]) : 0.0f;
+      const float native =
+          fields[3] != nullptr ? readField<float>(point, *fields[3]) : 0.0f;
       require(isNear(result.intensity,
                      expectedIntensity(model, moved.depth, native),
                      settings.scale));

@@ -143,6 +143,8 @@ layoutOf(FuzzInput& input)
     field.name = name;
     field.count = 1;
     field.datatype = coordinate;
+    if (field.name.size() == 1 && (kind & 192) == 128) // of several types
+      field.datatype = static_cast<std::uint8_t>(1 + input.byte() % 10);
     if (field.name.size() > 1)
       field.datatype = static_cast<std::uint8_t>(
           (kind & 8) != 0 ? 1 + input.byte() % 11 : int{pcl::PCLPointField::FLOAT32});

@@ -87,14 +87,9 @@ findFaults(const pcl::PCLPointCloud2& cloud,
             readableField(cloud, "z", faults),
             needs_intensity ? readableField(cloud, intensity_field, faults) : nullptr,
             reads_colours ? colourField(cloud) : nullptr};
-  const auto isFloat = [](const pcl::PCLPointField& field) {
-    return field.datatype == pcl::PCLPointField::FLOAT32 ||
-           field.datatype == pcl::PCLPointField::FLOAT64;
-  };
+  constexpr std::uint8_t bool_datatype = 11;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (fields[axis] != nullptr &&
-        (!isFloat(*fields[axis]) ||
-         (fields[0] != nullptr && fields[axis]->datatype != fields[0]->datatype)))
+    if (fields[axis] != nullptr && fields[axis]->datatype == bool_datatype)
       faults.insert(PreprocessingCode::InvalidField);
   if (cloud.width == 0 || cloud.height == 0)
     return faults;
@@ -116,31 +111,32 @@ numberAt(const std::uint8_t* bytes)
   return number;
 }
 
-inline float
+template <typename NumberT>
+NumberT
 readField(const std::uint8_t* point, const pcl::PCLPointField& field)
 {
   const std::uint8_t* const bytes = point + field.offset;
   switch (field.datatype) {
   case 1:
-    return numberAt<std::int8_t>(bytes);
+    return static_cast<NumberT>(numberAt<std::int8_t>(bytes));
   case 2:
-    return numberAt<std::uint8_t>(bytes);
+    return static_cast<NumberT>(numberAt<std::uint8_t>(bytes));
   case 3:
-    return numberAt<std::int16_t>(bytes);
+    return static_cast<NumberT>(numberAt<std::int16_t>(bytes));
   case 4:
-    return numberAt<std::uint16_t>(bytes);
+    return static_cast<NumberT>(numberAt<std::uint16_t>(bytes));
   case 5:
-    return static_cast<float>(numberAt<std::int32_t>(bytes));
+    return static_cast<NumberT>(numberAt<std::int32_t>(bytes));
   case 6:
-    return static_cast<float>(numberAt<std::uint32_t>(bytes));
+    return static_cast<NumberT>(numberAt<std::uint32_t>(bytes));
   case 7:
-    return numberAt<float>(bytes);
+    return static_cast<NumberT>(numberAt<float>(bytes));
   case 8:
-    return static_cast<float>(numberAt<double>(bytes));
+    return static_cast<NumberT>(numberAt<double>(bytes));
   case 9:
-    return static_cast<float>(numberAt<std::int64_t>(bytes));
+    return static_cast<NumberT>(numberAt<std::int64_t>(bytes));
   case 10:
-    return static_cast<float>(numberAt<std::uint64_t>(bytes));
+    return static_cast<NumberT>(numberAt<std::uint64_t>(bytes));
   default:
     return *bytes != 0 ? 1.0f : 0.0f;
   }

@@ -17,7 +17,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <optional>
+#include <utility>
 
 // Of the fuzzer: changes bytes as it does for targets without a mutator of their own.
 extern "C" std::size_t
@@ -197,10 +199,36 @@ changeScan(io::scan::ScanLayout& scan, Random& random)
   }
 }
 
+/** \brief Changes where messages have their fields, or makes a layout. */
+inline void
+changeLayout(std::shared_ptr<const io::MessageLayout>& layout, Random& random)
+{
+  io::MessageLayout changed = layout ? *layout : io::MessageLayout();
+  io::PlacedField field;
+  field.name = "x";
+  switch (random.below(4)) {
+  case 0:
+    change(changed.point_step, random);
+    break;
+  case 1:
+    change(changed.row_padding, random);
+    break;
+  case 2:
+    changed.fields.resize(random.below(random.oneOf(8) ? 2000 : 4), field);
+    break;
+  default:
+    if (!changed.fields.empty())
+      change(random.oneOf(2) ? changed.fields.front().offset
+                             : changed.fields.front().count,
+             random);
+  }
+  layout = std::make_shared<io::MessageLayout>(std::move(changed));
+}
+
 inline void
 changeContent(io::Version1Header& header, Random& random)
 {
-  switch (random.below(9)) {
+  switch (random.below(10)) {
   case 0:
     header.content.refinement_levels = static_cast<unsigned int>(random.below(22));
     break;
@@ -224,6 +252,9 @@ changeContent(io::Version1Header& header, Random& random)
     break;
   case 7:
     header.content.has_scan = !header.content.has_scan;
+    break;
+  case 8:
+    changeLayout(header.layout, random);
     break;
   default:
     change(header.supplement_size, random);

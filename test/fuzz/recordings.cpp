@@ -63,7 +63,10 @@ readMessages(const std::string& path)
     const RecordingStatus status = reader.read(entry, message);
     pcl_ext::fuzz::require(status.ok() || !reader.damage().empty());
     for (const bool is_compressed : {false, true})
-      readPointCloud(message.bytes.data(), message.bytes.size(), is_compressed, cloud);
+      for (const MessageEncoding encoding :
+           {MessageEncoding::Cdr, MessageEncoding::Ros1})
+        readPointCloud(
+            message.bytes.data(), message.bytes.size(), is_compressed, cloud, encoding);
   }
   std::vector<McapMetadata> metadata;
   reader.readMetadata(metadata);

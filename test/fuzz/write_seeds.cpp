@@ -27,6 +27,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -275,7 +276,13 @@ void
 writeSmallScans(SeedWriter& writer)
 {
   using namespace pcl_ext::io;
-  const auto write = [&writer](const std::string& name, const scan::ScanFrame& sensor) {
+  auto layout = std::make_shared<MessageLayout>();
+  layout->fields.resize(2);
+  layout->fields[0].name = "x";
+  layout->fields[1].name = "ring";
+  layout->fields[1].offset = 8;
+  layout->point_step = 13;
+  const auto write = [&](const std::string& name, const scan::ScanFrame& sensor) {
     FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Fast);
     Bytes stream;
     Bytes frame;
@@ -284,6 +291,7 @@ writeSmallScans(SeedWriter& writer)
       scan.rays.pose.origin[0] += 1000 * (i / 2);
       test::addPoints(scan, i, sensor.rays.shape == scan::RayShape::Spinning);
       test::addFields(scan, i);
+      scan.layout = layout;
       require(encoder.encode(scan, std::nullopt, frame).ok());
       append(frame, stream);
     }

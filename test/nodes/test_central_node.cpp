@@ -161,6 +161,20 @@ TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
   }
 }
 
+TEST_F(CentralNodeFrames, AreWithoutLayoutIfTheyAreToBePacked)
+{
+  pcl_ext::io::FrameEncoder encoder(StreamFormat::Version1, 10);
+  VoxelFrame frame = streamOf(1).decoded[0];
+  pcl_ext::io::MessageLayout layout;
+  layout.point_step = 12;
+  frame.layout = std::make_shared<pcl_ext::io::MessageLayout>(layout);
+  for (const bool is_packed : {false, true}) {
+    expectCode(node.setPacked("a", is_packed), CentralNodeCode::Ok);
+    sendAndWait(node, "a", pcl_ext::io::test::encoded(encoder, frame));
+    EXPECT_EQ(recorder.frames("a").back().voxels.layout == nullptr, is_packed);
+  }
+}
+
 TEST_F(CentralNodeFrames, InvalidCallsAreReported)
 {
   CentralNodeStatus status = node.addStream("a", 2.0f);
@@ -179,6 +193,7 @@ TEST_F(CentralNodeFrames, InvalidCallsAreReported)
     status = node.setMinIntensity(name, 1.0f);
     expectCode(status, CentralNodeCode::UnknownStream);
     EXPECT_EQ(status.message(), message);
+    expectCode(node.setPacked(name, true), CentralNodeCode::UnknownStream);
     status = node.receive(name, streamOf(1).frames[0]);
     expectCode(status, CentralNodeCode::UnknownStream);
     EXPECT_EQ(status.message(), message);

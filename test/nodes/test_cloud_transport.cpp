@@ -5,6 +5,7 @@
  * new and lost receivers, and lost frames.
  */
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/impl/cloud_messages.h>
 #include <pcl_ext/nodes/impl/cloud_receiver.h>
 #include <pcl_ext/nodes/impl/cloud_sender.h>
 #include <pcl_ext/nodes/sensor_node.h>
@@ -19,6 +20,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -83,7 +85,9 @@ std::vector<Frame>
 framesOfNode(const SensorNodeSettings& settings,
              const std::vector<pcl::PCLPointCloud2>& clouds)
 {
-  SensorNode node(settings);
+  SensorNodeSettings of_transport = settings;
+  of_transport.carry_layout = true;
+  SensorNode node(of_transport);
   std::vector<Frame> frames;
   for (const pcl::PCLPointCloud2& cloud : clouds) {
     Frame& frame = frames.emplace_back();
@@ -243,23 +247,6 @@ TEST(CloudTransport, ReceiversRemoveNoise)
   EXPECT_EQ(receiver.health().stream.kept_voxels, expected);
 }
 
-TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
-{
-  CloudSender sender;
-  CloudReceiver receiver;
-  VoxelFrame voxels;
-  for (const bool keep_points : {false, true}) {
-    ASSERT_EQ(
-        sender.setParameters({{"resolution", 0.04}, {"keep_points", keep_points}}), "");
-    const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
-    ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
-    const std::size_t points = sender.health().node.decoded_width;
-    EXPECT_EQ(points, voxels.pointCount());
-    EXPECT_EQ(points, keep_points ? 2000 : voxels.size());
-    EXPECT_LT(voxels.size(), 2000u);
-  }
-}
-
 /** \brief A camera's cloud of 60 rows and 80 columns. */
 pcl::PCLPointCloud2
 organisedWall()
@@ -275,6 +262,79 @@ organisedWall()
   pcl::PCLPointCloud2 message;
   pcl::toPCLPointCloud2(cloud, message);
   return message;
+}
+
+struct CompressedMessage : pcl::PCLPointCloud2 {
+  std::string format;
+};
+
+TEST(CloudTransport, MessagesHaveTheLayoutThatTheyHad)
+{
+  CloudSender sender;
+  ASSERT_EQ(sender.setParameters({{"resolution", 0.001}, {"keep_order", true}}), "");
+  pcl::PCLPointCloud2 cloud = organisedWall(); // points of 16 bytes, the last 4 unused
+  cloud.row_step += 8;
+  std::vector<std::uint8_t> padded;
+  for (std::size_t row = 0; row < cloud.height; ++row) {
+    const auto begin = cloud.data.begin() + static_cast<std::ptrdiff_t>(row * 80 * 16);
+    padded.insert(padded.end(), begin, begin + 80 * 16);
+    padded.resize(padded.size() + 8);
+  }
+  cloud.data.swap(padded);
+  cloud.fields[1].name = "z"; // in another order than decoded ones
+  cloud.fields[2].name = "y";
+  CloudReceiver receiver;
+  for (const bool is_packed : {false, true, false}) { // an I-frame, then P-frames
+    NoiseSettings settings;
+    settings.is_packed = is_packed;
+    receiver.setNoise(settings);
+    VoxelFrame voxels;
+    ASSERT_TRUE(receiver.receive(encoded(sender, cloud), Time(0), voxels).ok());
+    pcl::PCLPointCloud2 received;
+    writeVoxels(voxels, received);
+    ASSERT_EQ(received.fields.size(), is_packed ? 4u : 3u); // and intensities of 0
+    EXPECT_EQ(received.fields[1].name, is_packed ? "y" : "z");
+    EXPECT_EQ(received.fields[1].offset, 4u);
+    EXPECT_EQ(received.point_step, 16u);
+    EXPECT_EQ(received.row_step, is_packed ? 80u * 16u : cloud.row_step);
+    EXPECT_EQ(received.height, 60u);
+    CompressedMessage described;
+    describeFrame(sender.health().node, sender.settings(), described);
+    EXPECT_EQ(described.row_step, cloud.row_step);
+    ASSERT_EQ(described.fields.size(), 3u);
+    EXPECT_EQ(described.fields[1].name, "z");
+    for (std::size_t i = 0; i < 4800; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t other = is_packed && axis > 0 ? 3 - axis : axis;
+        float sent = 0.0f;
+        float decoded = 0.0f;
+        std::memcpy(&sent,
+                    &cloud.data[i / 80 * cloud.row_step + i % 80 * 16 + 4 * other],
+                    sizeof(sent));
+        std::memcpy(&decoded,
+                    &received.data[i / 80 * received.row_step +
+                                   i % 80 * received.point_step + 4 * axis],
+                    sizeof(decoded));
+        ASSERT_NEAR(decoded, sent, 0.00051f);
+      }
+  }
+}
+
+TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
+{
+  CloudSender sender;
+  CloudReceiver receiver;
+  VoxelFrame voxels;
+  for (const bool keep_points : {false, true}) {
+    ASSERT_EQ(
+        sender.setParameters({{"resolution", 0.04}, {"keep_points", keep_points}}), "");
+    const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
+    ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
+    const std::size_t points = sender.health().node.decoded_width;
+    EXPECT_EQ(points, voxels.pointCount());
+    EXPECT_EQ(points, keep_points ? 2000 : voxels.size());
+    EXPECT_LT(voxels.size(), 2000u);
+  }
 }
 
 TEST(CloudTransport, PointsOfASensorNeedNoVoxelsUnlessNoiseIsRemoved)

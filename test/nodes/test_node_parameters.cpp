@@ -587,6 +587,7 @@ TEST(NoiseParameters, DefaultsKeepAllVoxels)
     const NoiseSettings settings = readNoiseParameters(values);
     EXPECT_EQ(settings.min_intensity, 0.0f);
     EXPECT_FALSE(settings.outlier_removal);
+    EXPECT_FALSE(settings.is_packed);
   }
 }
 
@@ -595,6 +596,7 @@ TEST(NoiseParameters, EachChangesTheSettingThatItNames)
   EXPECT_EQ(readNoiseParameters({{"min_intensity", -1.5}}).min_intensity, -1.5f);
   const auto removal = readNoiseParameters({{"remove_outliers", true}}).outlier_removal;
   ASSERT_TRUE(removal);
+  EXPECT_TRUE(readNoiseParameters({{"packed", true}}).is_packed);
   EXPECT_EQ(removal->min_log_odds, 0.0f);
   EXPECT_EQ(densityUnitOf(removal->unit), DensityUnit::Automatic);
   for (const auto& [word, unit] : std::vector<std::pair<std::string, DensityUnit>>{

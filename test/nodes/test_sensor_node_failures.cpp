@@ -121,7 +121,7 @@ TEST(SensorNodeClouds, ABrokenOneIsRefusedAndTheStreamGoesOn)
   std::vector<pcl::PCLPointCloud2> broken(5, good);
   broken[0] = pcl::PCLPointCloud2();
   pcl_ext::test::fieldOf(broken[1], "z").name = "height";
-  pcl_ext::test::fieldOf(broken[2], "y").datatype = pcl::PCLPointField::INT16;
+  pcl_ext::test::fieldOf(broken[2], "y").datatype = pcl_ext::detail::bool_datatype;
   pcl_ext::test::fieldOf(broken[3], "x").offset = good.point_step - 2;
   broken[4].data.pop_back();
   Link link;

@@ -3,8 +3,10 @@
 /** \file
  * \brief A SensorNode keeps fields of any PointCloud2.
  */
+#include "support/message_layouts.h"
 #include "support/node_tests.h"
 
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -128,6 +130,100 @@ TEST(SensorNodeFields, ThatAreUselessAreNamedAndLeaveTheCloud)
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: those without a name, intensity, rgb; the rows "
             "and columns of the points are not kept");
+}
+
+TEST(SensorNodeFields, OfCoordinatesMayBeWholeNumbersOrOfSeveralTypes)
+{
+  using Field = pcl::PCLPointField;
+  struct Kind {
+    std::array<std::uint8_t, 3> types; ///< of x, y, z
+    std::uint8_t read_as;
+    std::string remark;
+  };
+  const Kind kinds[] = {{{Field::INT8, Field::UINT8, Field::UINT16},
+                         Field::FLOAT32,
+                         "int8, uint8, uint16"},
+                        {{Field::FLOAT32, Field::INT16, Field::FLOAT32},
+                         Field::FLOAT32,
+                         "float32, int16, float32"},
+                        {{Field::INT32, Field::INT32, Field::UINT32},
+                         Field::FLOAT64,
+                         "int32, int32, uint32"},
+                        {{Field::FLOAT32, Field::FLOAT64, Field::INT16},
+                         Field::FLOAT64,
+                         "float32, float64, int16"}};
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.keep_points = true;
+  settings.compression.keep_order = true;
+  const auto cloudOf = [](const std::array<std::uint8_t, 3>& types) {
+    pcl::PCLPointCloud2 cloud;
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      addField(cloud, std::string(1, "xyz"[axis]).c_str(), 8 * axis, types[axis]);
+    cloud.width = 40;
+    cloud.height = 3;
+    cloud.point_step = 24;
+    cloud.row_step = 24 * 40 + 5;
+    cloud.data.resize(3 * cloud.row_step);
+    for (std::size_t i = 0; i < 120; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        pcl_ext::test::writeNumber(
+            &cloud.data[i / 40 * cloud.row_step + i % 40 * 24 + 8 * axis],
+            types[axis],
+            static_cast<double>((i + 1) * (axis + 1) % 41));
+    return cloud;
+  };
+  const auto pose = pcl_ext::WorldPose::Identity();
+  for (const Kind& kind : kinds) {
+    SensorNode node(settings);
+    SensorNode real(settings);
+    const pcl::PCLPointCloud2 cloud = cloudOf(kind.types);
+    EXPECT_EQ(encoded(node, cloud, pose),
+              encoded(real, cloudOf({kind.read_as, kind.read_as, kind.read_as}), pose));
+    EXPECT_EQ(describeLeftOut(cloud, settings),
+              "coordinates x, y and z (" + kind.remark + ") are taken as " +
+                  (kind.read_as == Field::FLOAT32 ? "float32" : "float64") +
+                  ", metres");
+  }
+}
+
+TEST(SensorNodeFields, AreInTheLayoutIfTheyMayComeBack)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.compression.bounding_box.reset();
+  settings.compression.fields = {{"t"}};
+  settings.carry_layout = true;
+  SensorNode node(settings);
+  pcl::PCLPointCloud2 cloud = lidarMessage();
+  const auto pose = pcl_ext::WorldPose::Identity();
+  FrameDecoder decoder;
+  const VoxelFrame first = decodedWith(decoder, encoded(node, cloud, pose));
+  ASSERT_TRUE(first.layout);
+  std::string names;
+  for (const auto& field : first.layout->fields)
+    names += field.name + " " + std::to_string(field.offset) + " ";
+  EXPECT_EQ(names, "x 4 y 8 z 12 t 21 ");
+  EXPECT_EQ(first.layout->point_step, 32u);
+  EXPECT_EQ(first.layout->row_padding, 12u);
+  // Of another width alone, it is the same; an empty cloud has none.
+  cloud.height = 1;
+  decodedWith(decoder, encoded(node, cloud, pose));
+  EXPECT_FALSE(decoder.statistics().is_i_frame);
+  pcl::PCLPointCloud2 empty = cloud;
+  empty.width = empty.row_step = 0;
+  empty.data.clear();
+  EXPECT_TRUE(decodedWith(decoder, encoded(node, empty, pose)).layout);
+  EXPECT_FALSE(decoder.statistics().is_i_frame);
+  EXPECT_EQ(describeLeftOut(cloud, settings).find("layout"), std::string::npos);
+  // Too large.
+  cloud.point_step = 5000;
+  cloud.width = 1;
+  cloud.row_step = 5000;
+  cloud.data.resize(5000);
+  EXPECT_FALSE(decodedWith(decoder, encoded(node, cloud, pose)).layout);
+  EXPECT_NE(describeLeftOut(cloud, settings)
+                .find("; the layout of messages with 5000 bytes a point is not kept"),
+            std::string::npos);
 }
 
 TEST(SensorNodeFields, OfRowsWithoutGapsNeedNoRowStep)

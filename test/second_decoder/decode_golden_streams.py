@@ -7,7 +7,7 @@ An implementation of the documents alone: decoding the voxels and points that th
 library's encoder was given shows that the documents are complete. Each line of
 checksums.txt is a frame: stream, I or P, number of voxels or of the points of a scan,
 checksum of the voxels (hexadecimal), stamp and frame_id or -, with fields the checksum
-of their numbers, and of a scan that of its points. The first frame of each stream must
+of their numbers, of a scan that of its points, and that of a layout. The first frame of each stream must
 be refused when it is cut off, when a bit is inverted, and when it is missing. The stream
 "disorder" has other bytes between its frames, and frames that must be refused. Ends with
 1 at the first difference.
@@ -21,6 +21,7 @@ from typing import Dict, List
 from byte_reader import ByteReader
 from companded_scale import LEAST_COUNTS, edges, middle_number
 from frame_decoder import Frame, FrameDecoder
+from frame_header import Layout
 from invalid_frame import InvalidFrame
 from scan_points import CloudPoints
 
@@ -54,6 +55,14 @@ def point_checksum(points: CloudPoints) -> int:
     return fnv(numbers)
 
 
+def layout_checksum(layout: Layout) -> int:
+    """The checksum of how messages are laid out."""
+    numbers = []
+    for field, offset in layout.fields:
+        numbers += [*field.name, field.type, field.value_count, offset]
+    return fnv([*numbers, layout.point_step, layout.row_padding])
+
+
 def fnv(numbers: List[int]) -> int:
     """FNV-1a with 64 bits over 64-bit numbers."""
     checksum = 0xCBF29CE484222325
@@ -76,8 +85,11 @@ def line_of(name: str, frame: Frame) -> str:
     fields = ""
     if any(numbers):
         fields = f" fields {fnv([n for of_field in numbers for n in of_field]):016x}"
+    layout = ""
+    if frame.layout is not None:
+        layout = f" layout {layout_checksum(frame.layout):016x}"
     checksum = voxel_checksum(frame)
-    return f"{name} {kind} {count} {checksum:016x} {stamp}{fields}{points}"
+    return f"{name} {kind} {count} {checksum:016x} {stamp}{fields}{points}{layout}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:

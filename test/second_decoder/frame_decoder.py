@@ -19,6 +19,7 @@ from frame_header import (
     FrameHeader,
     Grid,
     IntensityScale,
+    Layout,
     read_header,
     require_checksum,
 )
@@ -70,6 +71,8 @@ class Frame:
     """None of a scan."""
     points: Optional[CloudPoints] = None
     """Of a scan."""
+    layout: Optional[Layout] = None
+    """Of messages."""
 
 
 class FrameDecoder:
@@ -158,6 +161,7 @@ class FrameDecoder:
                 fields=kept.content.fields,
                 viewpoint=kept.content.viewpoint,
                 scan=kept.content.scan,
+                layout=kept.content.layout,
                 has_placement=False,
             )
             == kept.content,
@@ -297,4 +301,5 @@ class FrameDecoder:
             kept.frame_id,
             voxels,
             points,
+            kept.content.layout,
         )

@@ -23,7 +23,7 @@ _I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 1
 _CHANGES = 64
 """In a P-frame; in an I-frame it is the origin."""
 _COLOURS, _POINT_COUNTS, _NO_INTENSITIES, _FIELDS = 32, 64, 128, 256
-_SCAN, _PLACEMENT, _RESERVED, _PADDING = 512, 1024, 2048, 4096
+_SCAN, _PLACEMENT, _LAYOUT, _PADDING = 512, 1024, 2048, 4096
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,16 @@ class Field:
     """Values of a point."""
     step: Optional[float]
     """None: values are exact."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where messages have their fields."""
+
+    fields: Tuple[Tuple[Field, int], ...]
+    """With their offsets."""
+    point_step: int
+    row_padding: int
 
 
 @dataclass(frozen=True)
@@ -57,6 +67,9 @@ class Content:
     """An I-frame's."""
     has_placement: bool = False
     """A P-frame has a placement of its scan."""
+    has_layout: bool = False
+    layout: Optional[Layout] = None
+    """An I-frame's."""
     has_padding: bool = False
     """Of this frame alone."""
 
@@ -140,10 +153,10 @@ def _grid(reader: ByteReader, has_origin: bool) -> Grid:
 
 def _content(reader: ByteReader, is_i_frame: bool) -> Content:
     field = reader.varint()
-    require(0 < field < 8192 and not field & _RESERVED, "the content is none")
+    require(0 < field < 8192, "the content is none")
     require(field & 31 <= 20, "the refinement has too many levels")
     require(
-        is_i_frame or not field & (_NO_INTENSITIES | _PADDING),
+        is_i_frame or not field & (_NO_INTENSITIES | _LAYOUT | _PADDING),
         "the content is an I-frame's",
     )
     require(
@@ -162,6 +175,7 @@ def _content(reader: ByteReader, is_i_frame: bool) -> Content:
         bool(field & _FIELDS),
         has_scan=bool(field & _SCAN),
         has_placement=bool(field & _PLACEMENT),
+        has_layout=bool(field & _LAYOUT),
         has_padding=bool(field & _PADDING),
     )
 
@@ -209,6 +223,24 @@ def _fields(reader: ByteReader) -> Tuple[Field, ...]:
     return fields
 
 
+def _layout(reader: ByteReader) -> Layout:
+    placed = []
+    for _ in range(reader.varint()):
+        field = _field(reader)
+        require(field.step is None, "a field of a layout has a step")
+        placed.append((field, reader.varint()))
+    layout = Layout(tuple(placed), reader.varint(), reader.varint())
+    require(1 <= layout.point_step <= 4096, "the bytes of a point are none of 1..4096")
+    require(layout.row_padding <= 65536, "the padding of rows is too large")
+    sizes = [len(field.name) + 6 for field, _ in placed]
+    require(sum(sizes) + 6 <= 1024, "the layout is too large")
+    for field, offset in placed:
+        end = offset + (1, 1, 2, 2, 4, 4, 4, 8)[field.type - 1] * field.value_count
+        require(end <= layout.point_step, "a field is beyond the point")
+        require(field.value_count <= 4096, "a field has too many values")
+    return layout
+
+
 def _viewpoint(reader: ByteReader) -> Tuple[int, int, int]:
     x, y, z = (reader.svarint() for _ in range(3))
     require(max(abs(x), abs(y), abs(z)) <= 1 << 22, "the viewpoint is too far away")
@@ -246,6 +278,8 @@ def read_header(reader: ByteReader) -> FrameHeader:
             content = replace(content, fields=fields, viewpoint=_viewpoint(reader))
         if content.has_scan:
             content = replace(content, scan=read_scan_table(reader))
+        if content.has_layout:
+            content = replace(content, has_layout=False, layout=_layout(reader))
     placement = read_placement(reader) if content.has_placement else None
     stamp = None
     if flags & _STAMP:

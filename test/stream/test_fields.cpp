@@ -320,6 +320,49 @@ TEST_P(Fields, AreDescribedByAnIFrame)
   EXPECT_EQ(description.fields[1].count, 3u);
 }
 
+TEST_P(Fields, AreWithTheLayoutOfTheirMessages)
+{
+  MessageLayout layout;
+  layout.fields.resize(2);
+  layout.fields[0].name = "ring";
+  layout.fields[0].type = FieldType::UInt16;
+  layout.fields[0].offset = 30;
+  layout.fields[1].name = "x";
+  layout.point_step = 32;
+  layout.row_padding = 7;
+  settings_.fields = {{"ring"}};
+  for (const bool has_order : {false, true}) { // voxels and scans
+    settings_.keep_points = settings_.keep_order = has_order;
+    encoder_.emplace(settings_, IntensityUnit::None);
+    decoder_ = FrameDecoder();
+    CloudInfo info;
+    const auto sendOne = [&](const MessageLayout* of_cloud, bool is_i_frame) {
+      info.layout =
+          of_cloud != nullptr ? std::make_shared<MessageLayout>(*of_cloud) : nullptr;
+      const std::vector<LidarPoint> points = turnOf(0);
+      ASSERT_TRUE(encoder_->encode(viewOf(points), info, bytes_).ok());
+      ASSERT_TRUE(decoder_.decode(bytes_.data(), bytes_.size(), decoded_).ok());
+      EXPECT_EQ(decoder_.statistics().is_i_frame, is_i_frame);
+      EXPECT_EQ(decoded_.points.areThere(), has_order);
+      ASSERT_EQ(decoded_.layout != nullptr, of_cloud != nullptr);
+      EXPECT_TRUE(of_cloud == nullptr || *decoded_.layout == *of_cloud);
+    };
+    MessageLayout other = layout;
+    other.fields.pop_back();
+    sendOne(&layout, true);
+    sendOne(&layout, false);
+    sendOne(&other, true);
+    sendOne(&other, false);
+    sendOne(nullptr, true);
+    other.point_step = 31; // in the middle of ring
+    info.layout = std::make_shared<MessageLayout>(other);
+    const std::vector<LidarPoint> points = turnOf(0);
+    EXPECT_EQ(encoder_->encode(viewOf(points), info, bytes_).code(),
+              CompressionCode::InvalidInput);
+    sendOne(nullptr, false);
+  }
+}
+
 TEST_P(Fields, OfRingAndTimeTakeFewBytes)
 {
   ASSERT_TRUE(send(turnOf(0)).ok());

@@ -16,7 +16,9 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -160,6 +162,58 @@ TEST(ForgedContents, OfFieldsAreRefused)
       [](Version1Header& h) { h.viewpoint[0] = -(1 << 22) - 1; },
       [](Version1Header& h) { h.content.has_fields = false; }};
   expectRefusedWith(changes, first, frame);
+}
+
+TEST(ForgedContents, OfLayoutsAreRefused)
+{
+  using Layout = MessageLayout;
+  std::mt19937_64 random(6);
+  RoomStream room(roomSettings(6, 20));
+  VoxelFrame frame = room.next();
+  addPointCounts(random, frame);
+  Layout layout;
+  layout.fields.resize(2);
+  layout.fields[0].name = "x";
+  layout.fields[1].name = "pair";
+  layout.fields[1].count = 2;
+  layout.fields[1].offset = 8;
+  layout.point_step = 16;
+  frame.layout = std::make_shared<Layout>(layout);
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
+  const Bytes first = encoded(encoder, frame);
+  const auto with = [](const std::function<void(Layout&)>& change) {
+    return [change](Version1Header& h) {
+      auto changed = std::make_shared<Layout>(*h.layout);
+      change(*changed);
+      h.layout = std::move(changed);
+    };
+  };
+  expectRefusedWith({with([](Layout& l) { l.fields[0].name.clear(); }),
+                     with([](Layout& l) { l.fields[0].name.assign(65, 'a'); }),
+                     with([](Layout& l) { l.fields[0].type = FieldType{0}; }),
+                     with([](Layout& l) { l.fields[0].type = FieldType{9}; }),
+                     with([](Layout& l) { l.fields[0].step = 1.0; }),
+                     with([](Layout& l) { l.fields[0].count = 0; }),
+                     with([](Layout& l) { l.fields[1].count = 3; }),
+                     with([](Layout& l) { l.fields[1].count = 0xffffffff; }),
+                     with([](Layout& l) { l.fields[1].offset = 9; }),
+                     with([](Layout& l) { l.fields[1].offset = 0xfffffffc; }),
+                     with([](Layout& l) { l.fields.resize(200, l.fields[0]); }),
+                     with([](Layout& l) { l.fields.resize(2000, l.fields[0]); }),
+                     with([](Layout& l) { l.point_step = 0; }),
+                     with([](Layout& l) { l.point_step = 4097; }),
+                     with([](Layout& l) { l.row_padding = 65537; }),
+                     with([](Layout& l) { l.row_padding = 0xffffffff; })},
+                    first,
+                    frame);
+  // A P-frame has none.
+  Bytes p_frame = encoded(encoder, frame);
+  constexpr std::size_t content_offset = flags_offset + 1 + 4;
+  ASSERT_EQ(p_frame[content_offset], 64);
+  p_frame[content_offset] = 64 + 128; // the first byte of 64 + 2048
+  p_frame.insert(p_frame.begin() + content_offset + 1, 16);
+  EXPECT_EQ(answerTo(withChecksum(p_frame, takeApart(first).checksum), first, {}, {}),
+            CompressionCode::Corrupt);
 }
 
 /** \brief A scan of a camera or a lidar, and the frame that it is decoded to. */

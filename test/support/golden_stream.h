@@ -137,9 +137,27 @@ public:
   }
 };
 
+/** \brief The same of the layout of messages. */
+class LayoutChecksum : public Checksum {
+public:
+  explicit LayoutChecksum(const MessageLayout& layout)
+  {
+    for (const PlacedField& field : layout.fields) {
+      for (const char letter : field.name)
+        add(static_cast<std::uint8_t>(letter));
+      add(static_cast<std::uint8_t>(field.type));
+      add(field.count);
+      add(field.offset);
+    }
+    add(layout.point_step);
+    add(layout.row_padding);
+  }
+};
+
 /** \brief What checksums.txt has of a frame, except for the name of its stream and
  * whether it is an I-frame: number of voxels or points, checksum, stamp and frame_id or
- * -, and with fields the checksum of these, and with points that of them. */
+ * -, and with fields the checksum of these, and with points and a layout those of them.
+ * */
 inline std::string
 lineOf(const GoldenFrame& frame)
 {
@@ -158,6 +176,9 @@ lineOf(const GoldenFrame& frame)
   if (frame.frame.points.areThere())
     line << " points " << std::hex << std::setw(16) << std::setfill('0')
          << PointChecksum(frame.frame).value();
+  if (frame.frame.layout)
+    line << " layout " << std::hex << std::setw(16) << std::setfill('0')
+         << LayoutChecksum(*frame.frame.layout).value();
   return line.str();
 }
 

@@ -19,6 +19,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <random>
 #include <set>
@@ -199,6 +200,40 @@ goldenFineVoxels(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Layouts of messages, which others follow and none, in frames of all kinds. */
+inline GoldenStream
+goldenLayouts(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 5, {}};
+  ChangingFrames frames(8);
+  const auto place =
+      [](const char* field, FieldType type, std::uint32_t count, std::uint32_t offset) {
+        PlacedField placed;
+        placed.name = field;
+        placed.type = type;
+        placed.count = count;
+        placed.offset = offset;
+        return placed;
+      };
+  MessageLayout layout;
+  layout.fields = {place("x", FieldType::Float64, 1, 8),
+                   place("y", FieldType::Float64, 1, 16),
+                   place("z", FieldType::Float64, 1, 24),
+                   place("intensity", FieldType::UInt8, 1, 0),
+                   place("colour of all sides", FieldType::Int16, 130, 200)};
+  layout.point_step = 4096;
+  layout.row_padding = 65536;
+  MessageLayout of_points_without_fields;
+  of_points_without_fields.point_step = 1;
+  for (unsigned int i = 0; i < 14; ++i) {
+    stream.frames.push_back({frames.next(10), std::nullopt});
+    if (i != 2 && i < 11)
+      stream.frames.back().frame.layout =
+          std::make_shared<MessageLayout>(i < 8 ? layout : of_points_without_fields);
+  }
+  return stream;
+}
+
 /** \brief Frames of changes, and others among them. */
 inline GoldenStream
 goldenChanges(const std::string& name, Effort effort, const ChangingFrames& first)
@@ -312,6 +347,7 @@ goldenStreams()
   streams.push_back(
       goldenChanges("balanced_changes", Effort::Balanced, ChangingFrames(16, true)));
   streams.push_back(goldenChanges("small_changes", Effort::Small, ChangingFrames(0)));
+  streams.push_back(goldenLayouts("fast_layouts", Effort::Fast));
   streams.push_back(goldenDisorder("disorder"));
   return streams;
 }

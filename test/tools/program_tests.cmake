@@ -48,7 +48,6 @@ pcl_ext_add_test(
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/surface_closure.cpp
-    ${PROJECT_SOURCE_DIR}/tools/pcl_ext/inputs/message_layout.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")

@@ -118,8 +118,9 @@ TEST_F(ProgramRos1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
     ASSERT_EQ(streams.size(), 1u);
     EXPECT_EQ(streams[0].name, "/points/pcl_ext");
     ASSERT_EQ(streams[0].frames.size(), 4u);
-    expectSameFrames(of_files[0], 0, streams[0]);
     for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(streams[0].voxels[i].keys, of_files[0].voxels[i].keys);
+      EXPECT_EQ(streams[0].voxels[i].intensities, of_files[0].voxels[i].intensities);
       EXPECT_EQ(streams[0].frames[i].time,
                 std::chrono::seconds(100 + i) + recording::Time(7));
       EXPECT_EQ(streams[0].frames[i].stamp,
@@ -132,6 +133,59 @@ TEST_F(ProgramRos1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
   EXPECT_EQ(run("encode x.bag -o jobs.mcap -r 0.05 --no-header --jobs 2").status, 0);
   EXPECT_EQ(bytesOf(folder / "jobs.mcap"), bytesOf(folder / "x.mcap"));
   expectFailure("info x.bag", 1, "it has clouds on /points");
+}
+
+TEST_F(ProgramRos1Bags, OfTheCompressorAreRecordings)
+{
+  // Its frames, and what they are decoded to, from a recording.
+  writeClouds("room", roomClouds(4));
+  expectRun("encode room -o room.pcxi -r 0.05 --i-frame-rate 3");
+  const std::vector<DecodedStream> of_file = decode(folder / "room.pcxi");
+  recording::RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "room.pcxi").ok());
+  Ros1Bag bag("lz4");
+  bag.addConnection(0, "/points/pcl_ext", "pcl_ext_ros1/CompressedPointCloud2");
+  bag.addConnection(1, "/note", "std_msgs/String", "string data");
+  recording::RecordedFrame frame;
+  for (std::uint32_t i = 0; reader.next(frame).ok(); ++i) {
+    const std::string message =
+        littleEndian(i, 4) + littleEndian(1'700'000'000 + i, 4) + littleEndian(250, 4) +
+        sized("lidar") + littleEndian(1, 4) + littleEndian(7, 4) + littleEndian(1, 4) +
+        sized("x") + littleEndian(0, 4) + '\7' + littleEndian(1, 4) + '\0' +
+        littleEndian(4, 4) + littleEndian(28, 4) +
+        sized({frame.bytes.begin(), frame.bytes.end()}) + '\1' +
+        sized("pcl_ext/version1");
+    bag.addMessage(0, (100 + i) * second + 7, {message.begin(), message.end()});
+    bag.addMessage(1, (100 + i) * second + 500, {1, 0, 0, 0, 'a'});
+  }
+  bag.endChunk();
+  writeBytes(folder / "x.bag", bag.bytes());
+  expectRun("cut x.bag -o cut.mcap");
+  for (const char* const name : {"x.bag", "cut.mcap"}) {
+    const std::vector<DecodedStream> streams = decode(folder / name);
+    ASSERT_EQ(streams.size(), 1u);
+    EXPECT_EQ(streams[0].name, "/points/pcl_ext");
+    ASSERT_EQ(streams[0].frames.size(), 4u);
+    expectSameFrames(of_file[0], 0, streams[0]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(streams[0].frames[i].time,
+                std::chrono::seconds(100 + i) + recording::Time(7));
+      EXPECT_EQ(streams[0].frames[i].stamp,
+                std::chrono::seconds(1'700'000'000 + i) + recording::Time(250));
+      EXPECT_EQ(streams[0].frames[i].frame_id, "lidar");
+    }
+  }
+  writeBytes(folder / "page.html", {'a'});
+  expectFailure(
+      "view x.bag --no-browser --page page.html", 1, "copy it with 'pcl_ext cut x.bag");
+  expectRun("info x.bag");
+  expectRun("verify x.bag");
+  expectRun("decode x.bag -o clouds.mcap");
+  for (const char* const name : {"cut.mcap", "clouds.mcap"})
+    expectNotes(folder / name, 4);
+  recording::BagReader clouds;
+  ASSERT_TRUE(clouds.open(folder / "clouds.mcap", recording::isPointCloud).ok());
+  EXPECT_EQ(clouds.index().size(), 4u);
 }
 
 TEST_F(ProgramRos1Bags, ThatARecorderLeftAreRead)
@@ -158,7 +212,8 @@ TEST_F(ProgramRos1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
   writeBytes(folder / "x.bag", bag.bytes());
   expectFailure("encode x.bag -o x.mcap",
                 1,
-                "pcl_ext encode: /points, frame 1: the message ends within its fields");
+                "pcl_ext encode: /points, frame 1: the bytes are not a message of "
+                "sensor_msgs/msg/PointCloud2");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   writeBytes(folder / "cut.bag", {'#', 'R', 'O', 'S', 'B', 'A', 'G', ' ', 'V', '2'});
   expectFailure("encode cut.bag -o y.mcap", 1, "'cut.bag' is no bag of ROS 1's format");

@@ -52,6 +52,10 @@ struct CloudInfo {
 
   /** \brief Stamp and frame_id to be coded; none: the frame has none. Version1 only. */
   std::optional<FrameStamp> stamp = std::nullopt;
+
+  /** \brief Layout of the cloud's message, which I-frames tell; null: they do not.
+   * Another one than before makes an I-frame. Version1 only. */
+  std::shared_ptr<const MessageLayout> layout = nullptr;
 };
 
 class CloudStages;

@@ -4,12 +4,14 @@
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/impl/depth_model.h>
 #include <pcl_ext/compression/impl/saturated_float.h>
+#include <pcl_ext/compression/message_layout.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -193,6 +195,10 @@ struct VoxelFrame {
   /** \brief The points, if the stream has the order of their sensor. Such a frame may be
    * without voxels, see FrameDecoder::setDecodesVoxels(). */
   FramePoints points;
+
+  /** \brief How the messages are laid out that the stream is made of; null: it does not
+   * tell. */
+  std::shared_ptr<const MessageLayout> layout;
 
   /** \brief Whether voxels have intensities. */
   bool

@@ -22,9 +22,9 @@ inline namespace PCL_EXT_ABI {
  * if (!status.ok())
  *   std::cerr << status.message() << '\n';
  * \endcode
- * \param[in,out] cloud in the sensor's coordinates, with x, y, z as FLOAT32 or FLOAT64;
- * with rows and columns, or a field `ring` of one value. An organised cloud keeps them,
- * and the coordinates of noise become NaN; from others noise is erased
+ * \param[in,out] cloud in the sensor's coordinates, with rows and columns, or a field
+ * `ring` of one value. An organised cloud keeps them, and the coordinates of noise
+ * become NaN, for which whole numbers become real ones; from others noise is erased
  * \param[in,out] removal the filter of this sensor
  * \return that of PointOutlierRemoval::score(), or InvalidCloud; unless Ok the cloud is
  * not changed

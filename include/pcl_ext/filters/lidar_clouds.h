@@ -17,8 +17,8 @@ inline namespace PCL_EXT_ABI {
 
 /** \brief Whether a cloud is that of a lidar that turns: its points have the rows by
  * which a PointOutlierRemoval judges them.
- * \param[in] cloud in the sensor's coordinates, with x, y, z as FLOAT32 or FLOAT64; of
- * more than 2^20 points, which such lidars do not have in a turn, the answer is false
+ * \param[in] cloud in the sensor's coordinates, of more than 2^20 points, which
+ * such lidars do not have in a turn, the answer is false
  */
 PCL_EXT_EXPORT bool
 isOfLidar(const pcl::PCLPointCloud2& cloud);
@@ -37,8 +37,8 @@ struct OrderFields {
  * ring. Decoded clouds whose points are in the order of their voxels, or row by row,
  * get that of the sensor back, if these fields were kept (StreamSettings::fields).
  *
- * \param[in,out] cloud is unorganised afterwards; points with coordinates that are not
- * finite are removed
+ * \param[in,out] cloud x, y, z as FLOAT32 or FLOAT64; is unorganised afterwards; points
+ * with coordinates that are not finite are removed
  * \param[in] fields one value a point, any datatype
  * \return Ok, or why the cloud was left as it is: MissingField, InvalidField (several
  * values, or a time that is not a number), InvalidLayout

@@ -52,12 +52,30 @@ struct PreprocessingStatistics {
   bool has_colours = false; ///< colours were read; else those of the output are black
 };
 
+/** \brief Datatypes of pcl::PCLPointField, of x, y and z. */
+using CoordinateTypes = std::array<std::uint8_t, 3>;
+
+/** \brief True for one type of real numbers, FLOAT32 or FLOAT64. */
+PCL_EXT_EXPORT bool
+areReal(const CoordinateTypes& types);
+
+/** \brief Whether floats have not each value of all types, so that coordinates are read
+ * as doubles. */
+PCL_EXT_EXPORT bool
+needDoubles(const CoordinateTypes& types);
+
+/** \brief What coordinates are taken as that are whole numbers, or of several types;
+ * empty if areReal(). */
+PCL_EXT_EXPORT std::string
+describeCoordinates(const CoordinateTypes& types);
+
 /** \brief Offsets of the fields of a PCLPointCloud2, checked against its size. */
 struct PointLayout {
   std::uint32_t x = 0; ///< offsets within a point, bytes
   std::uint32_t y = 0;
   std::uint32_t z = 0;
-  bool is_double = false; ///< coordinates are FLOAT64, else FLOAT32
+  CoordinateTypes types{};
+  bool is_double = false; ///< see needDoubles()
   bool has_intensity = false;
   std::uint32_t intensity = 0;
   std::uint8_t intensity_datatype = 0; ///< of pcl::PCLPointField
@@ -175,12 +193,12 @@ public:
 
   /** \brief Processes a cloud whose fields are found by name and datatype.
    *
-   * FLOAT64 coordinates are moved and cropped in double precision, and so are those of
-   * a sensor more than 1024 m from the origin of the global coordinate frame. In the
+   * Coordinates that need doubles are moved and cropped as such, and so are those of a
+   * sensor more than 1024 m from the origin of the global coordinate frame. In the
    * output they are rounded to PCL's float; PreprocessedBatches has them as they are.
-   * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
-   * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further
-   * fields are ignored
+   * \param[in] cloud x, y, z of any datatypes but BOOL, metres, see
+   * describeCoordinates(); intensity of any datatype if the model is native, rgb or
+   * rgba as FLOAT32 or UINT32 if colours are read; further fields are ignored
    * \param[out] output intensity I_p times the scale; colours as the input's, or black
    * if it has none; header as the input's, sensor origin and orientation as the
    * sensor's pose; empty unless the status is Ok

@@ -197,6 +197,12 @@ public:
   CentralNodeStatus
   setMinIntensity(const std::string& name, float min_intensity);
 
+  /** \brief Sets whether the frames of a stream come without the layout of the messages
+   * that it is made of (io::VoxelFrame::layout), from the next frame on that is decoded.
+   * They come with it, if the stream tells. */
+  CentralNodeStatus
+  setPacked(const std::string& name, bool is_packed);
+
   /** \brief Sets the outlier removal of a stream, from the next frame on that is
    * decoded. It is applied before min_intensity and before merging. Off by default.
    *

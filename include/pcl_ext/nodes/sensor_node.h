@@ -66,6 +66,10 @@ struct SensorNodeSettings {
    * layout. */
   bool carry_header = false;
 
+  /** \brief Code the layout of the clouds' messages, so that decoded ones have it again;
+   * without effect in the published layout. */
+  bool carry_layout = false;
+
   /** \brief Name of the world's coordinate frame, part of the frames if carry_header is
    * set; at most 1024 bytes then. */
   std::string global_frame = "world";
@@ -75,8 +79,9 @@ struct SensorNodeSettings {
 };
 
 /** \brief What of a cloud a SensorNode does not encode: fields besides coordinates,
- * colour and the intensity, on which the law decides, and the rows and columns of an
- * organised cloud.
+ * colour and the intensity, on which the law decides, the rows and columns of an
+ * organised cloud, and a layout that is too large; and what it takes otherwise than the
+ * cloud tells it.
  * \return words for the user, the same for all clouds with these fields; empty if there
  * is nothing, or the cloud is invalid
  */
@@ -128,7 +133,9 @@ struct SensorNodeStatistics {
   std::uint32_t decoded_height = 1;
   bool decoded_doubles = false;                     ///< its coordinates are FLOAT64
   std::vector<io::FieldDescription> decoded_fields; ///< its further fields
-  io::FrameStatistics frame;                        ///< of the last frame
+  /** \brief The layout that its message gets; null: none. */
+  std::shared_ptr<const io::MessageLayout> decoded_layout;
+  io::FrameStatistics frame; ///< of the last frame
   StreamRates rates;
   DurationHistogram encode_times; ///< computing times of the frames
 

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <random>
+#include <string>
 
 namespace pcl_ext_point_cloud_transport {
 namespace test {
@@ -168,25 +170,34 @@ makeCloud(std::uint32_t number, Layout layout)
 Voxels
 voxelsIn(const Cloud& message)
 {
-  const char* const names[] = {"x", "y", "z", "intensity", "rgb"};
-  const std::size_t fields = message.fields.size();
+  const std::map<std::string, std::size_t> places = {
+      {"x", 0}, {"y", 1}, {"z", 2}, {"intensity", 3}, {"rgb", 4}, {"rgba", 4}};
   Voxels voxels(std::size_t{message.width} * message.height);
-  EXPECT_TRUE(fields == 4 || fields == 5) << fields;
-  for (std::size_t i = 0; i < fields; ++i) {
-    EXPECT_EQ(message.fields[i].name, names[i % 5]);
-    EXPECT_EQ(message.fields[i].offset, 4 * i);
-    EXPECT_EQ(message.fields[i].datatype, PointField::FLOAT32);
-    EXPECT_EQ(message.fields[i].count, 1u);
-  }
   EXPECT_EQ(message.height, 1u);
-  EXPECT_EQ(message.point_step, 4 * fields);
   EXPECT_EQ(message.row_step, message.point_step * message.width);
   EXPECT_FALSE(message.is_bigendian);
   EXPECT_TRUE(message.is_dense);
-  EXPECT_EQ(message.data.size(), 4 * fields * voxels.size());
-  if (fields <= 5 && message.data.size() == 4 * fields * voxels.size())
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      std::memcpy(&voxels[i], &message.data[4 * fields * i], 4 * fields);
+  EXPECT_EQ(message.data.size(), message.row_step);
+  if (message.data.size() != std::size_t{message.point_step} * voxels.size())
+    return {};
+  for (const PointField& field : message.fields) {
+    EXPECT_EQ(places.count(field.name), 1u) << field.name;
+    EXPECT_EQ(field.count, 1u);
+    EXPECT_LE(field.offset + 4, message.point_step);
+    if (places.count(field.name) == 0 || field.offset + 4 > message.point_step)
+      continue;
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      const std::uint8_t* const bytes =
+          &message.data[i * message.point_step + field.offset];
+      float& number = voxels[i][places.at(field.name)];
+      std::uint16_t whole = 0;
+      std::memcpy(&whole, bytes, sizeof(whole));
+      if (field.datatype == PointField::UINT16)
+        number = whole;
+      else
+        std::memcpy(&number, bytes, sizeof(number));
+    }
+  }
   return voxels;
 }
 
@@ -211,6 +222,7 @@ defaultSettings(Layout layout)
 {
   pcl_ext::nodes::SensorNodeSettings settings;
   settings.law = pcl_ext::automaticLaw(hasIntensity(layout));
+  settings.carry_layout = true;
   settings.crop_box.emplace();
   settings.crop_box->min.fill(-box_edge);
   settings.crop_box->max.fill(box_edge);

@@ -65,7 +65,7 @@ toPcl(const Cloud& cloud);
 /** \brief Voxels as points x, y, z, intensity, colour (0: none), in their order. */
 using Voxels = std::vector<std::array<float, 5>>;
 
-/** \brief The points of a cloud. Its layout must be that of decoded voxels. */
+/** \brief The points of a cloud of any layout of these. */
 Voxels
 voxelsIn(const Cloud& message);
 

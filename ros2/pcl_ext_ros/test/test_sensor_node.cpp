@@ -187,7 +187,7 @@ TEST_F(CloudSenderNodeTest, LateTransformIsWaitedForAndTheNodeDoesNotBlock)
   transforms_->sendTransform(toMessage("kinect_1", samplePose(0.0), stamp + second));
   const auto frame = frames_->next(0);
   ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->width * 16, frame->row_step);
+  EXPECT_EQ(frame->width * frame->point_step, frame->row_step);
   EXPECT_FALSE(waitUntil(
       [&] {
         const auto status = lastStatus(*diagnostics_, "points");

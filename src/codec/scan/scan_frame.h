@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl_ext {
@@ -128,6 +129,7 @@ struct ScanFrame : ScanLayout {
   unsigned int colour_bits = 0;           ///< of a channel, 1..8; 0: no colours
   std::vector<VoxelColour> colours;
   std::vector<FrameField> fields; ///< their numbers in the order of the pixels
+  std::shared_ptr<const MessageLayout> layout; ///< see VoxelFrame
 
   void
   clearPoints()

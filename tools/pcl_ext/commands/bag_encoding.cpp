@@ -4,7 +4,6 @@
 #include "commands/encode_remarks.h"
 #include "console/exit_status.h"
 #include "console/interruption.h"
-#include "inputs/message_layout.h"
 #include "inputs/point_cloud_conversions.h"
 
 #include <algorithm>
@@ -331,10 +330,6 @@ BagEncoding::addStream(std::size_t number)
   const EncodedStream& encoded = streams_[number]->encoded;
   added.metadata =
       options_.encoding.metadataOf(name, encoded.law(), encoded.isOfLidar());
-  const pcl::PCLPointCloud2& first = in_flight_.front().cloud->cloud.cloud;
-  if (input_->isBag() && !addLayout(first, added.metadata) && first.point_step > 0)
-    console_.remark(name + ": the layout of its messages is not kept, as they have " +
-                    std::to_string(first.point_step) + " bytes a point");
   addViewpoints(console_,
                 options_.encoding,
                 name,

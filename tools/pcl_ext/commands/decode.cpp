@@ -190,7 +190,7 @@ private:
     orderPoints(item);
     points_ += decoder.voxels().pointCount();
     if (bag_)
-      bag_->write(item, frame_, cloud_, input_);
+      bag_->write(item, frame_, decoder.voxels().layout.get(), cloud_, input_);
     else if (decoder.voxels().pointCount() > 0)
       folder_->write(folder_of_stream_[item.stream],
                      item.number,

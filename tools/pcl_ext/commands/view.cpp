@@ -59,10 +59,10 @@ refuseOtherStorages(const std::string& path)
   recording::BagReader bag;
   const auto isWanted = [](const recording::McapChannel&) { return false; };
   if (recording::BagReader::isBag(path) && bag.open(path, isWanted).ok() &&
-      (bag.isCompressed() || bag.hasDatabases()))
+      (bag.isCompressed() || bag.hasDatabases() || bag.profile() == "ros1"))
     throw std::runtime_error(
         "'" + path +
-        "' has the storage sqlite3 or is compressed by file, which "
+        "' is of ROS 1, has the storage sqlite3 or is compressed by file, which "
         "browsers do not read: copy it with 'pcl_ext cut " +
         path + " -o x.mcap'");
 }

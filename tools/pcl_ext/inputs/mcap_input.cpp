@@ -51,12 +51,6 @@ public:
     return true;
   }
 
-  std::vector<std::string>
-  remarksOnClouds() const override
-  {
-    return {remarks_on_clouds_.begin(), remarks_on_clouds_.end()};
-  }
-
 protected:
   static constexpr std::size_t none = ~std::size_t{0};
 
@@ -142,21 +136,12 @@ protected:
            (topics.empty() ? "it has no topics" : "its topics are " + topics);
   }
 
-  /** \brief The profile of a bag with clouds of ROS 2 in place of others: with messages
-   * of ROS 1 besides it is none. */
-  static std::string
-  profileFor(const std::string& profile)
-  {
-    return profile == "ros1" ? std::string() : profile;
-  }
-
   InputOptions options_;
   std::vector<std::string> topics_; // with clouds
   std::vector<std::string> streams_;
   std::vector<std::size_t> stream_of_channel_; // or none
 
   recording::PointCloudMessage message_; // a member so that its memory is reused
-  std::set<std::string> remarks_on_clouds_;
 
 private:
   std::vector<std::size_t> clouds_; // of each stream that were met
@@ -189,7 +174,7 @@ public:
   std::string
   profile() const override
   {
-    return profileFor(reader_.profile());
+    return reader_.profile();
   }
 
   const std::vector<McapChannel>&
@@ -257,15 +242,6 @@ public:
     return remarks;
   }
 
-  std::vector<std::string>
-  remarksOnClouds() const override
-  {
-    std::set<std::string> remarks = remarks_on_clouds_;
-    for (const auto& reader : place_readers_)
-      remarks.insert(reader->remarks().begin(), reader->remarks().end());
-    return {remarks.begin(), remarks.end()};
-  }
-
   bool
   leaveUnread() override
   {
@@ -307,8 +283,7 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(
-              reader_.channels()[entry.channel], cloud, message_, remarks_on_clouds_);
+          readCloud(reader_.channels()[entry.channel], cloud, message_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -359,7 +334,7 @@ public:
   std::string
   profile() const override
   {
-    return profileFor(stream_.profile());
+    return stream_.profile();
   }
 
   const std::vector<McapChannel>&
@@ -417,7 +392,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(channels()[cloud.message.channel], cloud, message_, remarks_on_clouds_);
+      readCloud(channels()[cloud.message.channel], cloud, message_);
       return Found::Cloud;
     }
     return Found::End;

@@ -3,7 +3,6 @@
 
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
-#include "inputs/ros1_point_cloud.h"
 
 #include <exception>
 
@@ -22,20 +21,14 @@ hasClouds(const McapChannel& channel)
 void
 readCloud(const McapChannel& channel,
           InputCloud& cloud,
-          recording::PointCloudMessage& message,
-          std::set<std::string>& remarks)
+          recording::PointCloudMessage& message)
 {
   const std::vector<std::uint8_t>& bytes = cloud.message.bytes;
   try {
-    if (recording::isRos1PointCloud(channel))
-      readRos1PointCloud(bytes.data(), bytes.size(), message);
-    else
-      throwUnlessOk(
-          recording::readPointCloud(bytes.data(), bytes.size(), false, message));
+    throwUnlessOk(recording::readPointCloud(
+        bytes.data(), bytes.size(), false, message, recording::encodingOf(channel)));
     cloud.stamp = message.stamp;
     toCloud(message, cloud.cloud);
-    if (const std::string remark = makeCoordinatesReal(cloud.cloud); !remark.empty())
-      remarks.insert(channel.topic + ": " + remark);
   }
   catch (const std::exception& error) {
     cloud.failure = error.what();
@@ -53,7 +46,7 @@ McapPlaceReader::read(InputCloud& cloud)
   cloud.is_unread = false;
   const recording::BagEntry& entry = reader_.index()[cloud.place];
   if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
-    readCloud(reader_.channels()[entry.channel], cloud, message_, remarks_);
+    readCloud(reader_.channels()[entry.channel], cloud, message_);
   else
     cloud.failure = status.message();
 }

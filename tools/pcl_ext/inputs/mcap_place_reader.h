@@ -5,7 +5,6 @@
 #include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 
-#include <set>
 #include <string>
 
 namespace pcl_ext {
@@ -18,13 +17,11 @@ hasClouds(const recording::McapChannel& channel);
 /** \brief Sets a cloud by its message, or why that is none.
  * \param[in] channel of the message
  * \param[in,out] message has memory that is used again
- * \param[in,out] remarks what is taken otherwise than it is in the message is added
  */
 void
 readCloud(const recording::McapChannel& channel,
           InputCloud& cloud,
-          recording::PointCloudMessage& message,
-          std::set<std::string>& remarks);
+          recording::PointCloudMessage& message);
 
 /** \brief Reads messages of a file or a folder that BagReader takes. */
 class McapPlaceReader : public PlaceReader {
@@ -44,17 +41,9 @@ public:
     return reader_;
   }
 
-  /** \brief See CloudInput::remarksOnClouds(). */
-  const std::set<std::string>&
-  remarks() const
-  {
-    return remarks_;
-  }
-
 private:
   recording::BagReader reader_;
   recording::PointCloudMessage message_;
-  std::set<std::string> remarks_;
 };
 
 } // namespace tools

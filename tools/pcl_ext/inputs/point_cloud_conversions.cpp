@@ -3,16 +3,11 @@
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
-#include "clouds/made_fields.h"
 #include "clouds/point_fields.h"
-#include "clouds/usual_fields.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <limits>
-#include <optional>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -31,7 +26,9 @@ swapNumbers(const pcl::PCLPointField& field,
             std::uint32_t point_step,
             std::uint8_t* point)
 {
-  const std::uint32_t size = bytesOf(field.datatype);
+  const bool is_long = field.datatype == detail::int64_datatype ||
+                       field.datatype == detail::uint64_datatype;
+  const std::uint32_t size = is_long ? 8 : bytesOf(field.datatype);
   if (size < 2)
     return;
   // Some programs write a count of 0 for a single number.
@@ -56,26 +53,6 @@ swapNumbers(pcl::PCLPointCloud2& cloud)
       for (const pcl::PCLPointField& field : cloud.fields)
         swapNumbers(field, cloud.point_step, &cloud.data[begin]);
     }
-}
-
-/** \brief True if all points are within the data of a cloud. */
-bool
-hasAllPoints(const pcl::PCLPointCloud2& cloud)
-{
-  const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
-  const std::uint64_t step = rowStep(cloud);
-  // Division, as the product may overflow.
-  return row > 0 && step >= row && cloud.data.size() >= row && cloud.height > 0 &&
-         (cloud.data.size() - row) / step >= cloud.height - 1;
-}
-
-/** \brief Whether a field is a coordinate, a number within the point. */
-bool
-isReadableCoordinate(const pcl::PCLPointField& field, std::uint32_t point_step)
-{
-  const std::uint32_t size = bytesOf(field.datatype);
-  return (field.name == "x" || field.name == "y" || field.name == "z") && size > 0 &&
-         field.count <= 1 && point_step >= size && field.offset <= point_step - size;
 }
 
 /** \brief Writes decoded points one after the other. */
@@ -208,61 +185,6 @@ toCloud(PointCloudMessage& message, pcl::PCLPointCloud2& cloud)
   cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
   if (message.is_bigendian != isBigEndianMachine() && cloud.point_step > 0)
     swapNumbers(cloud);
-}
-
-std::string
-makeCoordinatesReal(pcl::PCLPointCloud2& cloud)
-{
-  pcl::PCLPointCloud2 coordinates;
-  for (const pcl::PCLPointField& field : cloud.fields)
-    if (isReadableCoordinate(field, cloud.point_step)) {
-      coordinates.fields.push_back(field);
-      coordinates.fields.back().count = 1; // some programs write 0
-    }
-  const std::optional<clouds::RealCoordinates> real =
-      clouds::realCoordinatesOf(coordinates);
-  if (!real || coordinates.fields.size() != 3 || !hasAllPoints(cloud))
-    return {};
-  const std::vector<clouds::NumberReader> readers(coordinates.fields.begin(),
-                                                  coordinates.fields.end());
-  const std::uint32_t size = real->are_double ? sizeof(double) : sizeof(float);
-  const std::size_t row_step = rowStep(cloud);
-  std::vector<std::uint8_t> points;
-  // Of points of a byte each, as no sensor has them, there may be very many.
-  constexpr std::size_t most_bytes = std::size_t{1} << 30;
-  const std::size_t bytes =
-      std::size_t{cloud.width} * cloud.height * (cloud.point_step + 3 * size);
-  if (bytes > most_bytes)
-    return {};
-  points.reserve(bytes);
-  for (std::size_t row = 0; row < cloud.height; ++row)
-    for (std::size_t column = 0; column < cloud.width; ++column) {
-      const std::uint8_t* const point =
-          &cloud.data[row * row_step + column * cloud.point_step];
-      points.insert(points.end(), point, point + cloud.point_step);
-      for (const clouds::NumberReader& read : readers) {
-        const double number = read(point);
-        const auto less_precise = static_cast<float>(number);
-        std::array<std::uint8_t, sizeof(number)> written{};
-        if (real->are_double)
-          std::memcpy(written.data(), &number, sizeof(number));
-        else
-          std::memcpy(written.data(), &less_precise, sizeof(less_precise));
-        points.insert(points.end(), written.begin(), written.begin() + size);
-      }
-    }
-  std::uint32_t offset = cloud.point_step;
-  for (pcl::PCLPointField& field : cloud.fields)
-    if (isReadableCoordinate(field, cloud.point_step)) {
-      field.datatype =
-          real->are_double ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32;
-      field.offset = std::exchange(offset, offset + size);
-      field.count = 1;
-    }
-  cloud.data.swap(points);
-  cloud.point_step = offset;
-  cloud.row_step = static_cast<std::uint32_t>(cloud.width * std::size_t{offset});
-  return real->remark;
 }
 
 PointCloudMessage

@@ -41,13 +41,6 @@ toCloud(recording::PointCloudMessage& message, pcl::PCLPointCloud2& cloud);
 recording::PointCloudMessage
 describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp);
 
-/** \brief Gives points real coordinates behind their other bytes, if those of a message
- * are whole numbers, or of several types.
- * \return what the user is to know of it; empty: nothing was done
- */
-std::string
-makeCoordinatesReal(pcl::PCLPointCloud2& cloud);
-
 /** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity
  * and rgb; a voxel with a number of points has as many. Coordinates are FLOAT64 where
  * VoxelFrame::needsDoubles(), else FLOAT32. */

@@ -342,7 +342,10 @@ RecordingInput::next(Item& item)
   item.is_wanted = item.number >= range.wanted;
   if (bag_ && item.number < messages_[earliest].size()) {
     item.message = messages_[earliest][item.number];
-    item.has_message = messages_[earliest].size() == reader_.streams()[earliest].frames;
+    const std::size_t channel = reader_.streams()[earliest].channel;
+    item.has_message =
+        messages_[earliest].size() == reader_.streams()[earliest].frames &&
+        encodingOf(bag_->channels()[channel]) == recording::MessageEncoding::Cdr;
   }
   return true;
 }

@@ -47,7 +47,7 @@ public:
     std::size_t number = 0;  ///< of the frame in its stream
     bool is_wanted = true;   ///< false: frames that only lead from an I-frame to others
     std::size_t message = 0; ///< index in bag()->index(), if there is one
-    bool has_message = false; ///< of frames
+    bool has_message = false; ///< of frames, in CDR
     recording::Time time{0};
   };
 

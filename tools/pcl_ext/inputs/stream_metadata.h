@@ -32,9 +32,6 @@ constexpr char crop_box_metadata[] = "crop_box";
  * nanoseconds, colon, x,y,z,qw,qx,qy,qz; a semicolon before each change. */
 constexpr char viewpoint_metadata[] = "viewpoint";
 
-/** \brief How the messages of its clouds were laid out, see MessageLayout. */
-constexpr char layout_metadata[] = "point_layout";
-
 /** \brief The law that a stream's intensities have, if the recording tells. */
 inline std::optional<IntensityLaw>
 lawOf(const StreamMetadata& metadata)
@@ -59,7 +56,7 @@ addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
 {
   for (const auto& [key, value] : from)
     if (key != pose_metadata && key != law_metadata && key != crop_box_metadata &&
-        key != sensor_metadata && key != layout_metadata && key != "topic_type_hash")
+        key != sensor_metadata && key != "topic_type_hash")
       to.emplace(key, value);
 }
 

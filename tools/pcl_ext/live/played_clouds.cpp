@@ -39,7 +39,7 @@ PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
       continue;
     const std::vector<std::string>& names = input_.streams();
     while (streams_.size() < names.size())
-      streams_.emplace_back(options_, names[streams_.size()]);
+      streams_.emplace_back(options_, names[streams_.size()], input_.isBag());
     const std::chrono::nanoseconds late =
         pace.waitFor(cloud.message.log_time, meanwhile);
     if (late == std::chrono::nanoseconds(0))

@@ -90,8 +90,8 @@ public:
 
 private:
   struct Stream {
-    Stream(const EncodingOptions& options, const std::string& name)
-    : encoder(options, name)
+    Stream(const EncodingOptions& options, const std::string& name, bool is_topic)
+    : encoder(options, name, is_topic)
     {}
 
     StreamEncoder encoder;

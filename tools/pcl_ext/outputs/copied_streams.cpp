@@ -95,7 +95,9 @@ CopiedStreams::addStream(const Input& input,
   const RecordedStream& recorded = input.recording->reader().streams()[stream];
   Stream added;
   added.name = name;
-  if (input.recording->bag() != nullptr && output_.isBag()) {
+  if (input.recording->bag() != nullptr && output_.isBag() &&
+      encodingOf(input.recording->bag()->channels()[recorded.channel]) ==
+          recording::MessageEncoding::Cdr) {
     McapChannel channel = input.recording->bag()->channels()[recorded.channel];
     channel.topic = name;
     added.number = output_.addChannel(channel, recording::McapChunking::OwnStream);

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outputs/decoded_bag.h"
 
+#include <pcl_ext/nodes/impl/message_layouts.h>
+
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/stream_metadata.h"
@@ -28,10 +30,11 @@ DecodedBag::check(const recording::RecordingStatus& status)
 }
 
 DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_packed)
-: path_(output.path), existing_(output.existing())
+: path_(output.path), existing_(output.existing()), is_packed_(is_packed)
 {
   recording::BagReader* const bag = input.bag();
-  throwUnlessOk(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
+  throwUnlessOk(
+      writer_.open(path_, bag != nullptr ? profileFor(bag->profile()) : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
@@ -46,7 +49,6 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_pack
   for (std::size_t stream = 0; stream < input.reader().streams().size(); ++stream) {
     streams_.push_back(0);
     const StreamMetadata& metadata = input.reader().streams()[stream].metadata;
-    layouts_.push_back(is_packed ? MessageLayout() : layoutOf(metadata));
     if (!input.isChosen(stream))
       continue;
     std::string topic = topicOf(input.nameOf(stream));
@@ -61,7 +63,8 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_pack
 void
 DecodedBag::write(const RecordingInput::Item& item,
                   const recording::RecordedFrame& frame,
-                  const pcl::PCLPointCloud2& cloud,
+                  const io::MessageLayout* layout,
+                  pcl::PCLPointCloud2& cloud,
                   RecordingInput& input)
 {
   message_.log_time = message_.publish_time = item.time;
@@ -69,11 +72,12 @@ DecodedBag::write(const RecordingInput::Item& item,
   if (item.has_message)
     throwUnlessOk(input.read(item, message_));
   message_.channel = streams_[item.stream];
+  if (layout != nullptr && !is_packed_)
+    if (std::string reason = nodes::arrange(*layout, cloud); !reason.empty())
+      without_layout_.emplace(item.stream, std::move(reason));
   recording::PointCloudMessage content = describeCloud(cloud, frame.stamp);
   content.frame_id = frame.frame_id;
-  content.bytes = cloud.data;
-  if (std::string reason = arrange(layouts_[item.stream], content); !reason.empty())
-    without_layout_.emplace(item.stream, std::move(reason));
+  content.bytes.swap(cloud.data);
   recording::writePointCloud(content, false, message_.bytes);
   check(writer_.write(message_));
 }

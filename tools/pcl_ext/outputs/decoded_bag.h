@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "inputs/message_layout.h"
+#include <pcl_ext/compression/message_layout.h>
+
 #include "inputs/recording_input.h"
 #include "outputs/output_path.h"
 #include "recording/mcap_writer.h"
@@ -25,15 +26,19 @@ public:
   /** \brief Opens the bag, with a topic for each stream that was chosen: its name
    * without /pcl_ext at its end.
    * \param[in] is_packed its points have no padding; else the layout of the messages that
-   * a stream was made of, if the recording tells
+   * a stream was made of, if it tells
    */
   DecodedBag(const Output& output, RecordingInput& input, bool is_packed);
 
-  /** \brief Writes a decoded cloud. */
+  /** \brief Writes a decoded cloud.
+   * \param[in,out] cloud gets the layout
+   * \param[in] layout of its message; null: not known
+   */
   void
   write(const RecordingInput::Item& item,
         const recording::RecordedFrame& frame,
-        const pcl::PCLPointCloud2& cloud,
+        const io::MessageLayout* layout,
+        pcl::PCLPointCloud2& cloud,
         RecordingInput& input);
 
   /** \brief Writes another message of the input as it is. */
@@ -59,8 +64,8 @@ private:
   std::string path_;
   recording::ExistingFile existing_;
   recording::McapWriter writer_;
-  std::vector<std::size_t> streams_;                  // channels of the streams
-  std::vector<MessageLayout> layouts_;                // of the streams
+  std::vector<std::size_t> streams_; // channels of the streams
+  bool is_packed_;
   std::map<std::size_t, std::string> without_layout_; // streams, and why
   std::vector<std::optional<std::size_t>> others_;    // of the channels of the input
   recording::McapMessage message_;

@@ -72,12 +72,19 @@ FrameOutput::check(const RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
+std::string
+profileFor(const std::string& profile)
+{
+  return profile == "ros1" ? std::string() : profile;
+}
+
 FrameOutput::FrameOutput(const Output& output, bool is_bag, const std::string& profile)
 : path_(output.path)
 , existing_(output.existing())
 , is_bag_(is_bag && kindOfOutput(path_) != OutputKind::Frames)
 {
-  throwUnlessOk(is_bag_ ? bag_.open(path_, profile) : recording_.open(path_));
+  throwUnlessOk(is_bag_ ? bag_.open(path_, profileFor(profile))
+                        : recording_.open(path_));
 }
 
 std::size_t

@@ -22,6 +22,11 @@ struct OutputFrame {
   std::vector<std::uint8_t> bytes;
 };
 
+/** \brief The profile of a bag that is made of another one, with clouds or frames of
+ * ROS 2: with messages of ROS 1 besides it is none. */
+std::string
+profileFor(const std::string& profile);
+
 /** \brief Writes encoded frames, and for bags all that is passed through. Failures
  * throw std::runtime_error. */
 class FrameOutput {
@@ -30,7 +35,7 @@ public:
    * \param[in] output its path: see OutputKind
    * \param[in] is_bag there may be other messages: frames get headers as those of the
    * transport for ROS 2
-   * \param[in] profile of a bag
+   * \param[in] profile of a bag, see profileFor()
    */
   FrameOutput(const Output& output, bool is_bag, const std::string& profile);
 

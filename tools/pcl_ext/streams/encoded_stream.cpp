@@ -76,7 +76,7 @@ struct EncodedStream::Part {
        std::atomic<IntensityLaw>& law_of_stream,
        CloudInput& unread_input)
   : options(optionsOfPart(all_options, first_cloud, unread_input.size() == 1))
-  , encoder(options, name)
+  , encoder(options, name, unread_input.isBag())
   , law_cloud(std::move(law_cloud_of_stream))
   , law(law_of_stream)
   , input(unread_input)

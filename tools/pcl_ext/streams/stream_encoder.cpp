@@ -90,8 +90,13 @@ describePointsOutsideGrid(const EncodedSums& sums)
          counted(sums.points, "point") + ")";
 }
 
-StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
-: options_(options), name_(std::move(name)), pose_(options.poseOf(name_))
+StreamEncoder::StreamEncoder(const EncodingOptions& options,
+                             std::string name,
+                             bool carries_layout)
+: options_(options)
+, name_(std::move(name))
+, carries_layout_(carries_layout)
+, pose_(options.poseOf(name_))
 {}
 
 void
@@ -104,6 +109,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
   nodes::SensorNodeSettings settings =
       options_.nodeSettings(options_.lawOf(cloud), frame_id);
   settings.clock = [time = time_] { return *time; };
+  settings.carry_layout = carries_layout_;
   law_ = settings.law;
   is_of_lidar_ = pcl_ext::isOfLidar(cloud);
   frame_id_ = settings.global_frame;

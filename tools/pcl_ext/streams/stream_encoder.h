@@ -59,8 +59,11 @@ class StreamEncoder {
 public:
   /** \param[in] options must outlive this
    * \param[in] name of the stream
+   * \param[in] carries_layout its clouds are those of messages, whose layout is coded
    */
-  StreamEncoder(const EncodingOptions& options, std::string name);
+  StreamEncoder(const EncodingOptions& options,
+                std::string name,
+                bool carries_layout = false);
 
   /** \brief Chooses the law by a cloud, unless that was done.
    * \throws UsageError if the settings are invalid
@@ -215,6 +218,7 @@ private:
 
   const EncodingOptions& options_;
   std::string name_;
+  bool carries_layout_;
   WorldPose pose_;
   std::optional<nodes::SensorNode> node_;
   std::optional<nodes::SensorNodeSettings> settings_; ///< of node_

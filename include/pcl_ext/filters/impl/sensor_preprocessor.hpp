@@ -32,33 +32,34 @@ readNumber(const std::uint8_t* bytes)
   return number;
 }
 
-/** \brief Reads a number of a datatype of pcl::PCLPointField as a float. */
-inline float
+/** \brief Reads a number of a datatype of pcl::PCLPointField as another type. */
+template <typename NumberT>
+NumberT
 readScalar(const std::uint8_t* bytes, std::uint8_t datatype)
 {
   switch (datatype) {
   case pcl::PCLPointField::INT8:
-    return static_cast<float>(readNumber<std::int8_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::int8_t>(bytes));
   case pcl::PCLPointField::UINT8:
-    return static_cast<float>(readNumber<std::uint8_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::uint8_t>(bytes));
   case pcl::PCLPointField::INT16:
-    return static_cast<float>(readNumber<std::int16_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::int16_t>(bytes));
   case pcl::PCLPointField::UINT16:
-    return static_cast<float>(readNumber<std::uint16_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::uint16_t>(bytes));
   case pcl::PCLPointField::INT32:
-    return static_cast<float>(readNumber<std::int32_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::int32_t>(bytes));
   case pcl::PCLPointField::UINT32:
-    return static_cast<float>(readNumber<std::uint32_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::uint32_t>(bytes));
   case pcl::PCLPointField::FLOAT64:
-    return static_cast<float>(readNumber<double>(bytes));
+    return static_cast<NumberT>(readNumber<double>(bytes));
   case int64_datatype:
-    return static_cast<float>(readNumber<std::int64_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::int64_t>(bytes));
   case uint64_datatype:
-    return static_cast<float>(readNumber<std::uint64_t>(bytes));
+    return static_cast<NumberT>(readNumber<std::uint64_t>(bytes));
   case bool_datatype:
-    return readNumber<std::uint8_t>(bytes) != 0 ? 1.0f : 0.0f;
+    return static_cast<NumberT>(readNumber<std::uint8_t>(bytes) != 0 ? 1 : 0);
   default:
-    return readNumber<float>(bytes);
+    return static_cast<NumberT>(readNumber<float>(bytes));
   }
 }
 
@@ -67,9 +68,9 @@ template <typename NumberT>
 Eigen::Matrix<NumberT, 3, 1>
 readPoint(const std::uint8_t* bytes, const PointLayout& layout)
 {
-  return {readNumber<NumberT>(bytes + layout.x),
-          readNumber<NumberT>(bytes + layout.y),
-          readNumber<NumberT>(bytes + layout.z)};
+  return {readScalar<NumberT>(bytes + layout.x, layout.types[0]),
+          readScalar<NumberT>(bytes + layout.y, layout.types[1]),
+          readScalar<NumberT>(bytes + layout.z, layout.types[2])};
 }
 
 /** \brief True if x, y and z of each point are consecutive floats, as in all of PCL's
@@ -265,10 +266,10 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
   const std::uint8_t* const bytes =
       cloud.data.data() + row * rowStep(cloud) + column * cloud.point_step;
   const auto native_of = [&](std::size_t i) {
-    return layout.has_intensity
-               ? detail::readScalar(bytes + i * cloud.point_step + layout.intensity,
-                                    layout.intensity_datatype)
-               : 0.0f;
+    return layout.has_intensity ? detail::readScalar<float>(
+                                      bytes + i * cloud.point_step + layout.intensity,
+                                      layout.intensity_datatype)
+                                : 0.0f;
   };
   const auto colour_of = [&](std::size_t i) {
     return detail::readNumber<std::uint32_t>(bytes + i * cloud.point_step +
@@ -277,18 +278,16 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
   if (movesDoubles(layout))
     return moveDoubles(
         most,
-        [&](std::size_t i) -> Eigen::Vector3d {
-          const std::uint8_t* const point = bytes + i * cloud.point_step;
-          if (layout.is_double)
-            return detail::readPoint<double>(point, layout);
-          return detail::readPoint<float>(point, layout).template cast<double>();
+        [&](std::size_t i) {
+          return detail::readPoint<double>(bytes + i * cloud.point_step, layout);
         },
         native_of,
         colour_of,
         results,
         doubles);
-  const bool is_consecutive =
-      layout.y == layout.x + sizeof(float) && layout.z == layout.y + sizeof(float);
+  const bool is_consecutive = areReal(layout.types) &&
+                              layout.y == layout.x + sizeof(float) &&
+                              layout.z == layout.y + sizeof(float);
   if (is_consecutive)
     return moveChunk(
         {bytes + layout.x, cloud.point_step, most}, native_of, colour_of, results);

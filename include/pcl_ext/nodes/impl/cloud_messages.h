@@ -10,6 +10,7 @@
 #include <pcl_ext/compression/frame_field.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/nodes/impl/message_layouts.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include <pcl/PCLPointCloud2.h>
@@ -67,13 +68,15 @@ struct VoxelPointLayout {
   bool has_colours = false;
   bool has_doubles = false; ///< coordinates are FLOAT64
   std::vector<io::FieldDescription> fields;
+  /** \brief Where voxels have none, points without a layout of messages have 0. */
+  bool has_intensity = true;
 
   /** \brief Whether points have the intensity of their voxel: not, if they have their
    * own. */
   bool
   hasVoxelIntensity() const
   {
-    return !io::hasField(fields, "intensity");
+    return has_intensity && !io::hasField(fields, "intensity");
   }
 
   bool
@@ -149,14 +152,22 @@ describeFrame(const SensorNodeStatistics& statistics,
                                   statistics.decoded_height,
                                   statistics.preprocessing.has_colours,
                                   statistics.decoded_doubles,
-                                  statistics.decoded_fields},
+                                  statistics.decoded_fields,
+                                  !statistics.decoded_layout ||
+                                      settings.law != IntensityLaw::None},
                  message);
+  if (statistics.decoded_layout) {
+    const Arrangement arrangement = arrangementOf(*statistics.decoded_layout, message);
+    if (arrangement.refusal().empty())
+      describeArranged(arrangement, message);
+  }
   message.format = messageFormat(settings.compression.format);
 }
 
 /** \brief Writes the voxels of a frame into a PointCloud2, except for its header.
  * \param[in] frame as forEachPoint() demands
- * \param[out] message see describeVoxels
+ * \param[out] message in the frame's layout if that is possible, see Arrangement; else
+ * see describeVoxels
  */
 template <typename PointCloud2T>
 void
@@ -166,6 +177,8 @@ writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
   // Not row_step, which is of 32 bits.
   message.data.resize(frame.cloudSize() * message.point_step);
   writeVoxelPoints(frame, message.data.data());
+  if (frame.layout)
+    arrange(*frame.layout, message);
 }
 
 /** \brief The layout of a PointCloud2, without points and without stamp. */

@@ -105,8 +105,8 @@ valueOf(const ParameterValues& values, const std::string& name)
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();
 
-/** \brief The parameters of removing noise after decoding: `min_intensity`,
- * `remove_outliers`, `min_log_odds`, `density_unit`. */
+/** \brief The parameters of decoding: those of removing noise, `min_intensity`,
+ * `remove_outliers`, `min_log_odds`, `density_unit`, and `packed`. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 noiseParameters();
 
@@ -161,6 +161,7 @@ readCentralNodeParameters(const ParameterValues& values, Clock clock);
 struct NoiseSettings {
   float min_intensity = 0.0f; ///< voxels below are removed
   std::optional<VoxelOutlierRemovalSettings> outlier_removal; ///< none: outliers stay
+  bool is_packed = false; ///< messages do not get the layout of those that were encoded
 };
 
 /** \brief The settings of removing noise.
