@@ -294,7 +294,7 @@ CloudStages::encodeScan(PointBatches& points,
   }
   frame_.layout = scan_.layout = info.layout;
   CompressionStatus status =
-      encoder_.encode(scan_, info.stamp, settings_.threads, bytes);
+      encoder_.encode(scan_, info.stamp, bytes, settings_.threads);
   if (!status.ok() || !is_trial)
     return status;
   if (!scan_choice_->takesVoxels(

@@ -126,8 +126,8 @@ FrameEncoder::encode(const VoxelFrame& frame,
 CompressionStatus
 FrameEncoder::encode(const scan::ScanFrame& scan,
                      const std::optional<FrameStamp>& stamp,
-                     unsigned int threads,
-                     std::vector<std::uint8_t>& bytes)
+                     std::vector<std::uint8_t>& bytes,
+                     unsigned int threads)
 {
   return encodeSafely(bytes, scan.pixelCount(), [&] {
     CompressionStatus status = checkHeader(stamp, scan.layout.get());

@@ -78,8 +78,8 @@ public:
   CompressionStatus
   encode(const scan::ScanFrame& scan,
          const std::optional<FrameStamp>& stamp,
-         unsigned int threads,
-         std::vector<std::uint8_t>& bytes);
+         std::vector<std::uint8_t>& bytes,
+         unsigned int threads = 1);
 
   /** \brief Bytes of the payloads since the last I-frame, with its own; see
    * frameLimits(). */
