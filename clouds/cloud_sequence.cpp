@@ -43,8 +43,9 @@ checkSameSensor(const std::vector<std::string>& files,
   for (const std::string& file : files) {
     const std::optional<PcdHeader> header = readPcdHeader(file);
     viewpoints.push_back(header ? header->viewpoint : "");
-    if (!header)
-      continue; // It is reported when it is read.
+    // One that cannot be read is reported when it is; one without points may be any.
+    if (!header || header->width == "0" || header->height == "0")
+      continue;
     if (!first) {
       first_file = file;
       first = header;

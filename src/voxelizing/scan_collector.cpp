@@ -128,7 +128,9 @@ ScanCollector::collect(PointBatches& points,
   statistics.resolution = grid_.resolution;
   statistics.voxels = cloud_.size();
   if (cloud_.size() == 0 && !is_i_frame_due) // on the rays of the last one
-    return scan.width > 0;
+    return scan.width > 0 &&
+           (scan.order != scan::PointOrder::Organised ||
+            (cloud_.image.width == scan.width && cloud_.image.height == scan.height));
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
   if (!setGrid(sensor_pose)) {

@@ -39,6 +39,13 @@ remarkOnStream(Console& console,
                                     report.outlier_remark})
     if (!remark.empty())
       console.remark(remark);
+  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
+  if (2 * sums.hidden_voxels > occupied)
+    console.remark(name + ": the temporal filter hid " +
+                   counted(sums.hidden_voxels, "voxel") + " of " +
+                   std::to_string(occupied) +
+                   ", as most are seen in few frames: take a larger --resolution, or "
+                   "leave out --temporal-filter");
   if (sums.frames == 0 && sums.clouds_left_out > 0) {
     console.error(name + ": --max-rate has no room for any of its " +
                   counted(sums.clouds_left_out, "cloud") +

@@ -21,10 +21,11 @@ namespace {
 std::string
 describePoints(const EncodedSums& sums, double resolution)
 {
+  const double smallest_edge = sums.frames > 0 ? sums.smallest_edge : resolution;
   std::ostringstream edge;
-  edge << resolution;
+  edge << smallest_edge;
   if (constexpr double tolerance = 1.0 + 1e-6;
-      sums.largest_edge > tolerance * resolution)
+      sums.largest_edge > tolerance * smallest_edge)
     edge << " m to " << sums.largest_edge;
   const std::size_t in_voxels = sums.encoded_points - sums.points_in_order;
   std::string text;
@@ -36,7 +37,7 @@ describePoints(const EncodedSums& sums, double resolution)
   text += counted(in_voxels, "point") + " in " + counted(sums.voxels, "voxel") +
           " of " + edge.str() + " m";
   const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
-  if (occupied > 0)
+  if (sums.voxels > 0)
     text +=
         " (" +
         formatted(static_cast<double>(in_voxels) / static_cast<double>(occupied), 1) +

@@ -157,6 +157,7 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   if (options_.removes_outliers)
     removeOutliers(frame.number);
   if (options_.min_intensity) {
+    lacks_intensities_ |= !voxels_.hasIntensities() && voxels_.size() > 0;
     const std::size_t removed = removeVoxelsBelow(voxels_, *options_.min_intensity);
     if (!options_.removes_outliers)
       decoded_voxels_ = voxels_.size() + removed;
@@ -173,6 +174,9 @@ StreamDecoder::judgedBy() const
 std::string
 StreamDecoder::remark() const
 {
+  if (lacks_intensities_)
+    return name_ + ": its voxels have no intensities, so that --min-intensity leaves "
+                   "none out";
   if (outliers_stay_)
     return remark_;
   const std::optional<DensityUnit> unit = judgedBy();

@@ -124,6 +124,7 @@ private:
   std::optional<DensityUnit> unit_; // by which outliers were judged last
   io::VoxelFrame& voxels_;
   std::size_t decoded_voxels_ = 0;
+  bool lacks_intensities_ = false; // some frame, which --min-intensity needs
   bool outliers_stay_ = false; // of some frame
   bool is_automatic_;          // the unit was not named
   bool has_intensities_ = true;

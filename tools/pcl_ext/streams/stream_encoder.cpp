@@ -52,6 +52,7 @@ EncodedSums::operator+=(const EncodedSums& part)
 {
   frames += part.frames;
   clouds_left_out += part.clouds_left_out;
+  smallest_edge = std::min(smallest_edge, part.smallest_edge);
   largest_edge = std::max(largest_edge, part.largest_edge);
   all_points += part.all_points;
   points += part.points;
@@ -223,7 +224,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.held_voxels = frame.voxels_held;
   sums.moving_frames = frame.sensor_motion == io::SensorMotion::Moving ? 1 : 0;
   sums.bytes = bytes;
-  sums.largest_edge = frame.voxelization.resolution;
+  sums.smallest_edge = sums.largest_edge = frame.voxelization.resolution;
   return sums;
 }
 

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,7 +22,8 @@ namespace tools {
 struct EncodedSums {
   std::size_t frames = 0;
   std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
-  double largest_edge = 0.0;       ///< that was used, metres
+  double smallest_edge = std::numeric_limits<double>::infinity(); ///< used, metres
+  double largest_edge = 0.0;                                      ///< likewise
   std::size_t all_points = 0;      ///< of the clouds
   std::size_t points = 0;          ///< finite ones of these
   std::size_t encoded_points = 0;  ///< in frames
