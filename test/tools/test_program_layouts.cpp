@@ -5,9 +5,8 @@
  * so that programs can read them as structures.
  */
 #include "inputs/message_layout.h"
-#include "recording/bag_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#include "tools/cloud_bags.h"
 #include "tools/program.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -99,35 +98,18 @@ driverMessage()
 void
 writeCloudBag(const std::string& path, const PointCloudMessage& cloud)
 {
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
-  std::size_t channel = 0;
-  ASSERT_TRUE(writer
-                  .addChannel(recording::pointCloudChannel("/points"),
-                              recording::McapChunking::Shared,
-                              channel)
-                  .ok());
   recording::McapMessage message;
-  message.channel = channel;
   message.log_time = message.publish_time = cloud.stamp;
   recording::writePointCloud(cloud, false, message.bytes);
-  ASSERT_TRUE(writer.write(message).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(path, {recording::pointCloudChannel("/points")}, {message});
 }
 
 PointCloudMessage
 readOnlyCloud(const std::string& path)
 {
-  recording::BagReader reader;
-  EXPECT_TRUE(reader.open(path).ok());
-  EXPECT_EQ(reader.index().size(), 1u);
-  recording::McapMessage message;
-  PointCloudMessage cloud;
-  EXPECT_TRUE(reader.read(reader.index()[0], message).ok());
-  EXPECT_TRUE(recording::readPointCloud(
-                  message.bytes.data(), message.bytes.size(), false, cloud)
-                  .ok());
-  return cloud;
+  const std::vector<PointCloudMessage> clouds = cloudsOf(path);
+  EXPECT_EQ(clouds.size(), 1u);
+  return clouds.at(0);
 }
 
 void
