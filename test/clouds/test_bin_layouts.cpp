@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,6 +33,53 @@ scanBytes(std::size_t points, std::size_t numbers)
     for (std::size_t j = 4; j < numbers; ++j)
       append(static_cast<float>(i % 32), bytes);
   }
+  return bytes;
+}
+
+/** \brief Points of a lidar as so many floats each: x, y, z and, as far as there is room,
+ * an intensity up to 1, a row and a time in microseconds, or colours if they have 6. */
+std::vector<std::vector<float>>
+scanOf(std::size_t numbers, bool has_order)
+{
+  std::vector<std::vector<float>> points;
+  std::mt19937 random(7);
+  for (int row = 0; row < 16; ++row)
+    for (int column = 0; column < 60; ++column) {
+      const float azimuth = 0.1f * static_cast<float>(column);
+      const float elevation = 0.03f * static_cast<float>(row - 12);
+      const float range = 6.0f / std::max(std::abs(std::cos(azimuth)), 0.1f);
+      const float intensity = static_cast<float>(random() % 100) / 99.0f;
+      std::vector<float> point = {range * std::cos(azimuth),
+                                  range * std::sin(azimuth),
+                                  range * elevation,
+                                  intensity,
+                                  static_cast<float>(row),
+                                  1.5e15f};
+      if (numbers == 6)
+        for (std::size_t i = 3; i < 6; ++i)
+          point[i] = static_cast<float>(random() % 256);
+      point.resize(numbers);
+      points.push_back(point);
+    }
+  if (!has_order)
+    std::shuffle(points.begin(), points.end(), random);
+  return points;
+}
+
+void
+expectPart(const std::string& message, const std::string& part)
+{
+  EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+template <typename NumberT>
+std::string
+bytesAs(const std::vector<std::vector<float>>& points)
+{
+  std::string bytes;
+  for (const std::vector<float>& point : points)
+    for (const float number : point)
+      append(static_cast<NumberT>(number), bytes);
   return bytes;
 }
 
@@ -100,37 +149,71 @@ TEST_F(FileLayouts, WrongFieldsOfBinFilesAreRefusedWithTheReason)
   EXPECT_EQ(parseBinFields("x,y,z,_,_").size(), 5u);
 }
 
-TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
+TEST_F(FileLayouts, BinFilesOfAnotherLayoutThanTheirNameTellsAreRefused)
 {
-  const auto expect = [](const std::string& message, const std::string& part) {
-    EXPECT_NE(message.find(part), std::string::npos) << message;
-  };
-  const std::pair<std::size_t, const char*> layouts[] = {
+  const std::map<std::size_t, std::string> options = {
       {3, "x,y,z,"},
+      {4, "x,y,z,intensity,"},
       {5, "x,y,z,intensity,ring,"},
       {6, "x,y,z,r,g,b or x,y,z,intensity,elongation,time,"},
       {7, "x,y,z,_,_,_,_,"}};
-  for (const auto& [numbers_of_point, fields] : layouts) {
-    std::string bytes;
-    for (std::size_t i = 0; i < 400; ++i)
-      bytes += scanBytes(i + 1, std::max<std::size_t>(numbers_of_point, 4))
-                   .substr(i * std::max<std::size_t>(numbers_of_point, 4) * 4,
-                           numbers_of_point * 4);
-    expect(refusal("a.bin", bytes), std::string("give --bin-fields ") + fields);
+  for (const std::string name : {"a.bin", "a.pcd.bin"})
+    for (const bool has_order : {true, false})
+      for (const auto& [numbers_of_point, fields] : options) {
+        SCOPED_TRACE(name + ", " + std::to_string(numbers_of_point));
+        const auto points = scanOf(numbers_of_point, has_order);
+        const std::string bytes = bytesAs<float>(points);
+        const std::string message = refusal(name, bytes);
+        if (numbers_of_point == (name == "a.bin" ? 4u : 5u)) {
+          EXPECT_EQ(message, "");
+          EXPECT_EQ(std::string(cloud_.data.begin(), cloud_.data.end()), bytes);
+          EXPECT_EQ(cloud_.width, points.size());
+          EXPECT_EQ(cloud_.fields.size(), numbers_of_point);
+          EXPECT_EQ(cloud_.fields.back().name,
+                    numbers_of_point == 4 ? "intensity" : "ring");
+          continue;
+        }
+        expectPart(message,
+                   "its numbers are those of " + std::to_string(numbers_of_point) +
+                       " floats");
+        expectPart(message, "give --bin-fields " + fields);
+      }
+}
+
+TEST_F(FileLayouts, BinFilesOfOtherNumbersAreRefused)
+{
+  const auto points = scanOf(4, true);
+  std::string labels;
+  std::string swapped = bytesAs<float>(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    labels += {static_cast<char>(labels.size() % 20), 0, 1, 0};
+    for (std::size_t number = 4 * i; number < 4 * i + 4; ++number)
+      std::reverse(&swapped[4 * number], &swapped[4 * number] + 4);
   }
-  expect(refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
-         "60 bytes, which is no multiple of 16");
-  expect(refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
-         "x y z intensity ring, as nuScenes'): --bin-fields x,y,z,intensity,ring");
-  expect(refusal("a.bin", scanBytes(64, 5), "x,y,z,ring:uint8"),
-         "1280 bytes, which is no multiple of 13: --bin-fields has 13 bytes a point");
-  expect(refusal("a.bin", scanBytes(65, 4), "x:float64,y:float64,z:float64,_:float64"),
-         "no multiple of 32");
+  for (const std::string& bytes : {bytesAs<double>(points), labels})
+    expectPart(refusal("a.bin", bytes), "each a little-endian float32");
+  EXPECT_EQ(refusal("a.bin", swapped).rfind("its numbers are no lengths", 0), 0u);
+}
+
+TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
+{
+  expectPart(refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
+             "60 bytes, which is no multiple of 16");
+  expectPart(
+      refusal("a.bin", scanBytes(12, 5).substr(0, 60)),
+      "would fit 3 floats a point (x y z): --bin-fields x,y,z or 5 floats a point (x "
+      "y z intensity ring, as nuScenes'): --bin-fields x,y,z,intensity,ring");
+  expectPart(
+      refusal("a.bin", scanBytes(64, 5), "x,y,z,ring:uint8"),
+      "1280 bytes, which is no multiple of 13: --bin-fields has 13 bytes a point");
+  expectPart(
+      refusal("a.bin", scanBytes(65, 4), "x:float64,y:float64,z:float64,_:float64"),
+      "no multiple of 32");
   // What the user gives is read, and doubted.
   const Remarks doubts = read("a.bin", scanBytes(400, 5), "x,y,z,_");
   ASSERT_EQ(doubts.size(), 1u);
-  expect(doubts[0],
-         "--bin-fields may be wrong: its numbers are those of 5 floats a point");
+  expectPart(doubts[0],
+             "--bin-fields may be wrong: its numbers are those of 5 floats a point");
   EXPECT_EQ(read("a.bin", scanBytes(400, 5), "x,y,z,_,_"), Remarks());
   // Two points of a sensor whose rows alternate are alike as one.
   std::string alternating;
@@ -141,14 +224,14 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
                                i % 2 == 0 ? 4.0f : 200.0f,
                                static_cast<float>(i % 2)})
       append(number, alternating);
-  expect(refusal("a.bin", alternating),
-         "give --bin-fields x,y,z,_,_,_,_,_,_,_, where _ leaves a number out, or "
-         "--bin-fields x,y,z,intensity,ring");
+  expectPart(refusal("a.bin", alternating),
+             "give --bin-fields x,y,z,_,_,_,_,_,_,_, where _ leaves a number out, or "
+             "--bin-fields x,y,z,intensity,ring");
   // Numbers of 16 bits.
   std::string small;
   for (std::uint16_t i = 0; i < 256; ++i)
     append(static_cast<std::uint16_t>(i % 50), small);
-  expect(refusal("a.bin", small, "x,y,z,_"), "its coordinates are no lengths");
+  expectPart(refusal("a.bin", small, "x,y,z,_"), "its coordinates are no lengths");
 }
 
 } // namespace test

@@ -185,59 +185,6 @@ TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
   EXPECT_EQ(floats("x"), Floats{7.0f});
 }
 
-TEST_F(FileLayouts, DamagedOnesAreRefusedOrReadWhole)
-{
-  std::string list = ply("binary_big_endian",
-                         xyz + "property list uchar float w\nproperty ushort red\n"
-                               "property ushort green\nproperty ushort blue\n",
-                         "");
-  list += std::string(12, '\x3f') + '\1' + std::string(10, '\x3f') +
-          std::string(12, '\x3e') + '\0' + std::string(6, '\x3e');
-  std::string data = "binary\n" + std::string(2 * 28, '\x11');
-  const std::pair<std::string, std::string> files[] = {
-      {"a.ply", list},
-      {"b.ply",
-       ply("ascii",
-           "property short x\nproperty int y\nproperty bool z\n"
-           "property list uchar int w\n",
-           "1 2 0 2 3 4\n4 5 1 0\n")},
-      {"c.pcd",
-       pcd("X Y Z r g b stamp half _ gone",
-           "2 4 4 1 1 1 8 2 1 4",
-           "I F F U U U U F U F",
-           "1 1 1 1 1 1 1 1 5 0",
-           2,
-           data)},
-      {"d.pcd",
-       pcd("x y z rgb stamp",
-           "4 4 4 4 8",
-           "F F F I U",
-           "1 1 1 1 2",
-           2,
-           "ascii\r1 2 3 4 5 6\r7 8 9 -1 2 3\r")}};
-  std::mt19937 random(11);
-  std::size_t refused = 0;
-  std::size_t read_whole = 0;
-  for (const auto& [name, whole] : files)
-    for (int i = 0; i < 1500; ++i) {
-      std::string bytes = whole;
-      for (std::size_t changes = random() % 4; changes > 0; --changes)
-        bytes[random() % bytes.size()] =
-            static_cast<char>(random() % 2 == 0 ? random() : '0' + random() % 10);
-      if (random() % 4 == 0)
-        bytes.resize(random() % bytes.size());
-      const std::string message = refusal(name, bytes);
-      (message.empty() ? read_whole : refused) += 1;
-      if (message.empty()) {
-        EXPECT_EQ(cloud_.data.size(),
-                  std::size_t{cloud_.width} * cloud_.height * cloud_.point_step);
-        EXPECT_LE(cloud_.data.size(), 176 * bytes.size());
-      }
-    }
-  EXPECT_GT(refused, 1000u);
-  EXPECT_GT(read_whole, 1000u);
-}
-
 } // namespace test
 } // namespace clouds
 } // namespace pcl_ext

@@ -168,41 +168,6 @@ TEST(FarOrigin, RetainedOctreesAnswerForTheirPoints)
     EXPECT_TRUE(compression.isVoxelOccupiedAtPoint(point));
 }
 
-TEST(KeptPoints, AreAsManyAsBeforeAndWithinHalfAVoxelOfTheirPlace)
-{
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> coordinate(0.0f, 0.05f);
-  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
-  for (int i = 0; i < 3000; ++i)
-    cloud->push_back({coordinate(random), coordinate(random), coordinate(random)});
-  // Points are kept to 5 mm.
-  OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
-      pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
-  std::stringstream stream;
-  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
-  pcl::PointCloud<pcl::PointXYZ>::Ptr decoded;
-  ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
-  ASSERT_EQ(decoded->size(), cloud->size());
-  EXPECT_EQ(decoded->width, decoded->size());
-  // Rounded to the centres of their voxels both are the same set of points.
-  const auto sorted = [](pcl::PointCloud<pcl::PointXYZ>& points) {
-    for (pcl::PointXYZ& point : points)
-      for (float* axis : {&point.x, &point.y, &point.z})
-        *axis = (std::floor(*axis / 0.005f) + 0.5f) * 0.005f;
-    std::sort(points.begin(), points.end(), [](const auto& first, const auto& second) {
-      return std::tie(first.x, first.y, first.z) <
-             std::tie(second.x, second.y, second.z);
-    });
-  };
-  sorted(*cloud);
-  sorted(*decoded);
-  for (std::size_t i = 0; i < cloud->size(); ++i) {
-    EXPECT_NEAR((*cloud)[i].x, (*decoded)[i].x, 1e-6f);
-    EXPECT_NEAR((*cloud)[i].y, (*decoded)[i].y, 1e-6f);
-    EXPECT_NEAR((*cloud)[i].z, (*decoded)[i].z, 1e-6f);
-  }
-}
-
 TEST(NoIntensityModel, OfTypesWithoutTheFieldCostsNothing)
 {
   pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);

@@ -100,35 +100,6 @@ TEST(CompressionStreams, OneInstanceServesBothDirectionsAtOnce)
   EXPECT_EQ(from_node.str(), from_alone.str());
 }
 
-TEST(CompressionStreams, AReceiverThatLostAFrameGoesOnWithTheNextIFrame)
-{
-  IntensityCompressionSettings settings = settingsWith(usual_resolution);
-  settings.i_frame_rate = 6;
-  settings.bounding_box = wide_box;
-  Compression encoder(settings);
-  Compression decoder;
-  std::stringstream stream;
-  for (unsigned int frame = 0; frame < 14; ++frame) {
-    const std::string bytes = encodeFrame(encoder, movingCloud(frame));
-    if (frame == 2) // lost; frame 4 is requested by the receiver
-      continue;
-    stream << bytes;
-    if (frame == 3)
-      encoder.requestIFrame();
-  }
-  std::string outcomes;
-  for (int frame = 0; stream && frame < 100; ++frame) {
-    Cloud::Ptr decoded(new Cloud(5, 1));
-    const CompressionStatus status = decoder.decodePointCloud(stream, decoded);
-    EXPECT_EQ(decoded->empty(), !status.ok());
-    if (status.ok())
-      outcomes += decoder.statistics().coding.is_i_frame ? 'I' : 'P';
-    else
-      outcomes += status.code() == CompressionCode::MissingReference ? '-' : '.';
-  }
-  EXPECT_EQ(outcomes, "IP-IPPPPPIPPP.");
-}
-
 TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
 {
   IntensityCompressionSettings settings = settingsWith(usual_resolution);
@@ -217,30 +188,6 @@ TEST(CompressionStatistics, AreNotPrintedWhenDisabledOrBelowTheVerbosity)
                                       printFrame(true, pcl::console::L_WARN)}) {
     EXPECT_EQ(printed.encoding, "");
     EXPECT_EQ(printed.decoding, "");
-  }
-}
-
-TEST(PublishedStreams, AreRecognisedByTheDecoder)
-{
-  IntensityCompressionSettings settings = settingsWith(usual_resolution);
-  settings.format = StreamFormat::Published;
-  // 64 voxels about the origin, for which PCL's lattice is the world's.
-  settings.bounding_box = BoundingBox{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}};
-  OctreePointCloudIntensityCompression<pcl::PointXYZI, CountIntensity> encoder(
-      settings);
-  Compression decoder; // with settings of its own
-  for (unsigned int frame = 0; frame < 6; ++frame) {
-    const auto cloud = movingCloud(frame);
-    const NaiveVoxels voxels = naiveVoxels(*cloud, usual_resolution);
-    Cloud::Ptr decoded;
-    ASSERT_TRUE(decodeBytes(decoder, encodeFrame(encoder, cloud), decoded).ok());
-    expectIntensities(
-        *decoded,
-        voxels,
-        usual_resolution,
-        [](const NaiveVoxel& voxel) { return static_cast<double>(voxel.count); },
-        0.0);
-    EXPECT_EQ(decoded->size(), voxels.size());
   }
 }
 

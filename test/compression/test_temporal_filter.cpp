@@ -198,16 +198,6 @@ TEST(CompressionTemporalFilter, WhatIsHeldStaysInTheGrid)
   EXPECT_EQ(far_voxels[7], far_voxels[5]);
 }
 
-TEST(CompressionTemporalFilter, ContradictionsAreRefused)
-{
-  IntensityCompressionSettings settings = filteringSettings(8);
-  settings.keep_points = true;
-  Compression encoder(settings);
-  std::vector<std::uint8_t> bytes;
-  const auto status = encoder.encodePointCloud(wallWith(false), bytes);
-  EXPECT_EQ(status.message(), "keep_points is on; it must be off with temporal_filter");
-}
-
 } // namespace temporal_filter
 
 } // namespace

@@ -2,8 +2,8 @@
 
 /** \file
  * A main for fuzz targets without a fuzzer: runs a target on files, on all files of
- * folders, and on some thousand random inputs; where the target has a mutator, on what
- * it makes of the files instead.
+ * folders, and on some thousand others: what the target's mutator makes of the files;
+ * where it has none, random bytes, and in turn files of which some bytes are changed.
  *
  *     fuzz_TARGET [--random=COUNT] [FILE or FOLDER ...]
  */
@@ -77,6 +77,16 @@ randomInput(const std::vector<Bytes>& inputs)
     bytes.resize(std::max(most_bytes, size));
     bytes.resize(LLVMFuzzerCustomMutator(
         bytes.data(), size, bytes.size(), static_cast<unsigned int>(random_numbers())));
+    return bytes;
+  }
+  if (!inputs.empty() && random_numbers() % 2 == 0) {
+    Bytes bytes = inputs[random_numbers() % inputs.size()];
+    const std::size_t size = bytes.size();
+    bytes.resize(size + 8);
+    std::size_t changed = size;
+    for (int changes = 0; changes < 3; ++changes)
+      changed = LLVMFuzzerMutate(bytes.data(), changed, bytes.size());
+    bytes.resize(changed);
     return bytes;
   }
   Bytes bytes(random_numbers() % 600);

@@ -77,43 +77,6 @@ TEST(CentralNode, WorksWithoutAListener)
 
 using CentralNodeFrames = OneStream;
 
-TEST(CentralNode, AnyBytesAreSafeAndTheStreamGoesOn)
-{
-  const CodedStream stream = streamOf(3);
-  std::mt19937_64 random(1);
-  FrameRecorder recorder;
-  CentralNodeSettings settings = centralSettings();
-  settings.max_waiting_frames = 10000;
-  CentralNode node(settings, recorder.listener());
-  node.addStream("a");
-  send(node, "a", stream.frames[0]);
-  std::size_t sent = 0;
-  for (std::size_t size = 0; size < stream.frames[1].size(); ++size) {
-    Bytes cut(stream.frames[1].begin(),
-              stream.frames[1].begin() + static_cast<std::ptrdiff_t>(size));
-    send(node, "a", cut);
-    Bytes damaged = stream.frames[1];
-    damaged[size] = static_cast<std::uint8_t>(damaged[size] ^ 1u << (size % 8));
-    send(node, "a", damaged);
-    sent += 2;
-  }
-  for (std::size_t i = 0; i < 100; ++i, ++sent) {
-    Bytes rubbish(i);
-    for (std::uint8_t& byte : rubbish)
-      byte = static_cast<std::uint8_t>(random());
-    send(node, "a", rubbish);
-  }
-  send(node, "a", stream.frames[1]);
-  send(node, "a", stream.frames[2]);
-  node.waitUntilDecoded();
-  const std::vector<RecordedFrame> recorded = recorder.frames("a");
-  ASSERT_EQ(recorded.size(), sent + 3);
-  for (std::size_t i = 1; i <= sent; ++i)
-    EXPECT_NE(recorded[i].code, CompressionCode::Ok) << "message " << i;
-  expectSameFrame(recorded[sent + 1].voxels, stream.decoded[1]);
-  expectSameFrame(recorded[sent + 2].voxels, stream.decoded[2]);
-}
-
 TEST(CentralNode, LimitsOfTheDecoderHold)
 {
   const CodedStream stream = streamOf(1);

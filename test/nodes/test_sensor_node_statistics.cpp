@@ -20,11 +20,15 @@ TEST(SensorNodeStatistics, CountBytesPointsAndVoxels)
     const Cloud seen = cloudSeenFrom(poseOf(frame), frame, 500 + 100 * frame);
     const Cloud preprocessed =
         naivelyPreprocessed(seen, poseOf(frame), naiveCount, settings.crop_box);
+    if (frame == 2)
+      node.requestIFrame();
     const Bytes bytes = encoded(node, messageOf(seen), poseOf(frame));
+    EXPECT_EQ(node.statistics().frame.coding.is_i_frame, frame == 0 || frame == 2);
     cloud_bytes += sizeof(pcl::PointXYZI) * seen.size();
     frame_bytes += bytes.size();
     const SensorNodeStatistics statistics = node.statistics();
     EXPECT_EQ(statistics.frames, frame + 1);
+    EXPECT_EQ(statistics.i_frames, frame < 2 ? 1u : 2u);
     EXPECT_EQ(statistics.encode_times.count(), frame + 1);
     EXPECT_GT(statistics.encode_times.sum_seconds, 0.0);
     EXPECT_EQ(statistics.cloud_bytes, cloud_bytes);

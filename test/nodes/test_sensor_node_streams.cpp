@@ -50,30 +50,6 @@ TEST(SensorNodeStreams, AStreamMayBeginWithAnEmptyCloudWithoutAnyBox)
       naiveVoxels(naivelyPreprocessed(seen, poseOf(1), naiveCount), resolution).size());
 }
 
-TEST(SensorNodeStreams, IFramesComeAtTheirRateAndWhenRequested)
-{
-  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-  settings.crop_box = wide_box;
-  settings.compression.i_frame_rate = 4;
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
-    settings.compression.format = format;
-    SensorNode node(settings);
-    const pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
-    FrameDecoder decoder;
-    std::string frame_types;
-    for (unsigned int frame = 0; frame < 11; ++frame) {
-      if (frame == 6)
-        node.requestIFrame();
-      decodedWith(decoder, encoded(node, message, poseOf(0)));
-      frame_types += decoder.statistics().is_i_frame ? 'I' : 'P';
-      EXPECT_EQ(node.statistics().frame.coding.is_i_frame,
-                decoder.statistics().is_i_frame);
-    }
-    EXPECT_EQ(frame_types, "IPPPIPIPPPI");
-    EXPECT_EQ(node.statistics().i_frames, 4u);
-  }
-}
-
 TEST(SensorNodeStreams, IFramesComeByStampsOrWithoutThemByTheClock)
 {
   FakeClock clock;

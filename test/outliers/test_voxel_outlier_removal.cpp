@@ -121,9 +121,11 @@ TEST(VoxelOutlierRemoval, LogOddsAreThoseOfTheFormula)
         symbol = static_cast<std::uint16_t>((symbol >> (frame % 3) * 3) + 1);
       for (auto& [index, symbol] : voxels)
         symbol = std::min(symbol, std::uint16_t{255});
-      expectSame(scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))),
-                 brute_force.score(voxels),
-                 1e-4f);
+      // The grid may move on its lattice.
+      const io::VoxelGrid grid = gridAt(
+          -frame * 5, 3 - frame, -frame * frame, 8 + static_cast<unsigned>(frame) / 2);
+      expectSame(
+          scoresOf(removal, frameOf(voxels, grid)), brute_force.score(voxels), 1e-4f);
     }
   }
 }
@@ -259,37 +261,6 @@ TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
         EXPECT_EQ(removal.filter(frame).removed, 1u);
         EXPECT_TRUE(frame.keys.empty());
       }
-}
-
-TEST(VoxelOutlierRemoval, FilterRemovesLowerLogOdds)
-{
-  std::mt19937_64 random(9);
-  std::vector<io::VoxelFrame> frames;
-  for (int i = 0; i < 4; ++i)
-    frames.push_back(frameOf(wall(random, 15), gridAt(0, 0, 0)));
-  const float highest = std::numeric_limits<float>::max();
-  for (const float least : {-highest, -3.0f, 0.0f, 4.0f, highest}) {
-    VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Points);
-    settings.min_log_odds = least;
-    VoxelOutlierRemoval filtering(settings);
-    VoxelOutlierRemoval scoring(settings);
-    for (const io::VoxelFrame& frame : frames) {
-      std::vector<float> log_odds;
-      scoring.score(frame, log_odds);
-      io::VoxelFrame filtered = frame;
-      const std::size_t removed = filtering.filter(filtered).removed;
-      EXPECT_EQ(removed + filtered.size(), frame.size());
-      EXPECT_EQ(filtered.keys.size(), filtered.intensities.size());
-      std::size_t next = 0;
-      for (std::size_t i = 0; i < frame.size(); ++i)
-        if (!(log_odds[i] < least)) {
-          ASSERT_LT(next, filtered.size());
-          EXPECT_EQ(filtered.keys[next], frame.keys[i]);
-          EXPECT_EQ(filtered.intensities[next++], frame.intensities[i]);
-        }
-      EXPECT_EQ(next, filtered.size());
-    }
-  }
 }
 
 TEST(VoxelOutlierRemoval, CountsMayBeOfAnyDepth)

@@ -19,21 +19,6 @@ namespace {
 using namespace pcl_ext;
 using pcl_ext::test::MemoryUse;
 
-TEST(VoxelOutlierRemoval, GridMayMoveOnItsLattice)
-{
-  std::mt19937_64 random(4);
-  VoxelOutlierRemoval moving(settingsOf(DensityUnit::Faces));
-  VoxelOutlierRemoval resting(settingsOf(DensityUnit::Faces));
-  for (std::int32_t frame = 0; frame < 10; ++frame) {
-    const Voxels voxels = wall(random, 15);
-    const io::VoxelGrid grid =
-        gridAt(-frame * 5, 3 - frame, -frame * frame, 7 + static_cast<unsigned>(frame));
-    expectSame(scoresOf(moving, frameOf(voxels, grid)),
-               scoresOf(resting, frameOf(voxels, gridAt(0, 0, 0))),
-               0.0f);
-  }
-}
-
 io::VoxelFrame
 withDepthModel(io::VoxelFrame frame)
 {
@@ -246,31 +231,6 @@ scattered(std::mt19937_64& random, std::size_t voxels)
   return frame;
 }
 
-TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
-{
-  std::mt19937_64 random(7);
-  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
-  settings.max_blocks = 300;
-  VoxelOutlierRemoval removal(settings);
-  VoxelOutlierRemoval filtering(settings);
-  std::vector<float> log_odds;
-  for (int frame = 0; frame < 50; ++frame) {
-    io::VoxelFrame voxels = scattered(random, 100);
-    removal.score(voxels, log_odds);
-    EXPECT_LE(removal.rememberedBlocks(), 300u);
-    EXPECT_GE(removal.rememberedBlocks(), 100u);
-    EXPECT_TRUE(filtering.filter(voxels).ok());
-    EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
-  }
-  // A frame that is larger alone is judged, and not remembered.
-  io::VoxelFrame large = scattered(random, 1000);
-  removal.score(large, log_odds);
-  EXPECT_EQ(log_odds.size(), 1000u);
-  EXPECT_EQ(removal.rememberedBlocks(), 0u);
-  EXPECT_EQ(filtering.filter(large).removed + large.size(), 1000u);
-  EXPECT_EQ(filtering.rememberedBlocks(), 0u);
-}
-
 TEST(VoxelOutlierRemoval, RemembersAsManyAsItMay)
 {
   VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
@@ -279,11 +239,15 @@ TEST(VoxelOutlierRemoval, RemembersAsManyAsItMay)
   using Numbers = std::pair<std::int64_t, std::int64_t>;
   const auto remembered = [&](const std::vector<Numbers>& frames) {
     VoxelOutlierRemoval removal(settings);
+    VoxelOutlierRemoval filtering(settings);
     for (const auto& [first, last] : frames) {
       Voxels voxels;
       for (std::int64_t number = first; number <= last; ++number)
         voxels[{8 * number, 100, 100}] = 200;
-      scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0, 12)));
+      io::VoxelFrame frame = frameOf(voxels, gridAt(0, 0, 0, 12));
+      EXPECT_EQ(scoresOf(removal, frame).size(), voxels.size());
+      EXPECT_TRUE(filtering.filter(frame).ok());
+      EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
     }
     return removal.rememberedBlocks();
   };

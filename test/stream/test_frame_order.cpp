@@ -222,33 +222,4 @@ TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
   }
 }
 
-TEST(FrameOrder, LossAndReorderingNeverGiveAWrongFrame)
-{
-  // received() checks that a decoded frame is the one that was sent; the frame after
-  // the last decoded one is always decoded.
-  for (const StreamFormat format : all_formats) {
-    const EncodedFrames stream = sent(format, 60, 7);
-    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-      std::mt19937_64 random(seed);
-      std::vector<std::size_t> order;
-      for (std::size_t i = 0; i < stream.bytes.size(); ++i)
-        for (std::uint64_t copies = below(random, 4); copies > 0; copies /= 2)
-          order.push_back(i);
-      for (std::size_t i = 1; i < order.size(); ++i)
-        if (below(random, 4) == 0)
-          std::swap(order[i],
-                    order[i - 1 - below(random, std::min<std::size_t>(i, 6))]);
-      FrameDecoder decoder;
-      std::size_t last = stream.bytes.size();
-      for (const std::size_t i : order) {
-        const CompressionCode code = received(decoder, stream, i);
-        ASSERT_TRUE(i != last + 1 || code == CompressionCode::Ok)
-            << i << ", seed " << seed;
-        if (code == CompressionCode::Ok)
-          last = i;
-      }
-    }
-  }
-}
-
 } // namespace

@@ -111,25 +111,6 @@ TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
   EXPECT_NE(kinds.substr(12).find('c'), std::string::npos) << kinds;
 }
 
-TEST(FramesOfChanges, NeedTheirReference)
-{
-  ChangingFrames frames(8);
-  FrameEncoder encoder(StreamFormat::Version1, 4, Effort::Balanced);
-  FrameDecoder decoder;
-  for (unsigned int i = 0; i < 9; ++i) {
-    const VoxelFrame frame = frames.next(few_changes);
-    const Bytes bytes = encoded(encoder, frame);
-    if (i == 1)
-      continue; // lost
-    VoxelFrame back;
-    const bool is_known = i == 0 || i >= 4;
-    EXPECT_EQ(decoded(decoder, bytes, back),
-              is_known ? CompressionCode::Ok : CompressionCode::MissingReference);
-    if (is_known)
-      expectSameFrame(back, frame);
-  }
-}
-
 TEST(FramesOfChanges, AreNotUsedWithColoursOrNumbersOfPoints)
 {
   for (const bool has_colours : {false, true}) {
@@ -183,36 +164,6 @@ protected:
   std::uint32_t reference_ = 0;
   Parts parts_;
 };
-
-TEST_F(ForgedFramesOfChanges, AreDecodedCompletelyOrNotAtAll)
-{
-  EXPECT_EQ(answer(putTogether(parts_, reference_)), CompressionCode::Ok);
-  for (std::size_t bit = 0; bit < 8 * parts_.payload.size(); bit += 7) {
-    Parts forged = parts_;
-    forged.payload = flipped(parts_.payload, bit);
-    // Another payload may be a valid one of other voxels.
-    const CompressionCode code = answer(putTogether(forged, reference_));
-    EXPECT_TRUE(code == CompressionCode::Ok || code == CompressionCode::Corrupt) << bit;
-  }
-  for (std::size_t size = 0; size < parts_.payload.size(); size += 5) {
-    Parts forged = parts_;
-    forged.payload.resize(size);
-    EXPECT_EQ(answer(putTogetherSized(forged, reference_)), CompressionCode::Corrupt);
-  }
-}
-
-TEST_F(ForgedFramesOfChanges, HaveAsManyVoxelsAsTheirHeadersSay)
-{
-  const std::uint64_t count = parts_.header.voxel_count;
-  for (const std::uint64_t wrong : {std::uint64_t{0},
-                                    std::uint64_t{1},
-                                    count - 1,
-                                    count + 1,
-                                    std::uint64_t{1} << 20}) {
-    parts_.header.voxel_count = wrong;
-    EXPECT_EQ(answer(putTogether(parts_, reference_)), CompressionCode::Corrupt);
-  }
-}
 
 TEST_F(ForgedFramesOfChanges, HaveNeitherDepthModelNorContent)
 {

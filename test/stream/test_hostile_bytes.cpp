@@ -6,6 +6,7 @@
  * checksum. What is accepted is a whole frame, what is refused leaves the stream as it
  * was, and neither takes more memory than it may.
  */
+#include "support/changing_frames.h"
 #include "support/forged_frames.h"
 #include "support/scan_frames.h"
 #include "support/supplement_frames.h"
@@ -43,7 +44,8 @@ enum class HostileContent {
   ScanOfCamera,
   ScanOfLidar,
   FineVoxels,
-  FewVoxels
+  FewVoxels,
+  FramesOfChanges
 };
 
 /** \brief Which frames are replaced. */
@@ -54,6 +56,34 @@ struct HostileKind {
   HostileContent content;
   bool is_i_frame;
 };
+
+bool
+isOfScans(HostileContent content)
+{
+  return content == HostileContent::ScanOfCamera ||
+         content == HostileContent::ScanOfLidar;
+}
+
+bool
+isOfChanges(HostileContent content)
+{
+  return content == HostileContent::FramesOfChanges;
+}
+
+/** \brief Whether an effort has another coder for a content than the one before it: scans
+ * and changes are coded the same whatever the effort; balanced and small are one coder
+ * with other models, for which these contents do. */
+bool
+isCodedDifferently(HostileContent content, Effort effort)
+{
+  using Content = HostileContent;
+  if (effort == Effort::Fast)
+    return true;
+  if (effort == Effort::Balanced)
+    return !isOfScans(content) && !isOfChanges(content);
+  return content == Content::Room || content == Content::RoomOf16BitsWithDepths ||
+         content == Content::ColouredRoom || content == Content::FewVoxels;
+}
 
 std::vector<HostileKind>
 hostileKinds(StreamFormat format)
@@ -73,16 +103,18 @@ hostileKinds(StreamFormat format)
       {Content::ScanOfCamera, "ScanOfCamera"},
       {Content::ScanOfLidar, "ScanOfLidar"},
       {Content::FineVoxels, "FineVoxels"},
-      {Content::FewVoxels, "FewVoxels"}};
+      {Content::FewVoxels, "FewVoxels"},
+      {Content::FramesOfChanges, "FramesOfChanges"}};
   std::vector<HostileKind> kinds;
   for (const Effort effort : all_efforts)
     for (const auto& [content, name] : contents)
       for (const bool is_i_frame : {false, true})
-        kinds.push_back({nameOf(effort) + name + (is_i_frame ? "I" : "P"),
-                         format,
-                         effort,
-                         content,
-                         is_i_frame});
+        if (isCodedDifferently(content, effort))
+          kinds.push_back({nameOf(effort) + name + (is_i_frame ? "I" : "P"),
+                           format,
+                           effort,
+                           content,
+                           is_i_frame});
   return kinds;
 }
 
@@ -104,8 +136,13 @@ hostileFrames(HostileContent content)
   RoomStream room(settings);
   std::mt19937_64 random(5);
   VoxelFrame few = randomFrame(random, 4, 40);
+  ChangingFrames changing(8);
   std::vector<VoxelFrame> frames;
   for (int i = 0; i < 4; ++i) {
+    if (isOfChanges(content)) {
+      frames.push_back(changing.next(40));
+      continue;
+    }
     if (content == Content::FewVoxels) {
       frames.push_back(few);
       walk(random, 10, few);
@@ -121,13 +158,6 @@ hostileFrames(HostileContent content)
       addFields(random, frames.back());
   }
   return frames;
-}
-
-bool
-isOfScans(HostileContent content)
-{
-  return content == HostileContent::ScanOfCamera ||
-         content == HostileContent::ScanOfLidar;
 }
 
 std::vector<scan::ScanFrame>

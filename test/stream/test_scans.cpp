@@ -300,28 +300,6 @@ TEST_P(Scans, OfStillSensorsHaveShortHeaders)
   EXPECT_LT(header_bytes[2], header_bytes[0]);
 }
 
-TEST_P(Scans, ThatAreLostAreMissed)
-{
-  FrameEncoder encoder(StreamFormat::Version1, 4, GetParam());
-  std::vector<Bytes> frames;
-  std::vector<scan::ScanFrame> scans;
-  for (unsigned int i = 0; i < 6; ++i) {
-    scans.push_back(makeLidar());
-    addPoints(scans.back(), i);
-    frames.push_back(encoded(encoder, scans.back()));
-  }
-  FrameDecoder decoder;
-  decoder.setDecodesVoxels(false);
-  VoxelFrame back;
-  EXPECT_EQ(decoded(decoder, frames[0], back), CompressionCode::Ok);
-  for (const std::size_t i : {2u, 3u})
-    EXPECT_EQ(decoded(decoder, frames[i], back), CompressionCode::MissingReference);
-  for (const std::size_t i : {4u, 5u}) {
-    ASSERT_EQ(decoded(decoder, frames[i], back), CompressionCode::Ok);
-    expectPoints(back, scans[i]);
-  }
-}
-
 /** \brief A lidar whose header is as long as an encoder can make it: as many rows as
  * there may be, with numbers that take five bytes each, and as many fields, of long
  * names. */

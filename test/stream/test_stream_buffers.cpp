@@ -59,43 +59,6 @@ private:
   std::size_t next_ = 0;
 };
 
-Bytes
-randomInput(std::mt19937_64& random, std::size_t number)
-{
-  Bytes bytes;
-  const std::string version1("PCXI\x01", 5);
-  const std::string published = "<HEAD>";
-  if (number % 4 == 0)
-    bytes.assign(version1.begin(), version1.end());
-  if (number % 4 == 2)
-    bytes.assign(published.begin(), published.end());
-  for (std::size_t rest = below(random, 200); rest > 0; --rest)
-    bytes.push_back(static_cast<std::uint8_t>(
-        number % 3 == 0 ? random() & random() & random() : random()));
-  return bytes;
-}
-
-TEST(StreamBuffers, RandomInputsAreRefused)
-{
-  std::mt19937_64 random(1);
-  const Bytes i_frame = shortStream(StreamFormat::Version1).bytes[0];
-  FrameDecoder decoder; // one for all: invalid input leaves it unchanged
-  VoxelFrame back;
-  for (std::size_t number = 0; number < 4000; ++number) {
-    const Bytes bytes = randomInput(random, number);
-    const MemoryUse memory_use;
-    ASSERT_NE(decoded(decoder, bytes, back), CompressionCode::Ok);
-    Pipe pipe(bytes);
-    ASSERT_FALSE(decoder.decode(pipe, back).ok());
-    Pipe broken(bytes, below(random, 150));
-    ASSERT_FALSE(decoder.decode(broken, back).ok());
-    std::stringbuf seekable = bufferOf(bytes);
-    ASSERT_FALSE(decoder.decode(seekable, back).ok());
-    ASSERT_LT(memory_use.largest(), std::size_t{1} << 17);
-    ASSERT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
-  }
-}
-
 TEST(StreamBuffers, BuffersThatCannotSeekWorkLikeThoseThatCan)
 {
   for (const StreamFormat format : all_formats) {

@@ -44,7 +44,9 @@ bytesOf(const std::string& path)
 inline void
 writeBytes(const std::string& path, const Bytes& bytes)
 {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  // Some file systems write a file to the disk at once if it replaces another's content.
+  std::filesystem::remove(path);
+  std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
 }
@@ -129,10 +131,11 @@ record(const std::vector<KnownStream>& streams, const std::string& path)
 inline void
 writeMcap(const std::string& path,
           const std::vector<McapChannel>& channels,
-          std::vector<McapMessage> messages = {})
+          std::vector<McapMessage> messages = {},
+          const std::string& profile = "ros2")
 {
   McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
+  ASSERT_TRUE(writer.open(path, profile).ok());
   std::vector<std::size_t> numbers(channels.size());
   for (std::size_t i = 0; i < channels.size(); ++i)
     ASSERT_TRUE(writer.addChannel(channels[i], McapChunking::Shared, numbers[i]).ok());

@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "tools/cloud_bags.h"
 
+#include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
-#include "recording/point_cloud_messages.h"
 #include "tools/program.h"
 
 #include <pcl/conversions.h>
@@ -67,6 +67,25 @@ cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
   written.publish_time = logTime(i) - Time(7);
   recording::writePointCloud(message, false, written.bytes);
   return written;
+}
+
+std::vector<recording::PointCloudMessage>
+cloudsOf(const std::string& path)
+{
+  recording::BagReader reader;
+  EXPECT_TRUE(reader.open(path).ok());
+  std::vector<recording::PointCloudMessage> clouds;
+  for (const recording::BagEntry& entry : reader.index()) {
+    McapMessage message;
+    EXPECT_TRUE(reader.read(entry, message).ok());
+    if (!isPointCloud(reader.channels()[message.channel]))
+      continue;
+    EXPECT_TRUE(
+        recording::readPointCloud(
+            message.bytes.data(), message.bytes.size(), false, clouds.emplace_back())
+            .ok());
+  }
+  return clouds;
 }
 
 void

@@ -2,12 +2,14 @@
 #pragma once
 
 #include "recording/mcap_content.h"
+#include "recording/point_cloud_messages.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace tools {
@@ -28,6 +30,10 @@ cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
              std::size_t i,
              bool is_bigendian = false,
              const std::string& frame_id = "lidar");
+
+/** \brief The clouds of a bag, in its order. */
+std::vector<recording::PointCloudMessage>
+cloudsOf(const std::string& path);
 
 /** \brief Writes a bag with two topics of clouds, another topic, metadata and an
  * attachment. */

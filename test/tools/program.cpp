@@ -128,15 +128,13 @@ writeClouds(const TestFolder& folder,
 }
 
 Bytes
-kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud, bool is_swapped)
+kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud)
 {
   Bytes bytes;
   for (const pcl::PointXYZI& point : cloud)
     for (const float number : {point.x, point.y, point.z, point.intensity}) {
       std::uint8_t of_number[4];
       std::memcpy(of_number, &number, 4);
-      if (is_swapped)
-        std::reverse(of_number, of_number + 4);
       bytes.insert(bytes.end(), of_number, of_number + 4);
     }
   return bytes;

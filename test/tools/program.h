@@ -129,11 +129,9 @@ protected:
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 roomClouds(std::size_t frames, unsigned int seed = 1);
 
-/** \brief The points of a cloud as a file of KITTI has them.
- * \param[in] is_swapped whether numbers are big-endian, as in no such file
- */
+/** \brief The points of a cloud as a file of KITTI has them. */
 Bytes
-kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud, bool is_swapped = false);
+kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud);
 
 /** \brief Reads a PCD or PLY file. */
 pcl::PointCloud<pcl::PointXYZI>

@@ -4,9 +4,8 @@
  * \brief Clouds with float64 coordinates, as those of maps, keep their precision.
  */
 
-#include "recording/bag_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#include "tools/cloud_bags.h"
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>
@@ -186,15 +185,9 @@ TEST_F(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
     const std::string name = std::to_string(static_cast<int>(moved)) + ".mcap";
     expectRun("encode in.mcap -o x" + name + " -r 0.04" + pose);
     expectRun("decode x" + name + " -o again" + name + " --packed");
-    recording::BagReader reader;
-    ASSERT_TRUE(reader.open(folder / ("again" + name)).ok());
-    recording::McapMessage read;
-    ASSERT_EQ(reader.index().size(), 1u);
-    ASSERT_TRUE(reader.read(reader.index()[0], read).ok());
-    PointCloudMessage decoded;
-    ASSERT_TRUE(
-        recording::readPointCloud(read.bytes.data(), read.bytes.size(), false, decoded)
-            .ok());
+    const std::vector<PointCloudMessage> clouds = cloudsOf(folder / ("again" + name));
+    ASSERT_EQ(clouds.size(), 1u);
+    const PointCloudMessage& decoded = clouds[0];
     EXPECT_EQ(decoded.width, voxelsOf(points).size());
     EXPECT_EQ(areDoubles(decoded.fields), moved >= 0.0);
     if (moved < 0.0)

@@ -2,10 +2,9 @@
 
 /** \file
  * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
- * that were renamed, messages of ROS 1.
+ * that were renamed.
  */
 #include "recording/bag_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
@@ -80,48 +79,11 @@ messageOf(std::size_t i, const Change& change = {})
 }
 
 void
-write(const std::string& path,
-      const McapChannel& channel,
-      const std::vector<McapMessage>& messages,
-      const std::string& profile = "ros2")
-{
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(path, profile).ok());
-  std::size_t number = 0;
-  ASSERT_TRUE(writer.addChannel(channel, recording::McapChunking::Shared, number).ok());
-  for (McapMessage message : messages) {
-    message.channel = number;
-    ASSERT_TRUE(writer.write(message).ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
-}
-
-void
 writeWalls(const std::string& path, const Change& change = {})
 {
-  write(path,
-        recording::pointCloudChannel("/points"),
-        {messageOf(0, change), messageOf(1, change)});
-}
-
-/** \brief The clouds of a bag. */
-std::vector<PointCloudMessage>
-cloudsOf(const std::string& path)
-{
-  BagReader reader;
-  EXPECT_TRUE(reader.open(path).ok());
-  std::vector<PointCloudMessage> clouds;
-  for (const BagEntry& entry : reader.index()) {
-    McapMessage message;
-    EXPECT_TRUE(reader.read(entry, message).ok());
-    if (!isPointCloud(reader.channels()[message.channel]))
-      continue;
-    EXPECT_TRUE(
-        recording::readPointCloud(
-            message.bytes.data(), message.bytes.size(), false, clouds.emplace_back())
-            .ok());
-  }
-  return clouds;
+  writeMcap(path,
+            {recording::pointCloudChannel("/points")},
+            {messageOf(0, change), messageOf(1, change)});
 }
 
 } // namespace
@@ -274,9 +236,9 @@ TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
   // Parts of a bag are one where the output takes one; else they may be bags.
   fs::create_directories(folder / "z");
   for (std::size_t part = 0; part < 12; ++part)
-    write((folder / "z/run_") + std::to_string(part) + ".mcap",
-          recording::pointCloudChannel("/points"),
-          {messageOf(part)});
+    writeMcap((folder / "z/run_") + std::to_string(part) + ".mcap",
+              {recording::pointCloudChannel("/points")},
+              {messageOf(part)});
   EXPECT_TRUE(hasPart(expectWalls("z", "", 12),
                       "'z' has no metadata.yaml; its files are read as parts of one"));
   EXPECT_EQ(run("encode z -o each").status, 0);
@@ -375,63 +337,11 @@ TEST_F(ProgramForeignBags, MayHaveAlphaWhichIsSaidToBeLeftOut)
     }
 }
 
-TEST_F(ProgramForeignBags, OfRos1MayBeConvertedToMcap)
-{
-  // As ROS 1 writes messages: little-endian, without alignment.
-  const auto ros1Message = [](std::size_t i) {
-    const PointCloudMessage cloud = wall(i);
-    McapMessage message = messageOf(i);
-    Bytes& bytes = message.bytes;
-    bytes.clear();
-    const auto number = [&bytes](std::uint32_t value) {
-      for (int byte = 0; byte < 4; ++byte)
-        bytes.push_back(static_cast<std::uint8_t>(value >> 8 * byte));
-    };
-    const auto text = [&](const std::string& value) {
-      number(static_cast<std::uint32_t>(value.size()));
-      bytes.insert(bytes.end(), value.begin(), value.end());
-    };
-    number(9); // sequence number
-    number(100);
-    number(static_cast<std::uint32_t>(100'000'000 * i));
-    text(cloud.frame_id);
-    number(cloud.height);
-    number(cloud.width);
-    number(4);
-    for (const recording::PointFieldMessage& field : cloud.fields) {
-      text(field.name);
-      number(field.offset);
-      bytes.push_back(field.datatype);
-      number(field.count);
-    }
-    bytes.push_back(0);
-    number(cloud.point_step);
-    number(cloud.row_step);
-    text({cloud.bytes.begin(), cloud.bytes.end()});
-    bytes.push_back(1);
-    return message;
-  };
-  const McapChannel channel = {
-      "/points", "ros1", {"sensor_msgs/PointCloud2", "ros1msg", "Header header\n"}, {}};
-  write(folder / "bag.mcap", channel, {ros1Message(0), ros1Message(1)}, "ros1");
-  expectWalls("bag.mcap");
-  ASSERT_EQ(clouds.size(), 2u);
-  EXPECT_EQ(clouds[1].stamp, wall(1).stamp);
-  EXPECT_EQ(clouds[1].frame_id, "lidar");
-  // Also through a pipe, and where messages are cut off.
-  const ProgramRun piped = runShell("cat bag.mcap | $P encode - -o piped.mcap");
-  EXPECT_EQ(piped.status, 0) << piped.errors;
-  McapMessage cut = ros1Message(1);
-  cut.bytes.resize(300);
-  write(folder / "cut.mcap", channel, {ros1Message(0), cut}, "ros1");
-  expectRefusedClouds("cut.mcap", "are not a message of");
-}
-
 TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
 {
   McapChannel channel = recording::pointCloudChannel("/livox/lidar");
   channel.schema = {"livox_ros_driver2/msg/CustomMsg", "ros2msg", "uint64 timebase\n"};
-  write(folder / "bag.mcap", channel, {messageOf(0)});
+  writeMcap(folder / "bag.mcap", {channel}, {messageOf(0)});
   expectFailure("encode bag.mcap -o y.mcap",
                 1,
                 "the clouds of /livox/lidar in 'bag.mcap' are "
@@ -505,7 +415,7 @@ TEST_F(ProgramForeignBags, MayBeCompressedByMessage)
   std::vector<McapMessage> messages = {messageOf(0), messageOf(1)};
   for (McapMessage& message : messages)
     message.bytes = recording::test::compressed(message.bytes);
-  write(folder / "bag.mcap", recording::pointCloudChannel("/points"), messages);
+  writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
   expectWalls("bag.mcap");
   EXPECT_EQ(runShell("cat bag.mcap | $P encode - -o piped.mcap").status, 0);
 }

@@ -4,9 +4,8 @@
  * \brief Messages of a bag have the layout again that they had before they were encoded,
  * so that programs can read them as structures.
  */
-#include "recording/bag_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
+#include "tools/cloud_bags.h"
 #include "tools/program.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -98,22 +97,13 @@ driverMessage()
 void
 writeCloudBag(const std::string& path, const std::vector<PointCloudMessage>& clouds)
 {
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
-  std::size_t channel = 0;
-  ASSERT_TRUE(writer
-                  .addChannel(recording::pointCloudChannel("/points"),
-                              recording::McapChunking::Shared,
-                              channel)
-                  .ok());
+  std::vector<recording::McapMessage> messages;
   for (const PointCloudMessage& cloud : clouds) {
-    recording::McapMessage message;
-    message.channel = channel;
+    recording::McapMessage& message = messages.emplace_back();
     message.log_time = message.publish_time = cloud.stamp;
     recording::writePointCloud(cloud, false, message.bytes);
-    ASSERT_TRUE(writer.write(message).ok());
   }
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(path, {recording::pointCloudChannel("/points")}, messages);
 }
 
 void
@@ -125,16 +115,9 @@ writeCloudBag(const std::string& path, const PointCloudMessage& cloud)
 PointCloudMessage
 readCloud(const std::string& path, std::size_t number, std::size_t count)
 {
-  recording::BagReader reader;
-  EXPECT_TRUE(reader.open(path).ok());
-  EXPECT_EQ(reader.index().size(), count);
-  recording::McapMessage message;
-  PointCloudMessage cloud;
-  EXPECT_TRUE(reader.read(reader.index().at(number), message).ok());
-  EXPECT_TRUE(recording::readPointCloud(
-                  message.bytes.data(), message.bytes.size(), false, cloud)
-                  .ok());
-  return cloud;
+  const std::vector<PointCloudMessage> clouds = cloudsOf(path);
+  EXPECT_EQ(clouds.size(), count);
+  return clouds.at(number);
 }
 
 PointCloudMessage

@@ -188,6 +188,34 @@ TEST_F(ProgramRos1Bags, OfTheCompressorAreRecordings)
   EXPECT_EQ(clouds.index().size(), 4u);
 }
 
+TEST_F(ProgramRos1Bags, MayBeConvertedToMcap)
+{
+  const auto clouds = roomClouds(2);
+  writeClouds("room", clouds);
+  expectRun("encode room -o room.pcxi -r 0.05 --no-header");
+  std::vector<recording::McapMessage> messages(2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    messages[i].log_time = std::chrono::seconds(100 + i);
+    messages[i].bytes = cloudMessage(clouds[i], 90 + i);
+  }
+  const recording::McapChannel channel = {
+      "/points", "ros1", {"sensor_msgs/PointCloud2", "ros1msg", "Header header\n"}, {}};
+  writeMcap(folder / "x.mcap", {channel}, messages, "ros1");
+  // From a file and through a pipe.
+  for (const std::string command :
+       {"\"$P\" encode x.mcap", "cat x.mcap | $P encode -"}) {
+    const ProgramRun encoded =
+        runShell(command + " -o y.mcap -r 0.05 --no-header --overwrite");
+    EXPECT_EQ(encoded.status, 0) << encoded.errors;
+    const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
+    ASSERT_EQ(streams.size(), 1u);
+    ASSERT_EQ(streams[0].frames.size(), 2u);
+    expectSameFrames(decode(folder / "room.pcxi")[0], 0, streams[0]);
+    EXPECT_EQ(streams[0].frames[1].stamp, std::chrono::milliseconds(91'250));
+    EXPECT_EQ(streams[0].frames[1].frame_id, "lidar");
+  }
+}
+
 TEST_F(ProgramRos1Bags, ThatARecorderLeftAreRead)
 {
   const auto clouds = roomClouds(5);

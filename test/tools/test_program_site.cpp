@@ -311,14 +311,15 @@ TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
 class Sending {
 public:
   explicit Sending(const NatsServer& server)
-  {
-    link::LinkSettings settings;
-    settings.servers = server.url();
-    settings.site = "cell";
-    publisher_ = std::make_unique<link::FramePublisher>(settings);
-    EXPECT_TRUE(publisher_->connect().ok());
-    thread_ = std::thread([this] { run(); });
-  }
+  : first_(server, "/first"), second_(server, "/second"), thread_([this] {
+    const auto frame = knownStream(1, 1, 1).frames[0];
+    while (!has_ended_) {
+      for (SitePublisher* const publisher : {&first_, &second_})
+        publisher->publish(frame.time, frame.bytes);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  })
+  {}
 
   ~Sending()
   {
@@ -331,23 +332,9 @@ public:
   operator=(const Sending&) = delete;
 
 private:
-  void
-  run()
-  {
-    const auto frame = knownStream(1, 1, 1).frames[0];
-    std::size_t first = 0;
-    std::size_t second = 0;
-    EXPECT_TRUE(publisher_->addStream("/first", {}, first).ok());
-    EXPECT_TRUE(publisher_->addStream("/second", {}, second).ok());
-    while (!has_ended_) {
-      for (const std::size_t stream : {first, second})
-        publisher_->publish(stream, frame.time, frame.bytes.data(), frame.bytes.size());
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-  }
-
-  std::unique_ptr<link::FramePublisher> publisher_;
   std::atomic<bool> has_ended_{false};
+  SitePublisher first_;
+  SitePublisher second_;
   std::thread thread_;
 };
 

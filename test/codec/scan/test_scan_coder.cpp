@@ -35,45 +35,6 @@ emptied(const scan::ScanFrame& frame)
   return empty;
 }
 
-void
-expectEqual(const scan::ScanFrame& decoded, const scan::ScanFrame& frame)
-{
-  EXPECT_EQ(decoded.rays.columns, frame.rays.columns);
-  EXPECT_EQ(decoded.pixels, frame.pixels);
-  EXPECT_EQ(decoded.depths, frame.depths);
-  EXPECT_EQ(decoded.turns, frame.turns);
-  EXPECT_EQ(decoded.intensities, frame.intensities);
-  EXPECT_EQ(decoded.colours, frame.colours);
-  ASSERT_EQ(decoded.beside.size(), frame.beside.size());
-  for (std::size_t i = 0; i < frame.beside.size(); ++i) {
-    EXPECT_EQ(decoded.beside[i].pixel, frame.beside[i].pixel);
-    EXPECT_EQ(decoded.beside[i].steps, frame.beside[i].steps);
-  }
-}
-
-TEST(ScanCoder, DecodesWhatItEncoded)
-{
-  for (const bool is_lidar : {false, true}) {
-    scan::ScanCoder encoder;
-    scan::ScanCoder decoder;
-    for (unsigned int seed = 0; seed < 3; ++seed) {
-      SCOPED_TRACE(testing::Message() << "lidar " << is_lidar << ", frame " << seed);
-      scan::ScanFrame frame = is_lidar ? makeLidar() : makeCamera();
-      addPoints(frame, seed, is_lidar && seed != 1, seed == 2 ? 3 : 40);
-      std::vector<std::uint8_t> bytes;
-      encoder.encode(seed == 0, frame, bytes);
-      scan::ScanFrame decoded = emptied(frame);
-      ASSERT_TRUE(decoder.decode(seed == 0,
-                                 bytes.data(),
-                                 bytes.data() + bytes.size(),
-                                 frame.pixels.size(),
-                                 decoded));
-      decoder.learn();
-      expectEqual(decoded, frame);
-    }
-  }
-}
-
 TEST(ScanCoder, DepthsThatStayTakeFewBytes)
 {
   scan::ScanFrame frame = makeCamera();
@@ -115,37 +76,6 @@ TEST(ScanCoder, FieldsBeginAnewAfterAnIFrameWithoutPoints)
       false, bytes.data(), bytes.data() + bytes.size(), frame.pixels.size(), decoded));
   for (std::size_t field = 0; field < frame.fields.size(); ++field)
     EXPECT_EQ(decoded.fields[field].numbers, frame.fields[field].numbers);
-}
-
-TEST(ScanCoder, OtherBytesAreNoScanOrAnotherOne)
-{
-  scan::ScanFrame frame = makeLidar();
-  addPoints(frame, 3, true);
-  std::vector<std::uint8_t> bytes;
-  scan::ScanCoder encoder;
-  encoder.encode(true, frame, bytes);
-  std::mt19937 random(5);
-  for (int i = 0; i < 3000; ++i) {
-    std::vector<std::uint8_t> forged = bytes;
-    forged.resize(forged.size() - (i % 3 == 0 ? random() % forged.size() : 0));
-    for (int k = 0; k < 3 && !forged.empty(); ++k)
-      forged[random() % forged.size()] = static_cast<std::uint8_t>(random());
-    scan::ScanFrame decoded = emptied(frame);
-    scan::ScanCoder decoder;
-    if (!decoder.decode(true,
-                        forged.data(),
-                        forged.data() + forged.size(),
-                        frame.pixels.size(),
-                        decoded))
-      continue;
-    scan::PointPlaces places(decoded);
-    for (std::size_t point = 0; point < decoded.pixels.size(); ++point) {
-      ASSERT_LT(decoded.pixels[point], decoded.pixelCount());
-      ASSERT_LE(decoded.intensities[point], 4095);
-      ASSERT_LE(decoded.colours[point].r, 127);
-      places.next();
-    }
-  }
 }
 
 TEST(ScanCoder, APFrameOfAnotherSizeIsRefused)

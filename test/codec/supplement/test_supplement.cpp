@@ -6,6 +6,7 @@
  * refused and changes nothing.
  */
 #include "codec/supplement/coarse_voxels.h"
+#include "codec/supplement/supplement.h"
 #include "support/status_codes.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
@@ -13,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -139,6 +141,24 @@ TEST(Supplements, MorePointsThanTheLimitAreRefusedByTheHeader)
   FrameDecoder decoder;
   EXPECT_EQ(decoded(decoder, bytes, after), CompressionCode::Ok);
   expectSameFrame(after, frame);
+}
+
+TEST(Supplements, VoxelsOfMoreBytesThanThereAreAreRefused)
+{
+  supplement::Content content;
+  content.refinement_levels = 1;
+  const std::vector<std::uint64_t> coarse_voxels = {0};
+  const std::array<std::int32_t, 3> viewpoint{};
+  const supplement::Parameters parameters{
+      content, coarse_voxels, Effort::Fast, true, 1, 0, viewpoint};
+  for (const Bytes& bytes :
+       {Bytes(), Bytes{0x80}, Bytes{1}, Bytes{200, 1, 0}, Bytes(11, 0xff)}) {
+    supplement::SupplementCoder coder;
+    VoxelFrame frame;
+    supplement::Sizes sizes;
+    EXPECT_FALSE(coder.decode(
+        parameters, bytes.data(), bytes.data() + bytes.size(), frame, sizes));
+  }
 }
 
 TEST(Supplements, InconsistentFramesAreNotEncoded)
