@@ -9,8 +9,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +24,7 @@ struct EncodedSums {
   std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
   double smallest_edge = std::numeric_limits<double>::infinity(); ///< used, metres
   double largest_edge = 0.0;                                      ///< likewise
-  std::size_t all_points = 0;      ///< of the clouds
+  std::size_t all_points = 0;                                     ///< of the clouds
   std::size_t points = 0;          ///< finite ones of these
   std::size_t encoded_points = 0;  ///< in frames
   std::size_t points_in_order = 0; ///< of these: in scans, which have no voxels
