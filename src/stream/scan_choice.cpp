@@ -41,6 +41,12 @@ isScanBetter(std::size_t as_scan, std::size_t as_voxels)
 bool
 ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame)
 {
+  if (voxels.size() == 0) {
+    // Without points nothing is told of those to come.
+    if (is_i_frame)
+      trial_.reset();
+    return false;
+  }
   if (is_i_frame)
     trial_ = std::make_unique<Trial>(settings_);
   // What cannot be coded takes no bytes; nor does it later, for the stream.

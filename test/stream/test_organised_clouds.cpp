@@ -238,9 +238,7 @@ TEST_P(OrganisedClouds, GoOnBehindCloudsWithoutPoints)
   EXPECT_TRUE(of_empty.has_points);
   EXPECT_FALSE(encode(PointView()).has_points);
   EXPECT_TRUE(encode(viewOf(nothing)).is_i_frame);
-  const CodedFrameStatistics next = encode(viewOf(clouds[1]));
-  EXPECT_TRUE(next.is_i_frame);
-  EXPECT_TRUE(next.has_points);
+  EXPECT_TRUE(encode(viewOf(clouds[1])).has_points);
 }
 
 TEST_P(OrganisedClouds, OfPointsThatMoveAboutAreNotForced)

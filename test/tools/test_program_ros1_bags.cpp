@@ -210,7 +210,11 @@ TEST_F(ProgramRos1Bags, MayBeConvertedToMcap)
     const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
     ASSERT_EQ(streams.size(), 1u);
     ASSERT_EQ(streams[0].frames.size(), 2u);
-    expectSameFrames(decode(folder / "room.pcxi")[0], 0, streams[0]);
+    const std::vector<DecodedStream> expected = decode(folder / "room.pcxi");
+    for (std::size_t i = 0; i < 2; ++i) { // besides, frames of bags have a layout
+      EXPECT_EQ(streams[0].voxels[i].keys, expected[0].voxels[i].keys);
+      EXPECT_EQ(streams[0].voxels[i].intensities, expected[0].voxels[i].intensities);
+    }
     EXPECT_EQ(streams[0].frames[1].stamp, std::chrono::milliseconds(91'250));
     EXPECT_EQ(streams[0].frames[1].frame_id, "lidar");
   }
