@@ -187,7 +187,7 @@ TEST_F(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
 TEST_F(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
 {
   const NatsServer server;
-  writeClouds("room", roomClouds(40));
+  writeClouds("room", roomClouds(200)); // not all are sent
   link::SubscriberSettings settings;
   settings.link = SitePublisher::settingsOf(server);
   settings.i_frame_request_interval = std::chrono::milliseconds(1);
