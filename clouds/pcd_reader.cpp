@@ -350,8 +350,11 @@ readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
                               : is_binary ? points * point_bytes
                                           : 0;
   if (bytes < least)
-    fail("it was cut off: it has " + std::to_string(bytes) + " bytes of points, not " +
-         std::to_string(least));
+    fail("it was cut off: " +
+         (is_text ? "it has fewer points than the " + std::to_string(points) +
+                        " of its header"
+                  : "it has " + std::to_string(bytes) + " bytes of points, not " +
+                        std::to_string(least)));
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(lines->bytes));
   std::vector<std::uint8_t> data;

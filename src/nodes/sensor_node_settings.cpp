@@ -114,6 +114,12 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law))
     if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
       return status;
+  if (settings.compression.keep_order && settings.law != IntensityLaw::Native &&
+      settings.law != IntensityLaw::None)
+    return invalid(io::invalidText("law",
+                                   nameOf(settings.law),
+                                   "native or none with {keep_order}, as points in "
+                                   "order have no counts or shares of voxels"));
   if (settings.outlier_removal)
     if (const auto fault = outlierRemovalFault(settings))
       return invalid(*fault);

@@ -53,10 +53,10 @@ overloadText(double bytes_per_second,
                      rateText(max_rate) + " at most";
   const double buffer_bytes = max_rate / 8.0 * buffer_seconds;
   if (i_frame_bytes > buffer_bytes)
-    text +=
-        ", I-frames " + numberText(i_frame_bytes / 1e3) + " kB of " +
-        numberText(buffer_bytes / 1e3) +
-        " that the rate buffer holds: a longer one, or more rate doublings, make room";
+    text += ", I-frames " + numberText(i_frame_bytes / 1e3) + " kB of the " +
+            numberText(buffer_bytes / 1e3) +
+            " kB that rate_buffer lets them take: a longer one, or more "
+            "rate_doublings, make room";
   return text;
 }
 

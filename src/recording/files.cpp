@@ -22,7 +22,8 @@ systemFailure(RecordingCode code, const std::string& path, const std::string& ac
 {
   return {code,
           errno == EBUSY
-              ? "another program is writing '" + path + "'"
+              ? "another program is writing '" + path +
+                    "': wait for its end, or name another file"
               : "cannot " + action + " '" + path + "': " + std::strerror(errno)};
 }
 

@@ -330,7 +330,7 @@ addBudget(EncoderSettingTable& table)
                    "How long, at {max_rate}, a frame may take and wait to be sent.",
                    {"--rate-buffer",
                     "S",
-                    "seconds at {max_rate} that a frame may take and wait",
+                    "0.01 to 1 s at {max_rate} that a frame may take and wait",
                     OptionGroup::Budget},
                    {}});
   table.push_back({"max_encode_ms",

@@ -322,12 +322,14 @@ addAdvise(CLI::App& app)
               options->rate_text = text;
             });
   trials.encoding.addCodecOptions(app);
+  app.remove_option(app.get_option("--format")); // there are no edges to choose from
+  app.get_option("--resolution")->default_str("several are tried");
+  app.get_option("--effort")->default_str("all are tried");
   trials.encoding.addCloudOptions(app);
   addQuiet(app, options->is_quiet);
   return [options, &app, &trials] {
     if (options->input.input.inputs.empty() && !options->input.takes_cell)
       throw UsageError("name clouds or a bag, or --cell");
-    refuseOptions(app, {"--format"}, "has nothing to choose from: leave it out");
     if (isGiven(app, "--resolution"))
       trials.edge = trials.encoding.codec().resolution;
     if (isGiven(app, "--effort"))

@@ -27,9 +27,11 @@ remarkOnStream(Console& console,
   const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
     return field.name == io::all_fields;
   });
+  const bool may_keep_more =
+      !are_all && options.codec().format == io::StreamFormat::Version1;
   if (!report.left_out.empty())
     console.remark(name + ": " + report.left_out +
-                   (report.left_out.rfind("fields", 0) == 0 && !are_all
+                   (report.left_out.rfind("fields", 0) == 0 && may_keep_more
                         ? "; --fields keeps fields"
                         : ""));
   for (const std::string& remark : {report.order_remark,

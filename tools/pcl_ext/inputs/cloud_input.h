@@ -190,6 +190,14 @@ struct InputOptions {
   std::vector<clouds::FileField> bin_fields; ///< of .bin files; empty: by their names
 };
 
+/** \brief Why none of the clouds are wanted. */
+inline std::string
+describeFramesBeyond(const InputOptions& options, std::size_t longest_stream)
+{
+  return "--frames begins at " + std::to_string(options.frames.begin) +
+         ", and the longest stream has " + counted(longest_stream, "cloud");
+}
+
 /** \brief Opens files, folders, globs of them, or a bag.
  * \throws std::exception with a message for the user
  */

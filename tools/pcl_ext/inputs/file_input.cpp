@@ -40,8 +40,7 @@ public:
       size_ += end - std::min(end, options.frames.begin);
     }
     if (size_ == 0)
-      throw UsageError("--frames begins at " + std::to_string(options.frames.begin) +
-                       ", and the longest stream has " + counted(end_, "cloud"));
+      throw UsageError(describeFramesBeyond(options, end_));
   }
 
   const std::vector<std::string>&

@@ -95,6 +95,18 @@ protected:
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
   }
 
+  /** \brief The end of the input.
+   * \throws UsageError if it has clouds, and none of them was wanted
+   */
+  Found
+  end() const
+  {
+    const auto longest = std::max_element(clouds_.begin(), clouds_.end());
+    if (longest != clouds_.end() && *longest > 0 && *longest <= options_.frames.begin)
+      throw UsageError(describeFramesBeyond(options_, *longest));
+    return Found::End;
+  }
+
   /** \brief True if a stream may have clouds that are wanted, of those that are known
    * or named by --topics. */
   bool
@@ -293,7 +305,7 @@ public:
       if (leaves_unread_ || reader_.read(entry, other).ok())
         return Found::OtherMessage;
     }
-    return Found::End;
+    return end();
   }
 
 private:
@@ -381,7 +393,7 @@ public:
         advance();
       is_at_hand_ = false;
       if (found_ == McapStream::Found::End)
-        return Found::End;
+        return end();
       if (found_ != McapStream::Found::Message)
         return Found::Extra;
       const std::size_t stream = stream_of_channel_[stream_.message().channel];

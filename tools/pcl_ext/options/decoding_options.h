@@ -8,6 +8,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
@@ -25,6 +26,14 @@ struct DecodingOptions {
 /** \brief Adds what is done with decoded voxels. */
 void
 addDecodingOptions(CLI::App& app, DecodingOptions& options);
+
+/** \brief Remark on a stream for which min_intensity has no effect. */
+inline std::string
+remarkWithoutIntensities(const std::string& stream)
+{
+  return stream + ": its voxels have no intensities, so that --min-intensity leaves none "
+                  "out";
+}
 
 /** \brief Adds --max-voxels and --memory-limit.
  * \param[in,out] limits changed by the options

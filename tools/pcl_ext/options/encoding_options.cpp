@@ -172,6 +172,11 @@ EncodingOptions::checkEffects() const
         {"--use-coordinate-step"},
         "has no effect with --origin, --bounding-box or --crop, which fix the "
         "grid: leave one of them out");
+  if (codec_.keep_order)
+    refuseOptions(*app_,
+                  {"--coarsen", "--use-coordinate-step"},
+                  "has no effect with --keep-order, which has no voxels: leave one of "
+                  "them out");
   if (codec_.format == io::StreamFormat::Published) {
     refuseOptions(*app_,
                   {"--effort", "--coarsen", "--use-coordinate-step"},

@@ -28,6 +28,13 @@ requestingListener(const Centre::RequestIFrame& request_i_frame)
   };
 }
 
+io::FrameDescription
+describe(const link::LinkFrame& frame)
+{
+  return io::describeFrame(
+      frame.bytes.data(), frame.bytes.size(), io::DecoderLimits::none());
+}
+
 } // namespace
 
 Centre::Grid::Grid(Centre& centre_of_site, double resolution)
@@ -120,6 +127,9 @@ Centre::addStream(const link::LinkFrame& frame)
   }
   nodes::CentralNode& node = grid_->centre.node();
   node.setMinIntensity(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
+  if (options_.decoding.min_intensity &&
+      describe(frame).intensity_scale.bits == 0)
+    console_.remark(remarkWithoutIntensities(frame.stream));
   if (options_.decoding.removes_outliers) {
     // None of its frames is decoded yet.
     const VoxelOutlierRemovalSettings removal =
@@ -137,8 +147,7 @@ Centre::take(const link::LinkFrame& frame)
   if (!grid_) {
     // The first frame that comes is an I-frame. Whether it is too large to be decoded is
     // found, and told, when that is tried.
-    const io::FrameDescription first = io::describeFrame(
-        frame.bytes.data(), frame.bytes.size(), io::DecoderLimits::none());
+    const io::FrameDescription first = describe(frame);
     std::ostringstream remark;
     remark << "voxels have the edge of those of " << frame.stream << ", "
            << first.grid.resolution << " m; --resolution sets another";
@@ -152,10 +161,7 @@ Centre::take(const link::LinkFrame& frame)
   if (found->second) // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
   if (frame.is_i_frame)
-    has_slow_effort_ |= io::describeFrame(frame.bytes.data(),
-                                          frame.bytes.size(),
-                                          io::DecoderLimits::none())
-                            .effort != io::Effort::Fast;
+    has_slow_effort_ |= describe(frame).effort != io::Effort::Fast;
 }
 
 bool

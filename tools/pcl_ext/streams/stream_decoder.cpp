@@ -175,8 +175,7 @@ std::string
 StreamDecoder::remark() const
 {
   if (lacks_intensities_)
-    return name_ + ": its voxels have no intensities, so that --min-intensity leaves "
-                   "none out";
+    return remarkWithoutIntensities(name_);
   if (outliers_stay_)
     return remark_;
   const std::optional<DensityUnit> unit = judgedBy();
