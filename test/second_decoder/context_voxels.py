@@ -10,7 +10,7 @@ from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 from context_frame import CELL_WEIGHTS, END_OF_BLOCK, Payload, class_of
 from context_history import Record, fraction_bits
 from invalid_frame import require
-from morton import BLOCK_BITS, cells_of_block, levels_above_blocks, node_at, position
+from morton import BLOCK_BITS, cells_of_block, levels_above_blocks, neighbours
 
 
 class _TrackedVoxels:
@@ -103,19 +103,21 @@ class _Level:
         return 2 if node >> 3 in self._pending_parents else 0
 
     def _contexts(self, child: int, n: int, left: int) -> Tuple[List[int], int]:
-        here = position(child)
         c = child & 7
-        sides = [1 if c >> (2 - axis) & 1 else -1 for axis in range(3)]
+        faces = [axis + 3 * (c >> (2 - axis) & 1) for axis in range(3)]
 
         def beside(*axes: int) -> Optional[int]:
             """The node outside the parent on these axes."""
-            place = [here[i] + (sides[i] if i in axes else 0) for i in range(3)]
-            return node_at((place[0], place[1], place[2]), self._levels)
+            node: Optional[int] = child
+            for axis in axes:
+                if node is not None:
+                    node = neighbours(node, self._levels)[faces[axis]]
+            return node
 
         states = []
         for axis in range(3):
             state = self._state(beside(axis))
-            if state == 0 and self._has_wall(child, axis, sides[axis]):
+            if state == 0 and self._has_wall(child, axis, faces[axis]):
                 state = 1
             states.append(state)
         s = sum(
@@ -145,15 +147,13 @@ class _Level:
     def _is_present(self, node: int) -> bool:
         return node in self._present or node in self._found
 
-    def _has_wall(self, child: int, axis: int, side: int) -> bool:
+    def _has_wall(self, child: int, axis: int, face: int) -> bool:
         """Is one of the four nodes present that share the parent's face on a side?"""
         bit = 4 >> axis
         for sibling in range(child & ~7, (child & ~7) + 8):
             if sibling & bit != child & bit:
                 continue
-            place = list(position(sibling))
-            place[axis] += side
-            node = node_at((place[0], place[1], place[2]), self._levels)
+            node = neighbours(sibling, self._levels)[face]
             if node is not None and self._is_present(node):
                 return True
         return False

@@ -17,6 +17,7 @@ _AXES = (_EVERY_THIRD << 2, _EVERY_THIRD << 1, _EVERY_THIRD)
 Neighbours = Tuple[Optional[int], ...]
 
 
+@lru_cache(maxsize=1 << 16)
 def position(key: int) -> Tuple[int, int, int]:
     """A voxel's position in the grid."""
     x = y = z = 0
@@ -50,15 +51,3 @@ def cells_of_block(depth: int) -> int:
 def levels_above_blocks(depth: int) -> int:
     """L of the payloads' descriptions."""
     return max(depth - 2, 0)
-
-
-def node_at(place: Tuple[int, int, int], levels: int) -> Optional[int]:
-    """Key of the node at a place of a level so many levels below the root; None outside."""
-    if any(not 0 <= coordinate < 1 << levels for coordinate in place):
-        return None
-    x, y, z = place
-    key = 0
-    for level in reversed(range(levels)):
-        bits = (x >> level & 1) << 2 | (y >> level & 1) << 1 | (z >> level & 1)
-        key = key << 3 | bits
-    return key
