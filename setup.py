@@ -1,7 +1,8 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """Builds the Python package with CMake, for pip and `python3 -m build`; see python/README.md.
 
-With SOURCE_DATE_EPOCH source distribution and wheel are the same bytes each time.
+CMAKE_ARGS may have arguments for CMake. With SOURCE_DATE_EPOCH source distribution and wheel are
+the same bytes each time.
 """
 
 import gzip
@@ -12,6 +13,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
 
 from setuptools import Extension, setup
@@ -29,22 +31,19 @@ except ImportError:
 
 ROOT = pathlib.Path(__file__).resolve().parent
 
-# The module has the codec in it.
+# The modules and the program have the codec in them.
 SETTINGS = {
     "CMAKE_BUILD_TYPE": "Release",
     "BUILD_SHARED_LIBS": "OFF",
     "PCL_EXT_BUILD_PYTHON": "ON",
+    "PCL_EXT_BUILD_TOOLS": "ON",
     "PCL_EXT_INSTALL": "OFF",
     "PCL_EXT_UNITY_BUILD": "ON",
-    # Debian's archive of it cannot be a part of a module.
-    "PCL_EXT_WITH_BZIP2": "OFF",
     "PCL_EXT_WITH_PCL": "OFF",
-    "PCL_EXT_WITH_LINK": "OFF",
-    "PCL_EXT_WITH_VIEW": "OFF",
     "Python3_EXECUTABLE": sys.executable,
 }
 
-# Libraries that are linked into the module, by CMake's names, where there is an archive of them.
+# Libraries that are linked in, by CMake's names, where there is an archive of them.
 ARCHIVES = {
     "ZLIB_LIBRARY": "libz.a",
     "PCL_EXT_ZSTD_LIBRARY": "libzstd.a",
@@ -99,13 +98,18 @@ def run(command):
 
 
 def linked_in():
-    """Settings of CMake by which the module needs no library but the C library."""
+    """Settings of CMake by which modules and program need no libraries but those of C that
+    have no archive, which they find in the package."""
     if not sys.platform.startswith("linux"):
         return {}
     compiler = os.environ.get("CC", "cc").split()
+    # Without symbols of these libraries, which those of another module would replace. The old
+    # tag of paths holds for what a library needs in turn, too.
+    flags = "-static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s -Wl,--disable-new-dtags"
     settings = {
-        # Without symbols of these libraries, which those of another module would replace.
-        "CMAKE_MODULE_LINKER_FLAGS": "-static-libstdc++ -static-libgcc -Wl,--exclude-libs,ALL -s"
+        "CMAKE_MODULE_LINKER_FLAGS": flags,
+        "CMAKE_EXE_LINKER_FLAGS": flags,
+        "CMAKE_BUILD_RPATH": "$ORIGIN/libs;$ORIGIN/../libs",
     }
     for name, archive in ARCHIVES.items():
         ask = [*compiler, f"-print-file-name={archive}"]
@@ -115,16 +119,36 @@ def linked_in():
     return settings
 
 
-def oldest_platform(module):
-    """The platform "manylinux" of the oldest C library with the symbols that a module needs.
+def copy_libraries(binaries, folder):
+    """Copies the libraries that binaries need, but those of the C library, with what Debian
+    says of their licences."""
+    for binary in binaries:
+        listing = subprocess.run(["ldd", binary], stdout=subprocess.PIPE, text=True).stdout
+        for name, path in re.findall(r"^\s*(\S+) => (/\S+)", listing, re.M):
+            if C_LIBRARY.fullmatch(name) or (folder / name).exists():
+                continue
+            folder.mkdir(exist_ok=True)
+            shutil.copy(path, folder / name)
+            ask = ["dpkg-query", "-S", "*/" + os.path.basename(os.path.realpath(path))]
+            owner = subprocess.run(ask, stdout=subprocess.PIPE, text=True).stdout
+            licence = pathlib.Path("/usr/share/doc", owner.partition(":")[0], "copyright")
+            if owner and licence.exists():
+                shutil.copy(licence, folder / f"{name}.copyright")
 
-    None if it needs other libraries, or that is not known.
+
+def oldest_platform(package):
+    """The platform "manylinux" of the oldest C library with the symbols that a package needs.
+
+    None if it needs libraries that it has not, or that is not known.
     """
     if shutil.which("objdump") is None:
         return None
-    ask = ["objdump", "-p", module]
-    listing = subprocess.run(ask, stdout=subprocess.PIPE, text=True).stdout
-    libraries = re.findall(r"^ +NEEDED +(\S+)", listing, re.M)
+    ask = ["objdump", "-p", *package.rglob("*.so*"), *package.glob("bin/*")]
+    listing = subprocess.run(
+        ask, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ).stdout
+    libraries = set(re.findall(r"^ +NEEDED +(\S+)", listing, re.M))
+    libraries -= {path.name for path in package.glob("libs/*")}
     symbols = re.findall(r"\bGLIBC_(\d+)\.(\d+)", listing)
     if not symbols or "GLIBC_ABI" in listing or not all(map(C_LIBRARY.fullmatch, libraries)):
         return None
@@ -133,40 +157,53 @@ def oldest_platform(module):
 
 
 class BuildWithCMake(build_ext):
-    """Builds the module with CMake instead of the compiler."""
+    """Builds the modules and the program with CMake instead of the compiler."""
 
     def build_extension(self, extension):
         if shutil.which("cmake") is None:
             sys.exit(
-                "CMake is missing; on Debian: tools/install_packages.sh codec python"
+                "CMake is missing; on Debian: tools/install_packages.sh program python"
             )
         settings = {**SETTINGS, **linked_in()}
         if pybind11 is not None:
             settings["pybind11_DIR"] = pybind11.get_cmake_dir()
         build = pathlib.Path(self.build_temp).resolve()
         definitions = [f"-D{name}={value}" for name, value in settings.items()]
+        definitions += shlex.split(os.environ.get("CMAKE_ARGS", ""))
         tell("pcl_ext: compiling, which takes some minutes")
-        run(["cmake", "-S", ROOT, "-B", build, *definitions])
-        run(
-            ["cmake", "--build", build, "--config", "Release", "--target", "pcl_ext_python"]
-            + [
-                "--parallel",
-                os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count())),
-            ]
-        )
-        module = pathlib.Path(self.get_ext_fullpath(extension.name))
-        module.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(build / "python" / "pcl_ext" / module.name, module)
+        configure = ["cmake", "-S", ROOT, "-B", build, *definitions]
+        try:
+            run(configure)
+        except subprocess.CalledProcessError:
+            tell("pcl_ext: without the program, as CMake has not found all that it needs")
+            run([*configure, "-DPCL_EXT_BUILD_TOOLS=OFF"])
+        jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count()))
+        run(["cmake", "--build", build, "--config", "Release", "--parallel", jobs])
+        package = pathlib.Path(self.get_ext_fullpath(extension.name)).parent
+        (package / "bin").mkdir(parents=True, exist_ok=True)
+        binaries = []
+        for path in [
+            *(build / "python" / "pcl_ext").glob("_*" + sysconfig.get_config_var("EXT_SUFFIX")),
+            *(build / "tools").glob("bin/pcl_ext*"),
+        ]:
+            folder = package / "bin" if path.parent.name == "bin" else package
+            binaries.append(pathlib.Path(shutil.copy(path, folder)))
+        page = ROOT / "viewer" / "dist" / "viewer.html"
+        if page.exists():
+            (package / "share" / "pcl_ext").mkdir(parents=True, exist_ok=True)
+            shutil.copy(page, package / "share" / "pcl_ext")
+        if sys.platform.startswith("linux"):
+            copy_libraries(binaries, package / "libs")
 
 
 class WheelOfModule(bdist_wheel):
-    """Names the oldest platform that the module runs on, and not that of this machine."""
+    """Names the oldest platform that the package runs on, and not that of this machine."""
 
     def get_tag(self):
         interpreter, abi, platform = super().get_tag()
         module = self.get_finalized_command("build_ext").get_ext_fullpath("pcl_ext._native")
         if not self.plat_name_supplied:
-            platform = oldest_platform(module) or platform
+            platform = oldest_platform(pathlib.Path(module).parent) or platform
         return interpreter, abi, platform
 
 
@@ -206,5 +243,5 @@ setup(
         "sdist": SameSdist,
     },
     # Not `build`, where a build by CMake may be.
-    options={"build": {"build_base": "build-python"}},
+    options={"build": {"build_base": "build-python", "build_temp": "build-python"}},
 )

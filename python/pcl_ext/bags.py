@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import json
 import os
+import pathlib
 import shutil
 import subprocess
+import sys
 import tempfile
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional, Tuple, Union
@@ -16,6 +18,9 @@ from ._texts import counted
 from .status import Error
 
 PROGRAM_VARIABLE = "PCL_EXT_PROGRAM"
+
+_OWN_PROGRAM = pathlib.Path(__file__).parent / "bin" / "pcl_ext"
+"""In packages that pip has built."""
 
 
 @dataclass(frozen=True)
@@ -163,8 +168,8 @@ def encode_bag(
         an exception, the program is interrupted. True: a bar of tqdm, which must be
         installed.
     program : str or os.PathLike, optional
-        The program; else that which the environment variable PCL_EXT_PROGRAM names, or
-        ``pcl_ext`` in PATH.
+        The program; else that which the environment variable PCL_EXT_PROGRAM names, that
+        of the package, if pip installed it, or ``pcl_ext`` in PATH.
     options : object
         Options of the program by their names, see ``pcl_ext encode --help``:
         ``resolution=0.05`` is ``--resolution 0.05``, ``keep_points=True`` is
@@ -245,7 +250,7 @@ def _program(program: Optional[Union[str, os.PathLike[str]]]) -> str:
     named = program or os.environ.get(PROGRAM_VARIABLE)
     if named:
         return os.fspath(named)
-    found = shutil.which("pcl_ext")
+    found = str(_OWN_PROGRAM) if _OWN_PROGRAM.exists() else shutil.which("pcl_ext")
     if found is None:
         raise Error(
             "there is no program pcl_ext in PATH: install it, name it with the "
@@ -253,6 +258,17 @@ def _program(program: Optional[Union[str, os.PathLike[str]]]) -> str:
             "NoProgram",
         )
     return found
+
+
+def run_program() -> None:
+    """Runs the program ``pcl_ext`` of this package in place of Python, which pip installs as a
+    command."""
+    if not _OWN_PROGRAM.exists():
+        sys.exit(
+            "pcl_ext: this package was built without the program, as what it needs was missing; "
+            "see python/README.md"
+        )
+    os.execv(_OWN_PROGRAM, ["pcl_ext", *sys.argv[1:]])
 
 
 def _words(name: str, value: Any) -> List[str]:

@@ -11,7 +11,7 @@
     for frame in pcl_ext.link.FrameSubscriber("nats://centre:4222", site="cell"):
         cloud = decoders[frame.stream].decode(frame.data)
 
-Needs the package as CMake or Debian's packages of pcl_ext build it, with libnats.
+Needs a package that was built with libnats.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ try:
     from . import _link  # type: ignore[attr-defined]
 except ImportError as error:
     raise ImportError(
-        "this pcl_ext was built without libnats, NATS's client: build it by CMake where "
+        "this pcl_ext was built without libnats, NATS's client: build it where "
         "libnats-dev is installed"
     ) from error
 
