@@ -2,19 +2,13 @@
 #include "voxelizing/scan_collector.h"
 
 #include "codec/frame_limits.h"
-#include "platforms/run_at_once.h"
-#include "voxelizing/coordinate_step.h"
 #include "voxelizing/point_period.h"
 #include "voxelizing/robust_fit.h"
 #include "voxelizing/scan_locator.h"
-#include "voxels/grid_fit.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <string>
 
 namespace pcl_ext {
@@ -23,60 +17,6 @@ namespace io {
 namespace {
 
 constexpr std::uint32_t no_point = ~std::uint32_t{0};
-
-/** \brief Places are nearer to the origin of a lattice, edges. */
-constexpr double farthest_steps = 0x1p40;
-
-/** \brief How far a place is from another one on the axis where it is farthest, edges. */
-double
-farthestAxis(const std::array<double, 3>& one,
-             const std::array<double, 3>& other,
-             double edge)
-{
-  double farthest = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    farthest = std::max(farthest, std::abs(one[axis] - other[axis]) / edge);
-  return farthest;
-}
-
-/** \brief Appends points to those of a scan. */
-void
-appendPoints(const scan::ScanFrame& points, scan::ScanFrame& scan)
-{
-  if (!points.turns.empty())
-    scan.turns.resize(scan.pixels.size());
-  scan.turns.insert(scan.turns.end(), points.turns.begin(), points.turns.end());
-  scan.pixels.insert(scan.pixels.end(), points.pixels.begin(), points.pixels.end());
-  scan.depths.insert(scan.depths.end(), points.depths.begin(), points.depths.end());
-  scan.beside.insert(scan.beside.end(), points.beside.begin(), points.beside.end());
-  if (!scan.turns.empty())
-    scan.turns.resize(scan.pixels.size());
-}
-
-/** \brief The grid around a place, or around the origin of its lattice if that is near.
- * \return none if the place is too far away
- */
-std::optional<VoxelGrid>
-gridAround(const std::array<double, 3>& place,
-           double resolution,
-           const std::array<double, 3>& origin)
-{
-  constexpr double near = 0x1p19;
-  const double distance = farthestAxis(place, origin, resolution);
-  if (!(distance < farthest_steps))
-    return std::nullopt;
-  VoxelGrid grid;
-  grid.resolution = resolution;
-  grid.origin = origin;
-  grid.depth = max_grid_depth;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    grid.first_index[axis] = -(1 << (max_grid_depth - 1));
-    if (distance >= near)
-      grid.origin[axis] +=
-          resolution * std::round((place[axis] - origin[axis]) / resolution);
-  }
-  return grid;
-}
 
 } // namespace
 
@@ -88,7 +28,7 @@ orderStatus(const char* reason)
 }
 
 ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit)
-: settings_(settings), unit_(unit), quantiser_(settings, unit)
+: settings_(settings), unit_(unit), quantiser_(settings, unit), grid_(settings)
 {}
 
 bool
@@ -119,13 +59,13 @@ ScanCollector::collect(PointBatches& points,
   if (!sensor_pose.matrix().allFinite())
     return false;
   // Before the points are read, as who reads them last counts them.
-  setCoordinateStep(points, is_i_frame_due);
+  grid_.findStep(points, is_i_frame_due);
   if (!reader_.read(points, contents, cloud_)) {
     status = orderStatus("it has more than 65536 rows or columns, or 2^24 pixels");
     return false;
   }
   statistics = cloud_.statistics;
-  statistics.resolution = grid_.resolution;
+  statistics.resolution = grid_.grid().resolution;
   statistics.voxels = cloud_.size();
   if (cloud_.size() == 0 && !is_i_frame_due) // on the rays of the last one
     return scan.width > 0 &&
@@ -133,12 +73,12 @@ ScanCollector::collect(PointBatches& points,
             (cloud_.image.width == scan.width && cloud_.image.height == scan.height));
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
-  if (!setGrid(sensor_pose)) {
+  if (!grid_.setAround(sensor_pose, cloud_)) {
     status = orderStatus("it is too far from the origin of its coordinates");
     return false;
   }
-  scan.grid = grid_;
-  scan.is_on_lattice = coordinate_step_ > 0.0;
+  scan.grid = grid_.grid();
+  scan.is_on_lattice = grid_.hasStep();
   was_free_ = scan.rays.shape == scan::RayShape::Free;
   if (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
       !locateFree(fields, sensor_pose, is_i_frame_due, scan)) {
@@ -152,7 +92,7 @@ ScanCollector::collect(PointBatches& points,
   }
   // Rays may be found as soon as there are points.
   wants_other_rays_ |= cloud_.size() == 0;
-  statistics.resolution = grid_.resolution;
+  statistics.resolution = grid_.grid().resolution;
   statistics.intensities_out_of_range =
       setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
   constexpr unsigned int exact_bits = 8; // as all fields are
@@ -267,7 +207,7 @@ ScanCollector::locateFree(const FieldCollector& fields,
   }
   else {
     if (is_i_frame_due || !scan.isSequence())
-      period_ = findPointPeriod(cloud_.positions, grid_.resolution);
+      period_ = findPointPeriod(cloud_.positions, scan.grid.resolution);
     const auto count = static_cast<std::uint32_t>(cloud_.size());
     scan.order = scan::PointOrder::RowByRow;
     scan.width = period_ > 0 ? std::min(period_, count) : count;
@@ -279,8 +219,8 @@ ScanCollector::locateFree(const FieldCollector& fields,
     return false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
-                          grid_.lowerCorner(axis)) /
-                         grid_.resolution;
+                          scan.grid.lowerCorner(axis)) /
+                         scan.grid.resolution;
     // The origin is the sensor, or else the middle of the grid.
     constexpr double farthest = 0x1p24;
     const bool is_near = std::abs(edges) < farthest;
@@ -288,61 +228,16 @@ ScanCollector::locateFree(const FieldCollector& fields,
                                       ? std::llround(edges * 0x1p16)
                                       : std::int64_t{1} << (max_grid_depth - 1 + 16);
   }
-  return isConsistent(scan) && appendAll(scan);
+  return isConsistent(scan) && locateAll(scan);
 }
 
-/** \brief Appends all points to a scan whose rays are given. */
+/** \brief Puts all points on the rays of a scan, or where they are beside them. */
 bool
-ScanCollector::appendAll(scan::ScanFrame& scan)
+ScanCollector::locateAll(scan::ScanFrame& scan) const
 {
-  scan.pixels.clear();
-  scan.depths.clear();
-  scan.turns.clear();
-  scan.beside.clear();
-  scan.pixels.reserve(order_.size());
-  scan.depths.reserve(order_.size());
-  const std::size_t count = order_.size();
-  const std::size_t parts =
-      std::min<std::size_t>(settings_.threads, count / least_points_per_part);
-  if (parts < 2)
-    return append(0, count, scan);
-  std::vector<scan::ScanFrame> others(parts - 1, scan);
-  std::atomic<bool> are_all_near{true};
-  runAtOnce(parts, [&](std::size_t i) {
-    scan::ScanFrame& part = i == 0 ? scan : others[i - 1];
-    if (!append(count * i / parts, count * (i + 1) / parts, part))
-      are_all_near = false;
-  });
-  for (const scan::ScanFrame& other : others)
-    appendPoints(other, scan);
-  return are_all_near;
-}
-
-/** \brief Appends some of the points, in their order. */
-bool
-ScanCollector::append(std::size_t first, std::size_t last, scan::ScanFrame& scan) const
-{
-  const bool is_spinning = scan.rays.shape == scan::RayShape::Spinning;
-  ScanLocator locator(scan, is_spinning && rays_.mayTurn());
-  // Rows are not wide, but sequences may be one.
-  constexpr std::size_t points_at_once = 4096;
-  const std::uint32_t width = scan.rayColumns();
-  std::vector<std::uint32_t> row_columns;
-  for (std::size_t begin = first; begin < last; begin += row_columns.size()) {
-    const std::uint32_t row = pixels_[order_[begin]] / width;
-    const std::uint32_t row_begin = row * width;
-    const std::size_t end = std::min(last, begin + points_at_once);
-    row_columns.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t column = pixels_[order_[i]] - row_begin;
-      if (column >= width)
-        break;
-      row_columns.push_back(column);
-    }
-    if (!locator.append(row, row_columns, cloud_.positions, &order_[begin]))
-      return false;
-  }
-  return true;
+  const bool may_turn = scan.rays.shape == scan::RayShape::Spinning && rays_.mayTurn();
+  return locateScan(
+      {cloud_.positions, pixels_, order_, may_turn}, settings_.threads, scan);
 }
 
 /** \brief Finds the rings of a cloud without any, from the elevations of its points. */
@@ -402,53 +297,6 @@ ScanCollector::orderPoints(const scan::ScanFrame& scan)
   return true;
 }
 
-/** \brief Finds the step that coordinates are multiples of. */
-void
-ScanCollector::setCoordinateStep(PointBatches& points, bool is_i_frame_due)
-{
-  if (!settings_.origin && !settings_.bounding_box) {
-    // Not changed to and fro, as a change takes an I-frame.
-    const double largest =
-        is_i_frame_due ? std::numeric_limits<double>::infinity() : coordinate_step_;
-    const double step =
-        findCoordinateStep(points, settings_.resolution, true, largest, farthest_steps);
-    if (!std::isnan(step))
-      coordinate_step_ = step;
-  }
-}
-
-/** \brief Sets the grid: centred on the multiples of a step if coordinates are such, else
- * that of the settings, or the lattice of the origin.
- * \return false if the points are too far away
- */
-bool
-ScanCollector::setGrid(const WorldPose& sensor_pose)
-{
-  const double edge = coordinate_step_ > 0.0 ? coordinate_step_ : settings_.resolution;
-  std::array<double, 3> origin = settings_.origin.value_or(VoxelGrid().origin);
-  if (!settings_.origin && coordinate_step_ > 0.0)
-    origin.fill(-edge / 2.0);
-  // Around the sensor, unless points are in other coordinates.
-  constexpr double farthest = 0x1p24;
-  std::array<double, 3> place;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    place[axis] = sensor_pose.translation()[static_cast<Eigen::Index>(axis)];
-  double near = 0x1p19;
-  if (cloud_.size() > 0 &&
-      !(farthestAxis(place, cloud_.positions.front(), edge) < farthest)) {
-    place = cloud_.positions.front();
-    near = farthest; // any point may be the first one
-  }
-  if (grid_.resolution == edge && lattice_origin_ == origin &&
-      farthestAxis(place, grid_.origin, edge) < near)
-    return true;
-  const std::optional<VoxelGrid> grid = gridAround(place, edge, origin);
-  if (grid)
-    grid_ = *grid;
-  lattice_origin_ = origin;
-  return grid.has_value();
-}
-
 /** \brief Puts the points on rays.
  * \param[in] refits find rays again if those of the clouds before do not fit as well
  */
@@ -459,7 +307,7 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
     scan.width = scan.rayColumns();
     scan.row_shifts.clear();
     return rays_.areOf(scan) && rays_.set(cloud_, columns_, sensor_pose, scan) &&
-           isConsistent(scan) && appendAll(scan);
+           isConsistent(scan) && locateAll(scan);
   };
   const auto share_beside = [&] {
     const auto turned = static_cast<std::ptrdiff_t>(scan.turns.size()) -
@@ -478,7 +326,7 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
       return true;
     }
   }
-  if (!rays_.fit(cloud_, columns_, sensor_pose, grid_, scan) || !append_all())
+  if (!rays_.fit(cloud_, columns_, sensor_pose, scan.grid, scan) || !append_all())
     return false;
   fitted_share_ = share_beside();
   fitted_points_ = cloud_.size();

@@ -13,10 +13,10 @@
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/scan_columns.h"
+#include "voxelizing/scan_grid.h"
 #include "voxelizing/sensor_cloud.h"
 #include "voxelizing/sensor_rays.h"
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -96,12 +96,6 @@ private:
              bool is_i_frame_due,
              scan::ScanFrame& scan);
 
-  void
-  setCoordinateStep(PointBatches& points, bool is_i_frame_due);
-
-  bool
-  setGrid(const WorldPose& sensor_pose);
-
   bool
   orderPoints(const scan::ScanFrame& scan);
 
@@ -109,10 +103,7 @@ private:
   locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan);
 
   bool
-  appendAll(scan::ScanFrame& scan);
-
-  bool
-  append(std::size_t first, std::size_t last, scan::ScanFrame& scan) const;
+  locateAll(scan::ScanFrame& scan) const;
 
   std::size_t
   setIntensities(bool may_refit, scan::ScanFrame& scan, std::size_t& vanished);
@@ -136,9 +127,7 @@ private:
   bool was_free_ = false;    // the scan before had no rays
   std::uint32_t period_ = 0; // of its points; 0: none
   IntensityQuantiser quantiser_;
-  VoxelGrid grid_; // of the last cloud; its resolution is 0 before there is one
-  std::array<double, 3> lattice_origin_{}; // that it is a part of
-  double coordinate_step_ = 0.0;
+  ScanGrid grid_;
   double fitted_share_ = 0.0; // of points beside the rays that were fitted, or turned
   std::size_t fitted_points_ = 0; // that they were fitted to
   bool wants_other_rays_ = false;

@@ -2,9 +2,11 @@
 #include "voxelizing/scan_locator.h"
 
 #include "codec/scan/point_places.h"
+#include "platforms/run_at_once.h"
 #include "voxelizing/robust_fit.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 
@@ -183,6 +185,78 @@ ScanLocator::locate(const Place& where, const scan::Triple& place, std::uint32_t
             {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)}, place, steps))
       frame_.beside.push_back({where.pixel, steps});
   }
+}
+
+namespace {
+
+/** \brief Puts some of the points on the rays of a scan, in their order. */
+bool
+locatePart(const ScanPoints& points,
+           std::size_t first,
+           std::size_t last,
+           scan::ScanFrame& scan)
+{
+  ScanLocator locator(scan, points.may_turn);
+  // Rows are not wide, but sequences may be one.
+  constexpr std::size_t points_at_once = 4096;
+  const std::uint32_t width = scan.rayColumns();
+  std::vector<std::uint32_t> row_columns;
+  for (std::size_t begin = first; begin < last; begin += row_columns.size()) {
+    const std::uint32_t row = points.pixels[points.order[begin]] / width;
+    const std::uint32_t row_begin = row * width;
+    const std::size_t end = std::min(last, begin + points_at_once);
+    row_columns.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t column = points.pixels[points.order[i]] - row_begin;
+      if (column >= width)
+        break;
+      row_columns.push_back(column);
+    }
+    if (!locator.append(row, row_columns, points.positions, &points.order[begin]))
+      return false;
+  }
+  return true;
+}
+
+/** \brief Appends points to those of a scan. */
+void
+appendPoints(const scan::ScanFrame& points, scan::ScanFrame& scan)
+{
+  if (!points.turns.empty())
+    scan.turns.resize(scan.pixels.size());
+  scan.turns.insert(scan.turns.end(), points.turns.begin(), points.turns.end());
+  scan.pixels.insert(scan.pixels.end(), points.pixels.begin(), points.pixels.end());
+  scan.depths.insert(scan.depths.end(), points.depths.begin(), points.depths.end());
+  scan.beside.insert(scan.beside.end(), points.beside.begin(), points.beside.end());
+  if (!scan.turns.empty())
+    scan.turns.resize(scan.pixels.size());
+}
+
+} // namespace
+
+bool
+locateScan(const ScanPoints& points, std::size_t threads, scan::ScanFrame& scan)
+{
+  scan.pixels.clear();
+  scan.depths.clear();
+  scan.turns.clear();
+  scan.beside.clear();
+  const std::size_t count = points.order.size();
+  scan.pixels.reserve(count);
+  scan.depths.reserve(count);
+  const std::size_t parts = std::min(threads, count / least_points_per_part);
+  if (parts < 2)
+    return locatePart(points, 0, count, scan);
+  std::vector<scan::ScanFrame> others(parts - 1, scan);
+  std::atomic<bool> are_all_near{true};
+  runAtOnce(parts, [&](std::size_t i) {
+    scan::ScanFrame& part = i == 0 ? scan : others[i - 1];
+    if (!locatePart(points, count * i / parts, count * (i + 1) / parts, part))
+      are_all_near = false;
+  });
+  for (const scan::ScanFrame& other : others)
+    appendPoints(other, scan);
+  return are_all_near;
 }
 
 } // namespace io

@@ -67,5 +67,21 @@ private:
   double turn_step_ = 0.0;       // radians; 0: rays do not turn
 };
 
+/** \brief The points of a cloud with their pixels. */
+struct ScanPoints {
+  const std::vector<std::array<double, 3>>& positions; ///< world coordinates, metres
+  const std::vector<std::uint32_t>& pixels;            ///< of each, no two the same
+  const std::vector<std::uint32_t>& order; ///< the points in the order of their pixels
+  bool may_turn;                           ///< see ScanLocator
+};
+
+/** \brief Puts all points on the rays of a scan, with several threads if they are many.
+ * \param[in] threads at most so many
+ * \param[in,out] scan its grid, size and rays are given; its points are set
+ * \return false if one is too far from the grid
+ */
+bool
+locateScan(const ScanPoints& points, std::size_t threads, scan::ScanFrame& scan);
+
 } // namespace io
 } // namespace pcl_ext
