@@ -399,8 +399,8 @@ BagEncoding::finish()
                              options_.output.path + "' was not written" +
                              describeUnfinished(options_.output.path));
   }
-  if (input_->mcap() != nullptr && output_->isBag())
-    output_->copyExtras(*input_->mcap());
+  if (input_->bag() != nullptr && output_->isBag())
+    output_->copyExtras(*input_->bag());
   const std::string interruption = output_->finish();
   if (!options_.is_json)
     console_.summary(

@@ -150,7 +150,7 @@ public:
 
   /** \brief The bag, for its metadata and attachments; null: there is none. */
   virtual recording::BagReader*
-  mcap()
+  bag()
   {
     return nullptr;
   }

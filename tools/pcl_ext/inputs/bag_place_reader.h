@@ -24,10 +24,10 @@ readCloud(const recording::McapChannel& channel,
           recording::PointCloudMessage& message);
 
 /** \brief Reads messages of a file or a folder that BagReader takes. */
-class McapPlaceReader : public PlaceReader {
+class BagPlaceReader : public PlaceReader {
 public:
   /** \throws std::runtime_error if the bag cannot be opened */
-  explicit McapPlaceReader(const std::string& path);
+  explicit BagPlaceReader(const std::string& path);
 
   void
   read(InputCloud& cloud) override;

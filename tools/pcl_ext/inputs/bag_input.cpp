@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "inputs/bag_place_reader.h"
 #include "inputs/cloud_input.h"
-#include "inputs/mcap_place_reader.h"
 #include "inputs/recording_input.h"
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
@@ -160,9 +160,9 @@ private:
 };
 
 /** \brief A file of a bag or a rosbag2 folder: its clouds and all other messages. */
-class McapInput : public BagInput {
+class BagFileInput : public BagInput {
 public:
-  McapInput(const std::string& path, const InputOptions& options)
+  BagFileInput(const std::string& path, const InputOptions& options)
   : BagInput(options), path_(path)
   {
     if (const RecordingStatus status = reader_.open(path); !status.ok())
@@ -196,7 +196,7 @@ public:
   }
 
   BagReader*
-  mcap() override
+  bag() override
   {
     return &reader_;
   }
@@ -274,7 +274,7 @@ public:
     for (const auto& reader : place_readers_)
       if (reader.use_count() == 1)
         return reader;
-    place_readers_.push_back(std::make_shared<McapPlaceReader>(path_));
+    place_readers_.push_back(std::make_shared<BagPlaceReader>(path_));
     return place_readers_.back();
   }
 
@@ -315,7 +315,7 @@ private:
   std::size_t next_ = 0;
   bool leaves_unread_ = false;
   std::mutex mutex_; // of the following
-  std::vector<std::shared_ptr<McapPlaceReader>> place_readers_;
+  std::vector<std::shared_ptr<BagPlaceReader>> place_readers_;
 };
 
 /** \brief An MCAP file that comes through a pipe: its contents as they come. */
@@ -441,7 +441,7 @@ private:
 std::unique_ptr<CloudInput>
 openBag(const std::string& path, const InputOptions& options)
 {
-  return std::make_unique<McapInput>(path, options);
+  return std::make_unique<BagFileInput>(path, options);
 }
 
 std::unique_ptr<CloudInput>

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "inputs/mcap_place_reader.h"
+#include "inputs/bag_place_reader.h"
 
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
@@ -35,13 +35,13 @@ readCloud(const McapChannel& channel,
   }
 }
 
-McapPlaceReader::McapPlaceReader(const std::string& path)
+BagPlaceReader::BagPlaceReader(const std::string& path)
 {
   throwUnlessOk(reader_.open(path));
 }
 
 void
-McapPlaceReader::read(InputCloud& cloud)
+BagPlaceReader::read(InputCloud& cloud)
 {
   cloud.is_unread = false;
   const recording::BagEntry& entry = reader_.index()[cloud.place];
@@ -52,7 +52,7 @@ McapPlaceReader::read(InputCloud& cloud)
 }
 
 bool
-McapPlaceReader::read(std::size_t place, recording::McapMessage& message)
+BagPlaceReader::read(std::size_t place, recording::McapMessage& message)
 {
   return reader_.read(reader_.index()[place], message).ok();
 }
