@@ -323,8 +323,9 @@ addAdvise(CLI::App& app)
             });
   trials.encoding.addCodecOptions(app);
   app.remove_option(app.get_option("--format")); // there are no edges to choose from
-  app.get_option("--resolution")->default_str("several are tried");
-  app.get_option("--effort")->default_str("all are tried");
+  app.get_option("--resolution")
+      ->description("the only edge of a voxel to try, metres");
+  app.get_option("--effort")->description("the only effort to try");
   trials.encoding.addCloudOptions(app);
   addQuiet(app, options->is_quiet);
   return [options, &app, &trials] {
