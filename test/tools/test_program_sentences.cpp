@@ -292,7 +292,7 @@ TEST_F(ProgramSentences, OfOtherCommandsThatAreRefused)
       {"advise", 2, "name clouds or a bag, or --cell"},
       {"advise none", 1, "there is no 'none'"},
       {"advise room --cell", 2, "--cell is an input itself"},
-      {"advise room --format published", 2, "--format has nothing"},
+      {"advise room --format published", 2, "not expected: --format"},
       {"advise room --law linear", 2, "--sensor is not set"},
       {"benchmark none", 1, "there is no 'none'"},
       {"benchmark room --cell", 2, "--cell is an input itself"},

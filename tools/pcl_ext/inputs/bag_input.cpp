@@ -95,18 +95,6 @@ protected:
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
   }
 
-  /** \brief The end of the input.
-   * \throws UsageError if it has clouds, and none of them was wanted
-   */
-  Found
-  end() const
-  {
-    const auto longest = std::max_element(clouds_.begin(), clouds_.end());
-    if (longest != clouds_.end() && *longest > 0 && *longest <= options_.frames.begin)
-      throw UsageError(describeFramesBeyond(options_, *longest));
-    return Found::End;
-  }
-
   /** \brief True if a stream may have clouds that are wanted, of those that are known
    * or named by --topics. */
   bool
@@ -175,6 +163,7 @@ public:
                                     ? std::string()
                                     : "; " + describe(reader_.damage().front())));
     checkTopics(options.topics, topics_);
+    checkFrames();
   }
 
   std::size_t
@@ -305,10 +294,23 @@ public:
       if (leaves_unread_ || reader_.read(entry, other).ok())
         return Found::OtherMessage;
     }
-    return end();
+    return Found::End;
   }
 
 private:
+  /** \brief Refuses numbers of frames that no stream has. */
+  void
+  checkFrames() const
+  {
+    std::vector<std::size_t> clouds(streams_.size());
+    for (const BagEntry& entry : reader_.index())
+      if (const std::size_t stream = stream_of_channel_[entry.channel]; stream != none)
+        ++clouds[stream];
+    const auto longest = std::max_element(clouds.begin(), clouds.end());
+    if (longest != clouds.end() && *longest > 0 && *longest <= options_.frames.begin)
+      throw UsageError(describeFramesBeyond(options_, *longest));
+  }
+
   std::string path_;
   BagReader reader_;
   std::size_t damage_at_first_ = 0; // when it was opened
@@ -393,7 +395,7 @@ public:
         advance();
       is_at_hand_ = false;
       if (found_ == McapStream::Found::End)
-        return end();
+        return Found::End;
       if (found_ != McapStream::Found::Message)
         return Found::Extra;
       const std::size_t stream = stream_of_channel_[stream_.message().channel];

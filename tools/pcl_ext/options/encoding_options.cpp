@@ -221,8 +221,10 @@ EncodingOptions::check() const
   checkEffects();
   if (has_budget_)
     checkBudget();
-  // The law of a stream follows from its clouds; these checks hold for any.
-  const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
+  // The law of a stream follows from its clouds; these checks hold for any that it may be.
+  const IntensityLaw usual =
+      codec_.keep_order ? IntensityLaw::Native : IntensityLaw::Count;
+  const nodes::SensorNode node(nodeSettings(law_.value_or(usual), ""));
   if (!node.settingsStatus().ok())
     throw UsageError(messageOf(node.settingsStatus()));
 }
