@@ -401,6 +401,18 @@ TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
                 "livox_ros_driver2/msg/CustomMsg in the encoding 'cdr'");
 }
 
+TEST_F(ProgramForeignBags, LoseTheirOtherTopicsInFilesOfFramesWithARemark)
+{
+  McapMessage imu = messageOf(1);
+  imu.channel = 1;
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points"), imuChannel()},
+            {messageOf(0), imu});
+  EXPECT_TRUE(hasPart(run("encode bag.mcap -o x.pcxi").errors,
+                      "left out: 1 message of other topics, as a file of frames"));
+  expectRun("encode bag.mcap -o y.pcxi --topics /points");
+}
+
 TEST_F(ProgramForeignBags, MayNameTheTypeInOtherWays)
 {
   for (const char* const name :
