@@ -17,11 +17,12 @@
 namespace pcl_ext {
 namespace clouds {
 
-/** \brief Whether the name of a file ends in .pcd.bin, as those of nuScenes do. */
+/** \brief Whether the name of a file ends in .pcd.bin, as those of nuScenes do; in
+ * capitals, too. */
 inline bool
 hasNuScenesName(const std::string& path)
 {
-  const std::filesystem::path name(path);
+  const std::filesystem::path name(lowerCase(path));
   return name.extension() == ".bin" && name.stem().extension() == ".pcd";
 }
 
@@ -50,7 +51,8 @@ binFieldsOf(std::size_t numbers);
  * lidar has them or, if the name ends in .pcd.bin, x, y, z, intensity, ring, as those of
  * nuScenes
  * \param[out] cloud one row of points; the header is unchanged
- * \return what the user is to know: that given fields may be wrong
+ * \return what the user is to know: that given fields may be wrong, or that the file has
+ * too few numbers to tell
  * \throws std::runtime_error with what is wrong: the size, numbers that are no
  * coordinates in metres, or those of points that have another number of numbers
  */

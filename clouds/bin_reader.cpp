@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kitti_numbers = 4;
 constexpr std::size_t nuscenes_numbers = 5;
-constexpr std::size_t most_numbers = 10; ///< of a point of another layout
+constexpr std::size_t most_numbers = 10;            ///< of a point of another layout
+constexpr std::size_t fewest_certain_numbers = 256; ///< of a file
 
 /** \brief A layout in words. */
 std::string
@@ -129,7 +130,7 @@ likelyNumbers(const std::vector<float>& numbers,
               std::uint64_t count,
               std::size_t assumed)
 {
-  constexpr std::size_t least_numbers = 256;
+  constexpr std::size_t least_numbers = 64;
   if (numbers.size() < least_numbers)
     return assumed;
   // More than by chance. Of recorded scans those of other layouts differ by 1.2 times as
@@ -190,6 +191,34 @@ otherLayout(const FirstNumbers& first, std::size_t bytes, std::size_t assumed)
                    ", where _ leaves a number out" + smallerLayouts(likely, assumed);
 }
 
+/** \brief The option for a file of doubles, as text after a message; empty if its
+ * numbers are none. */
+std::string
+optionOfDoubles(const std::vector<std::uint8_t>& data)
+{
+  constexpr std::size_t most_checked = 1 << 16;
+  const std::size_t count = std::min(data.size() / sizeof(double), most_checked);
+  std::size_t lengths = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    double number;
+    std::memcpy(&number, &data[i * sizeof(number)], sizeof(number));
+    constexpr double smallest = 1e-12;
+    constexpr double largest = 1e9;
+    const double length = std::abs(number);
+    lengths += length == 0.0 || (length > smallest && length < largest);
+  }
+  if (100 * lengths < 99 * count || data.size() % sizeof(double) != 0)
+    return {};
+  const bool has_four = data.size() % (kitti_numbers * sizeof(double)) == 0;
+  const bool has_three = data.size() % (3 * sizeof(double)) == 0;
+  const std::string three = "x:float64,y:float64,z:float64";
+  return !has_three && !has_four
+             ? std::string()
+             : std::string("; as numbers of 64 bits they are: give --bin-fields ") +
+                   (has_four ? three + ",intensity:float64" : "") +
+                   (has_four && has_three ? ", or " : "") + (has_three ? three : "");
+}
+
 /** \brief Refuses a file that is not in the layout that its name tells. */
 void
 checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>& fields)
@@ -203,7 +232,8 @@ checkLayout(const std::vector<std::uint8_t>& data, const std::vector<FileField>&
   if (areManyOdd(first.are_odd, assumed, assumed))
     fail("its numbers are no lengths and intensities: by its name it has " +
          describe(assumed) +
-         ", each a little-endian float32; --bin-fields names other fields and types");
+         ", each a little-endian float32; --bin-fields names other fields and types" +
+         optionOfDoubles(data));
 }
 
 /** \brief Checks a file for the layout that the user gives.
@@ -250,8 +280,13 @@ readBin(const std::string& path,
                            hasNuScenesName(path) ? nuscenes_numbers : kitti_numbers));
   toLittleEndian(fields, data);
   std::vector<std::string> remarks;
-  if (given.empty())
+  if (given.empty()) {
     checkLayout(data, fields);
+    if (data.size() < fewest_certain_numbers * sizeof(float))
+      remarks.push_back("it is taken as " + describe(fields.size()) +
+                        "; its numbers are too few to tell another layout, which "
+                        "--bin-fields names");
+  }
   else
     remarks = checkGivenLayout(data, fields);
   startCloud(fields, bytes / bytesOf(fields), 1, cloud);

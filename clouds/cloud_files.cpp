@@ -101,6 +101,58 @@ checkCoordinates(const pcl::PCLPointCloud2& cloud)
          "order, or its fields are others than its header tells");
 }
 
+/** \brief The first bytes of a file. */
+std::string
+beginningOf(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 32> first{};
+  file.read(first.data(), static_cast<std::streamsize>(first.size()));
+  if (!file && !file.eof())
+    fail("cannot open '" + path + "': " + std::strerror(errno));
+  return {first.data(), static_cast<std::size_t>(file.gcount())};
+}
+
+/** \brief What a file is that other programs make a cloud or a bag of, and the next
+ * command; empty if it is none of these. */
+std::string
+describeForeignFile(const std::string& path)
+{
+  const std::string compressed = "it is a compressed file: decompress it with '";
+  const std::string packets =
+      "it has packets of a network: record the sensor_msgs/msg/PointCloud2 that the "
+      "sensor's driver makes of them with 'ros2 bag record'";
+  const std::string survey = "it is a cloud of surveyors: convert it with 'pdal "
+                             "translate IN OUT.ply'";
+  const std::pair<std::string, std::string> beginnings[] = {
+      {"\x1f\x8b", compressed + "gzip -dk'"},
+      {"BZh", compressed + "bzip2 -dk'"},
+      {"\xfd"
+       "7zXZ",
+       compressed + "xz -dk'"},
+      {"\x04\x22M\x18", compressed + "lz4 -dk'"},
+      {"\x28\xb5\x2f\xfd",
+       "it is a compressed file of no bag, or one that was cut off: decompress it with "
+       "'zstd -dk'"},
+      {"PK\x03\x04", "it is an archive: unpack it with 'unzip'"},
+      {"LASF", survey},
+      {"ASTM-E57", survey},
+      {"\xd4\xc3\xb2\xa1", packets},
+      {"\xa1\xb2\xc3\xd4", packets},
+      {"\x4d\x3c\xb2\xa1", packets},
+      {"\x0a\x0d\x0d\x0a", packets},
+      {"\x93NUMPY",
+       "it is an array of NumPy: write it with tofile() into a .bin file, whose fields "
+       "--bin-fields names"},
+      {"rosbag2_bagfile_information:",
+       "it tells of a bag: name the folder in which it is"}};
+  const std::string beginning = beginningOf(path);
+  for (const auto& [text, description] : beginnings)
+    if (beginning.rfind(text, 0) == 0)
+      return description;
+  return {};
+}
+
 } // namespace
 
 bool
@@ -116,12 +168,7 @@ kindOf(const std::string& path)
 {
   if (isEmptyFile(path))
     return FileKind::Empty;
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 32> first{};
-  file.read(first.data(), static_cast<std::streamsize>(first.size()));
-  if (!file && !file.eof())
-    fail("cannot open '" + path + "': " + std::strerror(errno));
-  const std::string beginning(first.data(), static_cast<std::size_t>(file.gcount()));
+  const std::string beginning = beginningOf(path);
   if (beginning.empty())
     return FileKind::Empty;
   const std::pair<const char*, FileKind> beginnings[] = {
@@ -149,7 +196,7 @@ kindOf(const std::string& path)
 }
 
 std::string
-whyNotACloud(FileKind kind)
+whyNotACloud(FileKind kind, const std::string& path)
 {
   switch (kind) {
   case FileKind::Empty:
@@ -166,6 +213,8 @@ whyNotACloud(FileKind kind)
     return "it is a stream of PCL's own class: decode it with "
            "pcl::io::OctreePointCloudCompression";
   default:
+    if (const std::string foreign = describeForeignFile(path); !foreign.empty())
+      return foreign;
     return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
            "end in .bin as files of KITTI's or nuScenes' lidar; --bin-fields names the "
            "fields of other files without a header";
@@ -193,7 +242,7 @@ readCloud(const std::string& path,
   else if (kind == FileKind::Bin || (kind == FileKind::Unknown && !bin_fields.empty()))
     remarks = readBin(path, bin_fields, cloud);
   else
-    fail(whyNotACloud(kind));
+    fail(whyNotACloud(kind, path));
   cloud.header = pcl::PCLHeader();
   const std::vector<std::string> of_fields = makeUsual(cloud, kind == FileKind::Ply);
   remarks.insert(remarks.end(), of_fields.begin(), of_fields.end());

@@ -49,7 +49,7 @@ isCloud(FileKind kind)
 
 /** \brief Why a file that is not a cloud is none, and what to do. */
 std::string
-whyNotACloud(FileKind kind);
+whyNotACloud(FileKind kind, const std::string& path);
 
 /** \brief True if the name of a file ends as those of clouds do: .pcd, .ply, .bin. */
 bool

@@ -174,12 +174,14 @@ cloudFilesOf(const fs::path& folder)
       files.push_back(entry.path().string());
   if (files.empty()) {
     const std::optional<std::string> inner = folderOfCloudsIn(folder);
+    const std::string ignored = describeIgnored(folder.string());
     throw std::runtime_error("no PCD, PLY or .bin file in the folder '" +
-                             folder.string() + "'" +
+                             folder.string() + "', and no bag" +
                              (inner ? "; name the folders in it, each of which is a "
                                       "stream, such as '" +
                                           *inner + "'"
-                                    : ""));
+                              : !ignored.empty() ? "; it has " + ignored
+                                                 : ""));
   }
   std::sort(files.begin(), files.end(), comesBefore);
   sortByStamp(files);

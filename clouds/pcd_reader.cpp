@@ -97,14 +97,15 @@ pcdField(const std::string& name,
 {
   using Kind = FileField::Kind;
   const std::string type = upperCase(given_type);
-  if (type != "I" && type != "U" && type != "F")
+  const bool is_known = type == "I" || type == "U" || type == "F";
+  if (!is_known && isCoordinateName(name))
     fail("its header has the unknown TYPE '" + shownText(given_type) + "'");
   FileField field;
   field.name = name;
-  field.kind = name == "_"   ? Kind::Ignored // fills a point up
-               : type == "I" ? Kind::Signed
-               : type == "U" ? Kind::Unsigned
-                             : Kind::Real;
+  field.kind = name == "_" || !is_known ? Kind::Ignored // fills a point up
+               : type == "I"            ? Kind::Signed
+               : type == "U"            ? Kind::Unsigned
+                                        : Kind::Real;
   field.bytes = countOf("SIZE", size);
   field.count = countOf("COUNT", count);
   if (field.bytes == 0 || field.count == 0) {
@@ -117,7 +118,7 @@ pcdField(const std::string& name,
   constexpr std::uint64_t most_count = 1 << 20;
   if (field.bytes > most_bytes || field.count > most_count)
     fail("its header has no valid SIZE or COUNT");
-  if (field.kind == Kind::Ignored || hasDatatype(field))
+  if (name == "_" || (is_known && hasDatatype(field)))
     return field;
   if (isCoordinateName(name))
     fail("its header has no valid SIZE and TYPE of the field '" + shownText(name) +
@@ -182,7 +183,9 @@ contentOf(const std::optional<PcdLines>& lines)
     fail("its header has two lines " + lines->repeated_word);
   std::map<std::string, std::string> values = lines->values;
   // As for PCL: without rows the points are one, without columns POINTS tells how many.
-  if (values.count("HEIGHT") == 0) {
+  const auto points = values.find("POINTS");
+  if (values.count("HEIGHT") == 0 ||
+      (values["HEIGHT"] == "0" && points != values.end() && points->second != "0")) {
     if (values.count("WIDTH") == 0 && values.count("POINTS") != 0)
       values["WIDTH"] = values["POINTS"];
     values["HEIGHT"] = "1";
@@ -204,6 +207,11 @@ contentOf(const std::optional<PcdLines>& lines)
   if (values.count("POINTS") != 0 &&
       countOf("POINTS", values.at("POINTS")) != content.width * content.height)
     fail("WIDTH x HEIGHT and POINTS in its header differ");
+  constexpr std::size_t viewpoint_numbers = 7;
+  if (const auto viewpoint = values.find("VIEWPOINT");
+      viewpoint != values.end() &&
+      wordsOf(viewpoint->second).size() != viewpoint_numbers)
+    content.remarks.push_back("its VIEWPOINT is left out: it has not 7 numbers");
   content.fields = pcdFields(values, content.remarks);
   const std::string storage = lowerCase(values.at("DATA"));
   if (storage != "ascii" && storage != "binary" && storage != "binary_compressed")

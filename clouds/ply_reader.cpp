@@ -384,6 +384,12 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
     fillImage(fields, points, grid, cloud);
   else
     cloud.data = std::move(points);
+  // PCL writes a camera into each file.
+  for (const PlyElement& element : header.elements)
+    if (element.count > 0 && element.name != "vertex" && element.name != "camera" &&
+        &element != grid_element)
+      remarks.push_back("its elements '" + shownText(element.name) + "' (" +
+                        std::to_string(element.count) + ") are left out");
   for (const PlyProperty& property : vertices->properties)
     if (property.count)
       remarks.push_back("the property '" + shownText(property.field.name) +

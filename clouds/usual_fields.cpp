@@ -63,6 +63,14 @@ nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
   }
   if (!given.empty())
     remarks.push_back("its fields " + given + " are taken as " + usual);
+  for (auto field = cloud.fields.begin(); field != cloud.fields.end(); ++field)
+    if (field->name != "_" &&
+        std::count_if(cloud.fields.begin(), field, [&field](const auto& other) {
+          return other.name == field->name;
+        }) == 1)
+      remarks.push_back("several of its fields are named '" + shownText(field->name) +
+                        "'; files have '" + shownText(field->name) +
+                        "_' for the second");
 }
 
 /** \brief Turns coordinates into floats or doubles, all of one type. */

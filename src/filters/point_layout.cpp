@@ -164,11 +164,15 @@ std::size_t
 rowStep(const pcl::PCLPointCloud2& cloud)
 {
   const std::uint64_t packed = std::uint64_t{cloud.width} * cloud.point_step;
+  if (packed == 0)
+    return cloud.row_step;
   // Division, as the product may overflow.
-  return packed > 0 && cloud.data.size() % packed == 0 &&
-                 cloud.data.size() / packed == cloud.height
-             ? static_cast<std::size_t>(packed)
-             : cloud.row_step;
+  const bool is_whole =
+      cloud.data.size() % packed == 0 && cloud.data.size() / packed == cloud.height;
+  // More may follow one row, whose step tells nothing.
+  const bool is_one_row =
+      cloud.height == 1 && cloud.row_step < packed && cloud.data.size() >= packed;
+  return is_whole || is_one_row ? static_cast<std::size_t>(packed) : cloud.row_step;
 }
 
 bool

@@ -44,6 +44,18 @@ isKept(const pcl::PCLPointField& field,
   });
 }
 
+/** \brief Whether a field has other bytes than the first one of its name, which is the
+ * one that is read. */
+bool
+isAnother(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
+{
+  const auto first =
+      std::find_if(cloud.fields.begin(),
+                   cloud.fields.end(),
+                   [&field](const auto& other) { return other.name == field.name; });
+  return first->offset != field.offset;
+}
+
 /** \brief True for a field that is encoded, and for what fills gaps between fields. The
  * law decides on the intensity, which is therefore never left out without being asked
  * for, unless it cannot be read. */
@@ -63,8 +75,8 @@ isMeant(const pcl::PCLPointCloud2& cloud,
       settings.compression.format == io::StreamFormat::Version1;
   const bool is_intensity =
       field.name == settings.intensity_field && hasReadableField(cloud, field.name);
-  return is_coordinate || is_colour || is_unwanted_colour || is_intensity ||
-         field.name == "_";
+  return ((is_coordinate || is_intensity) && !isAnother(cloud, field)) || is_colour ||
+         is_unwanted_colour || field.name == "_";
 }
 
 /** \brief True for a colour with an alpha that is lost: frames have red, green and blue,
@@ -113,7 +125,8 @@ namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
     names += (names.empty() ? "" : ", ") +
              (loses_alpha          ? "the alpha of rgba"
               : field.name.empty() ? "those without a name"
-                                   : field.name.substr(0, longest_listed_name));
+                                   : (isAnother(cloud, field) ? "another " : "") +
+                                         field.name.substr(0, longest_listed_name));
   }
   return count > most_named ? names + ", ..." : names;
 }
@@ -163,11 +176,16 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
            .ok())
     return {};
   const std::string fields = namesOfLeftOut(cloud, layout, settings);
-  const std::string order = cloud.height <= 1 || settings.compression.keep_order ? ""
-                            : settings.compression.keepsPoints()
-                                ? "the rows and columns of the points are kept only "
-                                  "where that takes hardly more bytes"
-                                : "the rows and columns of the points are not kept";
+  const std::string order =
+      cloud.height <= 1 ? ""
+      : settings.compression.keep_order
+          ? (cloud.width == 1 ? "the one column of points is kept "
+                                "as one row"
+                              : "")
+      : settings.compression.keepsPoints()
+          ? "the rows and columns of the points are kept only "
+            "where that takes hardly more bytes"
+          : "the rows and columns of the points are not kept";
   std::string text = fields.empty() ? "" : "fields that are left out: " + fields;
   for (const std::string& other : {describeCoordinates(layout.types),
                                    order,

@@ -107,7 +107,9 @@ readField(CdrReader& reader, PointFieldMessage& field)
 bool
 isPointCloud(const McapChannel& channel)
 {
-  return hasType(channel, cloud_type);
+  // As ROS 2 names it, as programs that write MCAP files without ROS do, and as DDS does.
+  return hasType(channel, cloud_type) || hasType(channel, "sensor_msgs/PointCloud2") ||
+         hasType(channel, "sensor_msgs::msg::dds_::PointCloud2_");
 }
 
 bool
@@ -202,8 +204,9 @@ writePointCloud(const PointCloudMessage& message,
   std::int64_t seconds = nanoseconds / nanoseconds_per_second;
   if (nanoseconds % nanoseconds_per_second < 0)
     --seconds; // before 1970, too, nanoseconds are added to seconds
+  // Those after 2038 stay as ROS 1 has them, which reads the same bits so.
   const bool is_valid = seconds >= std::numeric_limits<std::int32_t>::min() &&
-                        seconds <= std::numeric_limits<std::int32_t>::max();
+                        seconds <= std::numeric_limits<std::uint32_t>::max();
   writer.u32(is_valid ? static_cast<std::uint32_t>(seconds) : 0);
   writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds -
                                                    seconds * nanoseconds_per_second)

@@ -21,11 +21,25 @@ namespace fs = std::filesystem;
 constexpr char metadata_name[] = "metadata.yaml";
 constexpr char compressed_extension[] = ".zstd"; // of rosbag2
 
+/** \brief The extension of a file's name in small letters, as systems that do not tell
+ * them from capitals leave these behind. */
+std::string
+extensionOf(const fs::path& file)
+{
+  std::string extension = file.extension().string();
+  for (char& letter : extension)
+    if (letter >= 'A' && letter <= 'Z')
+      letter = static_cast<char>(letter - 'A' + 'a');
+  return extension;
+}
+
 /** \brief A file's name without the extension of compressed ones. */
 fs::path
 withoutCompression(const fs::path& file)
 {
-  return file.extension() == compressed_extension ? file.stem() : file.filename();
+  const std::string extension = extensionOf(file);
+  return extension == compressed_extension || extension == ".zst" ? file.stem()
+                                                                  : file.filename();
 }
 
 /** \brief The number at the end of the name of a bag's file, such as 12 of bag_12.mcap,
@@ -155,7 +169,7 @@ bagFilesIn(const std::string& folder, std::error_code& error)
     if (entry->is_directory(ignored) || !hasNameOfBagFile(path.string()) ||
         (name != path.filename() && fs::exists(path.parent_path() / name, ignored)))
       continue;
-    (name.extension() == ".mcap" ? mcap_files : databases).push_back(path);
+    (extensionOf(name) == ".mcap" ? mcap_files : databases).push_back(path);
   }
   return mcap_files.empty() ? databases : mcap_files;
 }
@@ -182,7 +196,7 @@ whyNoFiles(const std::string& folder)
 bool
 hasNameOfBagFile(const std::string& path)
 {
-  const fs::path extension = withoutCompression(path).extension();
+  const std::string extension = extensionOf(withoutCompression(path));
   return extension == ".mcap" || extension == ".db3";
 }
 

@@ -90,6 +90,8 @@ TEST_F(FileLayouts, NuScenesNameHasFiveNumbersAPoint)
   EXPECT_EQ(read("scan__LIDAR_TOP__1532402927647951.pcd.bin", scanBytes(64, 5)),
             Remarks());
   EXPECT_EQ(fieldNames(), "x y z intensity ring");
+  EXPECT_EQ(read("SCAN.PCD.BIN", scanBytes(64, 5)), Remarks());
+  EXPECT_EQ(cloud_.width, 64u);
   ASSERT_EQ(cloud_.width, 64u);
   EXPECT_EQ(floats("ring")[45], 45 % 32);
   EXPECT_EQ(floats("intensity")[45], 45 * 37 % 101);
@@ -180,6 +182,20 @@ TEST_F(FileLayouts, BinFilesOfAnotherLayoutThanTheirNameTellsAreRefused)
       }
 }
 
+TEST_F(FileLayouts, LayoutsOfSmallBinFilesAreFoundOrDoubted)
+{
+  auto points = scanOf(4, true);
+  points.resize(48);
+  const Remarks doubts = read("a.bin", bytesAs<float>(points));
+  ASSERT_EQ(doubts.size(), 1u);
+  expectPart(doubts[0],
+             "it is taken as 4 floats a point (x y z reflectance, as KITTI's); its "
+             "numbers are too few to tell another layout");
+  for (std::vector<float>& point : points)
+    point.resize(3);
+  expectPart(refusal("a.bin", bytesAs<float>(points)), "give --bin-fields x,y,z,");
+}
+
 TEST_F(FileLayouts, BinFilesOfOtherNumbersAreRefused)
 {
   const auto points = scanOf(4, true);
@@ -193,6 +209,9 @@ TEST_F(FileLayouts, BinFilesOfOtherNumbersAreRefused)
   for (const std::string& bytes : {bytesAs<double>(points), labels})
     expectPart(refusal("a.bin", bytes), "each a little-endian float32");
   EXPECT_EQ(refusal("a.bin", swapped).rfind("its numbers are no lengths", 0), 0u);
+  expectPart(refusal("a.bin", bytesAs<double>(points)),
+             "as numbers of 64 bits they are: give --bin-fields x:float64,y:float64,"
+             "z:float64,intensity:float64");
 }
 
 TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)

@@ -131,6 +131,44 @@ TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
       std::string::npos);
 }
 
+TEST_F(FileLayouts, FieldsOfAnUnknownTypeAreLeftOut)
+{
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z valid ring",
+               "4 4 4 1 2",
+               "F F F B U",
+               "1 1 1 2 1",
+               1,
+               "ascii\n1 2 3 true - 9\n")),
+      Remarks{
+          "the field 'valid' is left out: PCL has no numbers of its SIZE and TYPE"});
+  EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
+}
+
+TEST_F(FileLayouts, OddLinesOfHeadersAreSaid)
+{
+  std::string text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 1, "ascii\n1 2 3\n");
+  text.replace(text.find(" 1 0 0 0"), 8, "");
+  EXPECT_EQ(read("a.pcd", text),
+            Remarks{"its VIEWPOINT is left out: it has not 7 numbers"});
+  // PCL reads it as one row.
+  text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n1 2 3\n4 5 6\n");
+  text.replace(text.find("HEIGHT 1"), 8, "HEIGHT 0");
+  EXPECT_EQ(read("a.pcd", text), Remarks());
+  EXPECT_EQ(cloud_.height, 1u);
+  EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
+  EXPECT_EQ(
+      read("a.pcd",
+           pcd("x y z t t",
+               "4 4 4 4 4",
+               "F F F F F",
+               "1 1 1 1 1",
+               1,
+               "ascii\n1 2 3 4 5\n")),
+      Remarks{"several of its fields are named 't'; files have 't_' for the second"});
+}
+
 TEST_F(FileLayouts, SeparateColoursOfPcdAreColours)
 {
   EXPECT_EQ(read("a.pcd",

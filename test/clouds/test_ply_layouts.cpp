@@ -127,17 +127,18 @@ TEST_F(FileLayouts, ListsOfVerticesAreLeftOut)
 TEST_F(FileLayouts, OtherElementsMayHaveAnyProperties)
 {
   const std::string header = ply("binary_little_endian", xyz, "");
-  const std::string other = "element camera 1\nproperty string name\n";
+  const std::string other = "element strip 1\nproperty string name\n";
   const std::string numbers_of_points(24, '\0');
   std::string after = header;
   after.insert(after.find("end_header"), other);
-  EXPECT_EQ(read("a.ply", after + numbers_of_points + "\x03top"), Remarks());
+  EXPECT_EQ(read("a.ply", after + numbers_of_points + "\x03top"),
+            Remarks{"its elements 'strip' (1) are left out"});
   EXPECT_EQ(floats("z"), (Floats{0.0f, 0.0f}));
   std::string before = header;
   before.insert(before.find("element"), other);
   EXPECT_EQ(
       refusal("a.ply", before + "\x03top" + numbers_of_points),
-      "before its vertices are elements 'camera' with a property that PLY has not");
+      "before its vertices are elements 'strip' with a property that PLY has not");
   before = ply("ascii", xyz, "");
   before.insert(before.find("element"), other);
   read("a.ply", before + "top\n1 2 3\n4 5 6\n");

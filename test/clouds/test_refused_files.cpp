@@ -99,6 +99,28 @@ TEST_F(FileLayouts, WhatIsNoCloudIsRefused)
   }
 }
 
+TEST_F(FileLayouts, FilesOfOtherProgramsAreNamedWithTheNextCommand)
+{
+  const std::pair<std::string, std::string> files[] = {
+      {"\x1f\x8b\x08", "gzip -dk"},
+      {"BZh91AY", "bzip2 -dk"},
+      {"\xfd"
+       "7zXZ",
+       "xz -dk"},
+      {"\x04\x22M\x18", "lz4 -dk"},
+      {"\x28\xb5\x2f\xfd", "zstd -dk"},
+      {"PK\x03\x04", "unzip"},
+      {"LASF", "pdal translate"},
+      {"ASTM-E57", "pdal translate"},
+      {"\xd4\xc3\xb2\xa1", "ros2 bag record"},
+      {"\x93NUMPY", "tofile()"},
+      {"rosbag2_bagfile_information:\n", "name the folder"}};
+  for (const auto& [bytes, command] : files) {
+    const std::string message = refusal("a.file", bytes);
+    EXPECT_NE(message.find(command), std::string::npos) << message;
+  }
+}
+
 TEST_F(FileLayouts, WhatContradictsItselfIsRefused)
 {
   const std::string vertices = "element vertex 2\n" + xyz;

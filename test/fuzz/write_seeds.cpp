@@ -11,6 +11,7 @@
  */
 
 #include "frame_row.h"
+#include "recording/mcap/chunk_compression.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #ifdef PCL_EXT_HAS_SQLITE
@@ -188,11 +189,19 @@ writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer
   std::vector<Bytes> files = {stream};
   for (const bool compresses : {false, true})
     files.push_back(mcapFileOf(row, compresses, writer.pathOf("recording.mcap")));
-  for (const char* const compression : {"none", "lz4"})
+  std::vector<const char*> compressions = {"none", "lz4"};
+#ifdef PCL_EXT_HAS_BZIP2
+  compressions.push_back("bz2");
+#endif
+  for (const char* const compression : compressions)
     files.push_back(ros1BagOf(row, compression));
 #ifdef PCL_EXT_HAS_SQLITE
   files.push_back(databaseOf(row, writer.pathOf("recording.db3")));
 #endif
+  // Files as rosbag2 compresses them: MCAP, and the last one.
+  for (const std::size_t whole : {std::size_t{1}, files.size() - 1})
+    if (Bytes part; pcl_ext::recording::mcap::compress(files[whole], part))
+      files.push_back(part);
   for (std::size_t file = 0; file < files.size(); ++file)
     for (std::uint8_t way = 0; way < 3; ++way) {
       Bytes input = {way};

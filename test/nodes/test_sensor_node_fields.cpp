@@ -283,7 +283,7 @@ TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: ring, pair, beyond, stamp, " +
                 std::string(64, 'n') +
-                ", t; the rows and columns of the points are not kept");
+                ", another t; the rows and columns of the points are not kept");
   for (const char* name : {"stamp", "beyond", "x"}) {
     settings.compression.fields = {{name}};
     SensorNode node(settings);

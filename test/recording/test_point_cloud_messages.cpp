@@ -179,7 +179,7 @@ TEST(PointCloudMessages, StampsOutOfRangeAreWrittenAsZero)
 {
   for (const Time stamp :
        {Time(std::chrono::seconds(-(std::int64_t{1} << 31))) - Time(1),
-        Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
+        Time(std::chrono::seconds(std::int64_t{1} << 32))}) {
     PointCloudMessage cloud = smallCloud();
     cloud.stamp = stamp;
     Bytes bytes;

@@ -46,6 +46,7 @@ pcl_ext_add_test(
     tools/test_program_ros1_bags.cpp
     tools/test_program_sentences.cpp
     ${PROJECT_SOURCE_DIR}/clouds/file_stamps.cpp
+    ${PROJECT_SOURCE_DIR}/clouds/file_text.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/setting_choice.cpp
     ${PROJECT_SOURCE_DIR}/tools/pcl_ext/advice/surface_closure.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)

@@ -16,6 +16,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -160,6 +161,58 @@ TEST_F(ProgramForeignBags, MayHaveRowStepsOfOtherImages)
   expectRefusedClouds("bag.mcap", "invalid layout");
 }
 
+TEST_F(ProgramForeignBags, MayHaveMoreBytesBehindOneRow)
+{
+  writeWalls(folder / "bag.mcap", [](PointCloudMessage& cloud) {
+    cloud.width *= cloud.height;
+    cloud.height = 1;
+    cloud.row_step = 0;
+    cloud.bytes.push_back(0);
+  });
+  EXPECT_TRUE(hasPart(expectWalls("bag.mcap"), "/points: row_step does not fit"));
+}
+
+TEST_F(ProgramForeignBags, KeepEmptyFrameIds)
+{
+  writeWalls(folder / "bag.mcap",
+             [](PointCloudMessage& cloud) { cloud.frame_id.clear(); });
+  expectWalls("bag.mcap");
+  for (const PointCloudMessage& cloud : clouds)
+    EXPECT_EQ(cloud.frame_id, "");
+}
+
+TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
+{
+  const std::pair<const char*, Change> changes[] = {
+      {"fields that are left out: another x",
+       [](PointCloudMessage& cloud) {
+         cloud.fields.push_back({"x", 12, 7, 1});
+       }},
+      {"the bytes of its numbers are in the other order",
+       [](PointCloudMessage& cloud) {
+         cloud.is_bigendian = true;
+         for (std::size_t i = 0; i < cloud.bytes.size(); i += 4)
+           std::reverse(&cloud.bytes[i], &cloud.bytes[i] + 4);
+       }},
+      {"its fields X, Y, Z are taken as x, y, z",
+       [](PointCloudMessage& cloud) {
+         for (std::size_t axis = 0; axis < 3; ++axis)
+           cloud.fields[axis].name = "XYZ"[axis];
+       }},
+      {"the one column of points is kept as one row",
+       [](PointCloudMessage& cloud) {
+         cloud.height *= cloud.width;
+         cloud.width = 1;
+         cloud.row_step = 16;
+       }},
+      {"the order of the points takes none of the ", [](PointCloudMessage&) {}}};
+  for (const auto& [remark, change] : changes) {
+    writeWalls(folder / "bag.mcap", change);
+    const std::string said = expectWalls("bag.mcap");
+    EXPECT_TRUE(hasPart(said, "/points: " + std::string(remark))) << said;
+  }
+}
+
 TEST_F(ProgramForeignBags, MayHaveUselessFields)
 {
   const std::pair<const char*, Change> changes[] = {
@@ -227,7 +280,7 @@ TEST_F(ProgramForeignBags, KeepStampsOf0AndBefore1970)
 TEST_F(ProgramForeignBags, MayBeOneFileInAFolder)
 {
   for (const std::string name :
-       {"x/rosbag2_2024_05_01-10_00_00_0.mcap", "y/some.mcap"}) {
+       {"x/rosbag2_2024_05_01-10_00_00_0.mcap", "y/some.mcap", "capitals/SOME.MCAP"}) {
     const std::string bag = fs::path(name).parent_path().string();
     fs::create_directories(folder / bag);
     writeWalls(folder / name);
@@ -346,6 +399,46 @@ TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
                 1,
                 "the clouds of /livox/lidar in 'bag.mcap' are "
                 "livox_ros_driver2/msg/CustomMsg in the encoding 'cdr'");
+}
+
+TEST_F(ProgramForeignBags, LoseTheirOtherTopicsInFilesOfFramesWithARemark)
+{
+  McapMessage imu = messageOf(1);
+  imu.channel = 1;
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points"), imuChannel()},
+            {messageOf(0), imu});
+  EXPECT_TRUE(hasPart(run("encode bag.mcap -o x.pcxi").errors,
+                      "left out: 1 message of other topics, as a file of frames"));
+  expectRun("encode bag.mcap -o y.pcxi --topics /points");
+}
+
+TEST_F(ProgramForeignBags, MayNameTheTypeInOtherWays)
+{
+  for (const char* const name :
+       {"sensor_msgs/PointCloud2", "sensor_msgs::msg::dds_::PointCloud2_"}) {
+    McapChannel channel = recording::pointCloudChannel("/points");
+    channel.schema.name = name;
+    writeMcap(folder / "bag.mcap", {channel}, {messageOf(0)});
+    expectWalls("bag.mcap", "", 1);
+  }
+}
+
+TEST_F(ProgramForeignBags, OfOtherStoragesAndCompressionsAreNamed)
+{
+  const std::pair<std::string, const char*> kinds[] = {
+      {"  compression_format: lz4\n", "its compression is 'lz4', and only zstd"},
+      {"  storage_identifier: own\n", "its storage is 'own', and only mcap and"}};
+  for (const auto& [line, reason] : kinds) {
+    const std::string metadata = "rosbag2_bagfile_information:\n" + line;
+    fs::create_directories(folder / "bag");
+    writeBytes(folder / "bag/metadata.yaml", {metadata.begin(), metadata.end()});
+    writeBytes(folder / "bag/bag_0.own", {1, 2, 3});
+    expectFailure("encode bag -o y.mcap", 1, reason);
+  }
+  fs::remove(folder / "bag/metadata.yaml");
+  expectFailure(
+      "encode bag -o y.mcap", 1, "and no bag; it has 1 other file (bag_0.own)");
 }
 
 #ifdef PCL_EXT_HAS_SQLITE

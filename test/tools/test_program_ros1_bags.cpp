@@ -3,11 +3,14 @@
 #include "recording/point_cloud_messages.h"
 #include "support/ros1_bags.h"
 #include "support/text_parts.h"
+#include "tools/cloud_bags.h"
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
+#include <filesystem>
 
 namespace pcl_ext {
 namespace tools {
@@ -249,6 +252,37 @@ TEST_F(ProgramRos1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   writeBytes(folder / "cut.bag", {'#', 'R', 'O', 'S', 'B', 'A', 'G', ' ', 'V', '2'});
   expectFailure("encode cut.bag -o y.mcap", 1, "'cut.bag' is no bag of ROS 1's format");
+}
+
+TEST_F(ProgramRos1Bags, TimesAfter2038KeepTheirBits)
+{
+  Ros1Bag bag;
+  bag.addConnection(0, "/points", "sensor_msgs/PointCloud2", "Header header", "/node");
+  constexpr std::uint32_t seconds = 3'000'000'000;
+  bag.addMessage(0, 100 * second, cloudMessage(roomClouds(1)[0], seconds));
+  bag.endChunk();
+  writeBytes(folder / "x.bag", bag.bytes());
+  const ProgramRun encoded = run("encode x.bag -o x.mcap -r 0.05");
+  EXPECT_EQ(encoded.status, 0) << encoded.errors;
+  EXPECT_TRUE(hasPart(encoded.errors, "/points, frame 0: its time is after 2038"));
+  expectRun("decode x.mcap -o y.mcap");
+  const auto clouds = cloudsOf(folder / "y.mcap");
+  ASSERT_EQ(clouds.size(), 1u);
+  EXPECT_EQ(clouds[0].stamp,
+            std::chrono::seconds(static_cast<std::int32_t>(seconds)) +
+                std::chrono::milliseconds(250));
+}
+
+TEST_F(ProgramRos1Bags, AFileThatWasNotClosedIsFoundInItsFolder)
+{
+  std::filesystem::create_directories(folder / "left");
+  writeBytes(folder / "left/x.bag.active", bagOf(roomClouds(2)).bytes());
+  EXPECT_EQ(run("encode left -o x.mcap -r 0.05").status, 0);
+  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 2u);
+  // One that ends before its first topic is not said to have none.
+  const Bytes bytes = bagOf(roomClouds(2)).bytes();
+  writeBytes(folder / "cut.bag", {bytes.begin(), bytes.begin() + 4200});
+  expectFailure("encode cut.bag -o y.mcap", 1, "no topic of 'cut.bag' can be read; ");
 }
 
 } // namespace test

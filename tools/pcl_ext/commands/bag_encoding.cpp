@@ -345,6 +345,8 @@ BagEncoding::addStream(std::size_t number)
 void
 BagEncoding::passThrough(McapMessage& message)
 {
+  if (!output_->isBag())
+    ++left_out_;
   if (!output_->isBag() || !other_channels_[message.channel])
     return;
   message.channel = *other_channels_[message.channel];
@@ -377,6 +379,10 @@ BagEncoding::finish()
   for (const std::string& remark : input_->remarksOnClouds())
     console_.remark(remark);
   sumUp();
+  if (left_out_ > 0 && options_.input.topics.empty())
+    console_.remark("left out: " + counted(left_out_, "message") +
+                    " of other topics, as a file of frames has one stream; x.mcap has "
+                    "them");
   const std::vector<std::string> damage = input_->damage();
   for (const std::string& place : damage)
     console_.error(place);

@@ -140,6 +140,7 @@ private:
   bool is_cut_ = false; // by an interruption before a cloud was read
   std::vector<std::shared_ptr<CloudInWork>> unused_; // so that their memory is reused
   bool is_incomplete_ = false;
+  std::size_t left_out_ = 0; // messages of other topics that the output cannot have
   BagSummary summary_;
 };
 

@@ -36,7 +36,7 @@ remarkOnStream(Console& console,
                         : ""));
   for (const std::string& remark : {report.order_remark,
                                     report.budget_remark,
-                                    report.frame_id_remark,
+                                    report.header_remark,
                                     report.unit_remark,
                                     report.outlier_remark})
     if (!remark.empty())

@@ -157,11 +157,13 @@ public:
       throw std::runtime_error(status.message());
     damage_at_first_ = reader_.damage().size();
     addChannels(reader_.channels());
+    const std::string damage =
+        reader_.damage().empty() ? std::string() : describe(reader_.damage().front());
+    if (topics_.empty() && reader_.channels().empty() && !damage.empty())
+      throw std::runtime_error("no topic of '" + path + "' can be read; " + damage);
     if (topics_.empty())
       throw std::runtime_error(whyNoClouds(path, reader_.channels()) +
-                               (reader_.damage().empty()
-                                    ? std::string()
-                                    : "; " + describe(reader_.damage().front())));
+                               (damage.empty() ? std::string() : "; " + damage));
     checkTopics(options.topics, topics_);
     checkFrames();
   }

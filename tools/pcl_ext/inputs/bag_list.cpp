@@ -24,10 +24,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/** \brief Whether a name is that of a bag; rosbag records into NAME.bag.active. */
 bool
 hasNameOfBag(const fs::path& path)
 {
-  return path.extension() == ".bag" || recording::hasNameOfBagFile(path.string());
+  const std::string extension = clouds::lowerCase(path.extension().string());
+  return extension == ".bag" || recording::hasNameOfBagFile(path.string()) ||
+         (extension == ".active" &&
+          clouds::lowerCase(path.stem().extension().string()) == ".bag");
 }
 
 /** \brief True if a path is a bag, or a file that has the name of one. */

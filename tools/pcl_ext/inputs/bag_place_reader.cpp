@@ -1,16 +1,43 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inputs/bag_place_reader.h"
 
+#include "clouds/file_text.h"
+#include "clouds/point_fields.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
 
+#include <algorithm>
 #include <exception>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
 
 using recording::McapChannel;
 using recording::RecordingStatus;
+
+namespace {
+
+/** \brief Gives coordinates in capitals their usual names, if there are no others.
+ * \return whether there are such */
+bool
+nameCoordinatesUsually(pcl::PCLPointCloud2& cloud)
+{
+  bool is_changed = false;
+  for (pcl::PCLPointField& field : cloud.fields) {
+    const std::string usual = clouds::lowerCase(field.name);
+    if (!clouds::isCoordinateName(field.name) || usual == field.name ||
+        std::any_of(cloud.fields.begin(),
+                    cloud.fields.end(),
+                    [&usual](const auto& other) { return other.name == usual; }))
+      continue;
+    field.name = usual;
+    is_changed = true;
+  }
+  return is_changed;
+}
+
+} // namespace
 
 bool
 hasClouds(const McapChannel& channel)
@@ -28,7 +55,13 @@ readCloud(const McapChannel& channel,
     throwUnlessOk(recording::readPointCloud(
         bytes.data(), bytes.size(), false, message, recording::encodingOf(channel)));
     cloud.stamp = message.stamp;
+    cloud.remark = message.is_bigendian == clouds::isBigEndianMachine()
+                       ? ""
+                       : "the bytes of its numbers are in the other order; messages of "
+                         "decode have that of this machine";
     toCloud(message, cloud.cloud);
+    if (nameCoordinatesUsually(cloud.cloud))
+      cloud.remark = "its fields X, Y, Z are taken as x, y, z";
   }
   catch (const std::exception& error) {
     cloud.failure = error.what();

@@ -31,6 +31,7 @@ struct InputCloud {
   std::size_t place = 0;          ///< in the index of a bag, if it is unread
   recording::McapMessage message; ///< its times and sequence number; no bytes
   recording::Time stamp{0};       ///< of the cloud
+  std::string remark;             ///< what is taken otherwise than it is there
   pcl::PCLPointCloud2 cloud;
 };
 

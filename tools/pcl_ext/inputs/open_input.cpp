@@ -66,7 +66,7 @@ openInput(const InputOptions& options)
     const bool has_fields = kind == FileKind::Unknown && !options.bin_fields.empty();
     if (!clouds::isCloud(kind) && !clouds::hasNameOfCloud(path) && !has_fields)
       throw std::runtime_error("'" + path +
-                               "' is not a cloud: " + clouds::whyNotACloud(kind));
+                               "' is not a cloud: " + clouds::whyNotACloud(kind, path));
   }
   return openFiles(paths, options);
 }

@@ -224,7 +224,7 @@ EncodingOptions::check() const
   // The law of a stream follows from its clouds; these checks hold for any that it may be.
   const IntensityLaw usual =
       codec_.keep_order ? IntensityLaw::Native : IntensityLaw::Count;
-  const nodes::SensorNode node(nodeSettings(law_.value_or(usual), ""));
+  const nodes::SensorNode node(nodeSettings(law_.value_or(usual), {}));
   if (!node.settingsStatus().ok())
     throw UsageError(messageOf(node.settingsStatus()));
 }
@@ -286,7 +286,8 @@ EncodingOptions::checkStreams(const std::vector<std::string>& streams) const
 }
 
 nodes::SensorNodeSettings
-EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) const
+EncodingOptions::nodeSettings(IntensityLaw law,
+                              const std::optional<std::string>& frame_id) const
 {
   nodes::SensorNodeSettings settings;
   settings.compression = codec_;
@@ -299,9 +300,7 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
   settings.sensor = sensor_;
   settings.intensity_field = intensityField();
   settings.crop_box = crop_box_;
-  settings.global_frame = !frame_id_.empty() ? frame_id_
-                          : frame_id.empty() ? "world"
-                                             : frame_id;
+  settings.global_frame = frame_id_.empty() ? frame_id.value_or("world") : frame_id_;
   if (removes_outliers_) {
     settings.outlier_removal.emplace();
     settings.outlier_removal->unit = densityUnitSettings(unit_);

@@ -129,10 +129,10 @@ public:
 
   /** \brief The settings of the node of a stream.
    * \param[in] law that of its clouds
-   * \param[in] frame_id that of its clouds, which is used if there is no pose
+   * \param[in] frame_id that of its clouds; none: they have no such name, or a pose
    */
   nodes::SensorNodeSettings
-  nodeSettings(IntensityLaw law, const std::string& frame_id) const;
+  nodeSettings(IntensityLaw law, const std::optional<std::string>& frame_id) const;
 
   /** \brief Checks the streams that options name.
    * \param[in] streams their names

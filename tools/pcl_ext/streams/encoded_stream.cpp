@@ -44,6 +44,7 @@ encode(StreamEncoder& encoder, CloudInWork& work)
       work.sums = encoder.lastCloud();
       return;
     }
+    encoder.note(cloud.remark);
     work.sums = encoder.lastCloud();
     work.frame.message.log_time = cloud.message.log_time;
     work.frame.message.publish_time = cloud.message.publish_time;
@@ -301,7 +302,7 @@ EncodedStream::add(const StreamEncoder& encoder)
   takeFirst(report_.left_out, encoder.leftOut());
   takeFirst(report_.order_remark, encoder.orderRemark());
   takeFirst(report_.budget_remark, encoder.budgetRemark());
-  takeFirst(report_.frame_id_remark, encoder.frameIdRemark());
+  takeFirst(report_.header_remark, encoder.headerRemark());
   takeFirst(report_.outlier_remark, encoder.outlierRemark());
   takeFirst(report_.why_nothing, encoder.whyNothingWasEncoded());
   report_.sums += encoder.sums();

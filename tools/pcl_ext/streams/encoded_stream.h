@@ -43,7 +43,7 @@ struct EncodedStreamReport {
   std::string left_out; ///< see StreamEncoder for this and the following
   std::string order_remark;
   std::string budget_remark;
-  std::string frame_id_remark;
+  std::string header_remark;
   std::string unit_remark;
   std::string outlier_remark;
   std::string why_nothing; ///< was encoded; empty if something was

@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <iomanip>
+#include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -105,8 +107,10 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
 {
   if (node_)
     return;
-  const std::string frame_id =
-      options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
+  // Messages may have an empty name, files have none.
+  std::optional<std::string> frame_id = cloud.header.frame_id;
+  if (options_.hasPose(name_) || (frame_id->empty() && !carries_layout_))
+    frame_id.reset();
   nodes::SensorNodeSettings settings =
       options_.nodeSettings(options_.lawOf(cloud), frame_id);
   settings.clock = [time = time_] { return *time; };
@@ -148,12 +152,19 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (left_out_.empty())
     left_out_ = nodes::describeLeftOut(cloud, *settings_);
   // Empty names tell nothing.
-  if (frame_id_remark_.empty() && !cloud.header.frame_id.empty() &&
+  if (header_remark_.empty() && !cloud.header.frame_id.empty() &&
       !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
-    frame_id_remark_ = source + ": its frame_id is '" + cloud.header.frame_id +
-                       "', that of the clouds before '" + cloud_frame_id_ +
-                       "'; all points of a stream are in one coordinate frame, '" +
-                       frame_id_ + "'";
+    header_remark_ = source + ": its frame_id is '" + cloud.header.frame_id +
+                     "', that of the clouds before '" + cloud_frame_id_ +
+                     "'; all points of a stream are in one coordinate frame, '" +
+                     frame_id_ + "'";
+  constexpr std::uint64_t microseconds = 1'000'000;
+  if (header_remark_.empty() &&
+      cloud.header.stamp / microseconds > std::numeric_limits<std::int32_t>::max())
+    header_remark_ = source +
+                     ": its time is after 2038, which messages of ROS 2 do not "
+                     "have: theirs have the same bits, those of a time before "
+                     "1970";
   if (sums_.encoded_points == 0) {
     noteUnit(cloud, statistics.frame, source);
     noteOrder(encoded, bytes.size());
@@ -193,11 +204,11 @@ StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
   settings.compression.keep_order = false;
   settings.compression.keep_points = true;
   std::vector<std::uint8_t> unordered;
-  if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame() ||
-      unordered.size() >= bytes)
+  if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame())
     return;
+  const std::size_t more = bytes - std::min(bytes, unordered.size());
   order_remark_ = name_ + ": the order of the points takes " +
-                  counted(bytes - unordered.size(), "byte") + " of the " +
+                  (more > 0 ? counted(more, "byte") : "none") + " of the " +
                   counted(bytes, "byte") + " of the first frame with points";
 }
 

@@ -148,12 +148,21 @@ public:
   std::string
   whyNothingWasEncoded() const;
 
-  /** \brief A sentence on the first cloud whose coordinate frame is not that of those
-   * before; empty if there is none. */
-  const std::string&
-  frameIdRemark() const
+  /** \brief Notes what is taken otherwise than it is in a cloud; empty: nothing. */
+  void
+  note(const std::string& remark)
   {
-    return frame_id_remark_;
+    if (header_remark_.empty() && !remark.empty())
+      header_remark_ = name_ + ": " + remark;
+  }
+
+  /** \brief A sentence on the first cloud whose coordinate frame is not that of those
+   * before, or whose time ROS 2 has not, or the first remark of note(); empty if there is
+   * none. */
+  const std::string&
+  headerRemark() const
+  {
+    return header_remark_;
   }
 
   /** \brief What is not encoded of the first clouds with points; empty if that is
@@ -225,11 +234,11 @@ private:
   std::optional<nodes::SensorNode> node_;
   std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
   std::string frame_id_;
-  std::string cloud_frame_id_;  ///< of the first cloud
-  std::string frame_id_remark_; ///< see frameIdRemark()
-  std::string left_out_;        ///< see leftOut()
-  std::string unit_remark_;     ///< see unitRemark()
-  std::string order_remark_;    ///< see orderRemark()
+  std::string cloud_frame_id_; ///< of the first cloud
+  std::string header_remark_;  ///< see headerRemark()
+  std::string left_out_;       ///< see leftOut()
+  std::string unit_remark_;    ///< see unitRemark()
+  std::string order_remark_;   ///< see orderRemark()
   IntensityLaw law_ = IntensityLaw::Count;
   bool is_of_lidar_ = false;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
