@@ -95,7 +95,6 @@ protected:
 TEST_P(FailingMemory, IsReportedAndTheStreamGoesOnWithAnIFrame)
 {
   expectFailuresHandled(GetParam().inputs,
-                        1,
                         [&](std::size_t input, std::size_t n, bool do_later_ones_fail) {
                           return sendWithFailure(input, n, do_later_ones_fail);
                         });
@@ -208,7 +207,7 @@ TEST_P(FailingMemoryOfReceivers, NeverGivesAWrongFrame)
     }
     return has_failed;
   };
-  expectFailuresHandled(GetParam().inputs, 1, run);
+  expectFailuresHandled(GetParam().inputs, run);
 }
 
 TEST_P(FailingMemoryOfReceivers, MayRunOutAgainAndAgain)
