@@ -340,22 +340,24 @@ readTextPoints(std::istream& file,
   }
 }
 
-void
-checkNoLinesFollow(std::istream& file, char end)
+std::string
+describeFurtherLines(std::istream& file, char end)
 {
   std::string line;
   while (readLine(file, line, end))
     if (line.find_first_not_of(" \t\r") != std::string::npos)
-      fail("lines follow the points that its header promises: '" + shownText(line) +
-           "'");
+      return "lines after the points that its header promises are left out: '" +
+             shownText(line) + "'";
+  return {};
 }
 
-void
-checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes)
+std::string
+describeFurtherPoints(std::uint64_t further_bytes, std::uint64_t point_bytes)
 {
-  if (point_bytes > 0 && further_bytes >= point_bytes)
-    fail(std::to_string(further_bytes) +
-         " bytes follow the points that its header promises");
+  if (point_bytes == 0 || further_bytes < point_bytes)
+    return {};
+  return std::to_string(further_bytes) +
+         " bytes after the points that its header promises are left out";
 }
 
 } // namespace clouds

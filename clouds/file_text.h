@@ -105,14 +105,14 @@ readTextPoints(std::istream& file,
                bool may_have_empty_lines,
                std::vector<std::uint8_t>& bytes);
 
-/** \brief Refuses a text in which more lines follow the points that its header
- * promises. */
-void
-checkNoLinesFollow(std::istream& file, char end);
+/** \brief Says that more lines of a text follow the points that its header promises;
+ * empty if none do. */
+std::string
+describeFurtherLines(std::istream& file, char end);
 
-/** \brief Refuses a file with bytes of further points. */
-void
-checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes);
+/** \brief The same of bytes of further points. */
+std::string
+describeFurtherPoints(std::uint64_t further_bytes, std::uint64_t point_bytes);
 
 } // namespace clouds
 } // namespace pcl_ext

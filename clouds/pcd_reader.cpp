@@ -221,17 +221,14 @@ contentOf(const std::optional<PcdLines>& lines)
   return content;
 }
 
-/** \brief Refuses a PCD file in which another cloud, or more points, follow the points
- * that its header promises.
+/** \brief Says that more points follow those that the header of a PCD file promises;
+ * empty if none do. Refuses another cloud.
  * \param[in] file after the points
  * \param[in] end of lines
  * \param[in] point_bytes of a point that is not text nor compressed, else 0
  */
-void
-checkNothingFollows(std::istream& file,
-                    char end,
-                    bool is_text,
-                    std::uint64_t point_bytes)
+std::string
+describeRest(std::istream& file, char end, bool is_text, std::uint64_t point_bytes)
 {
   const std::istream::pos_type points_end = file.tellg();
   // PCL's writer fills compressed points up to the size of a page.
@@ -239,7 +236,7 @@ checkNothingFollows(std::istream& file,
   for (int i = 0; i < largest_page && file.peek() == 0; ++i)
     file.get();
   if (!file || file.peek() == std::istream::traits_type::eof())
-    return;
+    return {};
   const std::istream::pos_type begin = file.tellg();
   std::string line;
   readLine(file, line, end);
@@ -249,12 +246,11 @@ checkNothingFollows(std::istream& file,
   file.clear();
   if (is_text) {
     file.seekg(begin);
-    checkNoLinesFollow(file, end);
-    return;
+    return describeFurtherLines(file, end);
   }
   file.seekg(0, std::ios::end);
-  checkNoPointsFollow(static_cast<std::uint64_t>(file.tellg() - points_end),
-                      point_bytes);
+  return describeFurtherPoints(static_cast<std::uint64_t>(file.tellg() - points_end),
+                               point_bytes);
 }
 
 void
@@ -377,7 +373,10 @@ readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
     readCompressed(file, content, bytes, data);
   if (!is_text)
     toLittleEndian(content.fields, data);
-  checkNothingFollows(file, lines->line_end, is_text, is_binary ? point_bytes : 0);
+  if (std::string rest =
+          describeRest(file, lines->line_end, is_text, is_binary ? point_bytes : 0);
+      !rest.empty())
+    content.remarks.push_back(std::move(rest));
   startCloud(content.fields, content.width, content.height, cloud);
   cloud.data = std::move(data);
   return content.remarks;

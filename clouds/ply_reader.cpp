@@ -320,18 +320,18 @@ fillImage(const std::vector<FileField>& fields,
   }
 }
 
-/** \brief Refuses a file that goes on after the vertices, its last elements. */
-void
-checkEnd(std::istream& file,
-         const PlyHeader& header,
-         const PlyElement& vertices,
-         std::uint64_t file_bytes)
+/** \brief What follows the vertices, the last elements of a file; empty if nothing
+ * does. */
+std::string
+describeRest(std::istream& file,
+             const PlyHeader& header,
+             const PlyElement& vertices,
+             std::uint64_t file_bytes)
 {
   if (header.is_text)
-    checkNoLinesFollow(file, header.line_end);
-  else
-    checkNoPointsFollow(file_bytes - static_cast<std::uint64_t>(file.tellg()),
-                        bytesOf(PlyReader::fieldsOf(vertices)));
+    return describeFurtherLines(file, header.line_end);
+  return describeFurtherPoints(file_bytes - static_cast<std::uint64_t>(file.tellg()),
+                               bytesOf(PlyReader::fieldsOf(vertices)));
 }
 
 } // namespace
@@ -365,9 +365,11 @@ readPly(const std::string& path, pcl::PCLPointCloud2& cloud)
       grid = reader.readGrid(*element);
     else if (element < vertices || grid_element != nullptr)
       reader.skip(*element);
-  if (header.elements.back().name == "vertex")
-    checkEnd(file, header, *vertices, all_bytes);
   std::vector<std::string> remarks;
+  if (header.elements.back().name == "vertex")
+    if (std::string rest = describeRest(file, header, *vertices, all_bytes);
+        !rest.empty())
+      remarks.push_back(std::move(rest));
   bool is_image = header.columns > 0 && header.rows > 0;
   const bool has_gaps = grid_element != nullptr && mayBeMissing(fields);
   if (grid_element != nullptr && !has_gaps) {

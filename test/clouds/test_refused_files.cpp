@@ -42,10 +42,28 @@ withBefore(std::string text, const char* word, const std::string& more)
 
 } // namespace
 
+TEST_F(FileLayouts, MorePointsThanPromisedAreLeftOutWithARemark)
+{
+  const std::string ones("\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f", 12);
+  const std::pair<std::string, std::string> files[] = {
+      {pcdOf("1", "ascii\n1 1 1\n4 5 6\n"),
+       "lines after the points that its header promises are left out: '4 5 6'"},
+      {pcdOf("1", "binary\n" + ones + ones),
+       "12 bytes after the points that its header promises are left out"},
+      {plyOf("ascii", "1", "1 1 1 4\n5 6 7 8\n"),
+       "lines after the points that its header promises are left out: '5 6 7 8'"},
+      {plyOf("binary_little_endian", "1", ones + "a" + ones + "b" + ones),
+       "25 bytes after the points that its header promises are left out"}};
+  for (const auto& [content, remark] : files) {
+    EXPECT_EQ(read("a.cloud", content), Remarks{remark});
+    EXPECT_EQ(floats("x"), std::vector<float>{1.0f});
+    EXPECT_EQ(floats("z"), std::vector<float>{1.0f});
+  }
+}
+
 TEST_F(FileLayouts, WhatIsNoCloudIsRefused)
 {
   const std::string zeros(30, '\0');
-  const std::string ones("\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f", 12);
   const std::string ten("\x0a\0\0\0", 4); // bytes that are compressed
   const std::pair<std::string, std::string> files[] = {
       {"", "it is empty"},
@@ -59,9 +77,6 @@ TEST_F(FileLayouts, WhatIsNoCloudIsRefused)
       // Other numbers of points than the header has.
       {pcdOf("2", "ascii\n1.5 2.5 3.5\n1.5 2.5\n"), "line 11 has 2 numbers, fewer"},
       {pcdOf("1", "ascii\n1 2 3 4\n"), "line 10 has more than 3 numbers"},
-      {pcdOf("1", "ascii\n1 2 3\n4 5 6\n"), "lines follow the points"},
-      {pcdOf("1", "binary\n" + std::string(24, 'a')), "12 bytes follow the points"},
-      {pcdOf("1", "binary\n" + ones + ones), "12 bytes follow the points"},
       {pcdOf("4000000000", "binary\n"),
        "its header promises 4000000000 x 1 points, which is too"},
       {pcdOf("100000000", "binary\n"),
@@ -83,9 +98,6 @@ TEST_F(FileLayouts, WhatIsNoCloudIsRefused)
       {plyOf("ascii", "2", "1 2 3 4\n1,5 2 3 4\n"), "line 10: '1,5' is no number"},
       {plyOf("ascii", "2", "1 2 3 4\n1 2 3 300\n"), "line 10: '300' is no number"},
       {plyOf("ascii", "2", "1 2 3 4\n1 2 3 4.5\n"), "line 10: '4.5' is no number"},
-      {plyOf("ascii", "1", "1 2 3 4\n5 6 7 8\n"), "lines follow the points"},
-      {plyOf("binary_little_endian", "1", std::string(36, 'a')),
-       "23 bytes follow the points"},
       {plyOf("binary_little_endian", "1", std::string(12, 'a')), "it was cut off"},
       {plyOf("binary_little_endian", "900000000", ""),
        "it was cut off, or its header is wrong: it promises"},
