@@ -298,7 +298,8 @@ packedColour(const std::vector<NumberReader>& channels,
   return made;
 }
 
-/** \brief Packs the channels of colours that are fields of their own. */
+} // namespace
+
 void
 packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remarks)
 {
@@ -345,8 +346,6 @@ packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remark
                                        : ", in 8 bits a channel, of 0 to " +
                                              std::to_string(static_cast<int>(*full))));
 }
-
-} // namespace
 
 std::vector<std::string>
 makeUsual(PCLPointCloud2& cloud, bool is_ply)

@@ -33,5 +33,12 @@ namespace clouds {
 std::vector<std::string>
 makeUsual(pcl::PCLPointCloud2& cloud, bool is_ply);
 
+/** \brief Packs separate channels of a colour as makeUsual() does.
+ * \param[in,out] cloud its rows without gaps
+ * \param[in,out] remarks is appended to
+ */
+void
+packColours(pcl::PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remarks);
+
 } // namespace clouds
 } // namespace pcl_ext

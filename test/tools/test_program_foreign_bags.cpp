@@ -140,6 +140,22 @@ protected:
       }
   }
 
+  /** \brief Expects each point of the first wall to have a colour of its own. */
+  void
+  expectColours() const
+  {
+    ASSERT_EQ(clouds.size(), 2u);
+    const PointCloudMessage& cloud = clouds[0];
+    ASSERT_EQ(cloud.fields.back().name, "rgb");
+    for (std::size_t point = 0; point < width * height; ++point) {
+      std::uint32_t colour = 0;
+      std::memcpy(&colour,
+                  &cloud.bytes[point * cloud.point_step + cloud.fields.back().offset],
+                  4);
+      EXPECT_EQ(colour & 0xffffffu, 0x108000u + point);
+    }
+  }
+
   std::vector<PointCloudMessage> clouds; // decoded
 };
 
@@ -254,15 +270,34 @@ TEST_F(ProgramForeignBags, MayHaveColoursAsInt32)
   });
   EXPECT_EQ(expectWalls("bag.mcap", "--colour-bits 8").find("left out"),
             std::string::npos);
-  ASSERT_EQ(clouds.size(), 2u);
-  ASSERT_EQ(clouds[0].fields.back().name, "rgb");
-  for (std::size_t point = 0; point < width * height; ++point) {
-    std::uint32_t colour = 0;
-    std::memcpy(
-        &colour,
-        &clouds[0].bytes[point * clouds[0].point_step + clouds[0].fields.back().offset],
-        4);
-    EXPECT_EQ(colour & 0xffffffu, 0x108000u + point);
+  expectColours();
+}
+
+TEST_F(ProgramForeignBags, MayHaveColoursAsChannelsWhichAreFieldsWhereTheyAreKept)
+{
+  writeWalls(folder / "bag.mcap", [](PointCloudMessage& cloud) {
+    cloud.fields[3] = {"b", 12, 2, 1};
+    cloud.fields.push_back({"g", 13, 2, 1});
+    cloud.fields.push_back({"r", 14, 2, 1});
+    for (std::size_t point = 0; point < width * height; ++point) {
+      cloud.bytes[16 * point + 12] = static_cast<std::uint8_t>(point);
+      cloud.bytes[16 * point + 13] = 0x80;
+      cloud.bytes[16 * point + 14] = 0x10;
+    }
+  });
+  const std::string said = expectWalls("bag.mcap", "--colour-bits 8");
+  EXPECT_TRUE(
+      hasPart(said, "/points: its fields r, g, b (uint8) are taken as its colour"))
+      << said;
+  expectColours();
+
+  for (const char* const fields : {"all", "r,g,b"}) {
+    expectWalls("bag.mcap", std::string("--fields ") + fields);
+    ASSERT_EQ(clouds.size(), 2u);
+    EXPECT_EQ(clouds[0].fields.size(), 6u);
+    EXPECT_EQ(clouds[0].point_step, 16u);
+    EXPECT_EQ(clouds[0].bytes[16 * 5 + 12], 5);
+    EXPECT_EQ(clouds[0].bytes[16 * 5 + 14], 0x10);
   }
 }
 

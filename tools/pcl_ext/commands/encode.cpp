@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/file_text.h"
 #include "commands/bag_encoding.h"
 #include "commands/commands.h"
 #include "commands/encode_bags.h"
@@ -73,6 +74,14 @@ encode(EncodeOptions& options, const CLI::App& app)
   if (options.is_json && options.output.path == "-")
     throw UsageError("--json has no effect with -o -, as the standard output takes "
                      "frames: name x.pcxi");
+  // Fields that are kept come back as they were.
+  const auto& kept = options.encoding.codec().fields;
+  options.input.packs_colours =
+      std::all_of(kept.begin(), kept.end(), [](const io::FieldSetting& field) {
+        const std::string name = clouds::lowerCase(field.name);
+        return name != io::all_fields && name != "r" && name != "red" &&
+               name != "diffuse_red";
+      });
   if (options.jobs == 0)
     options.jobs = std::max(1u, std::thread::hardware_concurrency());
   // A folder of recordings gets one more.

@@ -265,7 +265,8 @@ public:
     for (const auto& reader : place_readers_)
       if (reader.use_count() == 1)
         return reader;
-    place_readers_.push_back(std::make_shared<BagPlaceReader>(path_));
+    place_readers_.push_back(
+        std::make_shared<BagPlaceReader>(path_, options_.packs_colours));
     return place_readers_.back();
   }
 
@@ -286,7 +287,10 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(reader_.channels()[entry.channel], cloud, message_);
+          readCloud(reader_.channels()[entry.channel],
+                    options_.packs_colours,
+                    cloud,
+                    message_);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -408,7 +412,8 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(channels()[cloud.message.channel], cloud, message_);
+      readCloud(
+          channels()[cloud.message.channel], options_.packs_colours, cloud, message_);
       return Found::Cloud;
     }
     return Found::End;

@@ -3,12 +3,15 @@
 
 #include "clouds/file_text.h"
 #include "clouds/point_fields.h"
+#include "clouds/usual_fields.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace tools {
@@ -37,6 +40,21 @@ nameCoordinatesUsually(pcl::PCLPointCloud2& cloud)
   return is_changed;
 }
 
+/** \brief Packs separate channels of a colour, which are no fields to keep. */
+void
+packColours(InputCloud& cloud)
+{
+  pcl::PCLPointCloud2& points = cloud.cloud;
+  const std::size_t size = std::size_t{points.width} * points.height;
+  std::vector<std::string> remarks;
+  if (size > 0 && points.point_step > 0 &&
+      points.data.size() / points.point_step == size &&
+      points.data.size() % points.point_step == 0)
+    clouds::packColours(points, false, remarks);
+  if (!remarks.empty())
+    cloud.remark = remarks.front();
+}
+
 } // namespace
 
 bool
@@ -47,6 +65,7 @@ hasClouds(const McapChannel& channel)
 
 void
 readCloud(const McapChannel& channel,
+          bool packs_colours,
           InputCloud& cloud,
           recording::PointCloudMessage& message)
 {
@@ -62,13 +81,16 @@ readCloud(const McapChannel& channel,
     toCloud(message, cloud.cloud);
     if (nameCoordinatesUsually(cloud.cloud))
       cloud.remark = "its fields X, Y, Z are taken as x, y, z";
+    if (packs_colours)
+      packColours(cloud);
   }
   catch (const std::exception& error) {
     cloud.failure = error.what();
   }
 }
 
-BagPlaceReader::BagPlaceReader(const std::string& path)
+BagPlaceReader::BagPlaceReader(const std::string& path, bool packs_colours)
+: packs_colours_(packs_colours)
 {
   throwUnlessOk(reader_.open(path));
 }
@@ -79,7 +101,7 @@ BagPlaceReader::read(InputCloud& cloud)
   cloud.is_unread = false;
   const recording::BagEntry& entry = reader_.index()[cloud.place];
   if (const RecordingStatus status = reader_.read(entry, cloud.message); status.ok())
-    readCloud(reader_.channels()[entry.channel], cloud, message_);
+    readCloud(reader_.channels()[entry.channel], packs_colours_, cloud, message_);
   else
     cloud.failure = status.message();
 }

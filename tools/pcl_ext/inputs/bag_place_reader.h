@@ -16,10 +16,12 @@ hasClouds(const recording::McapChannel& channel);
 
 /** \brief Sets a cloud by its message, or why that is none.
  * \param[in] channel of the message
+ * \param[in] packs_colours see InputOptions
  * \param[in,out] message has memory that is used again
  */
 void
 readCloud(const recording::McapChannel& channel,
+          bool packs_colours,
           InputCloud& cloud,
           recording::PointCloudMessage& message);
 
@@ -27,7 +29,7 @@ readCloud(const recording::McapChannel& channel,
 class BagPlaceReader : public PlaceReader {
 public:
   /** \throws std::runtime_error if the bag cannot be opened */
-  explicit BagPlaceReader(const std::string& path);
+  BagPlaceReader(const std::string& path, bool packs_colours);
 
   void
   read(InputCloud& cloud) override;
@@ -42,6 +44,7 @@ public:
   }
 
 private:
+  bool packs_colours_;
   recording::BagReader reader_;
   recording::PointCloudMessage message_;
 };

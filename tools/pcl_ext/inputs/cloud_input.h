@@ -189,6 +189,9 @@ struct InputOptions {
   FrameRange frames;            ///< of each stream
   std::vector<std::string> topics;           ///< of a bag; empty: all clouds
   std::vector<clouds::FileField> bin_fields; ///< of .bin files; empty: by their names
+  /** \brief Separate channels of messages, as r, g and b, are a colour; files have
+   * theirs always. */
+  bool packs_colours = true;
 };
 
 /** \brief Why none of the clouds are wanted. */
