@@ -4,7 +4,8 @@ Starts an installed launch file, waits until all streams are merged, and stops i
 
 Fails if streams are missing, a node is in another namespace, what was killed does not come back,
 the launch does not end well when it is interrupted, or a process stays behind. With one_sensor
-the simulated cell is started beside it.
+and moving_robot the simulated cell is started beside it, which with the latter drives through
+the frame odom, and the voxels have to follow.
 """
 import argparse
 import os
@@ -17,8 +18,12 @@ import time
 from composition_interfaces.srv import ListNodes
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import domain_coordinator
+from geometry_msgs.msg import TransformStamped
+import numpy
 import rclpy
+from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
 
 LONGEST_WAIT = 90.0  # s
 # In which no stream is missing. Longer than max_merge_age, in which an old frame is merged.
@@ -54,6 +59,43 @@ class Centre:
         self.complete_since = None
         wait_for(self.node, 'all streams', lambda: self.voxels and self.complete_since and
                  time.monotonic() > self.complete_since + COMPLETE_FOR)
+
+
+class Robot:
+    """What carries the simulated cell along x, and where the voxels are from it."""
+
+    SPEED = 0.25  # m/s
+
+    def __init__(self, node, voxels):
+        self.node = node
+        self.start = node.get_clock().now()
+        self.positions = []  # m, of the clouds
+        self.distances = []  # m, from there to the median of their voxels
+        self.transforms = node.create_publisher(TFMessage, '/tf', 10)
+        node.create_timer(0.02, self.drive)
+        node.create_subscription(PointCloud2, voxels, self.compare, 10)
+
+    def position(self, time):
+        return self.SPEED * (time - self.start).nanoseconds * 1e-9
+
+    def drive(self):
+        now = self.node.get_clock().now()
+        pose = TransformStamped(child_frame_id='base')
+        pose.header.stamp = now.to_msg()
+        pose.header.frame_id = 'odom'
+        pose.transform.translation.x = self.position(now)
+        self.transforms.publish(TFMessage(transforms=[pose]))
+
+    def compare(self, cloud):
+        points = numpy.frombuffer(cloud.data, numpy.float32).reshape(cloud.width, -1)
+        self.positions.append(self.position(Time.from_msg(cloud.header.stamp)))
+        self.distances.append(numpy.median(points[:, 0]) - self.positions[-1])
+
+    def check(self):
+        """Fail unless the voxels follow over two metres, while TF may be late at times."""
+        wait_for(self.node, 'clouds along the way', lambda: numpy.ptp(self.positions or [0]) > 2)
+        if numpy.ptp(self.distances) > 0.3:
+            raise RuntimeError('distances of voxels: {}'.format(self.distances))
 
 
 def wait_for(node, what, condition):
@@ -143,14 +185,20 @@ def run(options):
                       *options.arguments])]
     fault = None
     try:
-        if options.file == 'one_sensor':
+        is_moving = options.file == 'moving_robot'
+        if is_moving or options.file == 'one_sensor':
             started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
-                                  '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0']))
+                                  '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0',
+                                  '-p', 'global_frame:=' + ('base' if is_moving else 'world')]))
         rclpy.init(args=[])
         node = rclpy.create_node('test_launch_files')
+        if is_moving:
+            robot = Robot(node, options.centre + '/kinect_1/points/pcl_ext/voxels')
         centre = Centre(node, options.centre, options.streams)
         centre.wait_until_complete()
         check_namespace(node, options.namespace)
+        if is_moving:
+            robot.check()
         if options.kill:
             kill_and_wait(node, started[0].pid, options.kill)
             centre.wait_until_complete()
