@@ -221,7 +221,8 @@ EncodingOptions::check() const
   checkEffects();
   if (has_budget_)
     checkBudget();
-  // The law of a stream follows from its clouds; these checks hold for any that it may be.
+  // The law of a stream follows from its clouds; these checks hold for any that it may
+  // be.
   const IntensityLaw usual =
       codec_.keep_order ? IntensityLaw::Native : IntensityLaw::Count;
   const nodes::SensorNode node(nodeSettings(law_.value_or(usual), {}));

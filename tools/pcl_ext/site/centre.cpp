@@ -127,8 +127,7 @@ Centre::addStream(const link::LinkFrame& frame)
   }
   nodes::CentralNode& node = grid_->centre.node();
   node.setMinIntensity(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
-  if (options_.decoding.min_intensity &&
-      describe(frame).intensity_scale.bits == 0)
+  if (options_.decoding.min_intensity && describe(frame).intensity_scale.bits == 0)
     console_.remark(remarkWithoutIntensities(frame.stream));
   if (options_.decoding.removes_outliers) {
     // None of its frames is decoded yet.
