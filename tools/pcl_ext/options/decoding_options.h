@@ -31,8 +31,9 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options);
 inline std::string
 remarkWithoutIntensities(const std::string& stream)
 {
-  return stream + ": its voxels have no intensities, so that --min-intensity leaves none "
-                  "out";
+  return stream +
+         ": its voxels have no intensities, so that --min-intensity leaves none "
+         "out";
 }
 
 /** \brief Adds --max-voxels and --memory-limit.
