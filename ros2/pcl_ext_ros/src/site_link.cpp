@@ -239,6 +239,8 @@ private:
       report.raise(is_connected ? HealthLevel::Ok : HealthLevel::Error,
                    is_connected ? "OK" : "Not connected to the site's server");
     };
+    if (!publisher_ && !subscriber_)
+      report.raise(HealthLevel::Warning, "to_site and from_site are empty");
     if (publisher_) {
       const auto statistics = publisher_->statistics();
       need(statistics.is_connected);
