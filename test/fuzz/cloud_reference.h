@@ -62,11 +62,14 @@ colourField(const pcl::PCLPointCloud2& cloud)
   return nullptr;
 }
 
-/** \brief Bytes of a row: where all bytes are points, row_step is not used. */
+/** \brief Bytes of a row: row_step is not used where all bytes are points, nor for a
+ * single row that is longer. */
 inline std::uint64_t
 bytesOfRow(const pcl::PCLPointCloud2& cloud)
 {
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
+  if (cloud.height == 1 && cloud.row_step < row && row <= cloud.data.size())
+    return row;
   std::uint64_t rest = cloud.data.size();
   std::uint64_t rows = 0;
   for (; row > 0 && rest >= row; rest -= row)

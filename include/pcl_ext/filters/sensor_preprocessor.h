@@ -85,7 +85,8 @@ struct PointLayout {
 
 /** \brief Bytes from a row of a cloud to the next one. Some drivers leave row_step at 0,
  * or at that of an image from which the cloud was cut: where the data are exactly the
- * points, rows are without gaps, whatever row_step says. */
+ * points, rows are without gaps, whatever row_step says; a single row that is longer than
+ * row_step ends with its last point. */
 PCL_EXT_EXPORT std::size_t
 rowStep(const pcl::PCLPointCloud2& cloud);
 
