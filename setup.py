@@ -129,6 +129,8 @@ def copy_libraries(binaries, folder):
                 continue
             folder.mkdir(exist_ok=True)
             shutil.copy(path, folder / name)
+            if shutil.which("dpkg-query") is None:
+                continue
             ask = ["dpkg-query", "-S", "*/" + os.path.basename(os.path.realpath(path))]
             owner = subprocess.run(ask, stdout=subprocess.PIPE, text=True).stdout
             licence = pathlib.Path("/usr/share/doc", owner.partition(":")[0], "copyright")
