@@ -45,24 +45,10 @@ find(const PCLPointCloud2& cloud, const std::string& name)
   return found == cloud.fields.end() ? nullptr : &*found;
 }
 
-/** \brief Gives coordinates and packed colours their usual names. */
+/** \brief Says which names several fields have. */
 void
-nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+tellNamesOfSeveral(const PCLPointCloud2& cloud, std::vector<std::string>& remarks)
 {
-  std::string given;
-  std::string usual;
-  for (PCLPointField& field : cloud.fields) {
-    const std::string small = lowerCase(field.name);
-    const bool is_known =
-        isCoordinateName(field.name) || small == "rgb" || small == "rgba";
-    if (!is_known || find(cloud, small) != nullptr)
-      continue;
-    given += (given.empty() ? "" : ", ") + field.name;
-    usual += (usual.empty() ? "" : ", ") + small;
-    field.name = small;
-  }
-  if (!given.empty())
-    remarks.push_back("its fields " + given + " are taken as " + usual);
   for (auto field = cloud.fields.begin(); field != cloud.fields.end(); ++field)
     if (field->name != "_" &&
         std::count_if(cloud.fields.begin(), field, [&field](const auto& other) {
@@ -301,6 +287,25 @@ packedColour(const std::vector<NumberReader>& channels,
 } // namespace
 
 void
+nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+{
+  std::string given;
+  std::string usual;
+  for (PCLPointField& field : cloud.fields) {
+    const std::string small = lowerCase(field.name);
+    const bool is_known =
+        isCoordinateName(field.name) || small == "rgb" || small == "rgba";
+    if (!is_known || small == field.name || find(cloud, small) != nullptr)
+      continue;
+    given += (given.empty() ? "" : ", ") + field.name;
+    usual += (usual.empty() ? "" : ", ") + small;
+    field.name = small;
+  }
+  if (!given.empty())
+    remarks.push_back("its fields " + given + " are taken as " + usual);
+}
+
+void
 packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remarks)
 {
   std::optional<Channels> found = findChannels(cloud);
@@ -352,6 +357,7 @@ makeUsual(PCLPointCloud2& cloud, bool is_ply)
 {
   std::vector<std::string> remarks;
   nameUsually(cloud, remarks);
+  tellNamesOfSeveral(cloud, remarks);
   makeCoordinatesReal(cloud, remarks);
   makePackedColourUnsigned(cloud);
   packColours(cloud, is_ply, remarks);

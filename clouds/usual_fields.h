@@ -33,6 +33,12 @@ namespace clouds {
 std::vector<std::string>
 makeUsual(pcl::PCLPointCloud2& cloud, bool is_ply);
 
+/** \brief Gives coordinates and packed colours their usual names as makeUsual() does.
+ * \param[in,out] remarks is appended to
+ */
+void
+nameUsually(pcl::PCLPointCloud2& cloud, std::vector<std::string>& remarks);
+
 /** \brief Packs separate channels of a colour as makeUsual() does.
  * \param[in,out] cloud its rows without gaps
  * \param[in,out] remarks is appended to

@@ -1,13 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inputs/bag_place_reader.h"
 
-#include "clouds/file_text.h"
 #include "clouds/point_fields.h"
 #include "clouds/usual_fields.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <exception>
 #include <string>
@@ -21,38 +19,21 @@ using recording::RecordingStatus;
 
 namespace {
 
-/** \brief Gives coordinates in capitals their usual names, if there are no others.
- * \return whether there are such */
-bool
-nameCoordinatesUsually(pcl::PCLPointCloud2& cloud)
+/** \brief Gives fields their usual names, and packs separate channels of a colour.
+ * \return what the user is to know of it, a line each
+ */
+std::vector<std::string>
+makeUsual(bool packs_colours, pcl::PCLPointCloud2& cloud)
 {
-  bool is_changed = false;
-  for (pcl::PCLPointField& field : cloud.fields) {
-    const std::string usual = clouds::lowerCase(field.name);
-    if (!clouds::isCoordinateName(field.name) || usual == field.name ||
-        std::any_of(cloud.fields.begin(),
-                    cloud.fields.end(),
-                    [&usual](const auto& other) { return other.name == usual; }))
-      continue;
-    field.name = usual;
-    is_changed = true;
-  }
-  return is_changed;
-}
-
-/** \brief Packs separate channels of a colour, which are no fields to keep. */
-void
-packColours(InputCloud& cloud)
-{
-  pcl::PCLPointCloud2& points = cloud.cloud;
-  const std::size_t size = std::size_t{points.width} * points.height;
   std::vector<std::string> remarks;
-  if (size > 0 && points.point_step > 0 &&
-      points.data.size() / points.point_step == size &&
-      points.data.size() % points.point_step == 0)
-    clouds::packColours(points, false, remarks);
-  if (!remarks.empty())
-    cloud.remark = remarks.front();
+  clouds::nameUsually(cloud, remarks);
+  const std::size_t size = std::size_t{cloud.width} * cloud.height;
+  const bool has_gaps = size == 0 || cloud.point_step == 0 ||
+                        cloud.data.size() / cloud.point_step != size ||
+                        cloud.data.size() % cloud.point_step != 0;
+  if (packs_colours && !has_gaps)
+    clouds::packColours(cloud, false, remarks);
+  return remarks;
 }
 
 } // namespace
@@ -79,10 +60,8 @@ readCloud(const McapChannel& channel,
                        : "the bytes of its numbers are in the other order; messages of "
                          "decode have that of this machine";
     toCloud(message, cloud.cloud);
-    if (nameCoordinatesUsually(cloud.cloud))
-      cloud.remark = "its fields X, Y, Z are taken as x, y, z";
-    if (packs_colours)
-      packColours(cloud);
+    for (const std::string& remark : makeUsual(packs_colours, cloud.cloud))
+      cloud.remark += (cloud.remark.empty() ? "" : "; ") + remark;
   }
   catch (const std::exception& error) {
     cloud.failure = error.what();
