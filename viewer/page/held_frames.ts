@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ShownFrame } from "./decoding/messages";
 
-/** The newest frame of each stream, while the picture of a live source is frozen. */
+/** The newest frame of each stream of a live source, until the next picture. */
 export class HeldFrames {
   private readonly frames = new Map<number, ShownFrame>();
 

@@ -36,6 +36,7 @@ export class LiveView {
   private readonly held: HeldFrames;
   private readonly timer: number;
   private isUpdateDue = false;
+  private isShowDue = false;
   private state: LiveState & { at: number } = { problem: "", ages: [], at: 0 };
   private lag = { ms: 0, at: -Infinity }; // from the arrival of a frame until it was shown, and when
 
@@ -82,7 +83,13 @@ export class LiveView {
   toggleFrozen(): void {
     const isFrozen = !this.parts.store.get().isFrozen;
     this.parts.store.set({ isFrozen });
-    if (!isFrozen) this.parts.screen.show(this.held.takeAll(), true);
+    if (!isFrozen) this.showHeld();
+  }
+
+  /** Shows the newest frames that came since the last picture, of all streams at once. */
+  private showHeld(): void {
+    const frames = this.held.takeAll();
+    if (frames.length > 0) this.parts.screen.show(frames, true);
   }
 
   forgetHeld(streams: readonly number[]): void {
@@ -98,8 +105,14 @@ export class LiveView {
       const now = performance.now();
       this.lag = { ms: now - at, at: now };
     }
-    if (this.parts.store.get().isFrozen) this.held.hold(frame);
-    else this.parts.screen.show([frame], true);
+    this.held.hold(frame);
+    if (!this.isShowDue) {
+      this.isShowDue = true;
+      requestAnimationFrame(() => {
+        this.isShowDue = false;
+        if (!this.parts.store.get().isFrozen) this.showHeld();
+      });
+    }
     if (wantsIFrame) this.connection.requestIFrame(serverId);
   }
 

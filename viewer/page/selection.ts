@@ -64,7 +64,7 @@ export class Selection {
     const layer = found ? this.scene.layers[found.layer] : null;
     const voxel = found && layer ? {
       stream: found.layer, voxel: found.voxel, place: layer.placeOf(found.voxel), edge: layer.edge,
-      rotation: layer.mesh.quaternion.clone(),
+      rotation: layer.group.quaternion.clone(),
     } : null;
     this.picked = voxel ? [...(measures ? this.picked.slice(-1) : []), voxel] : [];
     this.isMeasuring = false;

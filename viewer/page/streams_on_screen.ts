@@ -26,6 +26,9 @@ import { element } from "./controls/dom";
 /** After this time no stream is waited for, to place the camera. */
 const msToBegin = 3000;
 
+/** Figures are told after this time at the earliest, and take a tenth of all time at most. */
+const msToFigures = 50;
+
 /** What numbers of voxels depend on. */
 const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
@@ -51,6 +54,7 @@ export class StreamsOnScreen {
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
+  private msOfFigures = 0;
   private followed: { stream: number; pose: Pose } | null = null;
   readonly selection: Selection;
   private readonly rate = element("b");
@@ -268,8 +272,10 @@ export class StreamsOnScreen {
     this.isWaiting = true;
     setTimeout(() => {
       this.isWaiting = false;
+      const begin = performance.now();
       this.updateFigures();
-    }, 50);
+      this.msOfFigures = performance.now() - begin;
+    }, Math.max(msToFigures, 10 * this.msOfFigures));
   }
 
   /** Voxels drawn and all voxels, of the streams that are on. */

@@ -29,6 +29,8 @@ export interface ViewerHook {
   pastPositions(stream: number): number[];
   /** Values of the field that the same voxels have with them; null: none. */
   fieldValues(stream: number): number[] | null;
+  /** Number of times that the scene was drawn. */
+  pictures(): number;
   moments(): number;
   /** Resolves when the frames of a moment are drawn. */
   seek(moment: number): Promise<void>;
@@ -52,7 +54,7 @@ export function publishHook(viewer: HookedPage): void {
     streams: () =>
       viewer.screen.streams.map(({ description, shown }, i) => ({
         name: description.name,
-        colour: viewer.scene.layers[i].mesh.material.uniforms.streamColour.value.toArray(),
+        colour: viewer.scene.layers[i].material.uniforms.streamColour.value.toArray(),
         number: shown?.number ?? null,
         problem: shown?.problem ?? null,
         voxels: viewer.scene.layers[i].voxels?.count ?? 0,
@@ -74,6 +76,7 @@ export function publishHook(viewer: HookedPage): void {
       const values = layer.arrays?.field;
       return values ? [...values].filter((_, i) => i < (layer.voxels?.count ?? 0) && !isNoise(layer, i, threshold)) : null;
     },
+    pictures: () => viewer.scene.pictures,
     moments: () => viewer.index.moments.length,
     seek: (moment) => viewer.seekAndWait(moment),
     fit: (direction) => viewer.fit(direction),

@@ -53,14 +53,12 @@ export function countKept(layer: VoxelLayer, threshold: number): number {
 }
 
 /** Places of some of a stream's voxels that are no noise, sorted along each axis. */
-function sortedPlaces(layer: VoxelLayer, threshold: number): number[][] {
-  const axes: number[][] = [[], [], []];
+function sortedPlaces(layer: VoxelLayer, threshold: number): Float64Array[] {
   const count = layer.voxels?.count ?? 0;
   const step = Math.max(1, Math.floor(count / 8000));
-  for (let i = 0; i < count; i += step)
-    if (!isNoise(layer, i, threshold)) layer.placeOf(i).forEach((value, axis) => axes[axis].push(value));
-  for (const values of axes) values.sort((a, b) => a - b);
-  return axes;
+  const voxels: number[] = [];
+  for (let i = 0; i < count; i += step) if (!isNoise(layer, i, threshold)) voxels.push(i);
+  return [0, 1, 2].map((axis) => Float64Array.from(voxels, (voxel) => layer.coordinateOf(voxel, axis)).sort());
 }
 
 /** A box in which most of a stream's voxels lie: along each axis all but 1 % at either end, and of these what is near. */
@@ -78,7 +76,7 @@ function mainBounds(layer: VoxelLayer, threshold: number): Bounds | null {
 
 /** A box in which most voxels of each stream that is drawn lie: single ones far away do not count. */
 export function boundsOf(layers: readonly VoxelLayer[], threshold: number): Bounds | null {
-  const boxes = layers.flatMap((layer) => (layer.mesh.visible ? (mainBounds(layer, threshold) ?? []) : []));
+  const boxes = layers.flatMap((layer) => (layer.group.visible ? (mainBounds(layer, threshold) ?? []) : []));
   if (boxes.length === 0) return null;
   const join = (ends: number[][], choose: (...values: number[]) => number): [number, number, number] =>
     [0, 1, 2].map((axis) => choose(...ends.map((end) => end[axis]))) as [number, number, number];
@@ -102,7 +100,7 @@ export function pick(
 ): PickedVoxel | null {
   let best: PickedVoxel | null = null;
   layers.forEach((layer, layerIndex) => {
-    if (!layer.mesh.visible || !layer.arrays) return;
+    if (!layer.group.visible || !layer.arrays) return;
     const positions = layer.arrays.positions;
     const count = positions.length / 3;
     // In the coordinates of the frame voxels are along the axes.

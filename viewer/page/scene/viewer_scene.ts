@@ -41,7 +41,7 @@ const directions: Record<ViewDirection | "steep", [number, number, number]> = {
 /** The scene with its camera: draws when something has changed, and only then. */
 export class ViewerScene {
   readonly layers: VoxelLayer[] = [];
-  readonly past = new PastFrames((layer) => this.scene.remove(layer.mesh));
+  readonly past = new PastFrames((layer) => this.scene.remove(layer.group));
   readonly surroundings = new Surroundings();
   readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
   controls: OrbitControls;
@@ -56,6 +56,9 @@ export class ViewerScene {
   private fitted: ViewDirection | "keep" | null = null;
   private isPlacedByUser = false;
   private needsDrawing = true;
+  private lastPicture: WebGLSync | null = null; // signalled when it is finished
+  /** Number of times that it was drawn. */
+  pictures = 0;
   private cut = noCut;
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
@@ -71,7 +74,6 @@ export class ViewerScene {
     trailSeconds: { value: 2 },
     colourMap: { value: null as THREE.Texture | null },
     viewport: { value: new THREE.Vector2(1, 1) },
-    isDisc: { value: false },
   };
 
   /** Throws if the browser has no WebGL 2. */
@@ -151,14 +153,26 @@ export class ViewerScene {
 
   private drawIfNeeded(): void {
     this.controls.update();
-    if (this.needsDrawing) this.draw();
+    if (this.needsDrawing && !this.isGpuBusy()) this.draw();
+  }
+
+  /** True while the last picture is not finished: one more would stop the page until it is. */
+  private isGpuBusy(): boolean {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    return this.lastPicture !== null && gl.getSyncParameter(this.lastPicture, gl.SYNC_STATUS) === gl.UNSIGNALED;
   }
 
   private draw(): void {
     this.needsDrawing = false;
+    ++this.pictures;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
     placeClippingPlanes(this.camera, this.controls.target, this.bounds, this.allBounds());
+    for (const { layer } of this.layersOfStreams()) layer.chooseDetail(this.camera, this.uniforms.viewport.value.y);
     this.shading.draw(this.scene, this.camera);
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (this.lastPicture) gl.deleteSync(this.lastPicture);
+    this.lastPicture = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
     this.onDrawn();
   }
 
@@ -167,7 +181,7 @@ export class ViewerScene {
     if (colours.length < this.layers.length) this.past.clear();
     while (this.layers.length > colours.length) {
       const layer = this.layers.pop() as VoxelLayer;
-      this.scene.remove(layer.mesh);
+      this.scene.remove(layer.group);
       layer.dispose();
     }
     while (this.layers.length < colours.length) this.layers.push(this.addLayer(null));
@@ -177,7 +191,7 @@ export class ViewerScene {
 
   private addLayer(unused: VoxelLayer | null): VoxelLayer {
     const layer = unused ?? new VoxelLayer(this.uniforms);
-    this.scene.add(layer.mesh);
+    this.scene.add(layer.group);
     return layer;
   }
 
@@ -215,12 +229,11 @@ export class ViewerScene {
     const field = fieldOf(state.colourBy);
     uniforms.colourBy.value = colourModes.indexOf(field === null ? state.colourBy : "field");
     uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
-    uniforms.isDisc.value = state.shape === "points";
     const map = state.colourBy === "height" || state.colourBy === "age" ? state.colourBy : "intensity";
     uniforms.colourMap.value = this.maps.get(map) ?? null;
     if (state.decaySeconds === 0) this.past.clear();
     this.layersOfStreams().forEach(({ stream, layer }) => {
-      layer.mesh.visible = isVisible(stream);
+      layer.group.visible = isVisible(stream);
       layer.setShape(state.shape);
       layer.setScale(state.voxelScale);
       layer.setField(field, fieldAxis);
@@ -256,7 +269,7 @@ export class ViewerScene {
   /** A box around all voxels that are drawn. */
   private allBounds(): Bounds | null {
     const box = new THREE.Box3();
-    for (const { layer } of this.layersOfStreams()) if (layer.mesh.visible) box.union(layer.box);
+    for (const { layer } of this.layersOfStreams()) if (layer.group.visible) box.union(layer.box);
     return box.isEmpty() ? null : { min: box.min.toArray(), max: box.max.toArray() };
   }
 
@@ -284,7 +297,7 @@ export class ViewerScene {
   }
 
   private largestEdge(): number {
-    return this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+    return this.layers.reduce((largest, layer) => Math.max(largest, layer.group.visible ? layer.edge : 0), 0);
   }
 
   /** A box of some voxels at least, as the camera cannot be fitted to the centre of a single one. */

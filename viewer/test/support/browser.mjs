@@ -31,6 +31,16 @@ export async function stopBrowser() {
   browser = null;
 }
 
+/** Seconds of processor that the browser's processes took, by their type; 0 for those that do not run. */
+export async function processorTimes() {
+  const session = await browser.newBrowserCDPSession();
+  const { processInfo } = await session.send("SystemInfo.getProcessInfo");
+  await session.detach();
+  const times = { renderer: 0, GPU: 0 };
+  for (const { type, cpuTime } of processInfo) times[type] = (times[type] ?? 0) + cpuTime;
+  return times;
+}
+
 /** A page of the viewer; errors in it fail the test when it is closed. */
 export async function openViewer({ url = pathToFileURL(pagePath).href, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1000, height: 700 }, colorScheme: "dark", ...options });
