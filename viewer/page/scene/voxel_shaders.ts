@@ -58,7 +58,7 @@ const float leastPixels = 2.0;
 
 void main() {
   int voxel = shape == 0 ? gl_VertexID / 18 : gl_VertexID;
-  ivec2 texel = ivec2(voxel & 1023, voxel >> 10);
+  ivec2 texel = ivec2(voxel & 2047, voxel >> 11);
   vec4 centreAndIntensity = texelFetch(centres, texel, 0);
   vec3 centre = centreAndIntensity.xyz;
   float intensity = centreAndIntensity.w;

@@ -2,10 +2,10 @@
 import * as THREE from "three";
 
 /** Texels of a row, which the shader knows, too. */
-const width = 1024;
+const width = 2048;
 
-/** Voxels on the GPU, a texel of each texture for a voxel. Textures, as drawing each voxel as an instance takes software
- * renderers seven times as long, and GPUs draw instances of so few corners below their speed, too. */
+/** Voxels on the GPU, a texel of each texture for a voxel. They are no instances, whose drawing takes software renderers
+ * seven times as long. */
 export class VoxelTextures {
   /** x, y, z in metres from the layer's origin, and intensity. */
   readonly centres: Float32Array<ArrayBuffer>;
@@ -33,9 +33,9 @@ export class VoxelTextures {
   /** Those before, if they suit so many voxels, else new ones. Each upload writes the whole of them. */
   static of(before: VoxelTextures | null, count: number): VoxelTextures {
     const rows = Math.ceil((1.3 * count) / width);
-    if (before && count <= before.capacity && before.rows <= 4 * rows + 4) return before;
+    if (before && count <= before.capacity && before.rows <= 4 * rows + 2) return before;
     before?.dispose();
-    return new VoxelTextures(Math.max(4, rows));
+    return new VoxelTextures(Math.max(2, rows));
   }
 
   /** Uploads what was written, before the next picture. */
