@@ -27,6 +27,8 @@ ENCODING = [
     ('sensor', 'kinect_v2', 'for quadratic and linear'),
     ('effort', 'fast', 'fast, balanced or small'),
     ('i_frame_rate', '30', 'frames from one I-frame to the next'),
+    ('i_frame_every', '0.0', 's from one I-frame to the next, so that one can seek in '
+     'recordings; 0: i_frame_rate alone'),
 ]
 CROP_BOX = ('crop_box', '[]', '[x0, y0, z0, x1, y1, z1] in the world, m; []: none')
 CROP_BOX_OF_CELL = (CROP_BOX[0], '[0, 0, 0.1, 10, 10, 4]', CROP_BOX[2])
