@@ -10,14 +10,13 @@ import sys
 sys.path.insert(0, os.path.dirname(__file__))
 import pcl_ext_nodes  # noqa: E402
 
-PARAMETERS = os.path.join(os.path.dirname(os.path.dirname(__file__)), 'config',
-                          'moving_robot.yaml')
 ARGUMENTS = [
     *pcl_ext_nodes.PROCESSES,
     ('points', '/camera/depth/points', 'topic of the clouds (sensor_msgs/PointCloud2)'),
     ('sensor_frame', 'camera_depth_optical_frame', 'TF frame of the clouds, from which the '
      'map takes rays'),
-    ('parameters', PARAMETERS, 'file with the parameters of sensor_node and central_node'),
+    ('parameters', pcl_ext_nodes.configuration('moving_robot'),
+     'file with the parameters of sensor_node and central_node'),
     ('sensor_side', 'true', 'false: that node runs on another computer'),
     ('central_side', 'true', 'false: that node runs on another computer'),
 ]

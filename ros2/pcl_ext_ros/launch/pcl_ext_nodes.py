@@ -1,6 +1,7 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """What the launch files have in common: arguments, parameters, nodes."""
 import functools
+import os
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -16,6 +17,9 @@ PROCESSES = [
     ('namespace', '', 'of all nodes and of topics that do not begin with /'),
     ('respawn', 'true', 'true: what ends is started again after a second'),
 ]
+# Of launch files with nodes of other packages.
+OTHER_PROCESSES = [argument for argument in PROCESSES
+                   if argument[0] in ('namespace', 'respawn')]
 SENSOR_NODE = ('sensor_node', 'sensor_node', "name of a sensor's node")
 CENTRAL_NODE = ('central_node', 'central_node', 'name of a central node')
 ENCODING = [
@@ -27,6 +31,8 @@ ENCODING = [
     ('sensor', 'kinect_v2', 'for quadratic and linear'),
     ('effort', 'fast', 'fast, balanced or small'),
     ('i_frame_rate', '30', 'frames from one I-frame to the next'),
+    ('i_frame_every', '0.0', 's from one I-frame to the next, so that one can seek in '
+     'recordings; 0: i_frame_rate alone'),
 ]
 CROP_BOX = ('crop_box', '[]', '[x0, y0, z0, x1, y1, z1] in the world, m; []: none')
 CROP_BOX_OF_CELL = (CROP_BOX[0], '[0, 0, 0.1, 10, 10, 4]', CROP_BOX[2])
@@ -55,6 +61,11 @@ SIMULATION = [
 NUMBERS_WITHOUT_DEFAULT = ('min_intensity', 'map_full_intensity', 'merge_wait')
 KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number', list: 'a list',
          dict: 'names with what they have, {a: b}'}
+
+
+def configuration(name):
+    """Return the installed file with the parameters of a launch file."""
+    return os.path.join(os.path.dirname(os.path.dirname(__file__)), 'config', name + '.yaml')
 
 
 def yaml_of(text):
@@ -151,6 +162,15 @@ def node(values, plugin, executable, name=None, namespace='', **options):
     return functools.partial(
         Node, package='pcl_ext_ros', executable=executable, output='screen',
         respawn=values['respawn'], respawn_delay=pcl_ext_containers.RESPAWN_DELAY, **options)
+
+
+def other_node(values, package, executable, name, namespace='', parameters=(), **options):
+    """Return a process of another package, with the file of parameters of the launch file."""
+    return Node(
+        package=package, executable=executable, name=name,
+        namespace=absolute(values, namespace), output='screen', respawn=values['respawn'],
+        respawn_delay=pcl_ext_containers.RESPAWN_DELAY,
+        parameters=[values['parameters'], *parameters], **options)
 
 
 def sensors_and_centre(values, sensors, of_centre, namespace=''):

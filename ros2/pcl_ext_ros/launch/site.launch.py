@@ -59,7 +59,7 @@ def nodes_of_zone(values, zone, sensors):
     of_centre = {**pcl_ext_nodes.parameters_of_centre(values),
                  **pcl_ext_nodes.parameters_of_noise(values)}
     # Neither resolution nor crop box: the merged voxels are kept as they are.
-    for name in ('effort', 'i_frame_rate'):
+    for name in ('effort', 'i_frame_rate', 'i_frame_every'):
         of_centre['{}.merged.pcl_ext.{}'.format(values['central_node'], name)] = values[name]
     return pcl_ext_nodes.sensors_and_centre(values, sensors, of_centre, namespace=zone)
 

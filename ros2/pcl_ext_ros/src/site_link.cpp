@@ -19,6 +19,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -193,8 +194,14 @@ private:
       std::this_thread::sleep_for(pause);
     bool is_complete = !stops_;
     std::size_t number = 0; // the index of the topic
-    for (std::size_t i = 0; i < outgoing_.size() && is_complete; ++i)
-      is_complete = isOk(publisher_->addStream(outgoing_[i], {}, number));
+    for (std::size_t i = 0; i < outgoing_.size() && is_complete; ++i) {
+      const auto status = publisher_->addStream(outgoing_[i], {}, number);
+      is_complete = isOk(status);
+      if (!is_complete) {
+        const std::lock_guard<std::mutex> lock(refusal_mutex_);
+        refusal_ = "Nothing is sent: " + status.message();
+      }
+    }
     sends_ = is_complete;
     while (subscriber_ && !stops_ && !isOk(subscriber_->connect()))
       std::this_thread::sleep_for(pause);
@@ -244,6 +251,11 @@ private:
     if (publisher_) {
       const auto statistics = publisher_->statistics();
       need(statistics.is_connected);
+      {
+        const std::lock_guard<std::mutex> lock(refusal_mutex_);
+        if (!refusal_.empty())
+          report.raise(HealthLevel::Error, refusal_);
+      }
       report.add("frames sent", statistics.frames);
       report.add("frames not sent", statistics.frames_not_sent);
     }
@@ -273,6 +285,8 @@ private:
   std::optional<HealthPublisher> health_;
   std::atomic<bool> sends_{false}; // has the streams of outgoing_
   std::atomic<bool> stops_{false};
+  std::mutex refusal_mutex_;
+  std::string refusal_; // why a stream of outgoing_ cannot be; empty: it can
   std::thread thread_;
 };
 

@@ -45,7 +45,7 @@ protected:
                       "-p",
                       "resolution:=0.1"});
     node_ = nodes_.add<MergingCentreNode>(optionsOf(arguments));
-    tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
+    tester_ = nodes_.add<Tester>();
     frames_1_ = tester_->create_publisher<Frame>(topic_1, 10);
     frames_2_ = tester_->create_publisher<Frame>(topic_2, 10);
     voxels_1_.emplace(*tester_, voxels_topic_1);
@@ -102,14 +102,6 @@ protected:
   {
     return tester_->now();
   }
-
-  /** \brief A node of the test itself. */
-  class Tester : public rclcpp::Node {
-  public:
-    explicit Tester(const rclcpp::NodeOptions& options)
-    : rclcpp::Node("tester", options)
-    {}
-  };
 
   RunningNodes nodes_{std::make_unique<rclcpp::executors::MultiThreadedExecutor>()};
   std::shared_ptr<MergingCentreNode> node_;

@@ -102,7 +102,7 @@ public:
 
   template <typename NodeT>
   std::shared_ptr<NodeT>
-  add(const rclcpp::NodeOptions& options)
+  add(const rclcpp::NodeOptions& options = rclcpp::NodeOptions())
   {
     const auto node = std::make_shared<NodeT>(options);
     executor_->add_node(node);
@@ -143,6 +143,13 @@ private:
   std::unique_ptr<rclcpp::Executor> executor_;
   std::vector<rclcpp::Node::SharedPtr> nodes_;
   std::thread thread_;
+};
+
+/** \brief A node of the test itself. */
+class Tester : public rclcpp::Node {
+public:
+  explicit Tester(const rclcpp::NodeOptions& options) : rclcpp::Node("tester", options)
+  {}
 };
 
 /** \brief The last status of an entry; nothing if there is none.

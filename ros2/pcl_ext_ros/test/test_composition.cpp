@@ -55,13 +55,6 @@ sortedPoints(const Bytes& data)
   return points;
 }
 
-/** \brief A node of the test itself. */
-class Tester : public rclcpp::Node {
-public:
-  explicit Tester(const rclcpp::NodeOptions& options) : rclcpp::Node("tester", options)
-  {}
-};
-
 /** \brief Six sensor nodes and the central node in this process, without copies. */
 class Composition {
 public:

@@ -3,9 +3,11 @@
 Starts an installed launch file, waits until all streams are merged, and stops it.
 
 Fails if streams are missing, a node is in another namespace, what was killed does not come back,
-the launch does not end well when it is interrupted, or a process stays behind. With one_sensor
-and moving_robot the simulated cell is started beside it, which with the latter drives through
-the frame odom, and the voxels have to follow.
+the launch does not end well when it is interrupted, or a process stays behind. The simulated
+cell is started beside those that lack one: with moving_robot it drives through the frame odom,
+and the voxels have to follow. The obstacles of costmap have to be those that are merged, and the
+nodes of costmap and octomap_server must know each parameter of their files; where the package of
+one of these is not installed the status is 77.
 """
 import argparse
 import os
@@ -15,19 +17,39 @@ import subprocess
 import sys
 import time
 
+from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from composition_interfaces.srv import ListNodes
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import domain_coordinator
 from geometry_msgs.msg import TransformStamped
 import numpy
+from rcl_interfaces.srv import ListParameters
 import rclpy
 from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
+import yaml
 
 LONGEST_WAIT = 90.0  # s
 # In which no stream is missing. Longer than max_merge_age, in which an old frame is merged.
 COMPLETE_FOR = 3.0  # s
+# Of others, by the launch file that needs them.
+PACKAGES = {'costmap': ['nav2_costmap_2d', 'nav2_lifecycle_manager'],
+            'octomap_server': ['octomap_server']}
+SKIPPED = 77
+SIMULATED_CELL = ['ros2', 'run', 'pcl_ext_ros', 'simulated_cell', '--ros-args', '-p',
+                  'sensors:=[1]', '-p', 'rate:=5.0']
+CELL_WITH_FLOOR = ['ros2', 'launch', 'pcl_ext_ros', 'simulated_cell.launch.py',
+                   'sensors:=[1, 2]', 'captured_frames:=1', 'rate:=5', 'merge_rate:=2',
+                   'crop_box:=[0, 0, -0.1, 10, 10, 4]']
+STREAM_IN_SENSOR_FRAME = ['ros2', 'launch', 'pcl_ext_ros', 'one_sensor.launch.py',
+                          'points:=/kinect_1/points', 'global_frame:=kinect_1',
+                          'central_side:=false']
+# What is started beside a launch file, by its name.
+BESIDE = {'one_sensor': [SIMULATED_CELL],
+          'moving_robot': [SIMULATED_CELL + ['-p', 'global_frame:=base']],
+          'costmap': [CELL_WITH_FLOOR],
+          'octomap_server': [SIMULATED_CELL, STREAM_IN_SENSOR_FRAME]}
 
 
 class Centre:
@@ -96,6 +118,104 @@ class Robot:
         wait_for(self.node, 'clouds along the way', lambda: numpy.ptp(self.positions or [0]) > 2)
         if numpy.ptp(self.distances) > 0.3:
             raise RuntimeError('distances of voxels: {}'.format(self.distances))
+
+
+class Costmap:
+    """The obstacles of the costmap, and those that are merged; both are sets of cells."""
+
+    # m, a cube in the air, through which both sensors see the floor.
+    PHANTOM = numpy.mgrid[5.5:5.8:0.04, 1.4:1.7:0.04, 1.0:1.3:0.04].reshape(3, -1).T
+
+    def __init__(self, node):
+        from nav_msgs.msg import OccupancyGrid  # Nav2's, whose packages may be missing
+        self.node = node
+        self.obstacles = set()
+        self.merged = set()
+        self.edge = None
+        self.clouds = node.create_publisher(PointCloud2, '/central_node/merged', 1)
+        self.cloud = None
+        node.create_subscription(OccupancyGrid, '/costmap', self.take_grid, 1)
+        node.create_subscription(PointCloud2, '/central_node/merged', self.take_cloud, 10)
+
+    def take_grid(self, grid):
+        self.edge = round(grid.info.resolution, 6)  # Nav2 has it as a double
+        costs = numpy.array(grid.data).reshape(grid.info.height, grid.info.width)
+        rows, columns = numpy.nonzero(costs == 100)
+        self.obstacles = set(zip(columns.tolist(), rows.tolist()))
+
+    def cells(self, points):
+        return set(map(tuple, numpy.floor(points[:, :2] / self.edge).astype(int).tolist()))
+
+    def take_cloud(self, cloud):
+        self.cloud = cloud
+        if self.edge is None:
+            return
+        points = numpy.frombuffer(cloud.data, numpy.float32).reshape(cloud.width, -1)
+        self.merged = self.cells(points[(points[:, 2] > 0.1) & (points[:, 2] < 2.0)])
+
+    def is_right(self):
+        """Return whether nearly all obstacles are merged voxels, and the other way round."""
+        return len(self.merged) > 500 and \
+            len(self.merged ^ self.obstacles) < 0.05 * len(self.merged)
+
+    def show_phantom(self):
+        """Publish what was there for a moment; return whether it is an obstacle."""
+        self.cloud.width = len(self.PHANTOM)
+        points = numpy.zeros((len(self.PHANTOM), self.cloud.point_step // 4), numpy.float32)
+        points[:, :3] = self.PHANTOM
+        self.cloud.row_step = points.nbytes
+        self.cloud.data = points.tobytes()
+        self.clouds.publish(self.cloud)
+        return self.cells(self.PHANTOM) <= self.obstacles
+
+    def check(self):
+        """Fail unless obstacles are where voxels are, and go when these do."""
+        wait_for(self.node, 'obstacles where voxels are', self.is_right)
+        if self.cells(self.PHANTOM) & self.obstacles:
+            raise RuntimeError('the place of the phantom is not free')
+        wait_for(self.node, 'the phantom', self.show_phantom)
+        wait_for(self.node, 'its end', lambda: not self.cells(self.PHANTOM) & self.obstacles)
+
+
+def check_parameters(node, file):
+    """Fail unless the nodes have each parameter of the file in config."""
+    path = os.path.join(get_package_share_directory('pcl_ext_ros'), 'config', file + '.yaml')
+    with open(path, encoding='utf-8') as text:
+        expected = {name.split('/')[-1]: set(names_of(values['ros__parameters']))
+                    for name, values in yaml.safe_load(text).items()}
+
+    def nodes():
+        return {name: space for name, space in node.get_node_names_and_namespaces()
+                if name in expected}
+    wait_for(node, 'the nodes ' + ' '.join(expected), lambda: len(nodes()) == len(expected))
+    for name, space in nodes().items():
+        client = node.create_client(
+            ListParameters, '{}/{}/list_parameters'.format(space.rstrip('/'), name))
+        wait_for(node, 'the parameters of ' + name, client.service_is_ready)
+
+        def are_known():
+            answer = client.call_async(ListParameters.Request())
+            rclpy.spin_until_future_complete(node, answer, timeout_sec=5.0)
+            return answer.done() and expected[name] <= set(answer.result().result.names)
+        wait_for(node, 'all parameters of ' + name, are_known)
+
+
+def names_of(parameters, prefix=''):
+    """Return the names of parameters, with dots between."""
+    for name, value in parameters.items():
+        if isinstance(value, dict):
+            yield from names_of(value, prefix + name + '.')
+        else:
+            yield prefix + name
+
+
+def wait_for_map(node):
+    """Wait for the centres of occupied nodes, in the frame of the map."""
+    maps = []
+    node.create_subscription(PointCloud2, '/octomap_point_cloud_centers', maps.append, 1)
+    wait_for(node, 'a map', lambda: maps and maps[-1].width > 1000)
+    if maps[-1].header.frame_id != 'world':
+        raise RuntimeError('the map is in ' + maps[-1].header.frame_id)
 
 
 def wait_for(node, what, condition):
@@ -185,17 +305,21 @@ def run(options):
                       *options.arguments])]
     fault = None
     try:
-        is_moving = options.file == 'moving_robot'
-        if is_moving or options.file == 'one_sensor':
-            started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
-                                  '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0',
-                                  '-p', 'global_frame:=' + ('base' if is_moving else 'world')]))
+        started += [start(command) for command in BESIDE.get(options.file, [])]
         rclpy.init(args=[])
         node = rclpy.create_node('test_launch_files')
+        is_moving = options.file == 'moving_robot'
         if is_moving:
             robot = Robot(node, options.centre + '/kinect_1/points/pcl_ext/voxels')
-        centre = Centre(node, options.centre, options.streams)
-        centre.wait_until_complete()
+        if options.file in PACKAGES:
+            check_parameters(node, options.file)
+        if options.file == 'octomap_server':
+            wait_for_map(node)
+        else:
+            centre = Centre(node, options.centre, options.streams)
+            centre.wait_until_complete()
+        if options.file == 'costmap':
+            Costmap(node).check()
         check_namespace(node, options.namespace)
         if is_moving:
             robot.check()
@@ -222,6 +346,12 @@ def main():
     parser.add_argument('file')
     parser.add_argument('arguments', nargs='*')
     options = parser.parse_args()
+    try:
+        for package in PACKAGES.get(options.file, []):
+            get_package_share_directory(package)
+    except PackageNotFoundError as missing:
+        print('skipped: {}'.format(missing))
+        return SKIPPED
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     # Tests that run at the same time have domains of their own.
     with domain_coordinator.domain_id() as domain:

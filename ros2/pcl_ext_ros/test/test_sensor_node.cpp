@@ -33,7 +33,7 @@ protected:
   {
     arguments.insert(arguments.end(), {"-r", "input:=/kinect_1/points"});
     node_ = nodes_.add<CloudSenderNode>(optionsOf(arguments));
-    tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
+    tester_ = nodes_.add<Tester>();
     static_transforms_.emplace(
         pcl_ext_ros_common::tfNode<tf2_ros::StaticTransformBroadcaster>(*tester_));
     transforms_.emplace(
@@ -79,14 +79,6 @@ protected:
   {
     return tester_->now();
   }
-
-  /** \brief A node of the test itself. */
-  class Tester : public rclcpp::Node {
-  public:
-    explicit Tester(const rclcpp::NodeOptions& options)
-    : rclcpp::Node("tester", options)
-    {}
-  };
 
   RunningNodes nodes_;
   std::shared_ptr<CloudSenderNode> node_;

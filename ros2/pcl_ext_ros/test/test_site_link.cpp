@@ -71,12 +71,6 @@ private:
   pid_t pid_;
 };
 
-class Tester : public rclcpp::Node {
-public:
-  explicit Tester(const rclcpp::NodeOptions& options) : rclcpp::Node("tester", options)
-  {}
-};
-
 } // namespace
 
 TEST(SiteLink, FramesGoToTheSiteAndComeBackAndRequestsTheOtherWay)
@@ -96,7 +90,7 @@ TEST(SiteLink, FramesGoToTheSiteAndComeBackAndRequestsTheOtherWay)
                                  "/a/pcl_ext:=/b/pcl_ext",
                                  "-r",
                                  "__node:=here"}));
-  const auto tester = nodes.add<Tester>(rclcpp::NodeOptions());
+  const auto tester = nodes.add<Tester>();
   const auto sent = tester->create_publisher<Frame>("/a/pcl_ext", 10);
   Recorder<Frame> received(*tester, "/b/pcl_ext");
   Recorder<Empty> requests(*tester, "/a/pcl_ext/request_i_frame");
@@ -161,6 +155,24 @@ TEST(SiteLink, FramesGoToTheSiteAndComeBackAndRequestsTheOtherWay)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_GT(received.count(), before);
+}
+
+TEST(SiteLink, AStreamThatTheSiteRefusesIsAnError)
+{
+  const std::string port = freePort();
+  const Server server(port);
+  RunningNodes nodes;
+  nodes.add<SiteLink>(optionsOf({"-p",
+                                 "servers:=nats://127.0.0.1:" + port,
+                                 "-p",
+                                 "to_site:=['/a/pcl_ext', 'a/pcl_ext']"}));
+  const auto tester = nodes.add<Tester>();
+  Recorder<DiagnosticArray> diagnostics(*tester, "/diagnostics");
+  nodes.start();
+  EXPECT_TRUE(waitForStatus(diagnostics,
+                            "site_link: site site",
+                            DiagnosticStatus::ERROR,
+                            "Nothing is sent: the stream '/a/pcl_ext' exists already"));
 }
 
 TEST(SiteLink, ATopicIsNotSentBackToWhereItComesFrom)

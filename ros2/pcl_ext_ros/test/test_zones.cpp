@@ -54,12 +54,6 @@ sortedPoints(const PointCloud2& cloud)
   return points;
 }
 
-class Tester : public rclcpp::Node {
-public:
-  explicit Tester(const rclcpp::NodeOptions& options) : rclcpp::Node("tester", options)
-  {}
-};
-
 /** \brief Two zones of two sensors, the centre above, and one of all four. */
 class Zones : public testing::Test {
 protected:
@@ -74,7 +68,7 @@ protected:
     for (std::size_t i = 0; i < sensors; ++i)
       all += (i == 0 ? "" : ",") + topicOf(i);
     add("/one", "streams:=[" + all + "]");
-    tester_ = nodes_.add<Tester>(rclcpp::NodeOptions());
+    tester_ = nodes_.add<Tester>();
     for (std::size_t i = 0; i < sensors; ++i) {
       streams_.emplace_back(pcl_ext::nodes::ParameterValues{
           {"resolution", 0.1}, {"intensity", std::string("count")}});
