@@ -14,6 +14,8 @@ export interface ConverterContext {
   emitAlert(alert: { severity: "warn" | "info"; message: string; tip?: string }, id: string): void;
 }
 
+type Tell = (kind: string, problem: string) => void;
+
 /** Converts the messages of all topics. */
 export class Converter {
   /** By topic; the one that was used last is the last. */
@@ -21,9 +23,9 @@ export class Converter {
   private readonly recent = new RecentClouds();
   /** Topics that had to make room for others. */
   private readonly leftOut = new Set<string>();
-  /** Topics with the kinds of their problems. */
+  /** What the console was told: topics with the kinds of their problems. */
   private readonly told = new Set<string>();
-  /** Topics that wait for an I-frame, as was told. */
+  /** Topics that wait for an I-frame. */
   private readonly waiting = new Set<string>();
 
   /** @param module the codec's, which the topics share */
@@ -34,15 +36,13 @@ export class Converter {
    * @param message what the application read as a CompressedPointCloud2, of which nothing is certain
    */
   convert(message: unknown, topic: string, context?: ConverterContext): PointCloud | undefined {
-    const tell = (kind: string, problem: string) => this.tell(topic, kind, problem, context);
+    const tell: Tell = (kind, problem) => this.tell(topic, kind, problem, context);
     const fault = faultOf(message);
     if (fault) {
       tell(fault.kind, fault.problem);
       return undefined;
     }
-    if (this.leftOut.has(topic))
-      tell("LeftOut", `${mostTopics} topics are kept at most; of this one there is nothing until its next I-frame`);
-    const { points, problem } = this.decode(message as CompressedCloud, topic);
+    const { points, problem } = this.decode(message as CompressedCloud, topic, tell);
     const last = points ? null : (this.decoders.get(topic)?.last() ?? null);
     const isWaiting = problem?.code === "MissingReference" || problem?.code === "OldFrame";
     if (isWaiting) this.tellWaiting(topic, last !== null, context);
@@ -52,36 +52,37 @@ export class Converter {
     return cloudOf((message as CompressedCloud).header, points);
   }
 
-  /** Tells once that frames depend on others that the application has not given. */
+  /** Tells that frames depend on others that the application has not given. */
   private tellWaiting(topic: string, hasLast: boolean, context?: ConverterContext): void {
-    if (this.waiting.has(topic)) return;
     addName(this.waiting, topic);
-    const until = hasLast ? "the last cloud is shown, with its own time" : "there is nothing to show";
-    const message = `${topic}: waiting for an I-frame; until then ${until}`;
-    const tip = "After a seek a topic begins again with its next I-frame. Play on, or record I-frames more often.";
-    if (context?.emitAlert) context.emitAlert({ severity: "warn", message, tip }, waitingId(topic));
-    else this.tell(topic, "Waiting", message.slice(topic.length + 2));
+    const shown = hasLast ? "the last cloud is shown, with its own time" : "there is nothing to show";
+    const tip = `${topic}: ${shown}. After a seek a topic begins again with its next I-frame. Play on, or record I-frames more often.`;
+    if (context?.emitAlert) context.emitAlert({ severity: "warn", message: `Waiting for an I-frame: ${topic}`, tip }, waitingId(topic));
+    else this.tell(topic, "Waiting", `waiting for an I-frame; until then ${shown}`);
   }
 
   /** Takes back that the topic waits, as far as applications let a converter do so. */
   private tellShown(topic: string, context?: ConverterContext): void {
     if (!this.waiting.delete(topic)) return;
-    context?.emitAlert?.({ severity: "info", message: `${topic}: no longer waiting, its clouds are shown again` }, waitingId(topic));
+    const tip = `${topic}: an I-frame came. Extensions cannot withdraw alerts; this one may be closed.`;
+    context?.emitAlert?.({ severity: "info", message: `Shown again: ${topic}`, tip }, waitingId(topic));
   }
 
-  private decode(message: CompressedCloud, topic: string): Decoded {
+  private decode(message: CompressedCloud, topic: string, tell: Tell): Decoded {
     try {
-      return this.decoderOf(topic).decode(message);
+      return this.decoderOf(topic, tell).decode(message);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       return { points: null, problem: { code: "OutOfMemory", message: "out of memory" } };
     }
   }
 
-  private decoderOf(topic: string): TopicDecoder {
+  private decoderOf(topic: string, tell: Tell): TopicDecoder {
     const known = this.decoders.get(topic);
     if (known) this.decoders.delete(topic);
     else if (this.decoders.size >= mostTopics) this.leaveOutOldest();
+    if (!known && this.leftOut.delete(topic))
+      tell("LeftOut", `${mostTopics} topics are kept at most; of this one there is nothing until its next I-frame`);
     const decoder = known ?? new TopicDecoder(this.module, this.recent);
     this.decoders.set(topic, decoder);
     return decoder;
@@ -96,14 +97,17 @@ export class Converter {
     addName(this.leftOut, topic);
   }
 
-  /** Tells a kind of problem of a topic once. */
+  /** Tells a problem of a topic: alerts, each time, as Lichtblick clears their list when it opens another recording, and
+   * leaves alone one that is there; the console once for each kind. */
   private tell(topic: string, kind: string, problem: string, context?: ConverterContext): void {
     const id = `${topic} ${kind}`;
-    if (this.told.has(id)) return;
-    addName(this.told, id);
-    const message = `${topic}: ${problem}`;
-    if (context?.emitAlert) context.emitAlert({ severity: "warn", message }, id);
-    else console.warn(message);
+    const tip = `${topic}: ${problem}`;
+    // The list shows the beginning of a message, and all of the tip.
+    if (context?.emitAlert) context.emitAlert({ severity: "warn", message: `Clouds missing: ${topic}`, tip }, id);
+    else if (!this.told.has(id)) {
+      addName(this.told, id);
+      console.warn(tip);
+    }
   }
 }
 

@@ -20,9 +20,21 @@ export function startApplication() {
   const converters = [];
   module.exports.activate({ mode: "production", registerMessageConverter: (one) => converters.push(one) });
   const alerts = [];
+  const listed = new Map(); // by the ids
+  const emitAlert = (alert, id) => {
+    if (isDeepStrictEqual(listed.get(id), alert)) return;
+    listed.set(id, alert);
+    alerts.push({ ...alert, id });
+  };
   return {
     converters,
+    /** What came into the list of alerts, which ignores one that is there already. */
     alerts,
+    /** As when another recording is opened. */
+    clearAlerts() {
+      alerts.length = 0;
+      listed.clear();
+    },
     /** What a panel gets of a message, if that is the message's own cloud, and not an older one that is kept. */
     convertNew(topic, message, schemaName) {
       const cloud = this.convert(topic, message, schemaName);
@@ -32,7 +44,7 @@ export function startApplication() {
     convert(topic, message, schemaName = ros2Name) {
       const event = { topic, schemaName, receiveTime: { sec: 0, nsec: 0 }, message, sizeInBytes: 0 };
       const { converter } = converters.find(({ fromSchemaName }) => fromSchemaName === schemaName);
-      return converter(message, event, {}, { emitAlert: (alert, id) => alerts.push({ ...alert, id }) });
+      return converter(message, event, {}, { emitAlert });
     },
   };
 }

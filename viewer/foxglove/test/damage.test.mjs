@@ -39,7 +39,7 @@ test("after a lost or damaged frame there is no new cloud until the next I-frame
         const next = isIFrame.indexOf(true, damaged + 1);
         const expected = [...frames.keys()].filter((i) => i < damaged || (next > 0 && i >= next));
         assert.deepEqual(shown, expected, `${name}, frame ${damaged}`);
-        assert.ok(alerts.every(({ message }) => message.startsWith("/points: ")));
+        assert.ok(alerts.every(({ message, tip }) => message.endsWith(": /points") && tip.startsWith("/points: ")));
         assert.equal(alerts[0].severity, "warn");
       }
 });
@@ -52,15 +52,32 @@ test("an intact copy of a damaged frame lets the stream go on", () => {
     assert.equal(application.convertNew("/points", messageOf(damaged)), undefined);
     assert.ok(isSame(application.convert("/points", messageOf(frame)), voxels[i]));
   }
-  assert.equal(application.alerts.length, 1); // once for all frames
-  assert.match(application.alerts[0].message, /^\/points: .*checksum/);
+  assert.equal(new Set(application.alerts.map(({ id }) => id)).size, 1); // each takes the place of the one before
+  for (const { message, tip } of application.alerts) {
+    assert.equal(message, "Clouds missing: /points");
+    assert.match(tip, /^\/points: .*checksum/);
+  }
+});
+
+test("what is wrong is told again when another recording is open, whose list of alerts is empty", () => {
+  const application = startApplication();
+  const show = () => {
+    application.clearAlerts();
+    for (const frame of [frames[0], frames[1].slice(0, 40), frames[3], frames[4]]) application.convert("/points", messageOf(frame));
+    application.convert("/draco", messageOf(frames[0], { format: "draco" }));
+    return application.alerts.map(({ message, tip }) => [message, tip]);
+  };
+  const first = show();
+  assert.deepEqual(first.map(([message]) => message),
+    ["Clouds missing: /points", "Waiting for an I-frame: /points", "Clouds missing: /draco"]);
+  assert.deepEqual(show().filter(([message]) => !message.startsWith("Shown again")), first);
 });
 
 test("clouds in other formats are left to others, and named once", () => {
   const application = startApplication();
   for (const format of ["draco", "draco", "pcl_extra", ""])
     assert.equal(application.convert(`/${format}`, messageOf(frames[0], { format })), undefined);
-  assert.deepEqual(application.alerts.map(({ message }) => message.split(":")[0]), ["/draco", "/pcl_extra", "/"]);
+  assert.deepEqual(application.alerts.map(({ tip }) => tip.split(":")[0]), ["/draco", "/pcl_extra", "/"]);
   assert.ok(application.convert("/points", messageOf(frames[0], { format: "pcl_ext" })));
 });
 
@@ -80,8 +97,8 @@ test("a message that is no CompressedPointCloud2 shows nothing, is told once, an
     const next = application.convert("/intact", messageOf(frames[1 + (i % 5)]));
     assert.ok(isSame(next, voxels[1 + (i % 5)]), `after message ${i}`);
   }
-  assert.deepEqual(application.alerts.map(({ message }) => message.split(":")[0]), malformed.map((_, i) => `/${i}`));
-  for (const { message } of application.alerts) assert.match(message, /: a message has no (format|header|bytes)/);
+  assert.deepEqual(application.alerts.map(({ tip }) => tip.split(":")[0]), malformed.map((_, i) => `/${i}`));
+  for (const { tip } of application.alerts) assert.match(tip, /: a message has no (format|header|bytes)/);
 });
 
 test("bytes of other realms are bytes", () => {
@@ -97,10 +114,11 @@ test("of a message with several frames the first one is shown, as in the nodes, 
   for (let time = 0; time < 2; ++time) assert.ok(isSame(application.convert("/points", messageOf(both)), voxels[1]));
   assert.equal(application.convertNew("/points", messageOf(frames[3])), undefined);
   assert.ok(isSame(application.convert("/points", messageOf(frames[2])), voxels[2]));
-  const further = `/points: a message has ${frames[2].length} bytes beside its first frame, which are not shown`;
-  assert.deepEqual(application.alerts.map(({ message }) => message), [further,
-    "/points: waiting for an I-frame; until then the last cloud is shown, with its own time",
-    "/points: no longer waiting, its clouds are shown again"]);
+  const tips = application.alerts.map(({ tip }) => tip);
+  assert.equal(tips.length, 3);
+  assert.equal(tips[0], "/points: a message has bytes beside its first frame, which are not shown");
+  assert.match(tips[1], /^\/points: the last cloud is shown, with its own time/);
+  assert.match(tips[2], /^\/points: an I-frame came/);
 });
 
 test("where the application takes no alerts they go to the console", (t) => {

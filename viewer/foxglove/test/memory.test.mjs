@@ -62,7 +62,7 @@ test("a topic whose clouds need more memory than there is does not disturb other
   watchMemories(t, 2 ** 23);
   const application = startApplication();
   assert.equal(showBeside(application, ["/a", "/b"]), 0);
-  const alerts = application.alerts.map(({ message }) => message);
+  const alerts = application.alerts.map(({ tip }) => tip);
   assert.equal(alerts.length, 2);
   for (const [i, topic] of ["/a", "/b"].entries()) assert.ok(alerts[i].startsWith(`${topic}: out of memory`), alerts[i]);
 });
@@ -77,7 +77,7 @@ test("without memory for another topic it shows nothing and is told, the others 
   };
   assert.equal(application.convert("/other", messageOf(frames[0])), undefined);
   assert.ok(application.convert("/points", messageOf(frames[1])));
-  assert.deepEqual(application.alerts.map(({ message }) => message), ["/other: out of memory"]);
+  assert.deepEqual(application.alerts.map(({ tip }) => tip), ["/other: out of memory"]);
 });
 
 test("of 100 topics the last 32 are kept, the others begin again with their next I-frame", async (t) => {
@@ -95,9 +95,8 @@ test("of 100 topics the last 32 are kept, the others begin again with their next
   assert.equal(isIFrame.indexOf(true, 1), 6);
   assert.deepEqual([1, 5, 6, 7].map((i) => show(68, i) !== undefined), [false, false, true, true]);
   assert.deepEqual(application.alerts.map(({ message }) => message),
-    ["/68: 32 topics are kept at most; of this one there is nothing until its next I-frame",
-      "/68: waiting for an I-frame; until then there is nothing to show",
-      "/68: no longer waiting, its clouds are shown again"]);
+    ["Clouds missing: /68", "Waiting for an I-frame: /68", "Shown again: /68"]);
+  assert.match(application.alerts[0].tip, /^\/68: 32 topics are kept at most/);
 });
 
 test("the clouds that are kept have 256 MiB at most, and those of topics with small ones stay", async () => {

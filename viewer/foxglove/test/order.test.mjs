@@ -85,15 +85,15 @@ test("200 random seeks: the last cloud until the next I-frame, which is told onc
   assert.ok(shown > 500 && hidden > 500, `${shown} shown, ${hidden} not`);
   assert.deepEqual(application.alerts.map(({ severity }) => severity), expected);
   assert.equal(new Set(application.alerts.map(({ id }) => id)).size, 1);
-  assert.match(application.alerts.find(({ severity }) => severity === "warn").message, /^\/points: waiting for an I-frame/);
+  assert.match(application.alerts.find(({ severity }) => severity === "warn").message, /^Waiting for an I-frame: \/points$/);
 });
 
 test("a seek into a recording of which nothing was shown is told, too", () => {
   const application = startApplication();
   assert.equal(application.convert("/points", messageOf(first.frames[30])), undefined);
   assert.equal(application.convert("/points", messageOf(first.frames[31])), undefined);
-  assert.deepEqual(application.alerts.map(({ message }) => message),
-    ["/points: waiting for an I-frame; until then there is nothing to show"]);
+  assert.deepEqual(application.alerts.map(({ message }) => message), ["Waiting for an I-frame: /points"]);
+  assert.match(application.alerts[0].tip, /^\/points: there is nothing to show/);
 });
 
 test("where applications have no alerts, the console is told once of each topic", (t) => {
