@@ -56,8 +56,9 @@ export class Converter {
   private tellWaiting(topic: string, last: PointCloud | null, context?: ConverterContext): void {
     addName(this.waiting, topic);
     const shown = last ? `the last cloud is shown, that of ${dateOf(last.timestamp)}` : "there is nothing to show";
-    const tip = `${topic}: ${shown}. After a seek or a loss a topic begins again with its next I-frame. Play on, or have I-frames more often.`;
-    if (context?.emitAlert) context.emitAlert({ severity: "warn", message: `Waiting for an I-frame: ${topic}`, tip }, waitingId(topic));
+    const next = "After a seek or a loss a topic begins again with its next I-frame. Play on, or have I-frames more often.";
+    const alert = { severity: "warn", message: `Waiting for an I-frame: ${topic}`, tip: `${topic}: ${shown}. ${next}` } as const;
+    if (context?.emitAlert) context.emitAlert(alert, waitingId(topic));
     else this.tell(topic, "Waiting", `waiting for an I-frame; until then ${shown}`);
   }
 
