@@ -34,8 +34,9 @@ async function manifest() {
   return { name, displayName, version, description, publisher, license, keywords, main };
 }
 
-/** Without links to files that are not in the archive. */
-const readMe = async () => (await textOf("README.md")).replace(/\[([^\]]+)\]\((?!https:)[^)]+\)/g, "$1");
+/** Without pictures, and links to files, that are not in the archive. */
+const readMe = async () =>
+  (await textOf("README.md")).replace(/!\[[^\]]+\]\([^)]+\)\n\n/g, "").replace(/\[([^\]]+)\]\((?!https:)[^)]+\)/g, "$1");
 
 const description = await manifest();
 const output = process.argv[2] ?? join(folder, "dist", `pcl_ext-${description.version}.foxe`);

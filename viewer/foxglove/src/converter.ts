@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { cloudOf, faultOf, type CompressedCloud, type PointCloud } from "./messages";
+import { cloudOf, faultOf, type CompressedCloud, type PointCloud, type Time } from "./messages";
 import { RecentClouds } from "./recent_clouds";
 import { TopicDecoder, type Decoded } from "./topic_decoder";
 
@@ -45,7 +45,7 @@ export class Converter {
     const { points, problem } = this.decode(message as CompressedCloud, topic, tell);
     const last = points ? null : (this.decoders.get(topic)?.last() ?? null);
     const isWaiting = problem?.code === "MissingReference" || problem?.code === "OldFrame";
-    if (isWaiting) this.tellWaiting(topic, last !== null, context);
+    if (isWaiting) this.tellWaiting(topic, last, context);
     else if (problem) tell(problem.code, problem.message);
     if (!points) return last ?? undefined;
     this.tellShown(topic, context);
@@ -53,11 +53,12 @@ export class Converter {
   }
 
   /** Tells that frames depend on others that the application has not given. */
-  private tellWaiting(topic: string, hasLast: boolean, context?: ConverterContext): void {
+  private tellWaiting(topic: string, last: PointCloud | null, context?: ConverterContext): void {
     addName(this.waiting, topic);
-    const shown = hasLast ? "the last cloud is shown, with its own time" : "there is nothing to show";
-    const tip = `${topic}: ${shown}. After a seek a topic begins again with its next I-frame. Play on, or record I-frames more often.`;
-    if (context?.emitAlert) context.emitAlert({ severity: "warn", message: `Waiting for an I-frame: ${topic}`, tip }, waitingId(topic));
+    const shown = last ? `the last cloud is shown, that of ${dateOf(last.timestamp)}` : "there is nothing to show";
+    const next = "After a seek or a loss a topic begins again with its next I-frame. Play on, or have I-frames more often.";
+    const alert = { severity: "warn", message: `Waiting for an I-frame: ${topic}`, tip: `${topic}: ${shown}. ${next}` } as const;
+    if (context?.emitAlert) context.emitAlert(alert, waitingId(topic));
     else this.tell(topic, "Waiting", `waiting for an I-frame; until then ${shown}`);
   }
 
@@ -113,6 +114,12 @@ export class Converter {
 
 function waitingId(topic: string): string {
   return `${topic} Waiting`;
+}
+
+/** The user sees by it whether a cloud is of the recording that was open before. */
+function dateOf({ sec, nsec }: Time): string {
+  const date = new Date(1000 * sec + nsec / 1e6);
+  return Number.isNaN(date.getTime()) ? `${sec} s` : date.toISOString();
 }
 
 /** Adds a name to some, of which the oldest is forgotten if they become too many. */

@@ -19,6 +19,7 @@ test("it has what the applications read", () => {
   const { name, publisher, version, main } = JSON.parse(strFromU8(inArchive["package.json"]));
   assert.deepEqual([name, publisher, main], ["@pcl_ext/foxglove", "pcl_ext", "./dist/extension.js"]);
   assert.ok(strFromU8(inArchive["CHANGELOG.md"]).includes(`## ${version}`));
+  assert.doesNotMatch(strFromU8(inArchive["README.md"]), /\]\(\.|!\[|^!/m); // files that are not in it
 });
 
 test("it has the same bytes when it is built again, also in another time zone", () => {

@@ -117,7 +117,7 @@ test("of a message with several frames the first one is shown, as in the nodes, 
   const tips = application.alerts.map(({ tip }) => tip);
   assert.equal(tips.length, 3);
   assert.equal(tips[0], "/points: a message has bytes beside its first frame, which are not shown");
-  assert.match(tips[1], /^\/points: the last cloud is shown, with its own time/);
+  assert.match(tips[1], /^\/points: the last cloud is shown, that of /);
   assert.match(tips[2], /^\/points: an I-frame came/);
 });
 

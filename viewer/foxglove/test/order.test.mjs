@@ -96,6 +96,17 @@ test("a seek into a recording of which nothing was shown is told, too", () => {
   assert.match(application.alerts[0].tip, /^\/points: there is nothing to show/);
 });
 
+test("the time of the last cloud is told, whatever it is", () => {
+  const application = startApplication();
+  const times = [[1700000000, 500000000, /that of 2023-11-14T22:13:20\.500Z\./], [0, 0, /that of 1970-01-01T/], [1e300, 0, /that of 1e\+300 s\./]];
+  for (const [i, [sec, nsec, expected]] of times.entries()) {
+    assert.ok(application.convert("/points", messageOf(first.frames[12 * i], { sec, nsec })));
+    application.clearAlerts();
+    assert.equal(application.convert("/points", messageOf(first.frames[30])).timestamp.sec, sec);
+    assert.match(application.alerts[0].tip, expected);
+  }
+});
+
 test("where applications have no alerts, the console is told once of each topic", (t) => {
   const warn = t.mock.method(console, "warn", () => undefined);
   const { converters } = startApplication();
