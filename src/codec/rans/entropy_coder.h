@@ -5,6 +5,7 @@
 
 #include "codec/rans/byte_table.h"
 #include "codec/rans/nibble_model.h"
+#include "codec/rans/reverse_encoder.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -16,10 +17,6 @@
 namespace pcl_ext {
 namespace io {
 namespace rans {
-
-/** \brief Number of interleaved rANS states: one takes fewer bytes, four less time
- * (doc/implementation_notes.md, "Four rANS states"). */
-enum class Interleaving { One, Four };
 
 /** \brief The interleaving of a row of so many elements. In a short row the bytes of
  * three more states matter more than time. */
@@ -150,6 +147,13 @@ public:
     return static_cast<std::size_t>(next_ - ranges_->data());
   }
 
+  /** \brief Those of all symbols, packed(). */
+  const std::uint32_t*
+  ranges() const
+  {
+    return ranges_->data();
+  }
+
   /** \brief As NibbleDecoder::isOverrun. */
   static constexpr bool
   isOverrun()
@@ -182,7 +186,7 @@ private:
   void
   push(ProbabilityRange range)
   {
-    *next_++ = range.start | range.width << 16;
+    *next_++ = packed(range);
   }
 
   std::vector<std::uint32_t>* ranges_;
@@ -361,7 +365,7 @@ public:
 
 private:
   friend class NibbleEncoder;
-  static constexpr std::uint32_t lowest_state = 1u << 15;
+  static constexpr std::uint32_t lowest_state = ReverseEncoder::lowest_state;
 
   std::uint32_t
   slot() const

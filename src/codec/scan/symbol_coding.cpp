@@ -2,7 +2,6 @@
 #include "codec/scan/symbol_coding.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -82,6 +81,21 @@ mergeCounts(std::vector<SymbolTable::Counts>& counts)
   }
 }
 
+/** \brief How often the coder codes something for so many symbols and their low bits. */
+std::size_t
+codesOf(const std::vector<SymbolTable::Counts>& counts)
+{
+  std::size_t codes = 0;
+  for (const SymbolTable::Counts& of_context : counts)
+    for (unsigned int symbol = 0; symbol < SymbolTable::symbol_count; ++symbol) {
+      const unsigned int bits = symbol < number_symbol_count ? lowBitsOf(symbol) : 0;
+      const unsigned int parts =
+          (bits + rans::probability_bits - 1) / rans::probability_bits;
+      codes += of_context[symbol] * std::size_t{1 + parts};
+    }
+  return codes;
+}
+
 bool
 isEmpty(const SymbolTable::Counts& counts)
 {
@@ -112,35 +126,38 @@ SymbolEncoding::countSymbols(std::size_t context_count)
 }
 
 void
-SymbolEncoding::pushSymbols(rans::NibbleEncoder& coder_now) const
+SymbolEncoding::encodeSymbols(rans::ReverseEncoder& encoder_now) const
 {
+  rans::ReverseEncoder encoder = encoder_now; // in registers
+  const auto push_bits = [&encoder](std::uint32_t number, unsigned int count) {
+    const unsigned int shift = rans::probability_bits - count;
+    const std::uint32_t bits = number & ((1u << count) - 1);
+    encoder.push(rans::packed({bits << shift, 1u << shift}));
+  };
   const std::uint32_t* const begin = work_->symbols.data();
-  coder_now.reserve(3 * static_cast<std::size_t>(next_ - begin));
-  rans::NibbleEncoder coder = coder_now; // in registers
-  unsigned int bits = 0;
-  for (const std::uint32_t* symbol = begin; symbol != next_; ++symbol) {
-    if ((*symbol & low_bits) == 0) {
-      const unsigned int value = *symbol & 0xff;
-      coder.code(std::as_const(work_->tables[work_->table_of_context[*symbol >> 8]]),
-                 value);
-      bits = value < number_symbol_count ? lowBitsOf(value) : 0;
-      continue;
+  for (const std::uint32_t* symbol = next_; symbol != begin;) {
+    const std::uint32_t low = *--symbol;
+    if ((low & low_bits) != 0) {
+      --symbol;
+      const unsigned int bits = lowBitsOf(*symbol & 0xff);
+      unsigned int done = (bits - 1) % rans::probability_bits + 1;
+      push_bits(low, done);
+      for (; done < bits; done += rans::probability_bits)
+        push_bits(low >> done, rans::probability_bits);
     }
-    for (; bits > rans::probability_bits; bits -= rans::probability_bits)
-      coder.codeBits(rans::probability_bits,
-                     *symbol >> (bits - rans::probability_bits) &
-                         (rans::probability_one - 1));
-    coder.codeBits(bits, *symbol & ((1u << bits) - 1));
+    const SymbolTable& table = work_->tables[work_->table_of_context[*symbol >> 8]];
+    encoder.push(rans::packed(table.range(*symbol & 0xff)));
   }
-  coder_now = coder;
+  encoder_now = encoder;
 }
 
 void
 SymbolEncoding::finish(std::size_t context_count, std::vector<std::uint8_t>& bytes)
 {
   countSymbols(context_count);
+  const std::size_t code_count = codesOf(work_->counts);
   mergeCounts(work_->counts);
-  rans::NibbleEncoder coder(work_->ranges);
+  rans::NibbleEncoder coder(work_->ranges); // of the tables
   WidthModels models;
   std::size_t table_count = 0;
   for (std::size_t context = 0; context < context_count; ++context) {
@@ -156,8 +173,11 @@ SymbolEncoding::finish(std::size_t context_count, std::vector<std::uint8_t>& byt
     }
     work_->table_of_context[context] = static_cast<std::uint8_t>(table_count - 1);
   }
-  pushSymbols(coder);
-  coder.finish(rans::Interleaving::Four, work_->words, bytes);
+  rans::ReverseEncoder encoder(
+      coder.size() + code_count, rans::Interleaving::Four, work_->words);
+  encodeSymbols(encoder);
+  encoder.push(coder.ranges(), coder.size());
+  encoder.finish(bytes);
 }
 
 SymbolDecoding::SymbolDecoding(const std::uint8_t* begin,

@@ -86,7 +86,7 @@ private:
   countSymbols(std::size_t context_count);
 
   void
-  pushSymbols(rans::NibbleEncoder& coder) const;
+  encodeSymbols(rans::ReverseEncoder& encoder) const;
 
   SymbolWorkspace* work_;
   std::uint32_t* next_;
