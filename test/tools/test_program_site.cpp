@@ -133,6 +133,21 @@ TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
   EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
 }
 
+TEST_F(ProgramSite, TellsWhichStreamsHaveNoIntensities)
+{
+  const NatsServer server;
+  writeClouds("bare", roomClouds(2));
+  writeClouds("counted", roomClouds(2));
+  Receiving receiving(folder, "receive", at(server) + "--min-intensity 2 --map map.ot");
+  expectRun("send -q bare --rate 50 --resolution 0.05 --law none" + at(server));
+  expectRun("send -q counted --rate 50 --resolution 0.05 --law count" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  const std::string remark = ": its voxels have no intensities, so that "
+                             "--min-intensity leaves none out";
+  EXPECT_TRUE(hasPart(receiving.errors(), "/bare" + remark)) << receiving.errors();
+  EXPECT_FALSE(hasPart(receiving.errors(), "/counted" + remark));
+}
+
 TEST_F(ProgramSite, ReplacesNoMapUnlessAsked)
 {
   const NatsServer server;
