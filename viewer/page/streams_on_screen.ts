@@ -15,6 +15,7 @@ import { streamColours } from "./scene/stream_colours";
 import type { ViewerScene } from "./scene/viewer_scene";
 import { Selection } from "./selection";
 import { Arrivals } from "./sources/arrivals";
+import { AwakeClock } from "./sources/awake_clock";
 import { fieldOf } from "./state/viewer_state";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
@@ -58,6 +59,7 @@ export class StreamsOnScreen {
   private followed: { stream: number; pose: Pose } | null = null;
   readonly selection: Selection;
   private readonly rate = element("b");
+  private readonly clock = new AwakeClock();
 
   constructor(
     private readonly store: ViewerStore,
@@ -110,7 +112,7 @@ export class StreamsOnScreen {
     const colours = streamColours(names);
     descriptions.forEach((description, i) => {
       const { shown, contents, arrivals } =
-        this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(performance.now()) };
+        this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(this.clock) };
       this.streams[i] = { description, colour: colours[i], shown: description.isGone ? null : shown, contents, arrivals };
     });
     this.scene.setStreams(colours);

@@ -59,6 +59,28 @@ test("a stream that stops is told beside it and over the scene, and so are all o
   await finish();
 });
 
+test("a page that is busy for long does not take the streams for stopped, but one that has stopped", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  let stop = repeatFirst(server, frames, [0, 1]);
+  await untilBadge(viewer, "Live");
+  const told = await viewer.ask(async () => {
+    const texts = new Set();
+    const note = () => texts.add(document.querySelector(".live-banner").textContent);
+    new MutationObserver(note).observe(document.querySelector(".live-banner"), { childList: true });
+    for (let i = 0; i < 3; ++i) {
+      for (const end = performance.now() + 3500; performance.now() < end; );
+      await new Promise((resolve) => setTimeout(resolve, 700));
+    }
+    return [...texts];
+  });
+  assert.deepEqual(told.filter((text) => text.includes("No frames")), []);
+  stop();
+  stop = repeatFirst(server, frames, [1]);
+  await untilBadge(viewer, "1 of 2 live");
+  stop();
+  await finish();
+});
+
 test("a wrong file that is opened leaves the live source as it is", async () => {
   const { server, viewer, finish } = await liveViewer();
   const stop = repeatFirst(server, frames, [0, 1]);

@@ -1,4 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import type { AwakeClock } from "./awake_clock";
+
 const rateMs = 2000; // of which the rate is a mean
 const fewestIntervals = 10;
 const leastSilenceMs = 2000;
@@ -10,13 +12,18 @@ export class Arrivals {
   private last: number | null = null;
   private first: number | null = null; // of those that came
 
-  /** `begin`: since when frames are waited for. */
-  constructor(private readonly begin: number) {}
+  private readonly begin = performance.now(); // since when frames are waited for
+  private waitsSince: number; // by the clock
+
+  constructor(private readonly clock: AwakeClock) {
+    this.waitsSince = clock.now();
+  }
 
   /** A frame came. */
   add(at: number, bytes: number): void {
     this.first ??= at;
     this.last = at;
+    this.waitsSince = this.clock.now();
     this.recent.push({ at, bytes });
     while (this.recent.length > fewestIntervals + 1 && this.recent[0].at < at - rateMs) this.recent.shift();
   }
@@ -24,6 +31,7 @@ export class Arrivals {
   /** A frame was there before the page; its time is an estimate of the server's. */
   addOld(published: number): void {
     this.last = Math.max(this.last ?? -Infinity, published);
+    this.waitsSince = this.clock.now() - (performance.now() - this.last);
   }
 
   /** Seconds since the last frame; null if there was none. */
@@ -31,10 +39,11 @@ export class Arrivals {
     return this.last === null ? null : Math.max(0, now - this.last) / 1000;
   }
 
-  /** Seconds without a frame, if the next one should have come; else null. */
+  /** Seconds without a frame, if the next one should have come and been read; else null. */
   silence(now: number): number | null {
-    const silent = now - (this.last ?? this.begin);
-    return silent > Math.max(leastSilenceMs, intervalsOfSilence * this.usualInterval()) ? silent / 1000 : null;
+    const waited = this.clock.now() - this.waitsSince;
+    if (waited <= Math.max(leastSilenceMs, intervalsOfSilence * this.usualInterval())) return null;
+    return (now - (this.last ?? this.begin)) / 1000;
   }
 
   /** The median of the last intervals, ms; 0: it is not known. */
