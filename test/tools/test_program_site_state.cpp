@@ -219,7 +219,8 @@ TEST_F(ProgramSiteState, ATerminalShowsHowFarItIs)
         "export P; exec script --quiet --flush --return --command '\"$P\" " +
             arguments + at(server) + "' /dev/null");
   };
-  const auto receiving = start("receive", "receive -o all.mcap");
+  // Ends by itself where a test's end does not reach it, as SIGHUP is ignored.
+  const auto receiving = start("receive", "receive -o all.mcap --for 100s");
   const auto wait_for = [](const BackgroundProgram& program, const std::string& text) {
     EXPECT_TRUE(view::test::waitFor([&] {
       return program.output().find(text) != std::string::npos;
