@@ -18,6 +18,7 @@ const msBetweenLooks = 250;
 const mostNames = 3;
 /** A frame is shown later than this after it came: the page is too slow. */
 const lateMs = 1000;
+const rememberedMs = 2000;
 
 /** The parts of the page that a live source changes. */
 export interface LiveParts {
@@ -38,7 +39,8 @@ export class LiveView {
   private isUpdateDue = false;
   private isShowDue = false;
   private state: LiveState & { at: number } = { problem: "", ages: [], at: 0 };
-  private lag = { ms: 0, at: -Infinity }; // from the arrival of a frame until it was shown, and when
+  private lag = { ms: 0, at: -Infinity }; // from the arrival of a frame until it was shown, or from picture to picture; when
+  private shownAt = performance.now();
 
   constructor(socket: string, private readonly parts: LiveParts) {
     const { store, decoding } = parts;
@@ -83,13 +85,17 @@ export class LiveView {
   toggleFrozen(): void {
     const isFrozen = !this.parts.store.get().isFrozen;
     this.parts.store.set({ isFrozen });
-    if (!isFrozen) this.showHeld();
+    if (isFrozen) return;
+    this.parts.screen.removeGone();
+    this.showHeld();
   }
 
   /** Shows the newest frames that came since the last picture, of all streams at once. */
   private showHeld(): void {
     const frames = this.held.takeAll();
-    if (frames.length > 0) this.parts.screen.show(frames, true);
+    if (frames.length === 0) return;
+    this.parts.screen.show(frames, true);
+    this.shownAt = performance.now();
   }
 
   forgetHeld(streams: readonly number[]): void {
@@ -102,18 +108,28 @@ export class LiveView {
     if (isOld) arrivals?.addOld(this.state.at - (this.state.ages[serverId] ?? 0));
     else {
       arrivals?.add(at, frame.bytes);
-      const now = performance.now();
-      this.lag = { ms: now - at, at: now };
+      this.noteLag(performance.now() - at);
     }
     this.held.hold(frame);
     if (!this.isShowDue) {
       this.isShowDue = true;
+      const heldAt = performance.now();
       requestAnimationFrame(() => {
         this.isShowDue = false;
-        if (!this.parts.store.get().isFrozen) this.showHeld();
+        if (this.parts.store.get().isFrozen) return;
+        // A page that is busy reads frames late, too: those that it shows may be as old as the last picture.
+        const now = performance.now();
+        if (!document.hidden && now - heldAt > lateMs) this.noteLag(now - this.shownAt);
+        this.showHeld();
       });
     }
     if (wantsIFrame) this.connection.requestIFrame(serverId);
+  }
+
+  /** The longest of late is told for a while. */
+  private noteLag(ms: number): void {
+    const now = performance.now();
+    if (ms >= this.lag.ms || now - this.lag.at > rememberedMs) this.lag = { ms, at: now };
   }
 
   /** Brings the index up to date after frames, some times a second, however many frames come. */
@@ -143,7 +159,7 @@ export class LiveView {
     });
     const lines = this.state.problem ? [this.state.problem] : [];
     if (silent.length > 0) lines.push(silenceText(silent, silent.length === streams.length, now));
-    if (this.lag.ms > lateMs && now - this.lag.at < lateMs)
+    if (this.lag.ms > lateMs && now - this.lag.at < this.lag.ms + rememberedMs)
       lines.push(`This page is too slow for these streams: it shows them ${(this.lag.ms / 1000).toFixed(1)} s late`);
     banner.show(hasEnded ? [] : lines);
     const ages = streams.flatMap(({ arrivals }) => arrivals.age(now) ?? []);

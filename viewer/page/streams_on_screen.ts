@@ -34,13 +34,14 @@ const msToFigures = 50;
 const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
 /** Why nothing of a stream is drawn, or that it is old; null if all is well. */
-function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded }: ViewerState, now: number): string | null {
+function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded, isFrozen }: ViewerState, now: number): string | null {
   if (description.isGone) return "The source no longer has this stream";
   const silence = source === "live" && shown && !hasEnded ? arrivals.silence(now) : null;
   if (silence !== null) return `No frames for ${formatSilence(silence)}`;
   if (shown?.problem) return `Not shown: ${shown.problem}`;
   if (shown) return shown.placement?.problem ?? null;
-  return source === "live" ? "No frame has come yet" : "No frame could be read";
+  if (source !== "live") return "No frame could be read";
+  return isFrozen && arrivals.age(now) !== null ? "Shown when the picture goes on" : "No frame has come yet";
 }
 
 /** What is drawn of each stream, with the figures that are told of it. */
@@ -113,17 +114,24 @@ export class StreamsOnScreen {
     descriptions.forEach((description, i) => {
       const { shown, contents, arrivals } =
         this.streams[i] ?? { shown: null, contents: null, arrivals: new Arrivals(this.clock) };
-      this.streams[i] = { description, colour: colours[i], shown: description.isGone ? null : shown, contents, arrivals };
+      this.streams[i] = { description, colour: colours[i], shown, contents, arrivals };
     });
     this.scene.setStreams(colours);
-    descriptions.forEach(({ isGone }, i) => {
-      if (isGone) this.showVoxels(i, null);
-    });
+    if (!this.store.get().isFrozen) this.removeGone();
     this.panel.streams.setStreams(names, colours);
     this.scene.setCropBox(views.cropBoxOf(this.streams));
     this.showSensors();
     this.apply();
     this.requestFigures();
+  }
+
+  /** Shows nothing of streams that the source has no more. */
+  removeGone(): void {
+    this.streams.forEach((stream, i) => {
+      if (!stream.description.isGone) return;
+      stream.shown = null;
+      this.showVoxels(i, null);
+    });
   }
 
   private showSensors(): void {

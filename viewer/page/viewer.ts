@@ -119,7 +119,10 @@ export class Viewer {
     this.layout.canvas.addEventListener("webglcontextlost", () =>
       this.notices.show("webgl", "error", "The graphics card has stopped",
         ["The browser tries to start it again. If nothing appears, reload the page."]));
-    this.layout.canvas.addEventListener("webglcontextrestored", () => this.notices.withdraw("webgl"));
+    this.layout.canvas.addEventListener("webglcontextrestored", () => {
+      this.notices.withdraw("webgl");
+      this.scene.requestDrawing();
+    });
     this.store.subscribe((changed) => {
       if (changed.has("removesOutliers") || changed.has("colourBy")) this.applyDecodingSettings();
       this.updateLink?.();

@@ -105,3 +105,18 @@ test("the sliders go from all to nothing, links and files keep what is cut, anot
   await viewer.until(() => window.pclExtViewer.counts().drawn > 0);
   await viewer.finish();
 });
+
+test("after the graphics card was lost the same is drawn", async () => {
+  const viewer = await openCell();
+  await viewer.addStyleTag({ content: ".notices { opacity: 0 }" });
+  const before = await shoot(viewer);
+  await viewer.ask(async () => {
+    const lost = document.querySelector("canvas.scene").getContext("webgl2").getExtension("WEBGL_lose_context");
+    lost.loseContext();
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    lost.restoreContext();
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+  });
+  assert.ok((await shoot(viewer)).equals(before));
+  await viewer.finish();
+});

@@ -59,25 +59,30 @@ test("a stream that stops is told beside it and over the scene, and so are all o
   await finish();
 });
 
-test("a page that is busy for long does not take the streams for stopped, but one that has stopped", async () => {
+test("a page that is busy says that it is late, and takes neither streams nor the server for lost", async () => {
   const { server, viewer, finish } = await liveViewer();
   let stop = repeatFirst(server, frames, [0, 1]);
+  const state = setInterval(() => server.sendText({ type: "state", problem: "", ages_ms: [0, 0] }), 1000);
   await untilBadge(viewer, "Live");
   const told = await viewer.ask(async () => {
     const texts = new Set();
     const note = () => texts.add(document.querySelector(".live-banner").textContent);
     new MutationObserver(note).observe(document.querySelector(".live-banner"), { childList: true });
-    for (let i = 0; i < 3; ++i) {
-      for (const end = performance.now() + 3500; performance.now() < end; );
+    for (const ms of [3500, 3500, 7500]) {
+      for (const end = performance.now() + ms; performance.now() < end; );
       await new Promise((resolve) => setTimeout(resolve, 700));
     }
     return [...texts];
   });
   assert.deepEqual(told.filter((text) => text.includes("No frames")), []);
+  assert.ok(told.some((text) => /too slow for these streams: it shows them [3-9]\.\d s late/.test(text)), told.join());
+  assert.equal(await viewer.notice("warning").count(), 0);
+  assert.equal(server.viewers(), 1);
   stop();
   stop = repeatFirst(server, frames, [1]);
   await untilBadge(viewer, "1 of 2 live");
   stop();
+  clearInterval(state);
   await finish();
 });
 

@@ -106,3 +106,21 @@ test("Space keeps the picture of a live source, and goes on with the newest fram
   for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][8].map(keyOf).sort());
   await finish();
 });
+
+test("a paused picture keeps streams that the source has no more, and tells of those that wait", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  for (const frame of frames.slice(0, 3 * perFrame)) server.send(frame);
+  await untilVoxels(viewer, 1, decoded[1][2].length);
+  await viewer.keyboard.press("Space");
+  const { name } = streams[1];
+  server.sendText({ type: "streams", streams: [streams[0], { id: 2, name: "/another", metadata: {} }] });
+  server.send({ ...frames.find(({ stream }) => stream === 1), stream: 2, time: frames[3 * perFrame].time });
+  const note = (stream) => viewer.locator(".streams li", { hasText: stream });
+  await note("another").getByText("Shown when the picture goes on").waitFor();
+  await note(name.slice(1)).getByText("The source no longer has this stream").waitFor();
+  assert.deepEqual(await drawnVoxels(viewer, 1), decoded[1][2].map(keyOf).sort());
+  await viewer.keyboard.press("Space");
+  await untilVoxels(viewer, 2, decoded[1][0].length);
+  assert.deepEqual(await drawnVoxels(viewer, 1), []);
+  await finish();
+});

@@ -56,7 +56,6 @@ test("a voxel that is picked is marked, and of two the distance is told", async 
 
   await viewer.mouse.click(left.x, left.y); // begins anew
   assert.equal(await told(viewer, "Distance"), undefined);
-  await viewer.keyboard.press("Escape");
   assert.equal(await details(viewer).isVisible(), false);
   await viewer.mouse.move(5, 5);
   assert.deepEqual(await shoot(), unmarked);
@@ -97,5 +96,18 @@ test("the distance stays while frames come, also of voxels that these do not hav
   }
   await openFiles(viewer, [cloudRecording("blocks", blocks, "-r", 0.05)]);
   assert.equal(await details(viewer).isVisible(), false);
+  await viewer.finish();
+});
+
+test("voxels of less than a pixel are picked where they are drawn", async () => {
+  const viewer = await openViewer();
+  await openFiles(viewer, [cloudRecording("grid", Array.from({ length: 27 }, (_, i) => [i % 3, (i / 3) % 3 | 0, i / 9 | 0].join(" ")), "-r", 0.04)]);
+  await untilIndexed(viewer);
+  await viewer.evaluate(() => window.pclExtViewer.setCamera([1, -60, 1, 1, 1, 1]));
+  const box = await viewer.locator("canvas.scene").boundingBox();
+  for (const [x, y] of [[0, 0], [0.9, 0], [-0.9, 0], [0, 0.9], [0, -0.9]]) {
+    await viewer.mouse.click(box.x + box.width / 2 + x, box.y + box.height / 2 + y);
+    assert.deepEqual(numbers(await told(viewer, "Position")).map(Math.round), [1, 0, 1]);
+  }
   await viewer.finish();
 });

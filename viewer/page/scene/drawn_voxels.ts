@@ -90,12 +90,15 @@ export interface PickedVoxel {
   distance: number;
 }
 
-/** The first voxel that a ray meets. */
+/** The first voxel that a ray meets.
+ * @param leastHalf of an edge, for each metre of distance: small voxels are drawn larger, and a finger is not exact
+ */
 export function pick(
   layers: readonly VoxelLayer[],
   origin: readonly [number, number, number],
   direction: readonly [number, number, number],
   scale: number,
+  leastHalf: number,
   rule: DrawingRule,
 ): PickedVoxel | null {
   let best: PickedVoxel | null = null;
@@ -109,12 +112,14 @@ export function pick(
     const towards = new Vector3(...direction).transformDirection(inverse).toArray();
     const half = 0.5 * layer.edge * Math.max(scale, 0.5);
     for (let i = 0; i < count; ++i) {
+      const depth = towards.reduce((sum, value, axis) => sum + value * (positions[3 * i + axis] - from[axis]), 0);
+      const reach = Math.max(half, leastHalf * depth);
       let near = 0;
       let far = best ? best.distance : Infinity;
       for (let axis = 0; axis < 3; ++axis) {
         const toCentre = positions[3 * i + axis] - from[axis];
-        const a = (toCentre - half) / towards[axis];
-        const b = (toCentre + half) / towards[axis];
+        const a = (toCentre - reach) / towards[axis];
+        const b = (toCentre + reach) / towards[axis];
         near = Math.max(near, Math.min(a, b));
         far = Math.min(far, Math.max(a, b));
       }

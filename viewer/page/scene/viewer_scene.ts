@@ -25,6 +25,7 @@ import { fieldOf, noCut } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
 const fieldOfView = 45; // degrees, vertical
+const leastPickedPixels = 4;
 const colourModes = ["intensity", "height", "stream", "age", "recorded", "field"];
 
 export type ViewDirection = "oblique" | "top" | "front" | "side";
@@ -385,9 +386,11 @@ export class ViewerScene {
       ((clientX - box.left) / box.width) * 2 - 1,
       1 - ((clientY - box.top) / box.height) * 2,
     );
+    this.camera.updateMatrixWorld(); // which the last picture may not have yet
     const ray = new THREE.Raycaster();
     ray.setFromCamera(place, this.camera);
-    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, this.rule());
+    const ofPixel = (2 * Math.tan((fieldOfView * Math.PI) / 360)) / box.height;
+    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, leastPickedPixels * ofPixel / 2, this.rule());
   }
 
   /** The rule by which voxels are drawn now. */

@@ -3,6 +3,8 @@ import * as THREE from "three";
 
 /** Texels of a row, which the shader knows, too. */
 const width = 2048;
+/** Voxels that a frame may have more than the last one without new textures. */
+const mostSpare = 2 ** 20;
 
 /** Voxels on the GPU, a texel of each texture for a voxel. They are no instances, whose drawing takes software renderers
  * seven times as long. */
@@ -32,7 +34,7 @@ export class VoxelTextures {
 
   /** Those before, if they suit so many voxels, else new ones. Each upload writes the whole of them. */
   static of(before: VoxelTextures | null, count: number): VoxelTextures {
-    const rows = Math.ceil((1.3 * count) / width);
+    const rows = Math.ceil((count + Math.min(0.3 * count, mostSpare)) / width);
     if (before && count <= before.capacity && before.rows <= 4 * rows + 2) return before;
     before?.dispose();
     return new VoxelTextures(Math.max(2, rows));

@@ -1,9 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import { AwakeClock } from "./awake_clock";
+
 export const liveProtocol = "pcl_ext.live.v1";
 const firstWaitMs = 500;
 const longestWaitMs = 5000;
 /** The server tells its state once a second; one that does not for so long is lost, or the way to it is. */
 const longestSilenceMs = 6000;
+const msBetweenLooks = 500;
 
 export interface LiveStreamDescription {
   id: number;
@@ -42,6 +45,8 @@ export class LiveConnection {
   private waitMs = firstWaitMs;
   private timer = 0;
   private silence = 0; // timer
+  private readonly clock = new AwakeClock();
+  private heardAt = 0; // by the clock
   private tellsState = false;
   private hasEnded = false;
   private wasConnected = false;
@@ -57,7 +62,7 @@ export class LiveConnection {
   close(): void {
     this.isClosed = true;
     window.clearTimeout(this.timer);
-    window.clearTimeout(this.silence);
+    window.clearInterval(this.silence);
     this.socket?.close();
   }
 
@@ -69,6 +74,7 @@ export class LiveConnection {
   private connect(): void {
     let isOpen = false;
     this.tellsState = false;
+    this.heardAt = this.clock.now();
     const socket = new WebSocket(this.url, liveProtocol);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
@@ -79,7 +85,7 @@ export class LiveConnection {
       this.events.onConnected();
     };
     const onClose = (): void => {
-      window.clearTimeout(this.silence);
+      window.clearInterval(this.silence);
       socket.onmessage = socket.onclose = null;
       if (this.isClosed || (this.hasEnded && isOpen)) return;
       this.events.onLost(this.wasConnected, this.waitMs / 1000);
@@ -89,14 +95,15 @@ export class LiveConnection {
     socket.onmessage = (event: MessageEvent<ArrayBuffer | string>) => {
       if (typeof event.data === "string") this.receiveText(event.data);
       else this.events.onFrame(event.data);
-      window.clearTimeout(this.silence);
-      if (this.tellsState)
-        this.silence = window.setTimeout(() => {
-          onClose(); // which the browser tells only much later
-          socket.close();
-        }, longestSilenceMs);
+      this.heardAt = this.clock.now();
     };
     socket.onclose = onClose;
+    window.clearInterval(this.silence);
+    this.silence = window.setInterval(() => {
+      if (this.clock.now() - this.heardAt <= longestSilenceMs || !this.tellsState) return;
+      onClose(); // which the browser tells only much later
+      socket.close();
+    }, msBetweenLooks);
   }
 
   private receiveText(text: string): void {
