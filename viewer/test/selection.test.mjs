@@ -56,6 +56,7 @@ test("a voxel that is picked is marked, and of two the distance is told", async 
 
   await viewer.mouse.click(left.x, left.y); // begins anew
   assert.equal(await told(viewer, "Distance"), undefined);
+  await viewer.keyboard.press("Escape");
   assert.equal(await details(viewer).isVisible(), false);
   await viewer.mouse.move(5, 5);
   assert.deepEqual(await shoot(), unmarked);
