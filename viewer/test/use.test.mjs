@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, phone, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, openViewer, phone, seek, startBrowser, stillPicture, stopBrowser, untilIndexed } from "./support/browser.mjs";
 import { contrastProblems } from "./support/contrast.mjs";
 import { cellRecording } from "./support/fixtures.mjs";
 
@@ -76,6 +76,7 @@ test("the panel scrolls to them at once for those who prefer reduced motion", as
 test("where all settings are in sight the panel has no such sign", async () => {
   const page = await openViewer({ viewport: { width: 1440, height: 1200 } });
   await openFiles(page, cellRecording());
+  await stillPicture(page); // as the panel grows with what the recording has
   assert.equal(await page.getByRole("button", { name: "More below" }).count(), 0);
   await page.finish();
 });
