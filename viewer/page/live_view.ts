@@ -18,7 +18,7 @@ const msBetweenLooks = 250;
 const mostNames = 3;
 /** A frame is shown later than this after it came: the page is too slow. */
 const lateMs = 1000;
-const rememberedMs = 2000;
+const rememberedMs = 5000;
 
 /** The parts of the page that a live source changes. */
 export interface LiveParts {
@@ -39,13 +39,14 @@ export class LiveView {
   private isUpdateDue = false;
   private isShowDue = false;
   private state: LiveState & { at: number } = { problem: "", ages: [], at: 0 };
-  private lag = { ms: 0, at: -Infinity }; // from the arrival of a frame until it was shown, or from picture to picture; when
+  /** From the arrival of a frame until it was shown, from picture to picture, or without reading; and when. */
+  private lag = { ms: 0, at: -Infinity };
   private shownAt = performance.now();
 
   constructor(socket: string, private readonly parts: LiveParts) {
     const { store, decoding } = parts;
     this.held = new HeldFrames((buffer) => decoding.post({ type: "recycle", buffer }, [buffer]));
-    this.connection = new LiveConnection(socket, {
+    this.connection = new LiveConnection(socket, parts.screen.clock, {
       onStreams: (streams) => {
         store.set({ source: "live", hasEnded: false });
         decoding.post({ type: "liveStreams", streams });
@@ -69,6 +70,7 @@ export class LiveView {
           [`${wasConnected ? "" : "Is the server running? "}The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
       },
     });
+    parts.screen.clock.takeLongestGap(); // of the time before, in which nobody asked
     this.timer = window.setInterval(() => this.look(), msBetweenLooks);
   }
 
@@ -117,7 +119,7 @@ export class LiveView {
       requestAnimationFrame(() => {
         this.isShowDue = false;
         if (this.parts.store.get().isFrozen) return;
-        // A page that is busy reads frames late, too: those that it shows may be as old as the last picture.
+        // Frames that come while a picture waits are as old as the last picture.
         const now = performance.now();
         if (!document.hidden && now - heldAt > lateMs) this.noteLag(now - this.shownAt);
         this.showHeld();
@@ -157,9 +159,11 @@ export class LiveView {
       liveStreams: streams.filter((stream) => stream.shown && !silent.includes(stream)).length,
       hasProblem: this.state.problem !== "",
     });
+    const gap = screen.clock.takeLongestGap();
+    this.noteLag(silent.length < streams.length ? gap : 0);
     const lines = this.state.problem ? [this.state.problem] : [];
     if (silent.length > 0) lines.push(silenceText(silent, silent.length === streams.length, now));
-    if (this.lag.ms > lateMs && now - this.lag.at < this.lag.ms + rememberedMs)
+    if (this.lag.ms > lateMs)
       lines.push(`This page is too slow for these streams: it shows them ${(this.lag.ms / 1000).toFixed(1)} s late`);
     banner.show(hasEnded ? [] : lines);
     const ages = streams.flatMap(({ arrivals }) => arrivals.age(now) ?? []);

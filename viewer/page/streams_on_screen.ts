@@ -60,7 +60,7 @@ export class StreamsOnScreen {
   private followed: { stream: number; pose: Pose } | null = null;
   readonly selection: Selection;
   private readonly rate = element("b");
-  private readonly clock = new AwakeClock();
+  readonly clock = new AwakeClock();
 
   constructor(
     private readonly store: ViewerStore,

@@ -8,12 +8,25 @@ const mostMs = 500;
 export class AwakeClock {
   private awake = 0;
   private last = performance.now();
+  private wasHidden = document.hidden;
+  private longestGap = 0;
 
   now(): number {
     const now = performance.now();
     const passed = now - this.last;
     this.last = now;
+    const isHidden = document.hidden;
+    if (!isHidden && !this.wasHidden) this.longestGap = Math.max(this.longestGap, passed);
+    this.wasHidden = isHidden;
     // Timers of hidden pages are slow, though these do read.
-    return (this.awake += document.hidden ? passed : Math.min(passed, mostMs));
+    return (this.awake += isHidden ? passed : Math.min(passed, mostMs));
+  }
+
+  /** The longest time since the last call in which a page that is seen read nothing, ms. */
+  takeLongestGap(): number {
+    this.now();
+    const gap = this.longestGap;
+    this.longestGap = 0;
+    return gap;
   }
 }

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { AwakeClock } from "./awake_clock";
+import type { AwakeClock } from "./awake_clock";
 
 export const liveProtocol = "pcl_ext.live.v1";
 const firstWaitMs = 500;
@@ -45,7 +45,6 @@ export class LiveConnection {
   private waitMs = firstWaitMs;
   private timer = 0;
   private silence = 0; // timer
-  private readonly clock = new AwakeClock();
   private heardAt = 0; // by the clock
   private tellsState = false;
   private hasEnded = false;
@@ -54,6 +53,7 @@ export class LiveConnection {
 
   constructor(
     private readonly url: string,
+    private readonly clock: AwakeClock,
     private readonly events: LiveEvents,
   ) {
     this.connect();
