@@ -62,7 +62,7 @@ test("a stream that stops is told beside it and over the scene, and so are all o
 test("a page that is busy says that it is late, and takes neither streams nor the server for lost", async () => {
   const { server, viewer, finish } = await liveViewer();
   let stop = repeatFirst(server, frames, [0, 1]);
-  const state = setInterval(() => server.sendText({ type: "state", problem: "", ages_ms: [0, 0] }), 1000);
+  const state = setInterval(() => server.sendText({ type: "state", problem: "", ages_ms: [0, 0] }), 1000).unref();
   await untilBadge(viewer, "Live");
   const told = await viewer.ask(async () => {
     const texts = new Set();

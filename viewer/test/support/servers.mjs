@@ -79,6 +79,7 @@ export function repeatFirst(server, frames, streams) {
     seconds += 1n;
     for (const frame of first) server.send({ ...frame, time: frame.time + seconds * 1_000_000_000n });
   }, 400);
+  timer.unref(); // a test that fails does not end it
   return () => clearInterval(timer);
 }
 
