@@ -99,18 +99,7 @@ EnteredStream::replace(io::VoxelFrame& voxels)
   voxels_.points = io::FramePoints();
   voxels_.point_counts = std::vector<std::uint32_t>();
   voxels_.has_point_counts = false;
-  const std::size_t symbols = voxels_.hasIntensities()
-                                  ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
-                                  : 1;
-  if (before_.intensity_scale == voxels_.intensity_scale && counts_.size() == symbols) {
-    count(voxels_, true);
-    count(before_, false);
-  }
-  else {
-    counts_.assign(symbols, 0);
-    count(voxels_, true);
-    are_other_symbols_ = true;
-  }
+  countSymbols();
   measureIntensities();
 }
 
@@ -125,16 +114,26 @@ EnteredStream::removeVoxels()
   replace(nothing);
 }
 
-/** \brief Counts the symbols of voxels. */
+/** \brief Counts the symbols of the voxels. */
 void
-EnteredStream::count(const io::VoxelFrame& voxels, bool is_added)
+EnteredStream::countSymbols()
 {
-  const std::uint32_t one = is_added ? 1u : ~0u;
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    std::uint32_t& number = counts_[symbolOf(voxels, i)];
-    are_other_symbols_ |= number == (is_added ? 0u : 1u);
-    number += one;
+  const std::size_t symbols = voxels_.hasIntensities()
+                                  ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
+                                  : 1;
+  counts_.assign(symbols, 0);
+  for (std::size_t i = 0; i < voxels_.size(); ++i)
+    ++counts_[symbolOf(voxels_, i)];
+  are_other_symbols_ |= before_.intensity_scale != voxels_.intensity_scale ||
+                        are_there_.size() != symbols;
+  are_there_.resize(symbols);
+  std::uint8_t differences = 0;
+  for (std::size_t symbol = 0; symbol < symbols; ++symbol) {
+    const std::uint8_t is_there = counts_[symbol] != 0 ? 1 : 0;
+    differences |= are_there_[symbol] ^ is_there;
+    are_there_[symbol] = is_there;
   }
+  are_other_symbols_ |= differences != 0;
 }
 
 /** \brief Finds what symbols there are. */

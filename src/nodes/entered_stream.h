@@ -120,7 +120,7 @@ public:
 
 private:
   void
-  count(const io::VoxelFrame& voxels, bool is_added);
+  countSymbols();
 
   void
   measureIntensities();
@@ -155,7 +155,8 @@ private:
   bool has_all_in_grid_ = true;
   // Of the intensities, by their symbols.
   std::vector<std::uint32_t> counts_;
-  bool are_other_symbols_ = false; // than when the following were found
+  std::vector<std::uint8_t> are_there_; // 1 for those with a count
+  bool are_other_symbols_ = false;      // than when the following were found
   float highest_ = 0.0f;
   io::CommonStep step_;
 };
