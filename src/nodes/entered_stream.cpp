@@ -127,10 +127,10 @@ EnteredStream::countSymbols()
   are_other_symbols_ |= before_.intensity_scale != voxels_.intensity_scale ||
                         are_there_.size() != symbols;
   are_there_.resize(symbols);
-  std::uint8_t differences = 0;
+  unsigned int differences = 0;
   for (std::size_t symbol = 0; symbol < symbols; ++symbol) {
     const std::uint8_t is_there = counts_[symbol] != 0 ? 1 : 0;
-    differences |= are_there_[symbol] ^ is_there;
+    differences |= are_there_[symbol] != is_there ? 1u : 0u;
     are_there_[symbol] = is_there;
   }
   are_other_symbols_ |= differences != 0;
