@@ -1,5 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { type Decoder, type FieldDescription, type Grid, isPackedColour, type Voxels } from "@pcl_ext/codec";
+import {
+  type Decoder,
+  type FieldDescription,
+  isPackedColour,
+  localPositions,
+  needsDoubles,
+  type Voxels,
+} from "@pcl_ext/codec";
 
 import type { PackedPoints } from "./messages";
 
@@ -27,8 +34,8 @@ interface Column {
  * @returns null if memory was short
  */
 export function packPoints(voxels: Voxels, decoder: Decoder): PackedPoints | null {
-  const isFar = needsDoubles(voxels.grid);
-  const positions = isFar ? positionsInGrid(voxels) : voxels.positions;
+  const { origin, positions } = needsDoubles(voxels.grid) ? localPositions(voxels)
+    : { origin: [0, 0, 0], positions: voxels.positions };
   const columns = new Map<string, Column>();
   const add = (name: string, column: Column) => columns.set(freeName(name, columns), column);
   ["x", "y", "z"].forEach((name, first) => add(name, { type: "float32", values: positions, first, step: 3 }));
@@ -52,7 +59,7 @@ export function packPoints(voxels: Voxels, decoder: Decoder): PackedPoints | nul
       add(name, { type: field.type, values });
     }
   }
-  const [x, y, z] = isFar ? lowerCorner(voxels.grid) : [0, 0, 0];
+  const [x, y, z] = origin;
   const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
   return { pose, ...interleave(columns, count) };
 }
@@ -79,36 +86,4 @@ function interleave(columns: Map<string, Column>, count: number): Omit<PackedPoi
     at += size;
   }
   return { point_stride, fields, data };
-}
-
-/** As VoxelGrid::needsDoubles() of the library: floats do not hold the centres of all voxels. */
-function needsDoubles(grid: Grid): boolean {
-  const farthest = grid.resolution * (2 ** 20 + 0.25);
-  const last = (2 ** grid.depth - 0.5) * grid.resolution;
-  return lowerCorner(grid).some((low) => low + 0.5 * grid.resolution < -farthest || low + last > farthest);
-}
-
-function lowerCorner({ firstIndex, resolution, origin }: Grid): [number, number, number] {
-  return [
-    firstIndex[0] * resolution + origin[0],
-    firstIndex[1] * resolution + origin[1],
-    firstIndex[2] * resolution + origin[2],
-  ];
-}
-
-/** Centres from the grid's lower corner on, [3 count], which floats hold wherever that is. */
-function positionsInGrid({ count, coded, grid }: Voxels): Float32Array {
-  if (!coded) throw new Error("the frame was decoded without its keys");
-  const keys = new Uint32Array(coded.keys.buffer); // the lower half of each first
-  const positions = new Float32Array(3 * count);
-  for (let i = 0; i < count; ++i) {
-    const [low, high] = [keys[2 * i] as number, keys[2 * i + 1] as number];
-    for (let axis = 0; axis < 3; ++axis) {
-      let index = 0;
-      for (let level = 0, bit = 2 - axis; level < grid.depth; ++level, bit += 3)
-        index |= ((bit < 32 ? low >>> bit : high >>> (bit - 32)) & 1) << level;
-      positions[3 * i + axis] = (index + 0.5) * grid.resolution;
-    }
-  }
-  return positions;
 }
