@@ -70,8 +70,9 @@ test("voxels whose centres lie at a cut stay, in the picture and in numbers", as
   const viewer = await openCell();
   await viewer.addStyleTag({ content: ".status { opacity: 0 }" });
   const all = await places(viewer);
-  const height = [...new Set(all.map(([, , z]) => z))].sort((a, b) => a - b)[5];
-  const expected = all.filter(([, , z]) => z === height).length;
+  const height = all.map(([, , z]) => z).sort((a, b) => a - b)[Math.floor(all.length / 3)];
+  const expected = all.filter(([, , z]) => Math.abs(z - height) < 1e-5).length;
+  assert.ok(expected > 10 && expected < all.length / 2);
   const shots = [];
   for (const margin of [0, 0.004]) {
     await set(viewer, { cutBelow: height - margin, cutAbove: height + margin });

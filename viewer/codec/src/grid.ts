@@ -16,16 +16,19 @@ export function needsDoubles(grid: Grid): boolean {
   );
 }
 
-/** Centres from that of one of the voxels on, which floats hold wherever the cloud lies.
+/** Centres of voxels from that of one of them on, which floats hold wherever the cloud lies. */
+export interface LocalPositions {
+  /** The centre of that voxel, x, y, z, metres, in the frame's coordinates; 0 without voxels. */
+  readonly origin: readonly [number, number, number];
+  /** [3 * count] x, y, z, metres from there, in the order of the voxels. */
+  readonly positions: Float32Array<ArrayBuffer>;
+}
+
+/** Local positions of a frame's voxels.
  * @param voxels decoded with `DecodeOptions.coded`
- * @returns the centre of that voxel, x, y, z, metres, in the frame's coordinates; and from there
- *   the positions [3 * count] of all, in the order of the voxels. Without voxels both are 0
  * @throws CodecError "InvalidInput" if they were decoded otherwise
  */
-export function localPositions({ count, coded, grid }: Voxels): {
-  readonly origin: [number, number, number];
-  readonly positions: Float32Array<ArrayBuffer>;
-} {
+export function localPositions({ count, coded, grid }: Voxels): LocalPositions {
   if (!coded) throw new CodecError("InvalidInput", "the frame was decoded without its keys");
   const positions = new Float32Array(3 * count);
   if (count === 0) return { origin: [0, 0, 0], positions };

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 export { Codec, type CodecOptions } from "./codec.js";
 export type { Decoder } from "./decoder.js";
-export { localPositions, needsDoubles } from "./grid.js";
+export { type LocalPositions, localPositions, needsDoubles } from "./grid.js";
 export type { OutlierFilter } from "./outlier_filter.js";
 export {
   CodecError,

@@ -58,6 +58,8 @@ export interface PackedVoxels {
   count: number;
   /** Those after the frame's own voxels, which were seen before and are no longer there. */
   pastCount: number;
+  /** That their positions are told from, in the coordinates of the frame, metres. */
+  origin: readonly [number, number, number];
   buffer: ArrayBuffer;
   hasIntensities: boolean;
   hasColours: boolean;

@@ -8,6 +8,7 @@ export function bytesOf(count: number, hasField: boolean): number {
 
 /** The arrays in a buffer of packed voxels; the frame's own voxels first, then past ones. */
 export interface VoxelArrays {
+  /** Metres from the voxels' origin, as floats do not hold the coordinates of maps. */
   positions: Float32Array;
   intensities: Float32Array;
   pointCounts: Uint32Array;

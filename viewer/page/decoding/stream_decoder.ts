@@ -1,5 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
+import { localPositions } from "@pcl_ext/codec";
+import type { Codec, Decoder, DensityUnit, LocalPositions, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
 
 import { fieldChoices } from "./field_choices";
 import type { FieldChoice } from "./field_choices";
@@ -102,23 +103,24 @@ export class StreamDecoder {
     if (voxels) {
       shown.frameId ??= voxels.frameId;
       const isNoise = settings.removesOutliers ? this.judge(shown) : null;
+      const places = localPositions(voxels);
       if (settings.trailSeconds > 0)
-        this.trail.add(voxels, frame.time, settings.trailSeconds);
+        this.trail.add(voxels, places, frame.time, settings.trailSeconds);
       shown.decodeMs = performance.now() - begin;
       const field = pool ? this.fieldValues(choices.get(settings.field ?? "")) : null;
-      if (pool) shown.voxels = this.pack(voxels, { isNoise, field }, settings, frame.time, pool);
+      if (pool) shown.voxels = this.pack(voxels, { places, isNoise, field }, settings, frame.time, pool);
     }
     return shown;
   }
 
   /** An I-frame that is older than the last frame begins the stream again, as of a bag played in a loop. */
   private decodeBytes(bytes: Uint8Array): { status: Status; voxels: Voxels | null } {
-    const result = this.decoder.decode(bytes);
+    const result = this.decoder.decode(bytes, { coded: true });
     if (result.status.code !== "OldFrame") return result;
     const { description } = this.codec.describeFrame(bytes);
     if (description?.kind !== "I") return result;
     this.restart();
-    return this.decoder.decode(bytes);
+    return this.decoder.decode(bytes, { coded: true });
   }
 
   private judge(shown: ShownFrame): Uint8Array | null {
@@ -134,7 +136,7 @@ export class StreamDecoder {
 
   private pack(
     voxels: Voxels,
-    { isNoise, field }: { isNoise: Uint8Array | null; field: Float64Array | null },
+    { places, isNoise, field }: { places: LocalPositions; isNoise: Uint8Array | null; field: Float64Array | null },
     settings: DecodingSettings,
     time: number,
     pool: BufferPool,
@@ -143,7 +145,7 @@ export class StreamDecoder {
     const total = voxels.count + past.length;
     const buffer = pool.take(bytesOf(total, field !== null));
     const arrays = arraysOf(buffer, total, field !== null);
-    arrays.positions.set(voxels.positions);
+    arrays.positions.set(places.positions);
     if (voxels.intensities) arrays.intensities.set(voxels.intensities);
     else arrays.intensities.fill(0);
     if (voxels.pointCounts) arrays.pointCounts.set(voxels.pointCounts);
@@ -155,7 +157,7 @@ export class StreamDecoder {
     }
     past.forEach((voxel, j) => {
       const i = voxels.count + j;
-      arrays.positions.set([voxel.x, voxel.y, voxel.z], 3 * i);
+      arrays.positions.set(this.trail.positionOf(voxel), 3 * i);
       arrays.intensities[i] = voxel.intensity;
       arrays.pointCounts[i] = 0;
       arrays.ages[i] = time - voxel.time;
@@ -164,6 +166,7 @@ export class StreamDecoder {
     return {
       count: voxels.count,
       pastCount: past.length,
+      origin: voxels.count > 0 ? places.origin : this.trail.origin,
       buffer,
       hasIntensities: voxels.intensities !== null,
       hasColours: voxels.colours !== null,

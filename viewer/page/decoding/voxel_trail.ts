@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import type { Voxels } from "@pcl_ext/codec";
+import type { LocalPositions, Voxels } from "@pcl_ext/codec";
 
 /** A voxel that a stream saw at least once. */
 interface SeenVoxel {
-  x: number;
+  x: number; // edges from the first frame's origin
   y: number;
   z: number;
   intensity: number;
@@ -18,6 +18,12 @@ const fewestFrames = 2;
 export class VoxelTrail {
   private readonly seen = new Map<string | number, SeenVoxel>();
   private resolution = 0;
+  /** Of the frame that was seen first, in its coordinates. */
+  private first: LocalPositions["origin"] = [0, 0, 0];
+  /** Of the last frame that had voxels. */
+  origin: LocalPositions["origin"] = [0, 0, 0];
+  /** From the first to that, edges. */
+  private moved: [number, number, number] = [0, 0, 0];
   private lastTime = -Infinity;
 
   reset(): void {
@@ -26,14 +32,20 @@ export class VoxelTrail {
   }
 
   /** Adds a frame, and forgets what was seen earlier than `seconds` before. */
-  add({ positions, intensities, resolution }: Voxels, time: number, seconds: number): void {
+  add({ intensities, resolution }: Voxels, { origin, positions }: LocalPositions, time: number, seconds: number): void {
     if (resolution !== this.resolution || time < this.lastTime) this.seen.clear();
     this.resolution = resolution;
     this.lastTime = time;
+    const edges = (metres: number): number => Math.round(metres / resolution);
+    if (positions.length > 0) {
+      if (this.seen.size === 0) this.first = origin;
+      this.origin = origin;
+      this.moved = [edges(origin[0] - this.first[0]), edges(origin[1] - this.first[1]), edges(origin[2] - this.first[2])];
+    }
     for (let i = 0; i < positions.length; i += 3) {
-      const x = positions[i];
-      const y = positions[i + 1];
-      const z = positions[i + 2];
+      const x = edges(positions[i]) + this.moved[0];
+      const y = edges(positions[i + 1]) + this.moved[1];
+      const z = edges(positions[i + 2]) + this.moved[2];
       const key = this.keyOf(x, y, z);
       const voxel = this.seen.get(key);
       const intensity = intensities ? intensities[i / 3] : 0;
@@ -55,11 +67,17 @@ export class VoxelTrail {
     return result;
   }
 
+  /** From `origin` on, metres. */
+  positionOf({ x, y, z }: SeenVoxel): [number, number, number] {
+    const [i, j, k] = this.moved;
+    return [(x - i) * this.resolution, (y - j) * this.resolution, (z - k) * this.resolution];
+  }
+
   /** A number as long as 17 bits an axis are enough, which maps hold far better than texts. */
   private keyOf(x: number, y: number, z: number): string | number {
-    const i = Math.floor(x / this.resolution) + 65536;
-    const j = Math.floor(y / this.resolution) + 65536;
-    const k = Math.floor(z / this.resolution) + 65536;
+    const i = x + 65536;
+    const j = y + 65536;
+    const k = z + 65536;
     if (((i | j | k) & ~131071) !== 0) return `${i},${j},${k}`;
     return (i * 131072 + j) * 131072 + k;
   }

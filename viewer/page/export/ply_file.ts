@@ -10,6 +10,14 @@ export interface ExportedLayer {
   name: string;
 }
 
+/** Floats hold coordinates up to it to a quarter of a millimetre. */
+const farthestFloat = 8192;
+
+/** Whether coordinates are saved as doubles, as those of maps. */
+function needsDoubles({ layer: { box } }: ExportedLayer): boolean {
+  return !box.isEmpty() && [...box.min.toArray(), ...box.max.toArray()].some((value) => Math.abs(value) > farthestFloat);
+}
+
 function inOneLine(text: string): string {
   return text.replaceAll(/[\r\n]/g, " ");
 }
@@ -23,6 +31,7 @@ export function plyOf(layers: readonly ExportedLayer[], rule: DrawingRule, comme
       if (isDrawn(entry.layer, i, rule)) chosen.push({ entry, voxel: i });
   if (chosen.length === 0) return null;
   const hasColours = layers.some(({ layer }) => layer.voxels?.hasColours);
+  const isFar = layers.some(needsDoubles);
   const hasCounts = layers.some(({ layer }) => layer.voxels?.hasPointCounts);
   const header = [
     "ply",
@@ -32,23 +41,27 @@ export function plyOf(layers: readonly ExportedLayer[], rule: DrawingRule, comme
     ...layers.map(({ stream, name, layer }) =>
       `comment stream ${stream} is ${inOneLine(name)}, voxel edge ${Number(layer.edge.toPrecision(6))} m`),
     `element vertex ${chosen.length}`,
-    "property float x", "property float y", "property float z",
+    ...["x", "y", "z"].map((axis) => `property ${isFar ? "double" : "float"} ${axis}`),
     "property float intensity",
     "property ushort stream",
     ...(hasCounts ? ["property uint points"] : []),
     ...(hasColours ? ["property uchar red", "property uchar green", "property uchar blue"] : []),
     "end_header", "",
   ].join("\n");
-  const size = 18 + (hasCounts ? 4 : 0) + (hasColours ? 3 : 0);
+  const size = (isFar ? 30 : 18) + (hasCounts ? 4 : 0) + (hasColours ? 3 : 0);
   const view = new DataView(new ArrayBuffer(size * chosen.length));
   let at = 0;
   for (const { entry, voxel } of chosen) {
     const arrays = entry.layer.arrays;
     if (!arrays) continue;
-    entry.layer.placeOf(voxel).forEach((value, axis) => view.setFloat32(at + 4 * axis, value, true));
-    view.setFloat32(at + 12, arrays.intensities[voxel], true);
-    view.setUint16(at + 16, entry.stream, true);
-    at += 18;
+    for (const value of entry.layer.placeOf(voxel)) {
+      if (isFar) view.setFloat64(at, value, true);
+      else view.setFloat32(at, value, true);
+      at += isFar ? 8 : 4;
+    }
+    view.setFloat32(at, arrays.intensities[voxel], true);
+    view.setUint16(at + 4, entry.stream, true);
+    at += 6;
     if (hasCounts) {
       view.setUint32(at, arrays.pointCounts[voxel], true);
       at += 4;

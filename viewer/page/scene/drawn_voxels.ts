@@ -106,7 +106,7 @@ export function pick(
     if (!layer.group.visible || !layer.arrays) return;
     const positions = layer.arrays.positions;
     const count = positions.length / 3;
-    // In the coordinates of the frame voxels are along the axes.
+    // In their own coordinates voxels are along the axes.
     const inverse = layer.pose.clone().invert();
     const from = new Vector3(...origin).applyMatrix4(inverse).toArray();
     const towards = new Vector3(...direction).transformDirection(inverse).toArray();

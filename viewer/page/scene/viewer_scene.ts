@@ -20,7 +20,7 @@ import type { SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
 import { Up } from "./up_axis";
 import type { UpAxis } from "./up_axis";
-import { VoxelLayer, forGpu } from "./voxel_layer";
+import { VoxelLayer } from "./voxel_layer";
 import { fieldOf, noCut } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
@@ -61,6 +61,8 @@ export class ViewerScene {
   /** Number of times that it was drawn. */
   pictures = 0;
   private cut = noCut;
+  /** Of most voxels, between which heights are coloured. */
+  heightRange: [number, number] = [0, 1];
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
   private readonly uniforms = {
@@ -70,8 +72,6 @@ export class ViewerScene {
     colourBy: { value: 0 },
     intensityAxis: { value: new THREE.Vector4(0, 255, 1, 1) },
     up: { value: new THREE.Vector3(0, 0, 1) },
-    cut: { value: new THREE.Vector2() },
-    heightRange: { value: new THREE.Vector2(0, 1) },
     trailSeconds: { value: 2 },
     colourMap: { value: null as THREE.Texture | null },
     viewport: { value: new THREE.Vector2(1, 1) },
@@ -131,7 +131,7 @@ export class ViewerScene {
   }
 
   private setHeights(): void {
-    if (this.bounds) this.uniforms.heightRange.value.set(...this.up.heights(this.bounds));
+    if (this.bounds) this.heightRange = this.up.heights(this.bounds);
   }
 
   requestDrawing(): void {
@@ -168,7 +168,11 @@ export class ViewerScene {
     ++this.pictures;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
     placeClippingPlanes(this.camera, this.controls.target, this.bounds, this.allBounds());
-    for (const { layer } of this.layersOfStreams()) layer.chooseDetail(this.camera, this.uniforms.viewport.value.y);
+    const { cutBelow, cutAbove } = this.cut;
+    for (const { layer } of this.layersOfStreams()) {
+      layer.chooseDetail(this.camera, this.uniforms.viewport.value.y);
+      layer.setHeights(this.up.vector, [cutBelow, cutAbove], this.heightRange);
+    }
     this.shading.draw(this.scene, this.camera);
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (this.lastPicture) gl.deleteSync(this.lastPicture);
@@ -225,7 +229,6 @@ export class ViewerScene {
     const uniforms = this.uniforms;
     uniforms.threshold.value = state.threshold;
     uniforms.hidesNoise.value = state.noise === "hide";
-    uniforms.cut.value.set(forGpu(state.cutBelow), forGpu(state.cutAbove));
     this.cut = { cutBelow: state.cutBelow, cutAbove: state.cutAbove };
     const field = fieldOf(state.colourBy);
     uniforms.colourBy.value = colourModes.indexOf(field === null ? state.colourBy : "field");
@@ -291,10 +294,6 @@ export class ViewerScene {
   private setGrid(): void {
     if (this.bounds && this.colours)
       this.surroundings.setGrid(this.bounds, this.largestEdge(), this.up, this.colours, this.isNarrow);
-  }
-
-  get heightRange(): [number, number] {
-    return [this.uniforms.heightRange.value.x, this.uniforms.heightRange.value.y];
   }
 
   private largestEdge(): number {

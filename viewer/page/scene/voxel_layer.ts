@@ -43,7 +43,7 @@ export class VoxelLayer {
   count = 0;
   time = 0; // of the frame, seconds
   edge = 0; // metres
-  /** From the coordinates of the frame to those of the scene. */
+  /** From the positions of the voxels to places in the scene. */
   readonly pose = new THREE.Matrix4();
   /** Around all voxels, in the scene. */
   readonly box = new THREE.Box3();
@@ -69,6 +69,8 @@ export class VoxelLayer {
         paint: { value: null },
         shape: { value: shapes.cubes },
         halfEdge: { value: 0 },
+        cut: { value: new THREE.Vector2() },
+        heightRange: { value: new THREE.Vector2() },
         hasIntensities: { value: true },
         hasField: { value: false },
         fieldRange: { value: new THREE.Vector2(0, 1) },
@@ -108,6 +110,15 @@ export class VoxelLayer {
     this.points.visible = !this.cubes.visible;
   }
 
+  /** Says which heights are drawn, and which the ends of the colours are. The GPU has them from the layer's own
+   * origin on, as its numbers are too coarse for heights in the coordinates of maps. */
+  setHeights(up: THREE.Vector3, drawn: readonly [number, number], coloured: readonly [number, number]): void {
+    const { cut, heightRange } = this.material.uniforms;
+    const height = up.dot(this.group.position);
+    cut.value.set(forGpu(drawn[0] - height), forGpu(drawn[1] - height));
+    heightRange.value.set(coloured[0] - height, coloured[1] - height);
+  }
+
   setScale(scale: number): void {
     this.material.uniforms.halfEdge.value = 0.5 * scale * this.edge;
   }
@@ -133,6 +144,8 @@ export class VoxelLayer {
     const [x, y, z, ...rotation] = pose;
     this.group.quaternion.fromArray(rotation);
     this.pose.compose(new THREE.Vector3(x, y, z), this.group.quaternion, new THREE.Vector3(1, 1, 1));
+    this.group.position.set(...(voxels?.origin ?? [0, 0, 0])).applyMatrix4(this.pose);
+    this.pose.setPosition(this.group.position);
     this.voxels = voxels;
     this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels), voxels.field !== null) : null;
     const count = (this.count = voxels ? totalCount(voxels) : 0);
@@ -175,13 +188,10 @@ export class VoxelLayer {
     this.textures = VoxelTextures.of(this.textures, count);
     const { centres, values, paint } = this.textures;
     this.fieldBase = arrays.field?.find(Number.isFinite) ?? 0;
-    // The GPU's numbers are too coarse for cubes at the coordinates of maps, in the millions of metres.
-    const [x, y, z] = count > 0 ? arrays.positions : [0, 0, 0];
-    this.group.position.set(x, y, z).applyMatrix4(this.pose);
     for (let i = 0; i < count; ++i) {
-      centres[4 * i] = arrays.positions[3 * i] - x;
-      centres[4 * i + 1] = arrays.positions[3 * i + 1] - y;
-      centres[4 * i + 2] = arrays.positions[3 * i + 2] - z;
+      centres[4 * i] = arrays.positions[3 * i];
+      centres[4 * i + 1] = arrays.positions[3 * i + 1];
+      centres[4 * i + 2] = arrays.positions[3 * i + 2];
       centres[4 * i + 3] = arrays.intensities[i];
       const value = arrays.field ? arrays.field[i] : NaN;
       values[2 * i] = arrays.ages[i];

@@ -17,7 +17,7 @@ uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 rec
 uniform vec3 streamColour;
 uniform vec4 intensityAxis;     // min, max, step, 1 if logarithmic
 uniform vec3 up;
-uniform vec2 cut;               // heights between which voxels are drawn
+uniform vec2 cut;               // heights between which voxels are drawn, as all from the layer's origin
 uniform vec2 heightRange;
 uniform bool hasField;
 uniform vec2 fieldRange;
@@ -67,7 +67,7 @@ void main() {
   place = vec2(0.0);
   colour = vec3(0.0);
   pixels = 0.0;
-  float height = dot(up, (modelMatrix * vec4(centre, 1.0)).xyz);
+  float height = dot(up, mat3(modelMatrix) * centre);
   if ((isNoise && hidesNoise) || height < cut.x - 0.002 * halfEdge || height > cut.y + 0.002 * halfEdge) {
     gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // all corners of it outside of the view
     return;

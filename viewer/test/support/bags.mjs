@@ -37,24 +37,26 @@ class MessageWriter {
   }
 }
 
-/** A PointCloud2 of points [x, y, z]. */
-function cloudMessage({ time, frameId, points }) {
+/** A PointCloud2 of points [x, y, z], of which doubles are FLOAT64. */
+function cloudMessage({ time, frameId, points, isDouble = false }) {
   const writer = new MessageWriter(false);
+  const size = isDouble ? 8 : 4;
   writer.header(time, frameId);
   writer.u32(1); // height
   writer.u32(points.length);
   writer.u32(3);
   ["x", "y", "z"].forEach((name, i) => {
     writer.string(name);
-    writer.u32(4 * i);
-    writer.u8(7); // float32
+    writer.u32(size * i);
+    writer.u8(isDouble ? 8 : 7);
     writer.u32(1);
   });
   writer.u8(0);
-  writer.u32(12);
-  writer.u32(12 * points.length);
-  writer.u32(12 * points.length);
-  const bytes = Buffer.from(Float32Array.from(points.flat()).buffer);
+  writer.u32(3 * size);
+  writer.u32(3 * size * points.length);
+  writer.u32(3 * size * points.length);
+  const numbers = isDouble ? Float64Array.from(points.flat()) : Float32Array.from(points.flat());
+  const bytes = Buffer.from(numbers.buffer);
   for (const byte of bytes) writer.bytes.push(byte);
   writer.u8(1);
   return Uint8Array.from(writer.bytes);
@@ -73,7 +75,7 @@ function transformMessage({ time, transforms }, isRos1) {
 }
 
 /** Writes a bag.
- * @param clouds { topic, time, frameId, points } each, seconds and metres
+ * @param clouds { topic, time, frameId, points, isDouble } each, seconds and metres
  * @param transforms { isStatic, time, transforms: [{ parent, child, pose, stamp }] } each; stamps
  * are the time of the message where they are left out
  * @param isRos1 the transforms are messages of ROS 1, as encode keeps those of its bags
