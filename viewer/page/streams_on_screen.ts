@@ -195,7 +195,7 @@ export class StreamsOnScreen {
     const before = this.followed?.stream === stream ? this.followed.pose : undefined;
     this.followed = pose ? { stream, pose } : null;
     if (pose && before && movesCamera)
-      this.scene.carryCamera([pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]]);
+      this.scene.camera.carry([pose[0] - before[0], pose[1] - before[1], pose[2] - before[2]]);
   }
 
   /** True if another axis points up than before. */

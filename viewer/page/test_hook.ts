@@ -80,8 +80,8 @@ export function publishHook(viewer: HookedPage): void {
     moments: () => viewer.index.moments.length,
     seek: (moment) => viewer.seekAndWait(moment),
     fit: (direction) => viewer.fit(direction),
-    camera: () => viewer.scene.cameraValues(),
-    setCamera: (values) => viewer.scene.setCameraValues(values),
+    camera: () => viewer.scene.camera.values(),
+    setCamera: (values) => viewer.scene.camera.setValues(values),
     damage: () => viewer.damageFound(),
   };
 }

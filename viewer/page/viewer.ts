@@ -107,7 +107,7 @@ export class Viewer {
     listenToKeys(this.store, {
       ...this.timeActions(),
       fit: () => this.fit("keep"),
-      moveCamera: (turn, tilt, zoom) => this.scene.moveCamera(turn, tilt, zoom),
+      moveCamera: (turn, tilt, zoom) => this.scene.camera.move(turn, tilt, zoom),
       changeThreshold: (by) => this.screen.changeThreshold(by),
       toggleTheme: () => this.toggleTheme(),
       open: () => this.layout.fileInput.click(),
@@ -160,7 +160,7 @@ export class Viewer {
   private followLink(): void {
     const { state, view } = readLink(location.hash);
     this.store.set({ ...unlinkedState(), ...state });
-    if (view.camera) this.scene.setCameraValues(view.camera);
+    if (view.camera) this.scene.camera.setValues(view.camera);
     if (view.time === null) return;
     // Until its time is indexed, the frame of the link is the last one that is known.
     this.linkedView.time = view.time;
@@ -349,7 +349,7 @@ export class Viewer {
   /** Once, the camera and the time of the link that the page was opened with. */
   private showLinkedView(): void {
     if (!this.linkedView.camera) return;
-    this.scene.setCameraValues(this.linkedView.camera);
+    this.scene.camera.setValues(this.linkedView.camera);
     this.linkedView.camera = null;
   }
 
@@ -358,7 +358,7 @@ export class Viewer {
     // What a link says is kept until it is shown, as the page may be loaded again before.
     const isComing = this.linkedView.time !== null && !this.isTimeChosen && source !== "live" && indexedShare < 1;
     return {
-      camera: this.linkedView.camera ?? (this.scene.bounds ? this.scene.cameraValues() : null),
+      camera: this.linkedView.camera ?? (this.scene.bounds ? this.scene.camera.values() : null),
       time: isComing ? this.linkedView.time : source === "recording" ? (this.index.moments[moment] ?? null) : null,
     };
   }

@@ -2,7 +2,7 @@
 import type { GuessedUp } from "../guessed_up";
 import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
-import type { ViewDirection } from "../scene/viewer_scene";
+import type { ViewDirection } from "../scene/scene_camera";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
 import { fieldOf, longestDecay, noCut, trailSeconds, voxelScales } from "../state/viewer_state";
 import { CutControl } from "./cut_control";

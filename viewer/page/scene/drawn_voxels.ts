@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-import { Vector3 } from "three";
+import type { Vector3 } from "three";
 
 import { isOutlier } from "../decoding/packed_voxels";
 import type { Bounds } from "./camera_fit";
@@ -95,8 +95,8 @@ export interface PickedVoxel {
  */
 export function pick(
   layers: readonly VoxelLayer[],
-  origin: readonly [number, number, number],
-  direction: readonly [number, number, number],
+  origin: Vector3,
+  direction: Vector3,
   scale: number,
   leastHalf: number,
   rule: DrawingRule,
@@ -108,8 +108,8 @@ export function pick(
     const count = positions.length / 3;
     // In their own coordinates voxels are along the axes.
     const inverse = layer.pose.clone().invert();
-    const from = new Vector3(...origin).applyMatrix4(inverse).toArray();
-    const towards = new Vector3(...direction).transformDirection(inverse).toArray();
+    const from = origin.clone().applyMatrix4(inverse).toArray();
+    const towards = direction.clone().transformDirection(inverse).toArray();
     const half = 0.5 * layer.edge * Math.max(scale, 0.5);
     for (let i = 0; i < count; ++i) {
       const depth = towards.reduce((sum, value, axis) => sum + value * (positions[3 * i + axis] - from[axis]), 0);

@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import * as THREE from "three";
-import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { PackedVoxels } from "../decoding/messages";
 import type { Pose } from "../recordings/transforms";
@@ -8,11 +7,13 @@ import { colourMaps, texelsOf } from "./colour_maps";
 import type { ColourMapName, Rgb } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
 import type { DrawingRule, PickedVoxel } from "./drawn_voxels";
-import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
+import { placeClippingPlanes } from "./camera_fit";
 import type { Bounds } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
 import { PastFrames } from "./past_frames";
+import { SceneCamera, fieldOfView } from "./scene_camera";
+import type { ViewDirection } from "./scene_camera";
 import { SelectionMarks } from "./selection_marks";
 import type { MarkedVoxel } from "./selection_marks";
 import { Surroundings } from "./surroundings";
@@ -24,28 +25,15 @@ import { VoxelLayer } from "./voxel_layer";
 import { fieldOf, noCut } from "../state/viewer_state";
 import type { ViewerState } from "../state/viewer_state";
 
-const fieldOfView = 45; // degrees, vertical
 const leastPickedPixels = 4;
 const colourModes = ["intensity", "height", "stream", "age", "recorded", "field"];
-
-export type ViewDirection = "oblique" | "top" | "front" | "side";
-
-/** Where z is up. */
-const directions: Record<ViewDirection | "steep", [number, number, number]> = {
-  steep: [-0.5, -0.62, 0.95], // for high and narrow views
-  oblique: [-0.62, -0.78, 0.62],
-  top: [0, -0.001, 1],
-  front: [0, -1, 0.08],
-  side: [1, 0, 0.08],
-};
 
 /** The scene with its camera: draws when something has changed, and only then. */
 export class ViewerScene {
   readonly layers: VoxelLayer[] = [];
   readonly past = new PastFrames((layer) => this.scene.remove(layer.group));
   readonly surroundings = new Surroundings();
-  readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
-  controls: OrbitControls;
+  readonly camera: SceneCamera;
   private up = new Up("z");
   bounds: Bounds | null = null; // of most voxels
   private readonly renderer: THREE.WebGLRenderer;
@@ -53,9 +41,6 @@ export class ViewerScene {
   private readonly scene = new THREE.Scene();
   private readonly marks = new SelectionMarks();
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
-  /** How the camera was placed, as long as the user has not moved it. */
-  private fitted: ViewDirection | "keep" | null = null;
-  private isPlacedByUser = false;
   private needsDrawing = true;
   private lastPicture: WebGLSync | null = null; // signalled when it is finished
   /** Number of times that it was drawn. */
@@ -87,9 +72,7 @@ export class ViewerScene {
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     THREE.ColorManagement.enabled = false;
     this.shading = new DepthShading(this.renderer);
-    this.camera.up.copy(this.up.vector);
-    this.camera.position.set(-5, -6, 5);
-    this.controls = this.createControls();
+    this.camera = new SceneCamera(canvas, () => this.requestDrawing());
     this.scene.add(this.marks.group);
     this.surroundings.addTo(this.scene);
     for (const name of Object.keys(colourMaps) as ColourMapName[]) {
@@ -102,28 +85,12 @@ export class ViewerScene {
     this.renderer.setAnimationLoop(() => this.drawIfNeeded());
   }
 
-  private createControls(): OrbitControls {
-    const controls = new OrbitControls(this.camera, this.canvas);
-    controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-    controls.dampingFactor = 0.12;
-    controls.zoomToCursor = true;
-    controls.addEventListener("change", () => this.requestDrawing());
-    controls.addEventListener("start", () => this.keepCamera());
-    return controls;
-  }
-
   /** Says which axis of the coordinates points up. True if another one did before. */
   setUp(name: UpAxis): boolean {
     if (name === this.up.name) return false;
     this.up = new Up(name);
-    this.camera.up.copy(this.up.vector);
     this.uniforms.up.value.copy(this.up.vector);
-    // Controls know only the axis that they were made with.
-    const { target } = this.controls;
-    this.controls.dispose();
-    this.controls = this.createControls();
-    this.controls.target.copy(target);
-    this.controls.update();
+    this.camera.setUp(this.up);
     this.setHeights();
     this.setGrid();
     this.setSensors(this.poses);
@@ -146,14 +113,13 @@ export class ViewerScene {
     this.renderer.setSize(width, height, false);
     const { x, y } = this.renderer.getDrawingBufferSize(this.uniforms.viewport.value);
     this.shading.setSize(x, y, this.renderer.getPixelRatio());
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    if (this.fitted) this.fit(this.fitted);
+    this.camera.setAspect(width / height);
+    if (this.camera.fitted) this.fit(this.camera.fitted);
     this.draw();
   }
 
   private drawIfNeeded(): void {
-    this.controls.update();
+    this.camera.update();
     if (this.needsDrawing && !this.isGpuBusy()) this.draw();
   }
 
@@ -167,13 +133,14 @@ export class ViewerScene {
     this.needsDrawing = false;
     ++this.pictures;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
-    placeClippingPlanes(this.camera, this.controls.target, this.bounds, this.allBounds());
+    const { perspective, target } = this.camera;
+    placeClippingPlanes(perspective, target, this.bounds, this.allBounds());
     const { cutBelow, cutAbove } = this.cut;
     for (const { layer } of this.layersOfStreams()) {
-      layer.chooseDetail(this.camera, this.uniforms.viewport.value.y);
+      layer.chooseDetail(perspective, this.uniforms.viewport.value.y);
       layer.setHeights(this.up.vector, [cutBelow, cutAbove], this.heightRange);
     }
-    this.shading.draw(this.scene, this.camera);
+    this.shading.draw(this.scene, perspective);
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (this.lastPicture) gl.deleteSync(this.lastPicture);
     this.lastPicture = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -313,83 +280,27 @@ export class ViewerScene {
   /** Places the camera so that what was measured is in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
-    this.fitted = direction;
-    const towards =
-      direction === "keep"
-        ? this.camera.position.clone().sub(this.controls.target)
-        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]).applyQuaternion(this.up.fromZ);
-    const camera = this.camera.clone();
     const { clientWidth, clientHeight } = this.canvas;
     const view = { width: clientWidth || 1, height: clientHeight || 1, covered: this.isNarrow ? 46 : 26 };
     const box = this.surroundings.withSensors(this.boundsOfCubes(this.bounds));
-    const target = fitCamera(camera, cornersOf(box), this.surroundings.labels(), view, towards);
-    this.setCamera(camera.position, target);
-  }
-
-  /** From now on the camera stays where the user has put it. */
-  private keepCamera(): void {
-    this.fitted = null;
-    this.isPlacedByUser = true;
+    this.camera.fit(direction, box, this.surroundings.labels(), view);
   }
 
   /** For another source the camera is placed anew, as soon as there are voxels. */
   forgetView(): void {
-    this.isPlacedByUser = false;
-    this.fitted = null;
+    this.camera.forget();
     this.bounds = null;
   }
 
   /** Fits the voxels into the view, unless the user has chosen one. */
   fitUnlessPlaced(): void {
-    if (!this.isPlacedByUser) this.fit("oblique");
-  }
-
-  setCamera(position: THREE.Vector3, target: THREE.Vector3): void {
-    this.camera.position.copy(position);
-    this.controls.target.copy(target);
-    this.controls.update();
-    this.requestDrawing();
-  }
-
-  /** Moves the camera with what it looks at. */
-  carryCamera(by: readonly [number, number, number]): void {
-    this.fitted = null;
-    const step = new THREE.Vector3(...by);
-    this.setCamera(this.camera.position.clone().add(step), this.controls.target.clone().add(step));
-  }
-
-  cameraValues(): number[] {
-    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
-  }
-
-  setCameraValues(values: number[]): void {
-    this.keepCamera();
-    this.setCamera(new THREE.Vector3(...values.slice(0, 3)), new THREE.Vector3(...values.slice(3, 6)));
-  }
-
-  /** Turns, moves or zooms the camera, for keys: angles in radians, shares of the distance. */
-  moveCamera(turn: number, tilt: number, zoom: number): void {
-    this.keepCamera();
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    const angles = new THREE.Spherical().setFromVector3(offset.applyQuaternion(this.up.toY));
-    angles.theta += turn;
-    angles.phi = Math.min(Math.PI - 0.01, Math.max(0.01, angles.phi + tilt));
-    angles.radius *= zoom;
-    const moved = new THREE.Vector3().setFromSpherical(angles).applyQuaternion(this.up.toY.clone().invert());
-    this.setCamera(moved.add(this.controls.target), this.controls.target.clone());
+    if (!this.camera.isPlacedByUser) this.fit("oblique");
   }
 
   pickAt(clientX: number, clientY: number, scale: number): PickedVoxel | null {
-    const box = this.canvas.getBoundingClientRect();
-    const place = new THREE.Vector2(
-      ((clientX - box.left) / box.width) * 2 - 1,
-      1 - ((clientY - box.top) / box.height) * 2,
-    );
-    this.camera.updateMatrixWorld(); // which the last picture may not have yet
-    const ray = new THREE.Raycaster();
-    ray.setFromCamera(place, this.camera);
-    const ofPixel = (2 * Math.tan((fieldOfView * Math.PI) / 360)) / box.height;
-    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, leastPickedPixels * ofPixel / 2, this.rule());
+    const { origin, direction } = this.camera.rayThrough(clientX, clientY);
+    const ofPixel = (2 * Math.tan((fieldOfView * Math.PI) / 360)) / this.canvas.clientHeight;
+    return pick(this.layers, origin, direction, scale, leastPickedPixels * ofPixel / 2, this.rule());
   }
 
   /** The rule by which voxels are drawn now. */
