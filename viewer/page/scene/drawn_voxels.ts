@@ -102,8 +102,8 @@ export function pick(
   rule: DrawingRule,
 ): PickedVoxel | null {
   let best: PickedVoxel | null = null;
-  layers.forEach((layer, layerIndex) => {
-    if (!layer.group.visible || !layer.arrays) return;
+  for (const [layerIndex, layer] of layers.entries()) {
+    if (!layer.group.visible || !layer.arrays) continue;
     const positions = layer.arrays.positions;
     const count = positions.length / 3;
     // In their own coordinates voxels are along the axes.
@@ -111,22 +111,22 @@ export function pick(
     const from = origin.clone().applyMatrix4(inverse).toArray();
     const towards = direction.clone().transformDirection(inverse).toArray();
     const half = 0.5 * layer.edge * Math.max(scale, 0.5);
-    for (let i = 0; i < count; ++i) {
-      const depth = towards.reduce((sum, value, axis) => sum + value * (positions[3 * i + axis] - from[axis]), 0);
+    for (let voxel = 0; voxel < count; ++voxel) {
+      let depth = 0;
+      for (let axis = 0; axis < 3; ++axis) depth += towards[axis] * (positions[3 * voxel + axis] - from[axis]);
       const reach = Math.max(half, leastHalf * depth);
       let near = 0;
       let far = best ? best.distance : Infinity;
       for (let axis = 0; axis < 3; ++axis) {
-        const toCentre = positions[3 * i + axis] - from[axis];
+        const toCentre = positions[3 * voxel + axis] - from[axis];
         const a = (toCentre - reach) / towards[axis];
         const b = (toCentre + reach) / towards[axis];
         near = Math.max(near, Math.min(a, b));
         far = Math.min(far, Math.max(a, b));
       }
-      if (near > far || near === 0) continue;
-      if (!isDrawn(layer, i, rule)) continue;
-      best = { layer: layerIndex, voxel: i, distance: near };
+      if (near > far || near === 0 || !isDrawn(layer, voxel, rule)) continue;
+      best = { layer: layerIndex, voxel, distance: near };
     }
-  });
+  }
   return best;
 }
