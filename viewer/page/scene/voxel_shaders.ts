@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+import { texelOfVoxel } from "./voxel_textures";
 
 /** Three faces of a cube are visible from anywhere, of two triangles each. There are no attributes: the number of the
  * vertex tells the voxel, whose texels are looked up, and the corner. */
@@ -58,7 +59,7 @@ const float leastPixels = 2.0;
 
 void main() {
   int voxel = shape == 0 ? gl_VertexID / 18 : gl_VertexID;
-  ivec2 texel = ivec2(voxel & 2047, voxel >> 11);
+  ivec2 texel = ${texelOfVoxel};
   vec4 centreAndIntensity = texelFetch(centres, texel, 0);
   vec3 centre = centreAndIntensity.xyz;
   float intensity = centreAndIntensity.w;

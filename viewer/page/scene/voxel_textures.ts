@@ -1,8 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import * as THREE from "three";
 
-/** Texels of a row, which the shader knows, too. */
+/** Texels of a row, a power of two. */
 const width = 2048;
+
+/** The texel of a voxel, in the shader's language. */
+export const texelOfVoxel = `ivec2(voxel & ${width - 1}, voxel >> ${Math.log2(width)})`;
+
 /** Voxels that a frame may have more than the last one without new textures. */
 const mostSpare = 2 ** 20;
 
