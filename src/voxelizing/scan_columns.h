@@ -46,14 +46,6 @@ public:
     return columns_;
   }
 
-  /** \brief Whether columns are at any angles, as the sensor fired; else they are a step
-   * apart. */
-  bool
-  areFirings() const
-  {
-    return are_firings_;
-  }
-
   /** \brief Angle between columns that are not firings, radians. */
   double
   step() const
