@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <regex>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
@@ -95,6 +97,9 @@ TEST_F(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
   EXPECT_TRUE(hasPart(man, "\n.B \\-\\-i\\-frame\\-rate N\nframes from"));
   EXPECT_TRUE(hasPart(man, "\n.B \\-\\-temporal\\-filter[=FRAMES]\nsurfaces"));
   EXPECT_TRUE(hasPart(man, "\n.SH EXAMPLES\n"));
+  // roff leaves out a line of text that begins as a macro does.
+  EXPECT_FALSE(
+      std::regex_search(man, std::regex("\n[.'](?!(B|PP|SH|SS|TH|TP)( |\n))")));
 }
 
 TEST_F(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
