@@ -109,29 +109,6 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
   }
   EXPECT_EQ(seen.size(), expected);
 }
-
-TEST(SensorNodeFields, ThatAreUselessAreNamedAndLeaveTheCloud)
-{
-  using Field = pcl::PCLPointField;
-  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
-  settings.compression.bounding_box.reset();
-  settings.compression.fields = {{pcl_ext::io::all_fields}};
-  pcl::PCLPointCloud2 cloud = lidarMessage();
-  cloud.fields.resize(4); // ring, x, y, z
-  SensorNode plain(settings);
-  const auto pose = pcl_ext::WorldPose::Identity();
-  const Bytes expected = encoded(plain, cloud, pose);
-  for (int i = 0; i < 3; ++i)
-    addField(cloud, "", 0, 0, 0);
-  addField(cloud, "intensity", 32, Field::FLOAT32);
-  addField(cloud, "rgb", 16, Field::FLOAT64);
-  SensorNode node(settings);
-  EXPECT_EQ(encoded(node, cloud, pose), expected);
-  EXPECT_EQ(describeLeftOut(cloud, settings),
-            "fields that are left out: those without a name, intensity, rgb; the rows "
-            "and columns of the points are not kept");
-}
-
 TEST(SensorNodeFields, OfCoordinatesMayBeWholeNumbersOrOfSeveralTypes)
 {
   using Field = pcl::PCLPointField;
@@ -225,38 +202,6 @@ TEST(SensorNodeFields, AreInTheLayoutIfTheyMayComeBack)
                 .find("; the layout of messages with 5000 bytes a point is not kept"),
             std::string::npos);
 }
-
-TEST(SensorNodeFields, OfRowsWithoutGapsNeedNoRowStep)
-{
-  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
-  settings.compression.bounding_box.reset();
-  settings.compression.keep_points = true;
-  settings.compression.fields = {{pcl_ext::io::all_fields}};
-  pcl::PCLPointCloud2 cloud = lidarMessage();
-  cloud.fields.resize(4); // ring, x, y, z
-  pcl::PCLPointCloud2 packed = cloud;
-  packed.row_step = packed.width * packed.point_step;
-  packed.data.clear();
-  for (std::uint32_t row = 0; row < cloud.height; ++row)
-    packed.data.insert(packed.data.end(),
-                       &cloud.data[row * cloud.row_step],
-                       &cloud.data[row * cloud.row_step] + packed.row_step);
-  const auto pose = pcl_ext::WorldPose::Identity();
-  SensorNode padded(settings);
-  const Bytes expected = encoded(padded, cloud, pose);
-  const std::string remark = describeLeftOut(cloud, settings);
-  for (const std::uint32_t row_step : {packed.row_step, 0u, 1'000'000u}) {
-    packed.row_step = row_step;
-    SensorNode node(settings);
-    EXPECT_EQ(encoded(node, packed, pose), expected);
-    EXPECT_EQ(describeLeftOut(packed, settings),
-              remark + (row_step == packed.width * packed.point_step
-                            ? ""
-                            : "; row_step does not fit the rows, which follow each "
-                              "other without gaps, and is not used"));
-  }
-}
-
 TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
 {
   using Field = pcl::PCLPointField;
@@ -336,76 +281,4 @@ TEST(SensorNodeFields, OfAnOrganisedCloudComeBackInItsOrder)
     EXPECT_EQ(frame.fields[0].numbers[point], index % 500 + 1000 * (index / 500));
   }
 }
-
-TEST(SensorNodeFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
-{
-  pcl::PCLPointCloud2 cloud = lidarMessage();
-  for (std::uint32_t row = 0; row < cloud.height; ++row)
-    for (std::uint32_t column = 0; column < cloud.width; ++column) {
-      const float angle = 2.0f * static_cast<float>(M_PI) / 500.0f *
-                          (static_cast<float>(column) + 0.1f * static_cast<float>(row));
-      const float range = 4.0f + std::cos(angle);
-      const float place[3] = {range * std::cos(angle),
-                              range * std::sin(angle),
-                              0.1f * (static_cast<float>(row) - 4.0f) * range};
-      std::memcpy(cloud.data.data() + row * cloud.row_step + column * cloud.point_step +
-                      4,
-                  place,
-                  sizeof(place));
-    }
-  // Rows one behind the other are an unorganised cloud.
-  for (std::uint32_t row = 1; row < cloud.height; ++row)
-    std::memmove(cloud.data.data() + row * cloud.width * cloud.point_step,
-                 cloud.data.data() + row * cloud.row_step,
-                 cloud.width * cloud.point_step);
-  cloud.width *= cloud.height;
-  cloud.height = 1;
-  cloud.row_step = cloud.width * cloud.point_step;
-  cloud.data.resize(cloud.row_step);
-  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
-  settings.compression.resolution = 0.001;
-  settings.compression.keep_points = true;
-  settings.compression.bounding_box.reset();
-  for (const bool keeps_time : {false, true}) {
-    if (keeps_time)
-      settings.compression.fields = {{"t"}};
-    SensorNode node(settings);
-    FrameDecoder decoder;
-    const VoxelFrame frame =
-        decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
-    EXPECT_TRUE(node.statistics().frame.coding.has_points);
-    EXPECT_TRUE(frame.points.sensor.has_value());
-    EXPECT_EQ(frame.cloudWidth(), 4000u);
-    EXPECT_EQ(frame.cloudHeight(), 1u);
-    EXPECT_EQ(node.statistics().decoded_width, 4000u);
-    ASSERT_EQ(frame.fields.size(), keeps_time ? 1u : 0u);
-    // Times tell which point of the sent cloud it is.
-    for (std::size_t i = 0; keeps_time && i < 4000; ++i) {
-      const std::uint64_t time = frame.fields[0].numbers[i];
-      const std::size_t sent = time / 1000 * 500 + time % 1000;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        float coordinate = 0.0f;
-        std::memcpy(&coordinate,
-                    cloud.data.data() + sent * cloud.point_step + 4 + 4 * axis,
-                    sizeof(coordinate));
-        ASSERT_NEAR(frame.points.positions[i][axis], coordinate, 0.000501);
-      }
-    }
-  }
-}
-
-TEST(SensorNodeFields, StayThoseOfTheStreamInAnEmptyCloud)
-{
-  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
-  settings.compression.fields = {{"ring"}};
-  settings.compression.bounding_box.reset();
-  SensorNode node(settings);
-  pcl::PCLPointCloud2 cloud = lidarMessage();
-  encoded(node, cloud, pcl_ext::WorldPose::Identity());
-  cloud.width = cloud.height = cloud.row_step = 0;
-  cloud.data.clear();
-  encoded(node, cloud, pcl_ext::WorldPose::Identity());
-  EXPECT_FALSE(node.statistics().frame.coding.is_i_frame);
-}
-
 } // namespace

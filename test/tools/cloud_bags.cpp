@@ -41,7 +41,6 @@ imuChannel()
 McapMessage
 cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
              std::size_t i,
-             bool is_bigendian,
              const std::string& frame_id)
 {
   pcl::PCLPointCloud2 cloud;
@@ -56,11 +55,6 @@ cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
   message.point_step = cloud.point_step;
   message.row_step = cloud.row_step;
   message.bytes = cloud.data;
-  message.is_bigendian = is_bigendian;
-  if (is_bigendian)
-    for (std::size_t at = 0; at + 4 <= message.bytes.size(); at += 4)
-      std::reverse(message.bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                   message.bytes.begin() + static_cast<std::ptrdiff_t>(at + 4));
   McapMessage written;
   written.sequence = static_cast<std::uint32_t>(70 + i);
   written.log_time = logTime(i);
@@ -89,7 +83,7 @@ cloudsOf(const std::string& path)
 }
 
 void
-writeBag(const std::string& path, std::size_t frames, bool is_bigendian)
+writeBag(const std::string& path, std::size_t frames)
 {
   recording::McapWriter writer;
   ASSERT_TRUE(writer.open(path, "ros2").ok());
@@ -108,10 +102,10 @@ writeBag(const std::string& path, std::size_t frames, bool is_bigendian)
   const auto front_clouds = roomClouds(frames, 1);
   const auto rear_clouds = roomClouds(frames, 2);
   for (std::size_t i = 0; i < frames; ++i) {
-    McapMessage message = cloudMessage(front_clouds[i], i, is_bigendian);
+    McapMessage message = cloudMessage(front_clouds[i], i);
     message.channel = front;
     ASSERT_TRUE(writer.write(message).ok());
-    message = cloudMessage(rear_clouds[i], i, is_bigendian);
+    message = cloudMessage(rear_clouds[i], i);
     message.channel = rear;
     ASSERT_TRUE(writer.write(message).ok());
     message.channel = imu;

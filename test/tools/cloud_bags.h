@@ -24,11 +24,10 @@ stampOf(std::size_t i);
 recording::McapChannel
 imuChannel();
 
-/** \brief Message of a cloud, of either byte order. */
+/** \brief Message of a cloud. */
 recording::McapMessage
 cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
              std::size_t i,
-             bool is_bigendian = false,
              const std::string& frame_id = "lidar");
 
 /** \brief The clouds of a bag, in its order. */
@@ -38,7 +37,7 @@ cloudsOf(const std::string& path);
 /** \brief Writes a bag with two topics of clouds, another topic, metadata and an
  * attachment. */
 void
-writeBag(const std::string& path, std::size_t frames, bool is_bigendian = false);
+writeBag(const std::string& path, std::size_t frames);
 
 /** \brief Writes a bag with topics of uneven rates: clouds of /fast, every seventh time
  * one of /slow, and messages of /imu. Some clouds of both cannot be read.

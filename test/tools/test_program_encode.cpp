@@ -108,29 +108,6 @@ TEST_F(ProgramEncode, FileHasTheBytesOfTheClass)
   pcl::io::savePCDFileBinary(folder / "room/0.pcd", plain);
   expectBytesOfClass<pcl::PointXYZ, NoIntensity>("", {clouds[0]}, settings);
 }
-
-TEST_F(ProgramEncode, SettingsReachTheEncoder)
-{
-  const Clouds clouds = roomClouds(4);
-  writeClouds("room", clouds);
-  io::IntensityCompressionSettings settings;
-  settings.resolution = 0.1;
-  settings.effort = io::Effort::Fast;
-  settings.intensity_bits = 5;
-  settings.intensity_range = 200.0f;
-  settings.intensity_curve = io::IntensityCurve::Companded;
-  settings.aggregation = io::Aggregation::Sum;
-  settings.keep_points = true;
-  settings.origin = {0.03, 0.01, 0.02};
-  settings.bounding_box = io::BoundingBox{{-0.9, -0.9, 0.0}, {0.9, 0.9, 3.0}};
-  expectBytesOfClass<pcl::PointXYZI, NativeIntensity>(
-      "-r 0.1 -e fast --intensity-bits 5 --intensity-range 200 --intensity-curve "
-      "companded --aggregation sum --keep-points --origin 0.03,0.01,0.02 "
-      "--bounding-box -0.9,-0.9,0,0.9,0.9,3 -q",
-      clouds,
-      settings);
-}
-
 TEST_F(ProgramEncode, PublishedLayoutHasTheBytesOfTheClass)
 {
   const Clouds clouds = roomClouds(3);
@@ -299,33 +276,6 @@ TEST_F(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
   EXPECT_EQ(bytesOf(folder / "x.mcap"), before);
   EXPECT_EQ(runShell("\"$P\" encode room -o - > /dev/full").status, 1);
 }
-
-TEST_F(ProgramEncode, FewIntensitiesFarFromTheOthersAreReportedAndCountsAreNot)
-{
-  pcl::PointCloud<pcl::PointXYZI> cloud;
-  for (int i = 0; i < 600; ++i)
-    cloud.push_back(pcl::PointXYZI{0.1f * static_cast<float>(i) + 0.05f,
-                                   0.05f,
-                                   0.05f,
-                                   static_cast<float>(i % 200)});
-  writeClouds("plain", {cloud});
-  cloud[0].intensity = -999.0f; // 0 before
-  writeClouds("lost", {cloud});
-  expectRun("encode plain -o plain.pcxi -r 0.1");
-  const std::string output = run("encode lost -o lost.pcxi -r 0.1").errors;
-  EXPECT_TRUE(hasPart(output,
-                      "/lost, frame 0: 1 of 600 voxels have an intensity beyond the "
-                      "scale and were set to its end: they are few and far from the "
-                      "others; remove lost returns, or set --intensity-range to the "
-                      "highest to hold all\n"));
-  EXPECT_EQ(bytesOf(folder / "lost.pcxi"), bytesOf(folder / "plain.pcxi"));
-  for (pcl::PointXYZI& point : cloud)
-    point.x = 0.05f;
-  writeClouds("near", {cloud});
-  EXPECT_FALSE(hasPart(run("encode near -o near.pcxi -r 0.1 --law count").errors,
-                       "beyond the scale"));
-}
-
 TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
 {
   std::vector<pcl::PointCloud<pcl::PointXYZI>> clouds = roomClouds(3);

@@ -292,21 +292,6 @@ TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)
       << some.errors;
   EXPECT_TRUE(hasPart(some.errors, "in all frames 4,800 points")) << some.errors;
 }
-
-TEST_F(ProgramFarClouds, PointsBeyondAnOriginAreToldThatAnotherOneHoldsThem)
-{
-  pcl::PointCloud<pcl::PointXYZI> cloud;
-  for (const auto& point : wideCloud())
-    if (point.x > 20.0f)
-      cloud.push_back(point);
-  writeClouds("clouds", {cloud});
-  const ProgramRun lossy = run("encode clouds -o x.pcxi -r 0.0001 --origin 0,0,0");
-  EXPECT_EQ(lossy.status, 1);
-  EXPECT_TRUE(hasPart(lossy.errors, "were left out: set --origin amid the points"))
-      << lossy.errors;
-  expectRun("encode clouds -o y.pcxi -r 0.0001 --origin 80,0,0");
-}
-
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

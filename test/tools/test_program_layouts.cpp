@@ -324,37 +324,6 @@ TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
   std::memcpy(&x, cloud.bytes.data(), sizeof(x));
   EXPECT_NEAR(x, 600000.0, 10.0);
 }
-
-TEST_F(ProgramLayouts, WhatTheOrderTakesIsTold)
-{
-  // Points of no rays, shuffled.
-  PointCloudMessage message = driverMessage();
-  message.height = 1;
-  message.width = rows * columns;
-  message.row_step = message.width * message.point_step;
-  message.bytes.resize(message.row_step);
-  std::mt19937 random(1);
-  for (std::uint32_t i = 0; i < message.width; ++i) {
-    DriverPoint point{};
-    for (float* coordinate : {&point.x, &point.y, &point.z})
-      *coordinate = static_cast<float>(random() % 100000) * 1e-4f;
-    std::memcpy(&message.bytes[i * sizeof(point)], &point, sizeof(point));
-  }
-  writeCloudBag(folder / "bag.mcap", message);
-  const auto sizeOf = [&](const std::string& options) {
-    EXPECT_EQ(run("encode bag.mcap -o x.pcxi --overwrite -r 0.01 " + options).status,
-              0);
-    return std::filesystem::file_size(folder / "x.pcxi");
-  };
-  const auto unordered = sizeOf("--keep-points");
-  const auto ordered = sizeOf("--keep-order");
-  const std::string errors =
-      run("encode bag.mcap -o x.pcxi --overwrite -r 0.01 --keep-order").errors;
-  const std::string expected = "the order of the points takes " +
-                               std::to_string(ordered - unordered) + " bytes of ";
-  EXPECT_NE(errors.find(expected), std::string::npos) << errors << expected;
-}
-
 TEST_F(ProgramLayouts, CloudsWithoutATimeAreNotSorted)
 {
   writeCloudBag(folder / "bag.mcap", driverMessage());
