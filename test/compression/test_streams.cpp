@@ -41,22 +41,6 @@ movingCloud(unsigned int frame)
 }
 
 const BoundingBox wide_box{{-0.8, -0.8, -0.8}, {1.2, 0.8, 0.8}};
-
-TEST(CompressionStreams, WritingAndReadingMayTakeTurnsOnOneStream)
-{
-  Compression encoder(settingsWith(usual_resolution));
-  Compression decoder;
-  std::stringstream stream;
-  for (unsigned int frame = 0; frame < 6; ++frame) {
-    ASSERT_TRUE(encoder.encodePointCloud(movingCloud(frame), stream).ok());
-    Cloud::Ptr decoded;
-    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    expectVoxelCentres(
-        *decoded, naiveVoxels(*movingCloud(frame), usual_resolution), usual_resolution);
-    EXPECT_TRUE(stream.good());
-  }
-}
-
 TEST(CompressionStreams, IFramesComeByTheStampsOfClouds)
 {
   IntensityCompressionSettings settings = settingsWith(usual_resolution);

@@ -83,21 +83,6 @@ roundTrip(Compression& encoder, Compression& decoder, const Cloud::Ptr& cloud)
   EXPECT_TRUE(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok());
   return *decoded;
 }
-
-TEST(CompressionTemporalFilter, WhatTheSensorSeesThroughIsGone)
-{
-  // Without a position it would stay for 5 / 8 of the frames.
-  Compression encoder(filteringSettings(64));
-  Compression decoder;
-  for (unsigned int frame = 0; frame < 6; ++frame)
-    EXPECT_GT(voxelsOfThePlate(roundTrip(encoder, decoder, wallWith(true, frame))),
-              100u);
-  Cloud decoded;
-  for (unsigned int frame = 6; frame < 10; ++frame)
-    decoded = roundTrip(encoder, decoder, wallWith(false, frame));
-  EXPECT_EQ(voxelsOfThePlate(decoded), 0u);
-}
-
 TEST(CompressionTemporalFilter, WhatWasCroppedProvesThatTheWayIsFree)
 {
   // The wall is outside of the box; a shelf in it stays, so that the scene is the same.

@@ -239,20 +239,4 @@ TEST(CompressionMoves, StreamsAndOctreeContinue)
   expectMovesToContinue<Compression>();
   expectMovesToContinue<Compression::SinglePointCloudCompressionLowMemory>();
 }
-
-TEST(CompressionMoves, InstancesLiveInAVector)
-{
-  std::vector<Compression> encoders;
-  std::vector<Compression> decoders(2);
-  for (int i = 0; i < 5; ++i)
-    encoders.emplace_back(settingsWith(usual_resolution));
-  encoders.erase(encoders.begin());
-  Cloud::Ptr decoded;
-  EXPECT_TRUE(
-      decodeBytes(decoders.front(),
-                  encodeFrame(encoders.back(), randomCloud<pcl::PointXYZI>(1, 9)),
-                  decoded)
-          .ok());
-}
-
 } // namespace
