@@ -40,12 +40,13 @@ using Sums = std::map<std::array<std::int64_t, 3>, Sum>;
 /** \brief A stream of which a part changes from frame to frame. */
 class ChangingStream {
 public:
-  ChangingStream(std::uint64_t seed, double edge, bool has_colours) : random_(seed)
+  ChangingStream(std::uint64_t seed, double edge, unsigned int colour_bits)
+  : random_(seed)
   {
     frame_ = pcl_ext::io::test::emptyFrame(6);
     frame_.grid.resolution = edge;
     frame_.intensity_scale.step = half_step;
-    frame_.colour_bits = has_colours ? 8 : 0;
+    frame_.colour_bits = colour_bits;
     for (std::int32_t& index : frame_.grid.first_index)
       index = static_cast<std::int32_t>(below(random_, 40)) - 20;
   }
@@ -95,9 +96,10 @@ public:
       if (frame_.colour_bits == 0)
         continue;
       ++sum.colours;
-      sum.channels[0] += frame_.colours[i].r;
-      sum.channels[1] += frame_.colours[i].g;
-      sum.channels[2] += frame_.colours[i].b;
+      const VoxelColour colour = frame_.fullColour(i);
+      sum.channels[0] += colour.r;
+      sum.channels[1] += colour.g;
+      sum.channels[2] += colour.b;
     }
   }
 
@@ -112,7 +114,8 @@ private:
       const auto channel = [&](unsigned int shift) {
         // Of some voxels another one each time.
         const std::uint64_t changed = key % 5 == 0 ? changes_ : 0;
-        return static_cast<std::uint8_t>((key + changed) * 2654435761u >> shift);
+        const std::uint64_t bits = (key + changed) * 2654435761u >> shift;
+        return static_cast<std::uint8_t>(bits % (1u << frame_.colour_bits));
       };
       if (frame_.colour_bits > 0)
         frame_.colours.push_back({channel(3), channel(7), channel(11)});
@@ -151,7 +154,8 @@ protected:
     const std::uint64_t seed = 1000 * GetParam() + ++added_;
     const double edge = added_ % 4 == 0 ? 2.0 * resolution : resolution;
     streams_.erase(name);
-    streams_.emplace(name, ChangingStream(seed, edge, added_ % 3 == 0));
+    const std::array<unsigned int, 8> colour_bits = {8, 0, 0, 5, 0, 0, 1, 0};
+    streams_.emplace(name, ChangingStream(seed, edge, colour_bits[added_ % 8]));
     received_.erase(name);
     for (CentralNode* node : {&one_thread_, &several_threads_}) {
       node->removeStream(name);
@@ -231,6 +235,21 @@ TEST_P(LiveMerging, HasWhatTheStreamsHaveNow)
   for (std::size_t i = 0; i < most; ++i)
     removeStream(std::to_string(i));
   expectMerged();
+}
+
+TEST_P(LiveMerging, HasColoursOnlyWhileAStreamHasThem)
+{
+  CentralNode node(settings(clock_, 1));
+  node.addStream("a");
+  for (const unsigned int colour_bits : {8u, 0u}) {
+    ChangingStream stream(GetParam(), resolution, colour_bits);
+    stream.change();
+    sendAndWait(node, "a", coded(stream.frame()));
+    VoxelFrame merged;
+    ASSERT_TRUE(node.merge(merged).ok());
+    EXPECT_TRUE(isConsistent(merged));
+    EXPECT_EQ(merged.colour_bits, colour_bits);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, LiveMerging, ::testing::Values(1, 2));

@@ -9,7 +9,6 @@ using nodes::test::decodedWith;
 using nodes::test::encoded;
 using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
-using pcl_ext::test::expectCode;
 
 nodes::SensorNodeSettings
 outlierSettingsOf(IntensityLaw law)
@@ -88,39 +87,6 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
   EXPECT_NE(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Points));
 }
 
-void
-expectInvalidSettings(const nodes::SensorNodeSettings& settings,
-                      const std::string& message)
-{
-  const nodes::SensorNode node(settings);
-  expectCode(node.settingsStatus(), nodes::SensorNodeCode::InvalidSettings);
-  EXPECT_EQ(node.settingsStatus().message(), message);
-}
-
-TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
-{
-  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
-  settings.outlier_removal.emplace();
-  for (const double resolution : {0.01, 0.02, 0.2}) {
-    settings.compression.resolution = resolution;
-    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
-  }
-  settings.compression.resolution = 0.25;
-  expectInvalidSettings(
-      settings,
-      "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed");
-}
-
-TEST(SensorNodeOutlierRemoval, CountsAreNoSharesOfFaces)
-{
-  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
-  settings.outlier_removal.emplace().unit = FacesUnit();
-  expectInvalidSettings(
-      settings,
-      "outlier_removal.unit is faces and law is count, whose "
-      "intensities are numbers of points; choose automatic or points");
-}
-
 TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
 {
   nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
@@ -154,43 +120,41 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
   }
 }
 
-TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
+TEST(SensorNodeOutlierRemoval, UnitsMustFitTheLaw)
 {
-  const std::pair<IntensityLaw, std::string> cases[] = {
+  const std::string neither = "outlier_removal.unit is faces or points and law is ";
+  const std::tuple<IntensityLaw, DensityUnitSettings, std::string> cases[] = {
+      {IntensityLaw::Count,
+       FacesUnit(),
+       "outlier_removal.unit is faces and law is count, whose intensities are numbers "
+       "of points; choose automatic or points"},
       {IntensityLaw::Native,
-       "outlier_removal.unit is faces or points and law is native, whose "
-       "intensities are neither; choose automatic, voxels or rays"},
+       FacesUnit(),
+       neither + "native, whose intensities are neither; choose automatic, voxels or "
+                 "rays"},
       {IntensityLaw::None,
-       "outlier_removal.unit is faces or points and law is none, which has no "
-       "intensities; choose automatic, voxels or rays"}};
-  for (const auto& [law, message] : cases) {
+       PointsUnit(),
+       neither + "none, which has no intensities; choose automatic, voxels or rays"},
+      {IntensityLaw::Linear,
+       FacesUnit{{}, -1.0f},
+       "outlier_removal: full_intensity is -1; it must be a finite number above 0"},
+      {IntensityLaw::Linear, AutomaticUnit(), ""},
+      {IntensityLaw::Quadratic, FacesUnit(), ""},
+      {IntensityLaw::Count, PointsUnit(), ""}};
+  const auto message_of = [](IntensityLaw law, const DensityUnitSettings& unit) {
     nodes::SensorNodeSettings settings = outlierSettingsOf(law);
-    settings.outlier_removal.emplace();
+    settings.outlier_removal.emplace().unit = unit;
+    const nodes::SensorNode node(settings);
+    EXPECT_EQ(node.settingsStatus().code() == nodes::SensorNodeCode::InvalidSettings,
+              !node.settingsStatus().message().empty());
+    return node.settingsStatus().message();
+  };
+  for (const auto& [law, unit, message] : cases)
+    EXPECT_EQ(message_of(law, unit), message);
+  for (const IntensityLaw law : {IntensityLaw::Native, IntensityLaw::None})
     for (const DensityUnit unit :
-         {DensityUnit::Automatic, DensityUnit::Voxels, DensityUnit::Rays}) {
-      settings.outlier_removal->unit = densityUnitSettings(unit);
-      EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
-    }
-    for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
-      settings.outlier_removal->unit = densityUnitSettings(unit);
-      expectInvalidSettings(settings, message);
-    }
-  }
-}
-
-TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
-{
-  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
-  for (const auto law : {IntensityLaw::Quadratic, IntensityLaw::Linear}) {
-    settings.law = law;
-    settings.outlier_removal.emplace();
-    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
-    settings.outlier_removal->unit = FacesUnit{{}, -1.0f};
-    expectInvalidSettings(
-        settings,
-        "outlier_removal: full_intensity is -1; it must be a finite number "
-        "above 0");
-  }
+         {DensityUnit::Automatic, DensityUnit::Voxels, DensityUnit::Rays})
+      EXPECT_EQ(message_of(law, densityUnitSettings(unit)), "");
 }
 
 } // namespace

@@ -286,18 +286,6 @@ TEST(SensorNodeRate, ARequestOutlastsCloudsThatAreLeftOut)
   }
   EXPECT_GT(requests, 1u) << kinds;
 }
-
-TEST(SensorNodeRate, TheRateMayChange)
-{
-  RatedNode sent(limitedSettings(1e6));
-  sent.node.setMaxRate(2e5);
-  EXPECT_EQ(sent.node.statistics().rate_control.max_rate, 2e5);
-  SensorNode unlimited(settingsOf(IntensityLaw::Count));
-  unlimited.setMaxRate(2e5);
-  EXPECT_FALSE(unlimited.statistics().rate_control.is_on);
-  EXPECT_EQ(unlimited.statistics().rate_control.max_rate, 0.0);
-}
-
 /** \brief Sends clouds until the step has changed.
  * \return number of clouds, the last of which has a frame of the new step
  */

@@ -37,19 +37,6 @@ TEST(SensorNodeStreams, GridOfTheCropBoxStaysWhenThePointsMove)
       EXPECT_EQ(node.statistics().i_frames == 1, has_box);
     }
 }
-
-TEST(SensorNodeStreams, AStreamMayBeginWithAnEmptyCloudWithoutAnyBox)
-{
-  SensorNode node(settingsOf(IntensityLaw::Linear));
-  FrameDecoder decoder;
-  EXPECT_EQ(decodedWith(decoder, encoded(node, messageOf(Cloud()), poseOf(0))).size(),
-            0u);
-  const Cloud seen = cloudSeenFrom(poseOf(1), 2);
-  EXPECT_EQ(
-      decodedWith(decoder, encoded(node, messageOf(seen), poseOf(1))).size(),
-      naiveVoxels(naivelyPreprocessed(seen, poseOf(1), naiveCount), resolution).size());
-}
-
 TEST(SensorNodeStreams, IFramesComeByStampsOrWithoutThemByTheClock)
 {
   FakeClock clock;

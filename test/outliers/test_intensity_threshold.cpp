@@ -3,6 +3,7 @@
 
 #include "support/float_values.h"
 #include "support/point_frames.h"
+#include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -40,6 +41,8 @@ filteredNaively(const VoxelFrame& frame, float min_intensity)
     if (frame.intensity_scale.value(frame.intensities[i]) >= min_intensity) {
       filtered.keys.push_back(frame.keys[i]);
       filtered.intensities.push_back(frame.intensities[i]);
+      if (frame.colour_bits > 0)
+        filtered.colours.push_back(frame.colours[i]);
     }
   return filtered;
 }
@@ -83,7 +86,8 @@ scales()
 TEST(IntensityThreshold, AreBelowTheThresholdWhenDecoded)
 {
   std::mt19937_64 random(1);
-  const VoxelFrame symbols = randomFrame(random, 6, 700, 16);
+  VoxelFrame symbols = randomFrame(random, 6, 700, 16);
+  pcl_ext::io::test::addColours(random, 5, symbols);
   for (const IntensityScale& scale : scales()) {
     SCOPED_TRACE(std::to_string(scale.bits) + " bits from " +
                  std::to_string(scale.offset) + " in steps of " +
