@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/cloud_encoder.h>
 
+#include "support/point_views.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,6 +18,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
+using pcl_ext::io::test::viewOf;
 
 /** \brief The voxels of one point, with a law of the depth. */
 VoxelFrame
@@ -41,10 +44,7 @@ TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
   const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::LinearLaw> model(0.04);
   const std::vector<std::array<double, 3>> points{
       {0.0, 0.0, 5.0}, {1e300, 0.0, 5.0}, {0.0, 0.0, 1e300}, {0.0, 0.0, -1e300}};
-  PointView view;
-  view.double_coordinates = points[0].data();
-  view.coordinate_stride = sizeof(points[0]);
-  view.count = points.size();
+  PointView view = viewOf(points);
   std::vector<float> intensities;
   const auto no_native_intensity = [](std::size_t) { return 0.0f; };
   EXPECT_EQ(setIntensities(model,
@@ -80,10 +80,7 @@ protected:
     for (int i = -50; i <= 50; ++i)
       points.push_back({static_cast<float>(i) / 50.0f * half_width, 0.0f, 1.0f});
     points.insert(points.end(), far_points, {far, 0.0f, 0.0f});
-    PointView view;
-    view.coordinates = points.front().data();
-    view.coordinate_stride = 3 * sizeof(float);
-    view.count = points.size();
+    const PointView view = viewOf(points);
     if (!encoder_)
       encoder_.emplace(settings_, unit);
     std::vector<std::uint8_t> bytes;
@@ -155,10 +152,7 @@ TEST_F(WideClouds, OnOneSideOfTheOriginTakeNoMoreThanTheirWidth)
   std::vector<std::array<float, 3>> points;
   for (int i = 0; i <= 211; ++i)
     points.push_back({static_cast<float>(i), 0.0f, 0.0f});
-  PointView view;
-  view.coordinates = points.front().data();
-  view.coordinate_stride = 3 * sizeof(float);
-  view.count = points.size();
+  const PointView view = viewOf(points);
   CloudEncoder encoder(settings_, IntensityUnit::None);
   VoxelFrame frame;
   EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
@@ -183,12 +177,7 @@ TEST(NativeIntensities, RecoverBehindAnOutlier)
   std::vector<std::array<float, 4>> points;
   for (int i = 0; i < 100; ++i)
     points.push_back({0.1f * static_cast<float>(i), 0.0f, 1.0f, 40.0f});
-  PointView view;
-  view.coordinates = points.front().data();
-  view.coordinate_stride = 4 * sizeof(float);
-  view.intensities = points.front().data() + 3;
-  view.intensity_stride = 4 * sizeof(float);
-  view.count = points.size();
+  const PointView view = viewOf(points);
   CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
   std::vector<std::uint8_t> bytes;
   const auto encode = [&](float first) {
@@ -238,10 +227,7 @@ public:
           points.push_back({static_cast<float>(0.05 * (place + 0.3 * y + 0.2 * z)),
                             0.05f * (static_cast<float>(y) + 0.5f),
                             0.05f * (static_cast<float>(z) + 0.5f)});
-      PointView view;
-      view.coordinates = points.front().data();
-      view.coordinate_stride = 3 * sizeof(float);
-      view.count = points.size();
+      const PointView view = viewOf(points);
       std::vector<std::uint8_t> encoded;
       EXPECT_TRUE(encoder_->encode(view, {}, encoded).ok());
       bytes += encoded.size();

@@ -5,6 +5,8 @@
  */
 #include <pcl_ext/compression/cloud_encoder.h>
 
+#include "support/point_views.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,6 +21,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
+using pcl_ext::io::test::viewOf;
 
 /** \brief Points with coordinates that are multiples of a step, and the frames of a
  * stream that looks for steps. */
@@ -44,10 +47,7 @@ protected:
                          static_cast<float>(shift + step * (i * i % 83)),
                          static_cast<float>(shift + step * (7 * i + 3))});
     points_.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
-    PointView view;
-    view.coordinates = points_.front().data();
-    view.coordinate_stride = 3 * sizeof(float);
-    view.count = points_.size();
+    const PointView view = viewOf(points_);
     if (!encoder_)
       encoder_.emplace(settings_, IntensityUnit::None);
     std::vector<std::uint8_t> bytes;

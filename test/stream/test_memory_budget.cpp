@@ -10,6 +10,7 @@
 #include "codec/memory_share.h"
 #include "support/forged_frames.h"
 #include "support/payload_frames.h"
+#include "support/supplement_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
@@ -83,39 +84,53 @@ TEST(MemoryBudget, OfAllStreamsIsKeptByDroppingTheIdleOnes)
   }
 }
 
+/** \brief Expects that decoders of equal frames keep what is counted, and not much less.
+ * \tparam DecodedT what they decode to: frames or their changes
+ */
+template <typename DecodedT>
+void
+expectMemoryCounted(const VoxelFrame& frame, Effort effort, std::size_t frames)
+{
+  SCOPED_TRACE(std::string(nameOf(effort)) + ", " + std::to_string(frame.size()));
+  FrameEncoder encoder(StreamFormat::Version1, 100, effort);
+  std::vector<Bytes> stream;
+  for (std::size_t i = 0; i < frames; ++i)
+    stream.push_back(encoded(encoder, frame));
+  DecoderLimits limits;
+  limits.budget = std::make_shared<MemoryBudget>(std::size_t{1} << 40);
+  DecodingMemory memory;
+  DecodedT back;
+  const auto decode = [&](FrameDecoder& decoder) {
+    for (const Bytes& bytes : stream)
+      EXPECT_TRUE(decoder.decode(bytes.data(), bytes.size(), back, memory).ok());
+  };
+  FrameDecoder first; // whose memory for a frame the others share
+  decode(first);
+  const MemoryUse memory_use;
+  std::vector<FrameDecoder> decoders;
+  for (std::size_t i = 0; i < 10; ++i) {
+    decoders.emplace_back(limits);
+    decode(decoders.back());
+  }
+  EXPECT_LE(memory_use.live(), limits.budget->used());
+  EXPECT_GE(3 * memory_use.live(), limits.budget->used());
+}
+
 TEST(MemoryBudget, CountsWhatDecodersKeepAndNotMuchMore)
 {
   std::mt19937_64 random(4);
-  constexpr std::size_t streams = 10;
   for (const Effort effort : all_efforts)
     for (const VoxelFrame& frame : {randomFrame(random, 8, 400),
                                     randomFrame(random, 12, 20000),
                                     regularFrame(100000, 1),
-                                    regularFrame(20000, block_cells)}) {
-      SCOPED_TRACE(std::string(nameOf(effort)) + ", " + std::to_string(frame.size()));
-      FrameEncoder encoder(StreamFormat::Version1, 100, effort);
-      std::vector<Bytes> stream;
-      for (int i = 0; i < 3; ++i)
-        stream.push_back(encoded(encoder, frame));
-      DecoderLimits limits;
-      limits.budget = std::make_shared<MemoryBudget>(std::size_t{1} << 40);
-      DecodingMemory memory;
-      VoxelFrame back;
-      const auto decode = [&](FrameDecoder& decoder) {
-        for (const Bytes& bytes : stream)
-          EXPECT_TRUE(decoder.decode(bytes.data(), bytes.size(), back, memory).ok());
-      };
-      FrameDecoder first; // whose memory for a frame the others share
-      decode(first);
-      const MemoryUse memory_use;
-      std::vector<FrameDecoder> decoders;
-      for (std::size_t i = 0; i < streams; ++i) {
-        decoders.emplace_back(limits);
-        decode(decoders.back());
-      }
-      EXPECT_LE(memory_use.live(), limits.budget->used());
-      EXPECT_GE(3 * memory_use.live(), limits.budget->used());
-    }
+                                    regularFrame(20000, block_cells)})
+      expectMemoryCounted<VoxelFrame>(frame, effort, 3);
+  VoxelFrame coloured = randomFrame(random, 12, 20000);
+  for (const std::size_t frames : {1u, 3u, 12u})
+    expectMemoryCounted<VoxelChanges>(coloured, Effort::Fast, frames);
+  addColours(random, 5, coloured);
+  for (const std::size_t frames : {1u, 3u, 12u})
+    expectMemoryCounted<VoxelChanges>(coloured, Effort::Fast, frames);
 }
 
 TEST(MemoryBudget, FramesBeyondTheWholeOfItAreRefusedWithTheReason)

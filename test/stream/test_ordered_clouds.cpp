@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 
+#include "support/point_views.h"
 #include "support/unordered_clouds.h"
 #include "support/voxel_frames.h"
 
@@ -24,6 +25,7 @@ namespace {
 using namespace pcl_ext;
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::io::test::viewOf;
 
 using Points = std::vector<std::array<double, 3>>;
 
@@ -35,17 +37,6 @@ orderSettings(double resolution = 0.001)
   settings.keep_order = true;
   settings.i_frame_rate = 5;
   return settings;
-}
-
-PointView
-viewOf(const Points& points, ImageSize image = {})
-{
-  PointView view;
-  view.count = points.size();
-  view.double_coordinates = points.front().data();
-  view.coordinate_stride = sizeof(points.front());
-  view.image = image;
-  return view;
 }
 
 /** \brief A stream whose decoded points are compared with the encoded ones. */

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "rate/rate_estimate.h"
+#include "support/point_views.h"
 
 #include <gtest/gtest.h>
 
@@ -20,6 +21,7 @@
 namespace {
 
 using namespace pcl_ext::io;
+using pcl_ext::io::test::viewOf;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
@@ -60,11 +62,7 @@ kindsOf(const EncoderSettings& settings,
   for (int i = 0; i < 400; ++i)
     points.push_back(
         {0.1f * static_cast<float>(i % 20), 0.1f * static_cast<float>(i / 20), 1.0f});
-  PointView view;
-  view.coordinates = points.front().data();
-  view.coordinate_stride = sizeof(points.front());
-  view.count = points.size();
-  view.image = {20, 20};
+  const PointView view = viewOf(points, {20, 20});
   CloudEncoder encoder(settings, pcl_ext::IntensityUnit::None);
   EXPECT_TRUE(encoder.settingsStatus().ok()) << encoder.settingsStatus();
   std::string kinds;

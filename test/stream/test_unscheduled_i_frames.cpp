@@ -88,20 +88,4 @@ TEST(UnscheduledIFrames, DecodersWithTheSameLimitAcceptEveryFrame)
     }
   }
 }
-
-TEST(UnscheduledIFrames, ADepthModelComesAndGoesWithIFrames)
-{
-  std::mt19937_64 random(4);
-  const VoxelFrame plain = randomFrame(random, 6, 200);
-  VoxelFrame modelled = plain;
-  modelled.depth_model = roomDepthModel(6, 8);
-  VoxelFrame other = plain;
-  other.depth_model = roomDepthModel(6, 8, 1);
-  EXPECT_TRUE(isSecondAnIFrame(plain, modelled, Effort::Balanced));
-  EXPECT_TRUE(isSecondAnIFrame(modelled, plain, Effort::Balanced));
-  EXPECT_FALSE(isSecondAnIFrame(modelled, modelled, Effort::Balanced));
-  EXPECT_FALSE(
-      isSecondAnIFrame(modelled, other, Effort::Balanced)); // a sensor that moves
-}
-
 } // namespace

@@ -507,44 +507,6 @@ TEST(VoxelChanges, AreFromNothingAfterMemoryWasDropped)
       Applied().apply(changes, frame);
     }
 }
-
-TEST(VoxelChanges, AreCountedWithTheMemoryThatIsKept)
-{
-  std::mt19937_64 random(4);
-  constexpr std::size_t streams = 10;
-  for (const bool has_colours : {false, true}) {
-    VoxelFrame frame = randomFrame(random, 12, 20000);
-    if (has_colours)
-      addColours(random, 5, frame);
-    FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Fast);
-    std::vector<Bytes> stream;
-    for (int i = 0; i < 12; ++i)
-      stream.push_back(encoded(encoder, frame));
-    DecoderLimits limits;
-    limits.budget = std::make_shared<MemoryBudget>(std::size_t{1} << 40);
-    DecodingMemory memory;
-    VoxelChanges changes;
-    const auto decode = [&](FrameDecoder& decoder, std::size_t count) {
-      for (std::size_t i = 0; i < count; ++i)
-        EXPECT_TRUE(
-            decoder.decode(stream[i].data(), stream[i].size(), changes, memory).ok());
-    };
-    for (const std::size_t count : {std::size_t{1}, std::size_t{3}, stream.size()}) {
-      SCOPED_TRACE(count);
-      FrameDecoder first; // whose memory for a frame the others share
-      decode(first, count);
-      const MemoryUse memory_use;
-      std::vector<FrameDecoder> decoders;
-      for (std::size_t i = 0; i < streams; ++i) {
-        decoders.emplace_back(limits);
-        decode(decoders.back(), count);
-      }
-      EXPECT_LE(memory_use.live(), limits.budget->used());
-      EXPECT_GE(3 * memory_use.live(), limits.budget->used());
-    }
-  }
-}
-
 TEST(VoxelChanges, AreRightOrFromNothingWhereverMemoryFails)
 {
   for (const Content& content : {all_contents[0], all_contents[4]}) {
@@ -589,41 +551,4 @@ TEST(VoxelChanges, AreRightOrFromNothingWhereverMemoryFails)
     EXPECT_GT(failures, 20u);
   }
 }
-
-TEST(FindChanges, TellsGoneAndCameOfAnyTwoFrames)
-{
-  std::mt19937_64 random(8);
-  VoxelChanges changes;
-  for (unsigned int i = 0; i < 300; ++i) {
-    SCOPED_TRACE(i);
-    const unsigned int depth = 1 + static_cast<unsigned int>(below(random, 3));
-    const std::uint64_t end = std::uint64_t{1} << (3 * depth);
-    const auto bits = static_cast<unsigned int>(below(random, 2));
-    VoxelFrame before = emptyFrame(depth, bits);
-    VoxelFrame after = emptyFrame(depth, bits);
-    for (VoxelFrame* frame : {&before, &after}) {
-      const std::uint64_t share = below(random, 9);
-      for (std::uint64_t key = 0; key < end; ++key)
-        if (below(random, 8) < share)
-          frame->keys.push_back(key);
-      for (std::size_t k = 0; k < (bits == 0 ? 0 : frame->size()); ++k)
-        frame->intensities.push_back(static_cast<std::uint16_t>(below(random, 2)));
-      if (i % 3 == 0) {
-        frame->colour_bits = 1;
-        for (std::size_t k = 0; k < frame->size(); ++k)
-          frame->colours.push_back({0, static_cast<std::uint8_t>(below(random, 2)), 1});
-      }
-    }
-    if (i % 10 == 9)
-      ++after.grid.first_index[0];
-    changes.is_from_nothing = true;
-    findChanges(before, after, changes);
-    EXPECT_FALSE(changes.is_from_nothing);
-    Applied applied;
-    applied.replace(before);
-    applied.apply(changes, after);
-    ASSERT_FALSE(HasFailure());
-  }
-}
-
 } // namespace

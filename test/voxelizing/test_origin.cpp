@@ -6,6 +6,7 @@
  */
 #include <pcl_ext/compression/point_view.h>
 
+#include "support/point_views.h"
 #include "support/voxel_frames.h"
 #include "voxelizing/voxelizer.h"
 
@@ -37,16 +38,6 @@ pointsAt(const std::array<double, 3>& place, std::size_t count, double width)
     for (std::size_t axis = 0; axis < 3; ++axis)
       point[axis] = uniform(random, place[axis] - width, place[axis] + width);
   return points;
-}
-
-PointView
-viewOf(const Points& points)
-{
-  PointView view;
-  view.coordinates = points[0].data();
-  view.coordinate_stride = sizeof(points[0]);
-  view.count = points.size();
-  return view;
 }
 
 /** \brief Largest distance, metres, from a point to the centre of its voxel on an
@@ -221,10 +212,7 @@ TEST(Origin, DoublesKeepThePrecisionOfFarCoordinates)
                    std::floor(point[1] / settings.resolution),
                    std::floor(point[2] / settings.resolution)});
   }
-  PointView view;
-  view.double_coordinates = points[0].data();
-  view.coordinate_stride = sizeof(points[0]);
-  view.count = points.size();
+  const PointView view = viewOf(points);
   for (settings.threads = 1; settings.threads <= 2; ++settings.threads) {
     Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
     VoxelFrame frame;
@@ -246,10 +234,7 @@ void
 expectVoxelsOfDivision(const std::vector<std::array<double, 3>>& points,
                        const IntensityCompressionSettings& settings)
 {
-  PointView view;
-  view.double_coordinates = points[0].data();
-  view.coordinate_stride = sizeof(points[0]);
-  view.count = points.size();
+  const PointView view = viewOf(points);
   Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
   voxelizer.voxelize(view, false, frame);
@@ -313,10 +298,7 @@ TEST(Origin, DoublesMayHaveAnyMagnitude)
       {highest, -highest, 1e300},
       {0.0, std::numeric_limits<double>::denorm_min(), -0.0},
       {std::numeric_limits<double>::infinity(), 0.0, 0.0}};
-  PointView view;
-  view.double_coordinates = points[0].data();
-  view.coordinate_stride = sizeof(points[0]);
-  view.count = points.size();
+  const PointView view = viewOf(points);
   Voxelizer voxelizer(IntensityCompressionSettings(), pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
   const VoxelizationStatistics statistics = voxelizer.voxelize(view, true, frame);

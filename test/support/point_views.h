@@ -1,0 +1,42 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Views of points for tests.
+ */
+#pragma once
+
+#include <pcl_ext/compression/point_view.h>
+
+#include <array>
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+/** \brief A view of points, of which there must be one: x, y, z, and of four numbers the
+ * intensity. */
+template <typename NumberT, std::size_t size>
+PointView
+viewOf(const std::vector<std::array<NumberT, size>>& points, ImageSize image = {})
+{
+  PointView view;
+  view.count = points.size();
+  view.image = image;
+  view.coordinate_stride = sizeof(points.front());
+  if constexpr (std::is_same<NumberT, double>::value)
+    view.double_coordinates = points.front().data();
+  else
+    view.coordinates = points.front().data();
+  if constexpr (size == 4) {
+    view.intensities = points.front().data() + 3;
+    view.intensity_stride = view.coordinate_stride;
+  }
+  return view;
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext
