@@ -338,6 +338,9 @@ def test_intensity_and_law_must_agree(room):
     assert automatic.law == "none"
     with pytest.raises(ValueError, match="law='native'"):
         automatic.encode(room, intensity)
+    by_intensity = pcl_ext.Encoder(0.1)
+    by_intensity.encode(room, intensity)
+    assert by_intensity.law == "native"
     # A field may come along.
     points = np.zeros(10, [("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4")])
     assert counting.encode(points) == frame_of(np.zeros((10, 3)), law="count")

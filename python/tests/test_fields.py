@@ -540,14 +540,6 @@ def test_outliers_that_are_removed_take_their_fields_along(room):
         assert np.abs(decoded[name] - points[name][decoded["number"]]).max() < 0.0201
 
 
-def test_a_temporal_filter_leaves_frames_with_fields(room):
-    frame = pcl_ext.Encoder(0.1, fields="all").encode(with_fields(room))
-    temporal_filter = pcl_ext.TemporalVoxelFilter(8)
-    decoded = pcl_ext.Decoder().decode(frame, temporal_filter=temporal_filter)
-    assert temporal_filter.status.code == "HasPointCounts"
-    assert decoded.tobytes() == pcl_ext.Decoder().decode(frame).tobytes()
-
-
 def test_threads_make_the_same_frame(random):
     points = with_fields(random.random((140000, 3)), ("time", "f4"))
     points["time"] = random.random(len(points), "f4")

@@ -52,20 +52,6 @@ def test_rows_and_columns_come_back():
         assert pcl_ext.positions(decoded).shape == (*points.shape, 3)
 
 
-def test_order_takes_fewer_bytes():
-    points = pcl_ext.positions(depth_image())
-    settings = {"law": "none", "keep_points": True}
-    in_order = pcl_ext.Encoder(0.001, **settings).encode(points)
-    without = pcl_ext.Encoder(0.001, **settings).encode(points.reshape(-1, 3))
-    assert 2 * len(in_order) < len(without)
-
-
-def test_coarse_voxels_are_one_row():
-    points = pcl_ext.positions(depth_image())
-    decoded = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.5, keep_points=True).encode(points))
-    assert decoded.ndim == 1
-
-
 def test_scores_have_the_shape_of_the_cloud():
     points = depth_image()
     encoder = pcl_ext.Encoder(0.001, keep_points=True, fields="all")

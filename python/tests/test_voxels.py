@@ -40,19 +40,6 @@ def test_count_is_the_number_of_points(room):
     np.testing.assert_array_equal(cloud["intensity"], np.bincount(index))
 
 
-def test_native_is_the_mean(room, random):
-    intensity = random.integers(0, 256, len(room))
-    voxels, index = voxels_of(room, 0.1)
-    encoder = pcl_ext.Encoder(0.1)
-    decoded = pcl_ext.Decoder().decode(encoder.encode(room, intensity))
-    assert encoder.law == "native"
-    lattice, cloud = decoded_by_lattice(decoded, 0.1)
-    np.testing.assert_array_equal(lattice, voxels)
-    mean = np.bincount(index, intensity) / np.bincount(index)
-    # Whole numbers of 8 bits are coded in steps of 1.
-    assert np.abs(cloud["intensity"] - mean).max() <= 0.5
-
-
 def test_a_pose_for_each_cloud(room):
     pose = np.eye(4)
     pose[2, 3] = -1.0
@@ -85,16 +72,6 @@ def test_fields_are_those_that_the_frame_has(room, random):
     assert coloured.dtype.names == ("x", "y", "z", "r", "g", "b")
     for name in plain.dtype.names:
         np.testing.assert_array_equal(coloured[name], plain[name])
-
-
-def test_keep_points_decodes_as_many(room):
-    voxels, index = voxels_of(room, 0.1)
-    decoded = code(room, 0.1, keep_points=True)
-    assert len(decoded) == len(room)
-    lattice, cloud = decoded_by_lattice(decoded, 0.1)
-    kept, counts = np.unique(lattice, axis=0, return_counts=True)
-    np.testing.assert_array_equal(kept, voxels)
-    np.testing.assert_array_equal(counts, np.bincount(index))
 
 
 def test_box_and_origin(room):

@@ -146,6 +146,9 @@ TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
   of_points.points.indices = {0};
   of_points.points.positions = {{0.0, 0.0, 0.0}};
   EXPECT_EQ(filter.filter(of_points).code(), TemporalFilterCode::HasPointCounts);
+  VoxelFrame with_field = scene(flatWall());
+  with_field.fields.emplace_back();
+  EXPECT_EQ(filter.filter(with_field).code(), TemporalFilterCode::HasPointCounts);
   EXPECT_EQ(filter.rememberedVoxels(), 0u);
 }
 
