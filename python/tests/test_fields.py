@@ -221,13 +221,6 @@ def test_bad_fields(fields, error, message):
     assert "\n" not in str(raised.value)
 
 
-@pytest.mark.parametrize("settings", [{"temporal_filter": 8}, {"format": "published"}])
-def test_settings_that_have_no_fields(settings):
-    pcl_ext.Encoder(**settings)
-    with pytest.raises(ValueError, match="fields is set; it must be empty"):
-        pcl_ext.Encoder(fields="ring", **settings)
-
-
 def test_a_field_that_is_missing(room):
     points = with_fields(room)
     encoder = pcl_ext.Encoder(0.1, fields="number")
