@@ -261,8 +261,7 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
   }
   ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "clouds/0.pcd", cloud), 0);
   // Also where they are not kept.
-  const ProgramRun encoded =
-      run("encode clouds -o x.pcxi -r 0.001 --keep-points");
+  const ProgramRun encoded = run("encode clouds -o x.pcxi -r 0.001 --keep-points");
   EXPECT_EQ(encoded.status, 0);
   EXPECT_TRUE(
       hasPart(encoded.output, "600 points in order, on 38 x 16 rays, edge 0.001 m, "))
