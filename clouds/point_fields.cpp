@@ -55,6 +55,48 @@ textOfNumber(const std::uint8_t* bytes)
   return {text.data(), result.ptr};
 }
 
+/** \brief Bytes of a field in each of some points. */
+template <typename Byte>
+struct Column {
+  Byte* first;      ///< of the first point
+  std::size_t step; ///< from one point to the next
+};
+
+template <std::size_t bytes>
+void
+copyEachOf(std::uint64_t points,
+           Column<const std::uint8_t> from,
+           Column<std::uint8_t> to)
+{
+  for (std::uint64_t i = 0; i < points; ++i)
+    std::memcpy(to.first + i * to.step, from.first + i * from.step, bytes);
+}
+
+/** \brief Copies a field of some points.
+ * \param[in] bytes of the field in a point
+ */
+void
+copyEach(std::uint64_t bytes,
+         std::uint64_t points,
+         const Column<const std::uint8_t>& from,
+         const Column<std::uint8_t>& to)
+{
+  // The usual sizes as constants, with which a copy is an instruction or two.
+  switch (bytes) {
+  case 1:
+    return copyEachOf<1>(points, from, to);
+  case 2:
+    return copyEachOf<2>(points, from, to);
+  case 4:
+    return copyEachOf<4>(points, from, to);
+  case 8:
+    return copyEachOf<8>(points, from, to);
+  default:
+    for (std::uint64_t i = 0; i < points; ++i)
+      std::copy_n(from.first + i * from.step, bytes, to.first + i * to.step);
+  }
+}
+
 } // namespace
 
 bool
@@ -165,12 +207,17 @@ transpose(const std::vector<FileField>& fields,
   std::size_t offset = 0;
   for (const FileField& field : fields) {
     const std::uint64_t bytes = field.bytes * field.count;
-    for (std::uint64_t i = 0; i < points; ++i, column += bytes) {
-      const std::size_t point = i * point_bytes + offset;
-      std::copy_n(from.data() + (gather ? point : column),
-                  bytes,
-                  to.data() + (gather ? column : point));
-    }
+    if (gather)
+      copyEach(bytes,
+               points,
+               {from.data() + offset, point_bytes},
+               {to.data() + column, bytes});
+    else
+      copyEach(bytes,
+               points,
+               {from.data() + column, bytes},
+               {to.data() + offset, point_bytes});
+    column += points * bytes;
     offset += bytes;
   }
 }
@@ -178,16 +225,19 @@ transpose(const std::vector<FileField>& fields,
 std::vector<std::uint8_t>
 packedPoints(const pcl::PCLPointCloud2& cloud, const std::vector<FileField>& fields)
 {
-  const std::size_t points = std::size_t{cloud.width} * cloud.height;
-  std::vector<std::uint8_t> packed;
-  packed.reserve(points * bytesOf(fields));
-  for (std::size_t i = 0; i < points; ++i)
+  const std::uint64_t point_bytes = bytesOf(fields);
+  std::vector<std::uint8_t> packed(std::size_t{cloud.width} * cloud.height *
+                                   point_bytes);
+  for (std::size_t row = 0; !packed.empty() && row < cloud.height; ++row) {
+    std::uint8_t* to = packed.data() + row * cloud.width * point_bytes;
     for (std::size_t number = 0; number < fields.size(); ++number) {
-      const std::uint8_t* const begin =
-          cloud.data.data() + offsetOf(cloud, i) + cloud.fields[number].offset;
-      packed.insert(
-          packed.end(), begin, begin + fields[number].bytes * fields[number].count);
+      const std::uint8_t* const from =
+          cloud.data.data() + row * cloud.row_step + cloud.fields[number].offset;
+      const std::uint64_t bytes = fields[number].bytes * fields[number].count;
+      copyEach(bytes, cloud.width, {from, cloud.point_step}, {to, point_bytes});
+      to += bytes;
     }
+  }
   return packed;
 }
 

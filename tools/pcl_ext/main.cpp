@@ -12,6 +12,10 @@
 #include "console/terminal.h"
 #include "options/help_format.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <exception>
 #include <iostream>
 #include <memory>
@@ -81,6 +85,20 @@ struct Command {
   CLI::App* app;
   Run run;
 };
+
+/** \brief Lets the process keep the memory of a cloud for the next one. Given back and
+ * taken again, its pages are cleared by the system each time, which is a third of the
+ * time of reading a folder. */
+void
+keepFreedMemory()
+{
+#ifdef __GLIBC__
+  constexpr int largest_block = 32 << 20; // larger ones are given back at once
+  constexpr int most_kept = 256 << 20;
+  mallopt(M_MMAP_THRESHOLD, largest_block);
+  mallopt(M_TRIM_THRESHOLD, most_kept);
+#endif
+}
 
 std::vector<Command>
 addCommands(CLI::App& program)
@@ -179,6 +197,7 @@ finishOutput(const std::string& name, int status)
 int
 main(int argc, char** argv)
 {
+  keepFreedMemory();
   CLI::App program(
       "Compresses streams of point clouds into voxels with intensity, and back.",
       "pcl_ext");
