@@ -17,7 +17,7 @@ NO_STEPS = 1 << 29
 _NUMBERS = 1 << 30
 _NO_POINT, _AT_SENSOR, _BESIDE = 72, 73, 74
 _BESIDE_CONTEXT = 168
-_RUN_CONTEXT = 172
+_FIRST_CONTEXT = _RUN_CONTEXT = 172
 
 Steps = Tuple[int, int, int]
 
@@ -26,7 +26,7 @@ Steps = Tuple[int, int, int]
 class _Expectation:
     number: int
     candidates: Tuple[int, ...]
-    """Edge, mean and past, if that is there; empty without left or up."""
+    """Edge or mean, and past; empty without left, up or past."""
     context: int
 
 
@@ -37,14 +37,17 @@ class _Plane:
         self,
         width: int,
         first: int,
+        is_of_means: bool,
         pasts: Optional[Mapping[int, int]] = None,
         is_one_row: bool = False,
     ) -> None:
         self._width = width
+        self._is_of_means = is_of_means
         self._is_one_row = is_one_row
         self._last = first
         self._pasts = pasts
-        self._costs = Costs(3, decay=64)
+        self._costs = Costs(2, decay=64)
+        self._is_past_better = False
         self._errors: Dict[int, int] = {}
         self.numbers: Dict[int, int] = {}
 
@@ -77,16 +80,18 @@ class _Plane:
         middle = (low + high) // 2
         corner = middle if up_left is None else up_left
         right = up if up_right is None else up_right
-        edge = min(max(low + high - corner, low), high)
-        mean = min(max(middle + ((right - corner) >> 2), low), high)
-        candidates = (edge, mean) if past is None else (edge, mean, past)
-        best = self._costs.best(len(candidates))
+        edge = low + high - corner
+        mean = middle + ((right - corner) >> 2)
+        number = min(max(mean if self._is_of_means else edge, low), high)
+        candidates = () if past is None else (number, past)
+        if past is not None and self._is_past_better:
+            number = past
         gradient = abs(left - corner) + abs(up - corner) + abs(right - up)
         if self._pasts is not None and past is None:
             context = self._outer_context(pixel, past)
         else:
             context = self._inner_context(pixel, gradient)
-        return _Expectation(candidates[best], candidates, context)
+        return _Expectation(number, candidates, context)
 
     def _outer_context(self, pixel: int, past: Optional[int]) -> int:
         p = 0 if self._pasts is None else 2 if past is None else 1
@@ -115,7 +120,9 @@ class _Plane:
     def learn(self, pixel: int, expected: _Expectation, number: int) -> None:
         self.numbers[pixel] = self._last = number
         self._errors[pixel] = abs(number - expected.number)
-        self._costs.learn(expected.candidates, number)
+        if expected.candidates and pixel % self._width % 4 == 0:
+            self._is_past_better = self._costs.best(2) == 1
+            self._costs.learn(expected.candidates, number)
 
 
 def _error_class(error: int) -> int:
@@ -125,6 +132,13 @@ def _error_class(error: int) -> int:
     odd = 2 * error + 1
     k = highest_bit(odd)
     return 2 * k + (odd >> (k - 1)) % 2
+
+
+def _is_of_means(symbols: SymbolReader) -> bool:
+    """What a plane begins with."""
+    number = symbols.number_of(symbols.symbol(_FIRST_CONTEXT))
+    require(number <= 1, "a plane is of neither edges nor means")
+    return number == 1
 
 
 def _number(symbols: SymbolReader, expected: int, symbol: int) -> int:
@@ -140,7 +154,7 @@ def read_values(
     """A plane of a width and height with a number for each of some pixels."""
     symbols = SymbolReader(source)
     width, height = size
-    plane = _Plane(width, first, is_one_row=height == 1)
+    plane = _Plane(width, first, _is_of_means(symbols), is_one_row=height == 1)
     for pixel in pixels:
         expected = plane.expect(pixel)
         symbol = symbols.symbol(expected.context)
@@ -161,7 +175,7 @@ class DepthReader:
     ) -> None:
         self._symbols = SymbolReader(source)
         self._width, self._height = size
-        self._plane = _Plane(self._width, 0, pasts)
+        self._plane = _Plane(self._width, 0, _is_of_means(self._symbols), pasts)
         self._may_have_beside = may_have_beside
         self.depths = self._plane.numbers
         """By pixel."""

@@ -121,6 +121,14 @@ private:
   bool
   run(CodingT& coding)
   {
+    if constexpr (!CodingT::is_decoder)
+      around_source_ = cheaperSource();
+    coding.reserve(1);
+    const std::uint64_t source = coding.code(run_context, around_source_);
+    if (source > from_mean)
+      return false;
+    around_source_ = static_cast<Source>(source);
+    best_ = around_source_;
     for (std::uint32_t row = 0; row < plane_.height; ++row) {
       // Row by row, so that a forged size takes no more memory than there are bytes for.
       if (CodingT::is_decoder && is_depths)
@@ -132,7 +140,7 @@ private:
   }
 
   /** \brief What a number is expected from. */
-  enum Source : std::size_t { from_edge, from_mean, from_past, source_count };
+  enum Source : std::uint8_t { from_edge, from_mean, from_past, source_count };
 
   /** \brief Numbers around a pixel, or what is in their places. */
   struct Around {
@@ -242,20 +250,45 @@ private:
            (isNumber(around.up_right) ? 8u : 0u);
   }
 
-  /** \brief Learns what a number would have cost from each source. */
+  /** \brief About how many bits the distance of two numbers takes. */
+  static std::uint32_t
+  costOf(std::uint32_t a, std::uint32_t b)
+  {
+    return highestBit(2 * distance(a, b) + 1);
+  }
+
+  /** \brief Edge or mean: that from which the numbers of some rows are less far. */
+  Source
+  cheaperSource() const
+  {
+    constexpr std::uint32_t rows = 8; // one of so many
+    std::array<std::uint64_t, 2> costs{};
+    for (std::uint32_t row = std::min(plane_.height, rows) - 1; row < plane_.height;
+         row += rows) {
+      const std::uint32_t* const numbers =
+          plane_.numbers.data() + std::size_t{row} * plane_.width;
+      for (std::uint32_t column = 2; column + 1 < plane_.width; ++column) {
+        const std::uint32_t* const at = numbers + column;
+        const std::uint32_t* const up = row > 0 ? at - plane_.width : at;
+        const Around around = row > 0 ? Around{at[-1], up[0], up[-1], up[1]}
+                                      : Around{at[-1], at[-2], at[-1], at[-1]};
+        if (areNumbers(around) && isNumber(*at))
+          for (const Source source : {from_edge, from_mean})
+            costs[source] += costOf(expectFrom(source, around, no_number), *at);
+      }
+    }
+    return costs[from_mean] < costs[from_edge] ? from_mean : from_edge;
+  }
+
+  /** \brief Learns what a number would have cost from around, and from the past. Which
+   * is better is told by the numbers before, so that nothing waits for this one. */
   void
   learn(const Around& around, std::uint32_t past, std::uint32_t number)
   {
-    const auto add = [&](Source source) {
-      const std::uint32_t off = distance(expectFrom(source, around, past), number);
-      costs_[source] += 64 * highestBit(2 * off + 1) - costs_[source] / 64;
-    };
-    add(from_edge);
-    add(from_mean);
-    if (isNumber(past))
-      add(from_past);
-    best_ = costs_[from_mean] < costs_[from_edge] ? from_mean : from_edge;
-    best_with_past_ = costs_[from_past] < costs_[best_] ? from_past : best_;
+    best_ = costs_[from_past] < costs_[around_source_] ? from_past : around_source_;
+    for (const Source source : {around_source_, from_past})
+      costs_[source] += 64 * costOf(expectFrom(source, around, past), number) -
+                        costs_[source] / 64;
   }
 
   /** \brief Codes how many pixels have no number where those around have none, either:
@@ -339,7 +372,7 @@ private:
         Expectation expected;
         expected.number =
             is_inside
-                ? expectFrom(has_past ? best_with_past_ : best_, inside, past_number)
+                ? expectFrom(has_past ? best_ : around_source_, inside, past_number)
                 : expectOutside(around);
         expected.context =
             is_inside && (past == nullptr || has_past)
@@ -354,7 +387,7 @@ private:
         if (isNumber(number)) {
           last_ = number;
           error = distance(number, expected.number);
-          if (is_inside)
+          if (is_inside && has_past && column % 4 == 0)
             learn(inside, past_number, number);
         }
       }
@@ -457,8 +490,8 @@ private:
   std::vector<std::uint32_t> errors_;  // of the row above, then of the current one
   std::vector<std::uint32_t> nothing_; // the row above the first one
   std::array<std::uint32_t, source_count> costs_{};
-  Source best_ = from_edge; // of edge and mean
-  Source best_with_past_ = from_edge;
+  Source around_source_ = from_edge; // or from_mean
+  Source best_ = from_edge;          // of that and the past
   std::uint32_t last_;
 };
 

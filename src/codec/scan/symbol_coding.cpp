@@ -145,7 +145,7 @@ SymbolEncoding::encodeSymbols(rans::ReverseEncoder& encoder_now) const
       for (; done < bits; done += rans::probability_bits)
         push_bits(low >> done, rans::probability_bits);
     }
-    const SymbolTable& table = work_->tables[work_->table_of_context[*symbol >> 8]];
+    const SymbolTable& table = *work_->table_of_context[*symbol >> 8];
     encoder.push(rans::packed(table.range(*symbol & 0xff)));
   }
   encoder_now = encoder;
@@ -171,7 +171,7 @@ SymbolEncoding::finish(std::size_t context_count, std::vector<std::uint8_t>& byt
         work_->tables.emplace_back();
       work_->tables[table_count++].set(widths);
     }
-    work_->table_of_context[context] = static_cast<std::uint8_t>(table_count - 1);
+    work_->table_of_context[context] = &work_->tables[table_count - 1];
   }
   rans::ReverseEncoder encoder(
       coder.size() + code_count, rans::Interleaving::Four, work_->words);
@@ -205,7 +205,7 @@ SymbolDecoding::readTables(std::size_t context_count)
         work_->tables.emplace_back();
       work_->tables[table_count++].set(widths);
     }
-    work_->table_of_context[context] = static_cast<std::uint8_t>(table_count - 1);
+    work_->table_of_context[context] = &work_->tables[table_count - 1];
   }
   return true;
 }

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 namespace pcl_ext {
@@ -24,8 +25,8 @@ constexpr std::size_t most_contexts = 256;
 struct SymbolWorkspace {
   std::vector<std::uint32_t> symbols;
   std::vector<SymbolTable::Counts> counts; // of contexts
-  std::vector<SymbolTable> tables;
-  std::array<std::uint8_t, most_contexts> table_of_context;
+  std::deque<SymbolTable> tables; // stay where they are
+  std::array<const SymbolTable*, most_contexts> table_of_context;
   std::vector<std::uint32_t> ranges;
   std::vector<std::uint16_t> words;
   std::vector<std::uint8_t> copy;
@@ -114,8 +115,7 @@ public:
   PCL_EXT_ALWAYS_INLINE std::uint64_t
   code(std::size_t context, std::uint64_t)
   {
-    const unsigned int symbol =
-        coder_.code(work_->tables[work_->table_of_context[context]], 0);
+    const unsigned int symbol = coder_.code(*work_->table_of_context[context], 0);
     if (symbol < exact_numbers)
       return symbol;
     if (symbol >= number_symbol_count)
