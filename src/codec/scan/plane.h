@@ -287,8 +287,8 @@ private:
   {
     best_ = costs_[from_past] < costs_[around_source_] ? from_past : around_source_;
     for (const Source source : {around_source_, from_past})
-      costs_[source] += 64 * costOf(expectFrom(source, around, past), number) -
-                        costs_[source] / 64;
+      costs_[source] +=
+          64 * costOf(expectFrom(source, around, past), number) - costs_[source] / 64;
   }
 
   /** \brief Codes how many pixels have no number where those around have none, either:

@@ -1,7 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 // The coder of scans: what it decodes, where points are, and bytes that are no scan.
+#include "codec/scan/plane.h"
 #include "codec/scan/point_places.h"
 #include "codec/scan/scan_coder.h"
+#include "codec/scan/symbol_coding.h"
 #include "codec/scan/symbol_table.h"
 #include "support/scan_frames.h"
 #include "voxelizing/scan_locator.h"
@@ -13,6 +15,7 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <utility>
 #include <vector>
 
 using namespace pcl_ext::io;
@@ -91,6 +94,78 @@ TEST(ScanCoder, APFrameOfAnotherSizeIsRefused)
   scan::ScanCoder decoder;
   EXPECT_FALSE(decoder.decode(
       false, bytes.data(), bytes.data() + bytes.size(), frame.pixels.size(), decoded));
+}
+
+using PlaneNumbers = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t plane_width = 40;
+
+/** \brief A plane without a past. */
+scan::Plane
+planeOf(PlaneNumbers& numbers)
+{
+  return {
+      plane_width, static_cast<std::uint32_t>(numbers.size()) / plane_width, numbers};
+}
+
+/** \brief The number that tells what a plane is expected from, and its numbers. */
+std::pair<std::uint64_t, PlaneNumbers>
+codedAndDecoded(PlaneNumbers numbers)
+{
+  scan::SymbolWorkspace work;
+  scan::SymbolEncoding coding(work);
+  scan::PlanePass<scan::SymbolEncoding>(planeOf(numbers), 0, nullptr)
+      .codeValues(coding);
+  std::vector<std::uint8_t> bytes;
+  coding.finish(scan::plane_contexts, bytes);
+  const auto decoding = [&] {
+    return scan::SymbolDecoding(
+        bytes.data(), bytes.data() + bytes.size(), scan::plane_contexts, work);
+  };
+  PlaneNumbers decoded(numbers.size(), 0);
+  scan::SymbolDecoding of_numbers = decoding();
+  EXPECT_TRUE(scan::PlanePass<scan::SymbolDecoding>(planeOf(decoded), 0, nullptr)
+                  .codeValues(of_numbers));
+  EXPECT_TRUE(of_numbers.isAtEnd());
+  return {decoding().code(scan::run_context, 0), decoded};
+}
+
+TEST(Plane, IsExpectedFromEdgesOrMeansWhicheverAreNearer)
+{
+  std::mt19937 random(3);
+  for (const std::uint32_t rows : {1, 30}) {
+    PlaneNumbers noise(rows * plane_width);
+    PlaneNumbers walls(noise.size());
+    for (std::uint32_t i = 0; i < noise.size(); ++i) {
+      noise[i] = 5000 + static_cast<std::uint32_t>(random() % 1000);
+      walls[i] = 100 * (1 + (i % plane_width) / 7);
+    }
+    constexpr std::uint64_t mean = 1;
+    EXPECT_EQ(codedAndDecoded(noise), std::make_pair(mean, noise)) << rows;
+    const auto [source, decoded] = codedAndDecoded(walls);
+    EXPECT_EQ(decoded, walls) << rows;
+    // In a single row what is above is two to the left.
+    EXPECT_EQ(source, rows > 1 ? 0u : source) << rows;
+  }
+}
+
+TEST(Plane, IsRefusedWithAnotherExpectation)
+{
+  for (const std::uint64_t source : {std::uint64_t{2}, scan::first_word}) {
+    scan::SymbolWorkspace work;
+    scan::SymbolEncoding coding(work);
+    coding.reserve(plane_width + 1);
+    coding.code(scan::run_context, source);
+    for (std::uint32_t i = 0; i < plane_width; ++i)
+      coding.code(0, 0);
+    std::vector<std::uint8_t> bytes;
+    coding.finish(scan::plane_contexts, bytes);
+    PlaneNumbers numbers(plane_width);
+    scan::SymbolDecoding decoding(
+        bytes.data(), bytes.data() + bytes.size(), scan::plane_contexts, work);
+    EXPECT_FALSE(scan::PlanePass<scan::SymbolDecoding>(planeOf(numbers), 0, nullptr)
+                     .codeValues(decoding));
+  }
 }
 
 TEST(SymbolTable, WidthsFollowCounts)
