@@ -32,7 +32,7 @@ CentreStream::applyNoise(const std::string& name, CentralNode& node)
   if (noise_ == noise)
     return;
   const NoiseSettings settings = readNoiseParameters(noise);
-  node.setMinIntensity(name, settings.min_intensity);
+  node.setMinIntensity(name, settings.lowestIntensity());
   node.setOutlierRemoval(name, settings.outlier_removal);
   node.setPacked(name, settings.is_packed);
   noise_ = std::move(noise);

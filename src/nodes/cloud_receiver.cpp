@@ -13,7 +13,8 @@ namespace nodes {
 
 class CloudReceiver::Implementation {
 public:
-  explicit Implementation(const io::DecoderLimits& limits) : stream_("", 0.0f, limits)
+  explicit Implementation(const io::DecoderLimits& limits)
+  : stream_("", CentralNode::lowest_intensity, limits)
   {
     stream_.leaveVoxelsOut();
   }
@@ -23,7 +24,7 @@ public:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     min_intensity_ = noise.min_intensity;
-    stream_.setMinIntensity(noise.min_intensity);
+    stream_.setMinIntensity(noise.lowestIntensity());
     stream_.setOutlierRemoval(noise.outlier_removal);
     stream_.setPacked(noise.is_packed);
   }

@@ -55,22 +55,22 @@ compressionRatio(const StreamHealth& stream)
 /** \brief Whether a stream has other voxels than the grid that it is merged on. Rate
  * control doubles their edge. */
 bool
-hasOtherResolution(const ReceiverHealth& now)
+hasOtherResolution(const StreamHealth& stream, double merged_resolution)
 {
-  if (!(now.stream.resolution > 0.0 && now.merged_resolution > 0.0))
+  if (!(stream.resolution > 0.0 && merged_resolution > 0.0))
     return false;
-  const double doublings = std::log2(now.stream.resolution / now.merged_resolution);
+  const double doublings = std::log2(stream.resolution / merged_resolution);
   constexpr double tolerance = 1e-6; // published streams have their resolution as float
   return doublings < -tolerance ||
          std::abs(doublings - std::round(doublings)) > tolerance;
 }
 
 std::string
-otherResolution(const ReceiverHealth& now)
+otherResolution(const StreamHealth& stream, double merged_resolution)
 {
   std::ostringstream text;
-  text << "Voxels have an edge of " << now.stream.resolution
-       << " m, those of the merged grid " << now.merged_resolution
+  text << "Voxels have an edge of " << stream.resolution
+       << " m, those of the merged grid " << merged_resolution
        << " m: set the same resolution at both ends";
   return text.str();
 }
@@ -103,17 +103,25 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
     report.raise(
         HealthLevel::Warning,
         "Points of scans are left out, as they are outside the grid of voxels");
-  if (stream.voxels_outside_grid > 0)
-    report.raise(HealthLevel::Warning,
-                 "Voxels are too far from those of other streams to be merged");
-  if (stream.intensities_reduced > 0)
-    report.raise(HealthLevel::Warning,
-                 "Intensities are too far above those of other streams to be merged");
-  if (hasOtherResolution(now))
-    report.raise(HealthLevel::Warning, otherResolution(now));
+  for (const std::string& fault : faultsOfMerging(stream, now.merged_resolution))
+    report.raise(HealthLevel::Warning, fault);
 }
 
 } // namespace
+
+std::vector<std::string>
+faultsOfMerging(const StreamHealth& stream, double merged_resolution)
+{
+  std::vector<std::string> faults;
+  if (stream.voxels_outside_grid > 0)
+    faults.emplace_back("Voxels are too far from those of other streams to be merged");
+  if (stream.intensities_reduced > 0)
+    faults.emplace_back(
+        "Intensities are too far above those of other streams to be merged");
+  if (hasOtherResolution(stream, merged_resolution))
+    faults.push_back(otherResolution(stream, merged_resolution));
+  return faults;
+}
 
 void
 HealthReport::raise(HealthLevel level, const std::string& message)

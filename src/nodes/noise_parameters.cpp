@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "nodes/parameter_access.h"
@@ -19,8 +20,8 @@ describeNoiseParameters()
                       NoiseSettings().min_intensity,
                       -largest_float_value,
                       largest_float_value,
-                      "Voxels of lower intensity are noise and are removed; no effect "
-                      "on streams without intensities."),
+                      "Voxels of lower intensity are noise and are removed; 0: none "
+                      "are; no effect on streams without intensities."),
       flagParameter(
           "remove_outliers",
           false,
@@ -53,6 +54,12 @@ noiseParameters()
 {
   static const std::vector<ParameterDescription> parameters = describeNoiseParameters();
   return parameters;
+}
+
+float
+NoiseSettings::lowestIntensity() const
+{
+  return min_intensity == 0.0f ? CentralNode::lowest_intensity : min_intensity;
 }
 
 NoiseSettings

@@ -247,6 +247,35 @@ TEST(CloudTransport, ReceiversRemoveNoise)
   EXPECT_EQ(receiver.health().stream.kept_voxels, expected);
 }
 
+TEST(CloudReceiver, NegativeIntensitiesStayWithoutAThreshold)
+{
+  pcl::PointCloud<pcl::PointXYZI> points;
+  for (int i = 0; i < 100; ++i)
+    points.emplace_back(
+        0.1f * static_cast<float>(i), 0.0f, 1.0f, static_cast<float>(i - 50));
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(points, cloud);
+  CloudSender sender;
+  ASSERT_EQ(sender.setParameters(
+                {{"resolution", 0.05}, {"intensity", std::string("native")}}),
+            "");
+  const Frame frame = encoded(sender, cloud);
+  for (const double least : {0.0, -10.0}) {
+    CloudReceiver receiver;
+    receiver.setNoise(readNoiseParameters({{"min_intensity", least}}));
+    VoxelFrame voxels;
+    ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
+    EXPECT_EQ(voxels.size(), least < 0.0 ? 60u : 100u) << least;
+  }
+  CentralNode node({});
+  ASSERT_TRUE(node.addStream("a").ok());
+  ASSERT_TRUE(node.receive("a", frame, Time(1)).ok());
+  node.waitUntilDecoded();
+  VoxelFrame voxels;
+  ASSERT_TRUE(node.latestVoxels("a", voxels));
+  EXPECT_EQ(voxels.size(), 100u);
+}
+
 /** \brief A camera's cloud of 60 rows and 80 columns. */
 pcl::PCLPointCloud2
 organisedWall()

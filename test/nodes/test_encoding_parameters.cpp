@@ -270,6 +270,7 @@ TEST(NoiseParameters, DefaultsKeepAllVoxels)
        {ParameterValues{}, defaultsOf(noiseParameters())}) {
     const NoiseSettings settings = readNoiseParameters(values);
     EXPECT_EQ(settings.min_intensity, 0.0f);
+    EXPECT_EQ(settings.lowestIntensity(), CentralNode::lowest_intensity);
     EXPECT_FALSE(settings.outlier_removal);
     EXPECT_FALSE(settings.is_packed);
   }
@@ -277,7 +278,7 @@ TEST(NoiseParameters, DefaultsKeepAllVoxels)
 
 TEST(NoiseParameters, EachChangesTheSettingThatItNames)
 {
-  EXPECT_EQ(readNoiseParameters({{"min_intensity", -1.5}}).min_intensity, -1.5f);
+  EXPECT_EQ(readNoiseParameters({{"min_intensity", -1.5}}).lowestIntensity(), -1.5f);
   const auto removal = readNoiseParameters({{"remove_outliers", true}}).outlier_removal;
   ASSERT_TRUE(removal);
   EXPECT_TRUE(readNoiseParameters({{"packed", true}}).is_packed);

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -175,13 +176,16 @@ public:
   const CentralNodeStatus&
   settingsStatus() const;
 
+  /** \brief No intensity is below it; native ones may be negative. */
+  static constexpr float lowest_intensity = -std::numeric_limits<float>::infinity();
+
   /** \brief Adds a stream.
    * \param[in] name not empty, and not that of another stream
    * \param[in] min_intensity voxels below it are noise, in the unit of the decoded
-   * intensities; not NaN; 0 keeps all voxels
+   * intensities; not NaN; lowest_intensity: none is
    */
   CentralNodeStatus
-  addStream(const std::string& name, float min_intensity = 0.0f);
+  addStream(const std::string& name, float min_intensity = lowest_intensity);
 
   /** \brief Removes a stream, with its voxels and its health. Frames of it that wait are
    * decoded yet, and the listener is called for them.

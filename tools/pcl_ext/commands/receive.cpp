@@ -79,12 +79,13 @@ public:
     console_.remark("receiving from site " + options_.link.link.site + "; Ctrl-C ends");
     if (options_.centre.is_replay)
       replay_.emplace(*subscriber_, console_);
-    receiveAll();
+    // Where one part fails, the others are complete up to there.
+    tellFailure([&] { receiveAll(); });
     if (replay_)
       replay_->show();
     console_.endProgress();
     for (FrameTaker* const taker : takers_) {
-      taker->finish();
+      tellFailure([&] { taker->finish(); });
       has_failed_ |= taker->hasLeftOut();
     }
     if (merged_)
@@ -106,6 +107,23 @@ public:
   }
 
 private:
+  /** \brief Does some work, and tells why if it fails. */
+  template <typename WorkT>
+  void
+  tellFailure(const WorkT& work)
+  {
+    try {
+      work();
+    }
+    catch (const UsageError&) {
+      throw;
+    }
+    catch (const std::exception& error) {
+      console_.error(error.what());
+      has_failed_ = true;
+    }
+  }
+
   /** \brief Refuses a file that exists, or is the recording. */
   void
   checkMap() const
@@ -132,8 +150,11 @@ private:
   {
     const auto request = [this](const std::string& stream) { this->request(stream); };
     if (!options_.output.path.empty())
-      takers_.push_back(
-          &recording_.emplace(options_.output, options_.rotation, request, console_));
+      takers_.push_back(&recording_.emplace(options_.output,
+                                            options_.rotation,
+                                            options_.centre.is_replay,
+                                            request,
+                                            console_));
     if (options_.centre.isOn())
       takers_.push_back(&centre_.emplace(options_.centre, request, console_));
     if (!options_.centre.name.empty()) {
@@ -253,6 +274,7 @@ private:
     if (centre_) {
       figures.decoded = centre_->health();
       figures.missing = centre_->missing();
+      figures.merged_resolution = centre_->mergedResolution();
       figures.has_slow_effort = centre_->hasSlowEffort();
       figures.merged = centre_->mergeCounts();
       figures.mapped = centre_->mapCounts().value_or(nodes::MapCounts());

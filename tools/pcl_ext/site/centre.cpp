@@ -37,10 +37,11 @@ describe(const link::LinkFrame& frame)
 
 } // namespace
 
-Centre::Grid::Grid(Centre& centre_of_site, double resolution)
-: encoder(centre_of_site.options_.stream)
-, map(centre_of_site.options_.map, resolution, centre_of_site.console_)
-, centre(centre_of_site.settingsOf(resolution),
+Centre::Grid::Grid(Centre& centre_of_site, double merged_resolution)
+: resolution(merged_resolution)
+, encoder(centre_of_site.options_.stream)
+, map(centre_of_site.options_.map, merged_resolution, centre_of_site.console_)
+, centre(centre_of_site.settingsOf(merged_resolution),
          requestingListener(centre_of_site.request_i_frame_),
          [&centre_of_site](const nodes::MergedFrame& merged) {
            centre_of_site.publish(merged);
@@ -95,6 +96,13 @@ Centre::health() const
   return grid_ ? grid_->centre.node().health() : std::vector<nodes::StreamHealth>();
 }
 
+double
+Centre::mergedResolution() const
+{
+  const std::lock_guard<std::mutex> lock(grid_mutex_);
+  return grid_ && !outputs_.empty() ? grid_->resolution : 0.0;
+}
+
 nodes::MergeCounts
 Centre::mergeCounts() const
 {
@@ -126,7 +134,8 @@ Centre::addStream(const link::LinkFrame& frame)
     return false;
   }
   nodes::CentralNode& node = grid_->centre.node();
-  node.setMinIntensity(frame.stream, options_.decoding.min_intensity.value_or(0.0f));
+  if (options_.decoding.min_intensity)
+    node.setMinIntensity(frame.stream, *options_.decoding.min_intensity);
   if (options_.decoding.min_intensity && describe(frame).intensity_scale.bits == 0)
     console_.remark(remarkWithoutIntensities(frame.stream));
   if (options_.decoding.removes_outliers) {
@@ -166,9 +175,10 @@ Centre::take(const link::LinkFrame& frame)
 bool
 Centre::hasLeftOut() const
 {
-  return std::any_of(streams_.begin(), streams_.end(), [](const auto& stream) {
-    return !stream.second;
-  });
+  const bool has_no_map = grid_ && grid_->map.isLeftOut();
+  return has_no_map || std::any_of(streams_.begin(),
+                                   streams_.end(),
+                                   [](const auto& stream) { return !stream.second; });
 }
 
 void

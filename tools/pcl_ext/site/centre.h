@@ -93,6 +93,10 @@ public:
     return missing_;
   }
 
+  /** \brief Edge of the merged voxels, metres; 0: none are merged. */
+  double
+  mergedResolution() const;
+
   /** \brief Whether a faster effort helps: of the merged stream, or of one that
    * arrives. */
   bool
@@ -118,8 +122,9 @@ public:
 private:
   /** \brief What there is for one edge of voxels. */
   struct Grid {
-    Grid(Centre& centre, double resolution);
+    Grid(Centre& centre, double merged_resolution);
 
+    const double resolution;
     nodes::MergedFrameEncoder encoder;
     CentreMap map;
     nodes::MergingCentre centre;

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <future>
 #include <map>
 #include <optional>
@@ -83,7 +84,24 @@ public:
       ++left_out_;
       map_.completeRound();
     }
-    console_.summary(write() + ", after " + counted(made_, "update"));
+    if (map_.tree().size() == 0) {
+      console_.error(
+          "the map is empty, and not written: no voxel was there, or all are "
+          "more than 32768 voxels from the origin");
+      is_left_out_ = true;
+    }
+    else if (isToldToEnd() && std::filesystem::exists(options_.path))
+      console_.summary("interrupted: '" + options_.path +
+                       "' is still the earlier map; that of " +
+                       counted(made_, "update") + " is not written");
+    else
+      console_.summary(write() + ", after " + counted(made_, "update"));
+  }
+
+  bool
+  isLeftOut() const
+  {
+    return is_left_out_;
   }
 
   nodes::MapCounts
@@ -139,7 +157,9 @@ private:
     if (now - last_write_ < interval)
       return;
     last_write_ = now;
-    write();
+    // That of a replay is not complete before its end.
+    if (!options_.waits && map_.tree().size() > 0)
+      write();
   }
 
   /** \brief Writes the map; returns the line that tells. */
@@ -162,6 +182,7 @@ private:
   std::atomic<std::size_t> made_{0}; // updates
   std::atomic<std::size_t> left_out_{0};
   std::atomic<bool> is_ending_{false};
+  bool is_left_out_ = false;
   std::chrono::steady_clock::duration last_duration_{}; // of an update
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
   std::future<void> update_; // last, as it uses the others
@@ -196,6 +217,12 @@ CentreMap::finish(const nodes::CentralNode& node)
 {
   if (implementation_)
     implementation_->finish(node);
+}
+
+bool
+CentreMap::isLeftOut() const
+{
+  return implementation_ && implementation_->isLeftOut();
 }
 
 nodes::MapCounts

@@ -50,11 +50,16 @@ public:
   update(const nodes::CentralNode& node, nodes::Time time);
 
   /** \brief Inserts the last frames, unless that takes long or the program is
-   * interrupted, and writes the map.
+   * interrupted, and writes the map: not an empty one, and not that of a part of a replay
+   * in place of an earlier one.
    * \throws std::runtime_error
    */
   void
   finish(const nodes::CentralNode& node);
+
+  /** \brief Whether the map was empty in the end, which was told. */
+  bool
+  isLeftOut() const;
 
   /** \brief Seconds whose frames were inserted, and those left out. Called by any thread.
    */

@@ -5,6 +5,7 @@
 #include "console/throw_unless_ok.h"
 #include "measuring/markdown_table.h"
 #include "options/text_values.h"
+#include "outputs/frame_output.h"
 
 #include <array>
 #include <ctime>
@@ -36,10 +37,12 @@ timeForNames()
 
 RotatedRecording::RotatedRecording(const Output& output,
                                    const Rotation& rotation,
+                                   bool is_replay,
                                    RequestIFrame request_i_frame,
                                    Console& console)
 : output_(output)
 , rotation_(rotation)
+, is_replay_(is_replay)
 , request_i_frame_(std::move(request_i_frame))
 , console_(console)
 , failures_([&console](const std::string& line) { console.error(line); })
@@ -91,7 +94,7 @@ RotatedRecording::rotate()
   current_ = File();
   current_->path = path;
   current_->opened = Clock::now();
-  throwUnlessOk(current_->writer.open(path));
+  check(*current_, current_->writer.open(path));
   if (before_)
     for (const auto& [stream, number] : before_->streams)
       request_i_frame_(stream);
@@ -114,7 +117,7 @@ RotatedRecording::addStream(File& file, const link::LinkFrame& frame)
     leaveOut(frame.stream, added.message());
     return std::nullopt;
   }
-  throwUnlessOk(added);
+  check(file, added);
   file.streams.emplace(frame.stream, number);
   return number;
 }
@@ -135,7 +138,7 @@ RotatedRecording::append(File& file, const link::LinkFrame& frame)
     request_i_frame_(frame.stream);
     return;
   }
-  throwUnlessOk(appended);
+  check(file, appended);
   ++file.frames;
   file.bytes += frame.bytes.size();
 }
@@ -178,7 +181,7 @@ RotatedRecording::work()
   last_flush_ = now;
   for (std::optional<File>* const file : {&before_, &current_})
     if (*file)
-      throwUnlessOk((*file)->writer.flush());
+      check(**file, (*file)->writer.flush());
 }
 
 void
@@ -187,14 +190,33 @@ RotatedRecording::complete(std::optional<File>& file)
   if (!file)
     return;
   if (file->frames > 0) {
-    throwUnlessOk(file->writer.finish(rotation_.isOn() ? recording::ExistingFile::Keep
-                                                       : output_.existing()));
+    const bool keeps_earlier =
+        is_replay_ && !rotation_.isOn() && keepsEarlierOutput(file->path);
+    if (keeps_earlier)
+      file->writer = recording::RecordingWriter(); // writes what it has
+    else
+      check(*file,
+            file->writer.finish(rotation_.isOn() ? recording::ExistingFile::Keep
+                                                 : output_.existing()));
     constexpr double megabyte = 1e6;
     console_.summary(
         file->path + ": " + counted(file->frames, "frame") + ", " +
-        measuring::formatted(static_cast<double>(file->bytes) / megabyte, 2) + " MB");
+        measuring::formatted(static_cast<double>(file->bytes) / megabyte, 2) + " MB" +
+        (is_replay_ ? describeInterruption(file->path, keeps_earlier) : ""));
   }
   file.reset();
+}
+
+void
+RotatedRecording::check(const File& file, const recording::RecordingStatus& status)
+{
+  if (status.ok())
+    return;
+  const std::string path = file.path;
+  // They remove their files if these hold nothing.
+  before_.reset();
+  current_.reset();
+  throw std::runtime_error(status.message() + describeUnfinished(path));
 }
 
 void

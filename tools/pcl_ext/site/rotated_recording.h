@@ -40,12 +40,14 @@ public:
 
   /** \param[in] output path of the file; with a rotation each has the time of its
    * beginning in its name
+   * \param[in] is_replay an earlier file stays as it is if the program is interrupted
    * \param[in] request_i_frame of a stream that goes to another file, or has a frame
    * that cannot be recorded
    * \param[in] console prints which files are complete; must outlive this
    */
   RotatedRecording(const Output& output,
                    const Rotation& rotation,
+                   bool is_replay,
                    RequestIFrame request_i_frame,
                    Console& console);
 
@@ -103,8 +105,14 @@ private:
   void
   complete(std::optional<File>& file);
 
+  /** \brief \throws std::runtime_error after a failure; what was written until then
+   * stays. */
+  void
+  check(const File& file, const recording::RecordingStatus& status);
+
   const Output output_;
   const Rotation rotation_;
+  const bool is_replay_;
   const RequestIFrame request_i_frame_;
   Console& console_;
   FrameFailures failures_;

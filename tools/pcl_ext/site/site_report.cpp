@@ -88,6 +88,15 @@ reportDecoded(const SiteFigures& figures, Console& console)
                     "with a larger --resolution");
     is_whole &=
         stream.frames_failed + stream.frames_refused + stream.points_outside_grid == 0;
+    const auto tell = [&](const std::string& fault) {
+      console.error(stream.name + ": " + fault);
+      is_whole = false;
+    };
+    if (!stream.outlier_removal.ok())
+      tell("its outliers stay: " + stream.outlier_removal.message());
+    for (const std::string& fault :
+         nodes::faultsOfMerging(stream, figures.merged_resolution))
+      tell(fault);
   }
   const std::string slowness = slownessOf(figures.merged, figures.has_slow_effort);
   for (const auto& [name, missing] : figures.missing) {

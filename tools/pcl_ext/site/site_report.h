@@ -4,6 +4,7 @@
 #include <pcl_ext/link/frame_publisher.h>
 #include <pcl_ext/link/frame_subscriber.h>
 #include <pcl_ext/nodes/impl/health_metrics.h>
+#include <pcl_ext/nodes/impl/health_report.h>
 #include <pcl_ext/nodes/impl/merge_schedule.h>
 #include <pcl_ext/nodes/stream_health.h>
 
@@ -28,6 +29,7 @@ struct SiteFigures {
   // Of a centre; else empty.
   std::vector<nodes::StreamHealth> decoded;
   std::map<std::string, Centre::Missing> missing; ///< see Centre::missing()
+  double merged_resolution = 0.0;                 ///< metres; 0: nothing is merged
   bool has_slow_effort = false;                   ///< see Centre::hasSlowEffort()
   nodes::MergeCounts merged;
   nodes::MapCounts mapped;

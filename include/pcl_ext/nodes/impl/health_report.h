@@ -101,6 +101,12 @@ struct ReceiverHealth {
   double merged_resolution = 0.0;
 };
 
+/** \brief What of the last merged frame is not as the stream has it, a sentence each.
+ * \param[in] merged_resolution see ReceiverHealth
+ */
+PCL_EXT_EXPORT std::vector<std::string>
+faultsOfMerging(const StreamHealth& stream, double merged_resolution);
+
 /** \brief Describes the health of a stream where it is decoded; as above. */
 PCL_EXT_EXPORT HealthReport
 describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time time);

@@ -159,9 +159,13 @@ readCentralNodeParameters(const ParameterValues& values, Clock clock);
 
 /** \brief What noiseParameters() say. */
 struct NoiseSettings {
-  float min_intensity = 0.0f; ///< voxels below are removed
+  float min_intensity = 0.0f; ///< voxels below are removed; 0: none
   std::optional<VoxelOutlierRemovalSettings> outlier_removal; ///< none: outliers stay
   bool is_packed = false; ///< messages do not get the layout of those that were encoded
+
+  /** \brief min_intensity as of CentralNode::setMinIntensity(). */
+  PCL_EXT_EXPORT float
+  lowestIntensity() const;
 };
 
 /** \brief The settings of removing noise.
