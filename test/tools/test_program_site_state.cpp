@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -150,6 +151,67 @@ TEST_F(ProgramSiteState, ACentreTellsWhyStreamsAreMissingInMergedFrames)
       << errors;
   // Since it ended, and not before it began.
   EXPECT_TRUE(hasPart(errors, "/late: missing in "));
+}
+
+TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
+{
+  const NatsServer server;
+  auto clouds = roomClouds(5);
+  writeClouds("room", clouds);
+  for (auto& cloud : clouds)
+    for (pcl::PointXYZI& point : cloud) {
+      point.x += 500000.0f;
+      point.y += 5400000.0f;
+    }
+  writeClouds("far", clouds);
+  Receiving receiving(folder,
+                      "receive",
+                      at(server) + "--merge all --map map.ot --resolution 0.5 "
+                                   "--remove-outliers --unit points");
+  expectRun("send -q room far --rate 20 -r 0.5 --law none" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(
+      hasPart(receiving.errors(),
+              "/far: Voxels are too far from those of other streams to be merged\n"))
+      << receiving.errors();
+  EXPECT_FALSE(hasPart(receiving.errors(), "/room: Voxels"));
+  EXPECT_TRUE(hasPart(receiving.errors(), "/room: its outliers stay: "));
+}
+
+TEST_F(ProgramSiteState, AnEmptyMapReplacesNone)
+{
+  const NatsServer server;
+  const Bytes precious{'o', 'w', 'n'};
+  writeBytes(folder / "mine.ot", precious);
+  writeClouds("room", roomClouds(5));
+  Receiving receiving(
+      folder, "receive", at(server) + "--overwrite --map mine.ot --min-intensity 1e9");
+  expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(), "the map is empty, and not written: "));
+  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
+}
+
+TEST_F(ProgramSiteState, AFullDiskLeavesTheMapWhole)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(60));
+  // A limit on the size of files in place of a full disk.
+  BackgroundProgram receiving(
+      folder,
+      "receive",
+      "",
+      "trap '' XFSZ; ulimit -f 100; exec \"$P\" receive -o x.mcap --map map.ot" +
+          at(server));
+  receiving.waitForError("receiving from site");
+  expectRun("send -q room --rate 50 -r 0.02 --i-frame-rate 1" + at(server));
+  EXPECT_EQ(receiving.end(0), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(),
+                      "; what was written until then is in 'x.mcap.unfinished'\n"))
+      << receiving.errors();
+  EXPECT_TRUE(std::filesystem::exists(folder / "map.ot"));
+  EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
+  EXPECT_TRUE(hasPart(receiving.output(), "\nsite cell: "));
 }
 
 TEST_F(ProgramSiteState, AMapThatIsTooSlowSaysSo)
