@@ -107,11 +107,11 @@ class Cloud(np.ndarray):  # type: ignore[type-arg]
         def tensor(values: NDArray[Any]) -> Any:
             return open3d.core.Tensor(np.ascontiguousarray(_table(values)))
 
-        left = [name for name in points.dtype.names or () if name not in "xyz"]
+        left = [name for name in points.dtype.names or () if name not in tuple("xyz")]
         made = open3d.t.geometry.PointCloud(tensor(_side_by_side(points, "xyz")))
         if has_colours(points):
             made.point["colors"] = tensor(_side_by_side(points, "rgb"))
-            left = [name for name in left if name not in "rgb"]
+            left = [name for name in left if name not in tuple("rgb")]
         for name in left:
             made.point[_unused(name, _NAMES_OF_OPEN3D)] = tensor(points[name])
         return made

@@ -84,7 +84,9 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
     dtype: Any = getattr(xyz, "dtype", None)
     names = getattr(dtype, "names", None) or ()
     colour = next((name for name in ("rgb", "rgba") if name in names), None)
-    known = {"x", "y", "z", "intensity"} | ({colour} if colour else {"r", "g", "b"})
+    channels = {"r", "g", "b"}
+    known = {"x", "y", "z", "intensity"}
+    known |= {colour} if colour else channels if channels <= set(names) else set()
     known |= kept - {"all"}
     if "all" in kept:
         colours = {"rgb", "rgba"} if codes_colours else set()

@@ -1,12 +1,16 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "array_decoder.h"
 
+#include <pcl_ext/compression/cloud_encoder.h>
+
 #include "voxels/point_voxels.h"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <new>
+#include <optional>
 #include <utility>
 
 namespace pcl_ext {
@@ -25,7 +29,10 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
   if (!status.ok())
     return status;
   try {
-    denoising.apply(frame_);
+    std::optional<std::chrono::nanoseconds> time;
+    if (decoder_.stamp())
+      time = io::timeOfStamp(decoder_.stamp()->stamp);
+    denoising.apply(frame_, time);
     cloud.emplace(frame_);
     status = io::statusOfVoxels(frame_); // which filters make
   }

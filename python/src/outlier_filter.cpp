@@ -44,12 +44,13 @@ PointFilter::score(const CloudColumns& cloud)
 }
 
 void
-Denoising::apply(io::VoxelFrame& frame) const
+Denoising::apply(io::VoxelFrame& frame,
+                 const std::optional<std::chrono::nanoseconds>& time) const
 {
   if (outliers != nullptr)
     outliers->filter(frame);
   if (temporal_filter != nullptr)
-    temporal_filter->filter(frame);
+    temporal_filter->filter(frame, time);
   if (min_intensity)
     removeVoxelsBelow(frame, *min_intensity);
 }

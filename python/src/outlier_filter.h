@@ -9,6 +9,7 @@
 #include "shared_filter.h"
 #include "temporal_filter.h"
 
+#include <chrono>
 #include <optional>
 #include <vector>
 
@@ -50,8 +51,10 @@ struct Denoising {
   std::optional<float> min_intensity;        ///< voxels below are removed at last
   TemporalFilter* temporal_filter = nullptr; ///< applied after the outliers' removal
 
+  /** \param[in] time see TemporalFilter::filter() */
   void
-  apply(io::VoxelFrame& frame) const;
+  apply(io::VoxelFrame& frame,
+        const std::optional<std::chrono::nanoseconds>& time) const;
 };
 
 } // namespace python

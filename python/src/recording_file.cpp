@@ -107,7 +107,7 @@ RecordingFile::decode(std::size_t stream,
   if (!status.ok())
     return status;
   try {
-    denoising.apply(frame_);
+    denoising.apply(frame_, reader().timeOf(stream, number));
     cloud.emplace(frame_);
     status = io::statusOfVoxels(frame_); // which filters make
   }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <set>
@@ -293,8 +294,14 @@ readTemporalFilterSettings(const py::dict& values)
   if (settings.frames < TemporalVoxelFilter::least_frames ||
       settings.frames > TemporalVoxelFilter::most_frames)
     keywords.refuse("frames", "a whole number from 2 to 64");
-  if (keywords.isSet("sensor_position"))
-    settings.sensor_position = pointOf(keywords.numbers("sensor_position", 3));
+  if (keywords.isSet("sensor_position")) {
+    const std::vector<double> numbers = keywords.numbers("sensor_position", 3);
+    if (!std::all_of(numbers.begin(), numbers.end(), [](double number) {
+          return std::isfinite(number);
+        }))
+      keywords.refuse("sensor_position", "three finite numbers");
+    settings.sensor_position = pointOf(numbers);
+  }
   return settings;
 }
 

@@ -7,6 +7,7 @@
 #include "shared_filter.h"
 
 #include <array>
+#include <chrono>
 #include <optional>
 
 namespace pcl_ext {
@@ -24,12 +25,15 @@ public:
   : SharedFilter(settings.frames), sensor_position_(settings.sensor_position)
   {}
 
-  /** \brief Filters the stream's next frame. */
+  /** \brief Filters the stream's next frame.
+   * \param[in] time of its cloud, by any clock; none: a twentieth of a second after the
+   * last
+   */
   void
-  filter(io::VoxelFrame& frame)
+  filter(io::VoxelFrame& frame, const std::optional<std::chrono::nanoseconds>& time)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    status_ = filter_.filter(frame, {sensor_position_, std::nullopt});
+    status_ = filter_.filter(frame, {sensor_position_, time});
   }
 
 private:

@@ -107,6 +107,12 @@ def test_a_cloud_of_open3d(coloured, organised):
     np.testing.assert_array_equal(made.point["ring"].numpy().T, [[0] * 4 + [1] * 2 + [2] * 4])
 
 
+def test_names_of_several_letters_become_attributes_of_open3d():
+    pytest.importorskip("open3d")
+    points = np.zeros(2, [(name, "f4") for name in ("x", "y", "z", "xy", "gb")])
+    assert {"xy", "gb"} <= set(points.view(pcl_ext.Cloud).to_open3d().point)
+
+
 def test_coordinates_of_maps_keep_their_precision(room):
     far = room.astype("f8") + (500000, 5400000, 300)
     cloud = pcl_ext.Decoder().decode(pcl_ext.Encoder(0.1, law="none").encode(far))

@@ -248,6 +248,12 @@ def test_types_that_cannot_be_kept(room, kind):
         code(points, fields="other")
 
 
+def test_channels_that_are_no_colour(room):
+    points = with_fields(room, ("r", "u1"), ("g", "u1"))
+    with pytest.warns(pcl_ext.CompressionWarning, match="left out: number, r, g$"):
+        pcl_ext.Encoder(0.1).encode(points)
+
+
 def test_a_field_of_no_values(room):
     points = with_fields(room, ("nothing", "f4", (0,)))
     with pytest.warns(pcl_ext.CompressionWarning, match="left out: nothing$"):

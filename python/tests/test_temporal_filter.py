@@ -24,8 +24,9 @@ def pose():
     return matrix
 
 
+@pytest.mark.parametrize("hertz", [None, 2])
 @pytest.mark.parametrize("pose_of", ["settings", "cloud"])
-def test_both_ends_show_the_same(random, pose_of):
+def test_both_ends_show_the_same(random, pose_of, hertz):
     """Also a filter over 64 frames hides at once what the sensor sees through."""
     of_settings = {"sensor_pose": pose()} if pose_of == "settings" else {}
     of_cloud = {"sensor_pose": pose()} if pose_of == "cloud" else {}
@@ -34,7 +35,9 @@ def test_both_ends_show_the_same(random, pose_of):
     receiver = pcl_ext.Decoder()
     decoder = pcl_ext.Decoder()
     temporal_filter = pcl_ext.TemporalVoxelFilter(64, sensor_position=SENSOR)
-    for cloud in clouds(random, 10, plate_frames=6):
+    for number, cloud in enumerate(clouds(random, 10, plate_frames=6)):
+        if hertz:
+            of_cloud["stamp"] = 100 + number / hertz
         shown = decoder.decode(filtering.encode(cloud, **of_cloud))
         frame = plain.encode(cloud, **of_cloud)
         filtered = receiver.decode(frame, temporal_filter=temporal_filter)

@@ -41,10 +41,13 @@ public:
     const bool is_first = !reference_;
     if (reference_) {
       reference_->age += ticks;
-      has_other_surfaces_ = showsOtherSurfaces(frame, surfaces);
+      has_other_surfaces_ =
+          reference_->has_surfaces && showsOtherSurfaces(frame, surfaces);
     }
-    if (!reference_ || reference_->age >= oldest_reference) {
-      reference_ = Reference{frame.grid, {}, 0};
+    // After one that is empty or nearly so the next one with surfaces is taken.
+    if (!reference_ || reference_->age >= oldest_reference ||
+        (!reference_->has_surfaces && hasSurfaces(frame, surfaces))) {
+      reference_ = Reference{frame.grid, {}, 0, hasSurfaces(frame, surfaces)};
       for (unsigned int level = 0; level <= surfaces.highestLevel(); ++level)
         reference_->occupied.push_back(surfaces.occupied(level));
     }
@@ -87,6 +90,7 @@ private:
     io::VoxelGrid grid;
     std::vector<BlockNeighbours> occupied; // voxels, coarse voxels
     unsigned int age;                      // ticks
+    bool has_surfaces;                     // else nothing is compared with it
   };
 
   /** \brief A position that is more than a voxel from the last is of a sensor that
@@ -124,7 +128,7 @@ private:
     Comparison sum;
     for (std::size_t i = 0; i < frame.size(); i += sample_step) {
       const std::uint64_t at = frame.keys[i] >> 3 * level;
-      if (occupied.count(at, surface_neighbours) < surface_neighbours)
+      if (!isOfSurface(at, occupied))
         continue;
       ++sum.surfaces;
       const std::optional<std::uint64_t> key =
@@ -133,6 +137,27 @@ private:
       sum.others += is_near ? 0 : 1;
     }
     return sum;
+  }
+
+  /** \brief Whether a frame has so many voxels of surfaces that others can be compared
+   * with them. */
+  static bool
+  hasSurfaces(const io::VoxelFrame& frame, const SurfaceSupport& surfaces)
+  {
+    for (unsigned int level = 0; level <= surfaces.highestLevel(); ++level) {
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < frame.size(); i += sample_step)
+        count += isOfSurface(frame.keys[i] >> 3 * level, surfaces.occupied(level));
+      if (count >= least_sample)
+        return true;
+    }
+    return false;
+  }
+
+  static bool
+  isOfSurface(std::uint64_t key, const BlockNeighbours& occupied)
+  {
+    return occupied.count(key, surface_neighbours) >= surface_neighbours;
   }
 
   /** \brief True if more than a quarter of the surfaces' voxels are others than in the

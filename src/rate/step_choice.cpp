@@ -60,6 +60,7 @@ StepChoice::StepChoice(const EncoderSettings& settings,
 , ladder_(settings, has_intensities, can_remove_outliers, min_log_odds)
 , estimate_(settings)
 , effective_(ladder_[0])
+, max_rate_(settings.max_rate)
 , mean_rate_(settings.max_rate)
 , hold_(shortest_hold)
 {}
@@ -69,8 +70,14 @@ StepChoice::advance(Nanoseconds elapsed, double max_rate)
 {
   time_ += elapsed;
   const double passed = std::chrono::duration<double>(elapsed).count();
-  const double over = max_rate < mean_rate_ ? seconds_falling : seconds_rising;
-  mean_rate_ += (max_rate - mean_rate_) * (1.0 - std::exp(-passed / over));
+  if (max_rate < max_rate_)
+    fall_a_second_ = (mean_rate_ - max_rate) / seconds_falling;
+  max_rate_ = max_rate;
+  // Falls all the way in that time, however low the rate is.
+  if (mean_rate_ > max_rate)
+    mean_rate_ = std::max(max_rate, mean_rate_ - passed * fall_a_second_);
+  else
+    mean_rate_ += (max_rate - mean_rate_) * (1.0 - std::exp(-passed / seconds_rising));
 }
 
 void

@@ -157,7 +157,9 @@ private:
   Effort effort_limit_ = Effort::Small;
   std::optional<VoxelGrid> finest_; // of frames without doublings
   Nanoseconds time_{0};
-  double mean_rate_ = 0.0; // bits a second
+  double max_rate_ = 0.0;      // bits a second
+  double mean_rate_ = 0.0;     // of that
+  double fall_a_second_ = 0.0; // of the mean
   Nanoseconds changed_at_{0};
   std::optional<Nanoseconds> up_at_;      // the last change to a better step
   std::optional<Nanoseconds> over_since_; // too much for the step

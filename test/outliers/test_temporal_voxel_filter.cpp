@@ -385,6 +385,26 @@ TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
   EXPECT_EQ(motionOf(posed, flatWall(), 1.0 + 2 * voxel_edge), SensorMotion::AtRest);
 }
 
+TEST(TemporalVoxelFilter, FramesWithoutSurfacesDoNotShowThatTheSensorMoves)
+{
+  Voxels plate;
+  for (std::int64_t x = 0; x < 5; ++x)
+    for (std::int64_t y = 0; y < 5; ++y)
+      plate[{x, y, 10}] = 5;
+  for (const Voxels& few : {Voxels(), plate}) {
+    TemporalVoxelFilter filter;
+    for (int i = 0; i < 100; ++i) {
+      const bool has_few = i == 0 || (i >= 40 && i < 60);
+      VoxelFrame frame = scene(has_few ? few : flatWall());
+      const TemporalFilterStatus status = filter.filter(frame, {});
+      EXPECT_NE(status.sensor_motion, SensorMotion::Moving) << i;
+    }
+    // It is still found out by the frames that have some.
+    VoxelFrame frame = scene(flatWall(wall_depth - 5));
+    EXPECT_EQ(filter.filter(frame, {}).sensor_motion, SensorMotion::Moving);
+  }
+}
+
 TEST(TemporalVoxelFilter, ASensorThatMovesSlowlyIsRecognisedByWhatDoesNotComeAgain)
 {
   // It moves along the wall, of which nothing changes; posts before it pass by.

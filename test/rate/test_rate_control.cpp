@@ -372,6 +372,20 @@ TEST(RateControl, TheRateMayChangeAndIsThatOfTheLink)
   EXPECT_EQ(unlimited.sendFor(1s, share(10.0)), 10u);
 }
 
+TEST(RateControl, ARateThatFallsFarIsFollowedWithinTheSecond)
+{
+  for (const double part : {2.0, 20.0, 1000.0}) {
+    RatedStream stream(limitedSettings());
+    stream.sendFor(10s, share(0.8 / part));
+    EXPECT_EQ(stream.status().step_number, 0u);
+    stream.control().setMaxRate(max_rate / part);
+    stream.link().setRate(max_rate / part);
+    stream.sendFor(2s, share(0.8));
+    EXPECT_GT(stream.status().step_number, 0u) << part;
+    EXPECT_FALSE(stream.status().not_kept.empty() && part > 100.0) << part;
+  }
+}
+
 TEST(RateControl, CoarseVoxelsAreThoseOfTheFinestGrid)
 {
   EncoderSettings settings;
