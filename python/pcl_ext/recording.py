@@ -206,7 +206,8 @@ class Recording:
         Returns
         -------
         iterator of (float, str, Cloud)
-            Time of recording, seconds; name of the stream; the cloud, as of `frame`.
+            Time of recording, seconds, as of `time_of`; name of the stream; the cloud, as of
+            `frame`.
 
         Raises
         ------
@@ -329,7 +330,8 @@ class Recording:
         return self._native.frame_at(self._index(stream), later * 1000)
 
     def time_of(self, stream: Union[int, str], number: int) -> float:
-        """Time of a frame, seconds, without reading it.
+        """Time of a frame, seconds, without reading it: what orders frames, so that within a
+        stream it never falls. Where the clock was set back it is that of the frame before.
 
         Parameters
         ----------
