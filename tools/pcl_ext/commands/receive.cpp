@@ -27,6 +27,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace pcl_ext {
@@ -119,7 +120,9 @@ private:
       throw;
     }
     catch (const std::exception& error) {
-      console_.error(error.what());
+      // A part whose work failed often ends with the same reason.
+      if (error.what() != std::exchange(told_failure_, error.what()))
+        console_.error(error.what());
       has_failed_ = true;
     }
   }
@@ -321,6 +324,7 @@ private:
   StatusLine status_{console_};
   link::LinkFrame frame_; // keeps its memory
   bool has_taken_frame_ = false;
+  std::string told_failure_; // the last one
   bool has_failed_ = false;
   bool was_connected_ = true;
   // See remarkOnSlowness().

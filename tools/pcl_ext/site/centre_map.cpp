@@ -84,16 +84,16 @@ public:
       ++left_out_;
       map_.completeRound();
     }
-    if (map_.tree().size() == 0) {
+    if (isToldToEnd() && std::filesystem::exists(options_.path))
+      console_.summary("interrupted: '" + options_.path +
+                       "' is still the earlier map; that of " +
+                       counted(made_, "update") + " is not written");
+    else if (map_.tree().size() == 0) {
       console_.error(
           "the map is empty, and not written: no voxel was there, or all are "
           "more than 32768 voxels from the origin");
       is_left_out_ = true;
     }
-    else if (isToldToEnd() && std::filesystem::exists(options_.path))
-      console_.summary("interrupted: '" + options_.path +
-                       "' is still the earlier map; that of " +
-                       counted(made_, "update") + " is not written");
     else
       console_.summary(write() + ", after " + counted(made_, "update"));
   }
