@@ -16,7 +16,8 @@ Needs a package that was built with libnats.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Dict, Iterator, NamedTuple, Optional, Sequence, Union
+import sys
+from typing import TYPE_CHECKING, Any, Dict, Iterator, NamedTuple, Optional, Sequence, Union
 
 from ._arguments import END_OF_TIME, microseconds, whole_number
 from .status import Error
@@ -86,10 +87,37 @@ def _check(code: str, message: str) -> None:
         raise Error(message, code)
 
 
+# Of the module, all arguments are checked before: its own TypeError shows each of them,
+# passwords too.
 def _bytes(name: str, text: str) -> bytes:
     if not isinstance(text, str):
-        raise TypeError(f"{name} is {text!r}; it must be a str")
+        raise TypeError(f"{name} is of type {type(text).__name__}; it must be a str")
     return text.encode("utf-8", "surrogateescape")
+
+
+def _count(name: str, number: Any, least: int, most: int) -> int:
+    count = whole_number(name, number)
+    if not least <= count <= most:
+        raise ValueError(f"{name} is {count}; it must be {least} to {most}")
+    return count
+
+
+def _timeout(seconds: Any, least: float, most: float) -> float:
+    try:
+        is_valid = least <= seconds <= most  # not of NaN
+    except TypeError:
+        raise TypeError(f"timeout is {seconds!r}; it must be a number of seconds") from None
+    if not is_valid:
+        raise ValueError(f"timeout is {seconds!r}; it must be {least:g} to {most:g} seconds")
+    return float(seconds)
+
+
+def _connect_timeout(seconds: Any) -> float:
+    return _timeout(seconds, 0.001, 3600.0)
+
+
+def _wait(seconds: Any) -> float:
+    return _timeout(seconds, 0.0, 1e9)  # whose nanoseconds have 63 bits
 
 
 def _settings(**values: str) -> Dict[str, bytes]:
@@ -115,7 +143,7 @@ class FramePublisher:
     ca, certificate, key : str
         PEM files: certificates to trust, and those of this client.
     timeout : float
-        Seconds in which a server must answer.
+        Seconds in which a server must answer, 0.001 to 3600.
 
     Raises
     ------
@@ -150,7 +178,7 @@ class FramePublisher:
                 certificate_file=certificate,
                 key_file=key,
             ),
-            timeout,
+            _connect_timeout(timeout),
         )
         _check(*self._native.connect())
 
@@ -234,7 +262,7 @@ class FramePublisher:
         bool
             False if it has not in that time.
         """
-        return self._native.flush(timeout)
+        return self._native.flush(_wait(timeout))
 
     @property
     def statistics(self) -> Dict[str, int]:
@@ -252,8 +280,8 @@ class FrameSubscriber:
     ----------
     servers, site, user, password, token, credentials, ca, certificate, key, timeout
         As of `FramePublisher`.
-    streams : sequence of str
-        Names of those to receive; empty: all of the site.
+    streams : str or sequence of str
+        Name or names of those to receive; empty: all of the site.
     partition : int, optional
         The part of the streams to receive, where the server divides them.
     replay_from : float, optional
@@ -281,7 +309,7 @@ class FrameSubscriber:
         certificate: str = "",
         key: str = "",
         timeout: float = 2.0,
-        streams: Sequence[str] = (),
+        streams: Union[str, Sequence[str]] = (),
         partition: Optional[int] = None,
         replay_from: Optional[float] = None,
         max_waiting_bytes: int = 1 << 26,
@@ -304,11 +332,14 @@ class FrameSubscriber:
                 certificate_file=certificate,
                 key_file=key,
             ),
-            timeout,
-            [_bytes("streams", name) for name in streams],
-            partition,
+            _connect_timeout(timeout),
+            [
+                _bytes("streams", name)
+                for name in ([streams] if isinstance(streams, str) else streams)
+            ],
+            None if partition is None else _count("partition", partition, 0, 2**32 - 1),
             start,
-            max_waiting_bytes,
+            _count("max_waiting_bytes", max_waiting_bytes, 1, sys.maxsize),
         )
         _check(*self._native.connect())
 
@@ -331,7 +362,7 @@ class FrameSubscriber:
             "EndOfReplay" after the last frame that the server keeps; "Closed" if the
             connection is lost for good.
         """
-        frame, code, message = self._native.next(timeout)
+        frame, code, message = self._native.next(_wait(timeout))
         if code == "NoFrame":
             return None
         _check(code, message)

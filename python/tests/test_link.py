@@ -6,6 +6,7 @@ import pathlib
 import socket
 import subprocess
 import time
+import traceback
 
 import numpy as np
 import pytest
@@ -106,7 +107,7 @@ def test_what_is_wrong(server):
     assert error.value.code == "Refused"
     with pytest.raises(ValueError, match="site is 'a b'"):
         link.FrameSubscriber(address, site="a b")
-    with pytest.raises(TypeError, match="site is 5; it must be a str"):
+    with pytest.raises(TypeError, match="site is of type int; it must be a str"):
         link.FrameSubscriber(address, site=5)
     publisher = link.FramePublisher(address, user="a", password="b")
     stream = publisher.add_stream("/a")
@@ -116,3 +117,62 @@ def test_what_is_wrong(server):
         publisher.publish(stream, b"abc", 0)
     with pytest.raises(ValueError, match="no stream of number 7"):
         publisher.publish(7, frames_of(1, 1, pcl_ext.Encoder())[0], 0)
+
+
+@pytest.mark.parametrize(
+    "name, value, error",
+    [
+        ("partition", -1, ValueError),
+        ("partition", 2**32, ValueError),
+        ("partition", "1", TypeError),
+        ("max_waiting_bytes", 0, ValueError),
+        ("max_waiting_bytes", 2**64, ValueError),
+        ("max_waiting_bytes", 1.5, TypeError),
+        ("replay_from", -1, ValueError),
+        ("streams", [5], TypeError),
+        ("streams", b"/a", TypeError),
+        ("timeout", "2", TypeError),
+        ("timeout", None, TypeError),
+        ("timeout", 0, ValueError),
+        ("timeout", -1, ValueError),
+        ("timeout", 3601, ValueError),
+        ("timeout", 1e300, ValueError),
+        ("timeout", float("inf"), ValueError),
+        ("timeout", float("nan"), ValueError),
+        ("token", b"topsecret", TypeError),
+        ("password", b"topsecret", TypeError),
+        ("servers", ["nats://user:topsecret@host"], TypeError),
+        ("servers", "http://user:topsecret@host", ValueError),
+        ("servers", "user:topsecret@host", ValueError),
+    ],
+)
+def test_wrong_arguments_are_named_and_passwords_are_not_shown(name, value, error):
+    arguments = {"password": "topsecret", "token": "topsecret", name: value}
+    of_both = name in ("timeout", "token", "password", "servers")
+    for make in [link.FrameSubscriber] + of_both * [link.FramePublisher]:
+        with pytest.raises(error, match=f"^{name} is ") as raised:
+            make(**arguments)
+        text = "".join(traceback.format_exception_only(raised.type, raised.value))
+        assert "topsecret" not in text
+
+
+def test_waits_are_seconds(server):
+    address = server()
+    subscriber = link.FrameSubscriber(address)
+    publisher = link.FramePublisher(address)
+    for wait in subscriber.next, publisher.flush:
+        for wrong in float("inf"), float("nan"), -1, 1e10:
+            with pytest.raises(ValueError, match="^timeout is .* seconds$"):
+                wait(wrong)
+        with pytest.raises(TypeError, match="^timeout is 'x'; it must be a number"):
+            wait("x")
+
+
+def test_one_stream_by_its_name(server):
+    address = server()
+    subscriber = link.FrameSubscriber(address, streams="/abc")
+    publisher = link.FramePublisher(address)
+    data = frames_of(1, 1, pcl_ext.Encoder())[0]
+    for name in "a", "/abc":
+        publisher.publish(publisher.add_stream(name), data, 0)
+    assert subscriber.next(20).stream == "/abc"

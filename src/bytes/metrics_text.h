@@ -55,13 +55,15 @@ public:
   }
 
   /** \brief Text of a label. Whatever the bytes of its value are, readers take the
-   * text: bytes that are no UTF-8, and those of value 0, become \\x1b and so on. */
+   * text: bytes that are no UTF-8, and those of value 0, become \\x1b and so on, and a
+   * backslash before an x \\x5c, so that different values have different texts. */
   static std::string
   labelOf(const std::string& name, std::string_view value)
   {
     std::string label = name + "=\"";
     for (std::size_t at = 0; at < value.size();) {
-      const std::size_t length = value[at] == 0 ? 0 : utf8CharacterLength(value, at);
+      const bool is_escaped = value[at] == 0 || value.substr(at, 2) == "\\x";
+      const std::size_t length = is_escaped ? 0 : utf8CharacterLength(value, at);
       if (length == 0) {
         char escaped[6];
         std::snprintf(escaped,

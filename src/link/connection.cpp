@@ -49,12 +49,12 @@ shownServers(const LinkSettings& settings)
 {
   std::string shown;
   for (const std::string& server : serversOf(settings)) {
-    const std::size_t scheme = server.find("://") + 3;
+    const std::size_t scheme = server.find("://");
+    const std::size_t host = scheme == std::string::npos ? 0 : scheme + 3;
     const std::size_t at = server.rfind('@');
-    shown +=
-        (shown.empty() ? "" : ",") +
-        (at == std::string::npos ? server
-                                 : server.substr(0, scheme) + server.substr(at + 1));
+    shown += (shown.empty() ? "" : ",") +
+             (at == std::string::npos ? server
+                                      : server.substr(0, host) + server.substr(at + 1));
   }
   return shown;
 }
@@ -78,7 +78,8 @@ checkSettings(const LinkSettings& settings)
            server.size() > std::string("nats://").size() - 1;
   };
   if (servers.empty() || !std::all_of(servers.begin(), servers.end(), is_address))
-    return invalid("servers", settings.servers, "nats://HOST:PORT or tls://HOST:PORT");
+    return invalid(
+        "servers", shownServers(settings), "nats://HOST:PORT or tls://HOST:PORT");
   const auto is_plain = [](char character) {
     return (character >= 'a' && character <= 'z') ||
            (character >= 'A' && character <= 'Z') ||

@@ -36,6 +36,9 @@ TEST(LinkSecurity, ChecksSettingsBeforeItConnects)
   settings.servers = "localhost:4222";
   expectRefusal(
       settings, LinkCode::InvalidSettings, "servers is 'localhost:4222'; it must");
+  settings.servers = "nats://a:secret@b,c:secret@d";
+  expectRefusal(
+      settings, LinkCode::InvalidSettings, "servers is 'nats://b,d'; it must");
   settings.servers = "";
   expectRefusal(settings, LinkCode::InvalidSettings, "servers is ''");
   settings.servers = "nats://127.0.0.1:" + std::to_string(freePort());

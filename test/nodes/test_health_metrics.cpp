@@ -117,6 +117,9 @@ TEST(MetricsText, LabelsHaveAnyBytes)
   EXPECT_EQ(value("\xed\xa0\x80"), "l=\"\\\\xed\\\\xa0\\\\x80\"");
   EXPECT_EQ(value("\xf4\x90\x80\x80"), "l=\"\\\\xf4\\\\x90\\\\x80\\\\x80\"");
   EXPECT_EQ(value("a\xe2\x82"), "l=\"a\\\\xe2\\\\x82\"");
+  // The text that stands for a byte, and that which stands for this text.
+  EXPECT_EQ(value("\\xff"), "l=\"\\\\x5cxff\"");
+  EXPECT_EQ(value("\\x5cxff"), "l=\"\\\\x5cx5cxff\"");
 }
 
 TEST(MetricsText, NumbersAreFiniteAndPlain)

@@ -31,7 +31,7 @@ main(int argc, char** argv)
     link.streams.push_back(received);
     SenderHealth sender;
     sender.clouds = static_cast<std::size_t>(i);
-    sender.last_arrival = Time(0);
+    sender.last_arrival = std::chrono::seconds(4);
     sender.node.rates.mean_latency_seconds = 0.25;
     senders.emplace_back(argv[i], sender);
   }

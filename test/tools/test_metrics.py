@@ -152,6 +152,15 @@ class Documents(unittest.TestCase):
         table = [line for line in lines if line.startswith("| `pcl_ext_")]
         self.assertEqual(sorted(table), sorted(rows))
 
+    def test_numbers_of_series(self):
+        def series(kind):
+            return sum(sample.labels.get("stream") == "/sensor_1" for name, family in written().items()
+                       if name.startswith(f"pcl_ext_{kind}_") for sample in family.samples)
+
+        sentence = (f"Each stream has {series('stream')} series where it is decoded, {series('link')} where it is "
+                    f"received from a site, each sensor {series('sender')}: ")
+        self.assertTrue(sentence in (DOCUMENTS / "monitoring.md").read_text(), sentence)
+
     def test_dashboard_names_metrics_that_exist(self):
         dashboard = json.loads((DOCUMENTS / "grafana_dashboard.json").read_text())
         expressions = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]

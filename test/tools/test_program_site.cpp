@@ -120,6 +120,25 @@ TEST_F(ProgramSite, EncodesCloudsAndFollowsRequests)
   EXPECT_EQ(received[0].frames[0].description.effort, io::Effort::Fast);
 }
 
+TEST_F(ProgramSite, TellsWhichPortOfTheMetricsIsFree)
+{
+  const NatsServer server;
+  const BackgroundProgram receiving(folder,
+                                    "receive",
+                                    "receive -q --metrics-port 0 --merge all "
+                                    "--merge-wait 0s" +
+                                        at(server));
+  EXPECT_TRUE(view::test::waitFor([&] {
+    return hasPart(receiving.output(), "/metrics\n");
+  })) << receiving.errors();
+  const std::string begin = "metrics: http://127.0.0.1:";
+  EXPECT_EQ(receiving.output().rfind(begin, 0), 0u) << receiving.output();
+  const int port = std::stoi(receiving.output().substr(begin.size()));
+  EXPECT_TRUE(
+      hasPart(view::test::request(static_cast<std::uint16_t>(port), "/metrics").body,
+              "\npcl_ext_link_connected "));
+}
+
 TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
 {
   const NatsServer server;
@@ -402,6 +421,34 @@ TEST_F(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
                       "not permit this user to receive them"));
 }
 
+TEST_F(ProgramSite, StreamsBeyondTheLimitAreALoss)
+{
+  const NatsServer server;
+  const std::uint16_t port = freePort();
+  Receiving receiving(
+      folder, "receive", at(server) + "--metrics-port " + std::to_string(port));
+  link::FramePublisher publisher(SitePublisher::settingsOf(server));
+  ASSERT_TRUE(publisher.connect().ok());
+  const Bytes frame = knownStream(1, 1, 1).frames[0].bytes;
+  const std::size_t limit = link::SubscriberSettings().max_streams;
+  for (std::size_t i = 0; i <= limit; ++i) {
+    std::size_t stream = 0;
+    ASSERT_TRUE(publisher.addStream(std::to_string(i), {}, stream).ok());
+    ASSERT_TRUE(publisher.publish(stream, Time(0), frame.data(), frame.size()).ok());
+  }
+  EXPECT_TRUE(publisher.flush(std::chrono::seconds(20)));
+  EXPECT_TRUE(view::test::waitFor([&] {
+    return hasPart(view::test::request(port, "/metrics").body,
+                   "\npcl_ext_link_frames_total{stream=\"" + std::to_string(limit - 1) +
+                       "\"} 1\n");
+  }));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.output(), "4,096 frames of 4,096 streams"));
+  EXPECT_EQ(receiving.errors().substr(receiving.errors().find('\n') + 1),
+            "pcl_ext receive: 1 message left out, of streams beyond the first 4,096 "
+            "streams\n");
+}
+
 TEST_F(ProgramSite, TellsWhatIsWrong)
 {
   const NatsServer server("authorization { user: a, password: b }");
@@ -415,6 +462,8 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                   {"receive -o x.mcap --merge-wait 1s",
                    2,
                    "--merge-wait is for merged streams: add --merge"},
+                  {"receive --merge a --merge-wait=-1ms", 2, "'-1ms' is below 0"},
+                  {"receive --merge a --merge-period 0s", 2, "'0s' is not above 0"},
                   {"receive -o x.mcap --map ./x.mcap",
                    2,
                    "-o and --map are both './x.mcap': name two files"},

@@ -176,7 +176,8 @@ private:
           console_);
       takers_.push_back(view_.get());
     }
-    served_metrics_ = serveMetrics(options_.metrics, [this] { return metrics(); });
+    served_metrics_ = serveMetrics(
+        options_.metrics, [this] { return metrics(); }, console_);
   }
 
   /** \brief Called by the server's thread. */
@@ -334,10 +335,10 @@ private:
 };
 
 link::Time
-secondsOf(const std::string& option, const std::string& text)
+secondsOf(const std::string& option, const std::string& text, bool may_be_zero = false)
 {
   return std::chrono::duration_cast<link::Time>(
-      std::chrono::duration<double>(parseDuration(option, text)));
+      std::chrono::duration<double>(parseDuration(option, text, may_be_zero)));
 }
 
 void
@@ -387,9 +388,12 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
       ->check(
           CLI::Range(io::smallest_resolution, io::largest_resolution).description(""))
       ->type_name("METRES");
-  const auto add_time = [&app](const char* name, nodes::Time& time, const char* text) {
-    addParsed(app, name, "TIME", text, [name, &time](const std::string& value) {
-      time = secondsOf(name, value);
+  const auto add_time = [&app](const char* name,
+                               nodes::Time& time,
+                               const char* text,
+                               bool may_be_zero = false) {
+    addParsed(app, name, "TIME", text, [=, &time](const std::string& value) {
+      time = secondsOf(name, value, may_be_zero);
     });
   };
   add_time("--merge-period",
@@ -397,7 +401,8 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
            "from one merged frame to the next, in the clouds' time (100ms)");
   add_time("--merge-wait",
            centre.schedule.max_wait,
-           "for streams that are behind others (200ms)");
+           "for streams that are behind others (200ms)",
+           /* may_be_zero */ true);
   add_time("--merge-age",
            centre.schedule.max_age,
            "leave streams out whose last frame is older (2s)");

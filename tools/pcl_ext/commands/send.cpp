@@ -217,9 +217,12 @@ private:
   std::shared_ptr<void>
   serve(const LinkOutput& output, const std::function<std::string()>& encoders = {})
   {
-    return serveMetrics(options_.metrics, [&output, encoders] {
-      return link::linkMetrics(output.statistics()) + (encoders ? encoders() : "");
-    });
+    return serveMetrics(
+        options_.metrics,
+        [&output, encoders] {
+          return link::linkMetrics(output.statistics()) + (encoders ? encoders() : "");
+        },
+        console_);
   }
 
   void

@@ -85,12 +85,14 @@ lowerCase(std::string text)
 /** \brief Reads a number above 0 and one of some units, in any case.
  * \param[in] option for messages
  * \param[in] example a valid text
+ * \param[in] may_be_zero whether 0 is a number, too
  */
 double
 parseQuantity(const std::string& option,
               const std::string& text,
               const std::vector<std::pair<std::string, double>>& units,
-              const std::string& example)
+              const std::string& example,
+              bool may_be_zero = false)
 {
   const std::string fault = option + ": '" + text + "' ";
   const std::string remedy = "; " + example + " is one";
@@ -112,8 +114,8 @@ parseQuantity(const std::string& option,
                      (unit.empty() ? "has no unit" : "has none of the units " + known) +
                      remedy);
   }
-  if (!(number > 0.0))
-    throw UsageError(fault + "is not above 0" + remedy);
+  if (!(number > 0.0 || (may_be_zero && number == 0.0)))
+    throw UsageError(fault + (may_be_zero ? "is below 0" : "is not above 0") + remedy);
   return number * found->second;
 }
 
@@ -240,14 +242,15 @@ parseRate(const std::string& text)
 }
 
 double
-parseDuration(const std::string& option, const std::string& text)
+parseDuration(const std::string& option, const std::string& text, bool may_be_zero)
 {
   constexpr double longest = 36'500.0 * 86'400.0; // nanoseconds have 63 bits
   const double seconds = parseQuantity(
       option,
       text,
       {{"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}, {"d", 86400.0}},
-      "10min");
+      "10min",
+      may_be_zero);
   if (seconds > longest)
     throw UsageError(option + ": '" + text + "' is above 36500d");
   return seconds;

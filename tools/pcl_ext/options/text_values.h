@@ -69,11 +69,14 @@ parseRate(const std::string& text);
 
 /** \brief Reads a time: a number above 0 and a unit, ms, s, min, h or d: 10min.
  * \param[in] option for messages
+ * \param[in] may_be_zero whether 0 is a number, too
  * \return seconds
  * \throws UsageError
  */
 double
-parseDuration(const std::string& option, const std::string& text);
+parseDuration(const std::string& option,
+              const std::string& text,
+              bool may_be_zero = false);
 
 /** \brief Reads a time as parseDuration() does, or a number alone, of seconds: 0.5.
  * \throws UsageError

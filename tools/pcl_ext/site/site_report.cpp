@@ -54,6 +54,7 @@ reportReceived(const SiteFigures& figures, Console& console)
   if (all.messages_of_no_stream > 0)
     console.error(counted(all.messages_of_no_stream, "message") +
                   " left out, whose subject names no stream");
+  is_whole &= all.messages_of_too_many == 0;
   if (all.messages_of_too_many > 0)
     console.error(counted(all.messages_of_too_many, "message") +
                   " left out, of streams beyond the first " +

@@ -163,7 +163,9 @@ addMetricsOptions(CLI::App& app, MetricsOptions& options)
 }
 
 std::shared_ptr<void>
-serveMetrics(const MetricsOptions& options, std::function<std::string()> metrics)
+serveMetrics(const MetricsOptions& options,
+             std::function<std::string()> metrics,
+             Console& console)
 {
   if (!options.port)
     return nullptr;
@@ -175,6 +177,7 @@ serveMetrics(const MetricsOptions& options, std::function<std::string()> metrics
   settings.metrics = std::move(metrics);
   auto server = std::make_shared<view::ViewServer>(settings);
   throwUnlessOk(server->start());
+  console.summary("metrics: " + server->url() + "metrics");
   return server;
 }
 

@@ -53,11 +53,14 @@ addMetricsOptions(CLI::App& app, MetricsOptions& options);
 
 /** \brief Serves metrics until the result is destroyed.
  * \param[in] metrics called by another thread
+ * \param[in] console is told their address
  * \return null if that is not wanted
  * \throws std::runtime_error
  */
 std::shared_ptr<void>
-serveMetrics(const MetricsOptions& options, std::function<std::string()> metrics);
+serveMetrics(const MetricsOptions& options,
+             std::function<std::string()> metrics,
+             Console& console);
 
 } // namespace tools
 } // namespace pcl_ext
