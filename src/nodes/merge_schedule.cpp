@@ -2,7 +2,6 @@
 #include <pcl_ext/nodes/impl/merge_schedule.h>
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 namespace pcl_ext {
@@ -247,6 +246,9 @@ MergeSchedule::next(Time now)
       return step;
   }
   step.merge = slot_;
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now) && !areClose(stream.last_offset, offset))
+      step.other_clocks.insert(name);
   ++counts_.made;
   slot_ = *slot_ + settings_.period;
   has_frames_ = false;

@@ -16,6 +16,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,8 @@ struct ReceivedFrame {
 struct StampRange {
   Time oldest{0};
   Time newest{0};
+  /** \brief Streams whose latest frame takes part whatever its stamp. */
+  std::set<std::string> streams = {};
 };
 
 /** \brief The frame that the latest voxels of a stream are from. */

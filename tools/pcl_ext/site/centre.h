@@ -157,7 +157,7 @@ private:
   std::map<std::string, Missing> missing_;
   std::set<std::string> merged_streams_; // that a merged frame had
   bool has_slow_effort_ = false;         // one of the streams that arrive
-  nodes::Time latest_time_{0};           // of the clouds
+  nodes::Time kept_{0};                  // of the latest frame of a replay
 };
 
 } // namespace tools

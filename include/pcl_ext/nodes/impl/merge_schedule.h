@@ -10,6 +10,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,7 @@ public:
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
     std::optional<Time> merge;          ///< then, merge as of this time
+    std::set<std::string> other_clocks; ///< and with it the latest frames of these
   };
 
   /** \brief What is to be done now; to be called until a step merges nothing.
