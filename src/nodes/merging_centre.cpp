@@ -137,11 +137,20 @@ public:
       found->second.countArrival(now);
       if (!is_merging_)
         return decode({name, stamp, std::move(bytes)});
-      schedule_.add({name, stamp, std::move(bytes)}, now);
+      if (!schedule_.add({name, stamp, std::move(bytes)}, now))
+        found->second.countRepeatedStamp();
       has_new_frame_ = true;
     }
     frame_arrived_.notify_one();
     return {};
+  }
+
+  std::size_t
+  stampsRepeated(const std::string& name) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = streams_.find(name);
+    return found == streams_.end() ? 0 : found->second.stampsRepeated();
   }
 
   void
@@ -391,6 +400,12 @@ MergingCentre::receive(const std::string& stream,
                        Time stamp)
 {
   return implementation_->receive(stream, std::move(bytes), stamp);
+}
+
+std::size_t
+MergingCentre::stampsRepeated(const std::string& stream) const
+{
+  return implementation_->stampsRepeated(stream);
 }
 
 void

@@ -160,8 +160,14 @@ Centre::take(const link::LinkFrame& frame)
   auto found = streams_.find(frame.stream);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
-  if (found->second) // one that is too fast for this machine is in the statistics
+  if (found->second) { // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
+    if (grid_->centre.stampsRepeated(frame.stream) > 0 &&
+        repeating_streams_.insert(frame.stream).second)
+      console_.remark(frame.stream +
+                      ": frames have the time of the one before; they are merged as "
+                      "they arrive");
+  }
   if (frame.is_i_frame)
     has_slow_effort_ |= describe(frame).effort != io::Effort::Fast;
 }
