@@ -266,6 +266,8 @@ FrameSubscriber::Implementation::append(FollowedStream& stream,
   LinkFrame frame;
   frame.stream = name;
   frame.time = header.time;
+  if (replay_)
+    frame.kept = replay_->lastTime();
   frame.bytes.assign(bytes, bytes + size);
   frame.is_i_frame = is_i_frame;
   if (is_i_frame)

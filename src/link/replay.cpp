@@ -208,11 +208,13 @@ Replay::follow(natsMsg* message)
     return false;
   const jsSequencePair number = position->Sequence;
   const std::uint64_t pending = position->NumPending;
+  const Time time(position->Timestamp);
   jsMsgMetaData_Destroy(position);
   if (number.Consumer != delivered_ + 1)
     return false;
   delivered_ = number.Consumer;
   number_ = number.Stream;
+  time_ = time;
   failures_ = 0;
   setPending(pending);
   if (delivered_ % (most_waiting_ / 2) == 0)

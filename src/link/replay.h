@@ -35,6 +35,13 @@ public:
   LinkStatus
   next(std::chrono::nanoseconds timeout, MessageHandle& message);
 
+  /** \brief When the last message arrived at the server. */
+  Time
+  lastTime() const
+  {
+    return time_;
+  }
+
   /** \brief How many messages are still to come. Called by any thread. */
   std::uint64_t
   pending() const
@@ -84,6 +91,7 @@ private:
   std::uint64_t most_waiting_ = 2; // messages that are not acknowledged
   std::uint64_t last_ = 0;         // number in the server's stream, of the last one
   std::uint64_t number_ = 0;       // of the one that came last
+  Time time_{0};                   // of its arrival at the server
   std::uint64_t delivered_ = 0;    // by the consumer
   std::atomic<std::uint64_t> pending_{0};
   unsigned int failures_ = 0; // since a message came

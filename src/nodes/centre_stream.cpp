@@ -90,6 +90,10 @@ CentreStream::describe(const StreamHealth& health, double merged_resolution, Tim
   if (noise_)
     current.min_intensity = readNoiseParameters(*noise_).min_intensity;
   HealthReport report = describeHealth(current, std::exchange(reported_, current), now);
+  if (stamps_repeated_ != std::exchange(reported_stamps_repeated_, stamps_repeated_))
+    report.raise(HealthLevel::Warning,
+                 "Frames have the stamp of the one before: they are merged as they "
+                 "arrive");
   if (sources_.empty())
     return report;
   const std::vector<MergedSource>& sources = sources_.back().sources;

@@ -49,6 +49,20 @@ public:
     ++left_out_;
   }
 
+  /** \brief A frame had the stamp of the one before, in place of which its arrival
+   * counts. */
+  void
+  countRepeatedStamp()
+  {
+    ++stamps_repeated_;
+  }
+
+  std::size_t
+  stampsRepeated() const
+  {
+    return stamps_repeated_;
+  }
+
   /** \brief What a frame of the stream is merged of, if it is that of another centre. */
   void
   setSources(Time time, std::vector<MergedSource> sources);
@@ -83,9 +97,11 @@ private:
 
   std::optional<Time> last_arrival_;
   std::size_t left_out_ = 0;
+  std::size_t stamps_repeated_ = 0;
   std::deque<FrameSources>
       sources_; // of the last frames, in the order of their arrival
   ReceiverHealth reported_;
+  std::size_t reported_stamps_repeated_ = 0;
 };
 
 } // namespace nodes

@@ -2,7 +2,6 @@
 #include <pcl_ext/nodes/impl/merge_schedule.h>
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 namespace pcl_ext {
@@ -91,15 +90,19 @@ MergeSchedule::earliestHeld(Time offset) const
   return earliest;
 }
 
-void
+bool
 MergeSchedule::add(ScheduledFrame frame, Time now)
 {
   Stream& stream = streams_[frame.stream];
   stream.last_arrival = now;
   frame.stamp = std::clamp(frame.stamp, -farthest_stamp, farthest_stamp);
+  const bool is_new = std::exchange(stream.given_stamp, frame.stamp) != frame.stamp;
+  if (!is_new)
+    frame.stamp = now - stream.last_offset;
   stream.last_stamp = frame.stamp;
   stream.last_offset = now - frame.stamp;
   stream.held.push_back({std::move(frame), stream.last_offset});
+  return is_new;
 }
 
 std::vector<ScheduledFrame>
@@ -117,20 +120,40 @@ MergeSchedule::releaseAll()
   return frames;
 }
 
+std::optional<Time>
+MergeSchedule::newestStamp(Time offset, Time now) const
+{
+  std::optional<Time> newest;
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now) && areClose(stream.last_offset, offset))
+      newest = std::max(newest.value_or(stream.last_stamp), stream.last_stamp);
+  return newest;
+}
+
+bool
+MergeSchedule::areClocksSet(Time offset, Time now) const
+{
+  const Time time = now - offset;
+  if (!areClose(time, *slot_) &&
+      (time < *slot_ || time - *slot_ > settings_.max_wait + most_apart))
+    return true;
+  // After the newest frame there is at most one more slot than that which it is in.
+  const auto newest = newestStamp(offset, now);
+  return newest && *slot_ - *newest > 2 * settings_.period + settings_.max_wait;
+}
+
 Time
 MergeSchedule::newestDue(Time offset, Time now) const
 {
-  Time newest = Time::min();   // frame
-  Time complete = Time::max(); // all streams have a frame then or later
+  const auto newest = newestStamp(offset, now);
+  if (!newest)
+    return Time::min();
+  Time complete = *newest; // all streams have a frame then or later
   for (const auto& [name, stream] : streams_)
-    if (isAlive(stream, now) && areClose(stream.last_offset, offset)) {
-      newest = std::max(newest, stream.last_stamp);
+    if (isAlive(stream, now) && areClose(stream.last_offset, offset))
       complete = std::min(complete, stream.last_stamp);
-    }
-  if (newest == Time::min())
-    return newest;
   const Time due = std::max(complete, now - offset - settings_.max_wait);
-  const Time later = slotOf(std::min(due, newest));
+  const Time later = slotOf(std::min(due, *newest));
   return later > due ? later - settings_.period : later;
 }
 
@@ -178,7 +201,12 @@ MergeSchedule::releaseFrames(Time offset, Step& step)
     while (!stream.held.empty()) {
       HeldFrame& first = stream.held.front();
       const bool is_synchronous = areClose(first.offset, offset);
-      if (slot_ && is_synchronous && first.frame.stamp > *slot_)
+      const auto is_in_time = [&](const HeldFrame& held) {
+        return areClose(held.offset, offset) && held.frame.stamp <= *slot_;
+      };
+      // One that is followed by such a frame is of before its clock was set back.
+      if (slot_ && is_synchronous && first.frame.stamp > *slot_ &&
+          std::none_of(stream.held.begin(), stream.held.end(), is_in_time))
         break;
       if (slot_ && is_synchronous && first.frame.stamp == *slot_)
         waitSince(first.offset + first.frame.stamp);
@@ -222,10 +250,7 @@ MergeSchedule::next(Time now)
   const Time offset = common.value_or(slot_ ? now - *slot_ : Time(0));
   if (slot_ && settings_.skips_late)
     skipLate(offset, now);
-  // The clock of the clouds was set.
-  if (slot_ && !areClose(now - offset, *slot_) &&
-      (now - offset < *slot_ ||
-       now - offset - *slot_ > settings_.max_wait + most_apart)) {
+  if (slot_ && areClocksSet(offset, now)) {
     slot_.reset();
     has_frames_ = false;
     waiting_since_.reset();
@@ -247,6 +272,9 @@ MergeSchedule::next(Time now)
       return step;
   }
   step.merge = slot_;
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now) && !areClose(stream.last_offset, offset))
+      step.other_clocks.insert(name);
   ++counts_.made;
   slot_ = *slot_ + settings_.period;
   has_frames_ = false;

@@ -127,8 +127,11 @@ MergedVoxels::forEachEntry(const WorkT& work)
 void
 MergedVoxels::follow(const Streams& streams, const Selection& selection)
 {
-  for (const auto& [name, stream] : streams)
-    entries_[name].source = stream;
+  for (const auto& [name, stream] : streams) {
+    Entry& entry = entries_[name];
+    entry.source = stream;
+    entry.has_any_time = selection.stamps && selection.stamps->streams.count(name) > 0;
+  }
   all_.clear();
   for (auto& [name, entry] : entries_)
     all_.push_back(&entry);
@@ -147,8 +150,14 @@ MergedVoxels::followStream(const Selection& selection,
   const std::size_t entered = is_same_stream && entry.frame ? entry.frame->number : 0;
   std::optional<LatestFrame> latest;
   if (entry.source != nullptr)
-    latest = entry.source->latestVoxels(
-        selection.oldest, selection.newest, voxels, selection.stamps, entered);
+    latest = entry.has_any_time
+                 ? entry.source->latestVoxels(
+                       Time::min(), Time::max(), voxels, std::nullopt, entered)
+                 : entry.source->latestVoxels(selection.oldest,
+                                              selection.newest,
+                                              voxels,
+                                              selection.stamps,
+                                              entered);
   if (!latest)
     entry.voxels.removeVoxels();
   else if (latest->number != entered)

@@ -67,6 +67,7 @@ private:
     std::shared_ptr<ReceivedStream> source; ///< null: it is removed
     std::weak_ptr<ReceivedStream> stream;   ///< whose voxels are entered
     std::optional<LatestFrame> frame;       ///< that its voxels are from
+    bool has_any_time = false;              ///< is merged whenever its frame is from
     EnteredStream voxels;
   };
 

@@ -137,11 +137,20 @@ public:
       found->second.countArrival(now);
       if (!is_merging_)
         return decode({name, stamp, std::move(bytes)});
-      schedule_.add({name, stamp, std::move(bytes)}, now);
+      if (!schedule_.add({name, stamp, std::move(bytes)}, now))
+        found->second.countRepeatedStamp();
       has_new_frame_ = true;
     }
     frame_arrived_.notify_one();
     return {};
+  }
+
+  std::size_t
+  stampsRepeated(const std::string& name) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = streams_.find(name);
+    return found == streams_.end() ? 0 : found->second.stampsRepeated();
   }
 
   void
@@ -168,7 +177,7 @@ public:
         node_.waitUntilDecoded();
       else if (!node_.waitUntilDecoded(Time(0)))
         return;
-      mergeAsOf(*std::exchange(due_, std::nullopt));
+      merge(*std::exchange(due_, std::nullopt));
     }
     while (waits);
   }
@@ -251,7 +260,10 @@ private:
     MergeSchedule::Step step = schedule_.next(settings_.arrival_clock());
     for (ScheduledFrame& frame : step.frames)
       decode(std::move(frame));
-    due_ = step.merge;
+    if (step.merge)
+      due_ = {*step.merge - settings_.schedule.max_age,
+              *step.merge,
+              std::move(step.other_clocks)};
   }
 
   std::vector<MergedSource>
@@ -267,13 +279,12 @@ private:
   }
 
   void
-  mergeAsOf(Time time)
+  merge(const StampRange& stamps)
   {
-    const MergeStatus status =
-        node_.merge(merged_, StampRange{time - settings_.schedule.max_age, time});
+    const MergeStatus status = node_.merge(merged_, stamps);
     ++made_;
     if (on_merged_)
-      on_merged_({status, time, merged_, sourcesOf(status)});
+      on_merged_({status, stamps.newest, merged_, sourcesOf(status)});
   }
 
   void
@@ -304,9 +315,9 @@ private:
   CentralNodeStatus settings_status_;
   const MergeListener on_merged_;
 
-  std::mutex work_mutex_;   // before mutex_; guards merging
-  io::VoxelFrame merged_;   // keeps its memory
-  std::optional<Time> due_; // to be merged when its frames are decoded
+  std::mutex work_mutex_;         // before mutex_; guards merging
+  io::VoxelFrame merged_;         // keeps its memory
+  std::optional<StampRange> due_; // to be merged when its frames are decoded
 
   std::atomic<std::size_t> made_{0}; // merged frames
 
@@ -389,6 +400,12 @@ MergingCentre::receive(const std::string& stream,
                        Time stamp)
 {
   return implementation_->receive(stream, std::move(bytes), stamp);
+}
+
+std::size_t
+MergingCentre::stampsRepeated(const std::string& stream) const
+{
+  return implementation_->stampsRepeated(stream);
 }
 
 void

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <map>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,10 +26,10 @@ public:
   {}
 
   /** \brief A frame arrives; its bytes are not used. */
-  void
+  bool
   add(const std::string& stream, Time stamp, Time now)
   {
-    schedule_.add({stream, stamp, {}}, now);
+    return schedule_.add({stream, stamp, {}}, now);
   }
 
   /** \brief Does all that is to be done at a time.
@@ -49,6 +50,7 @@ public:
       if (step.merge) {
         times.push_back(*step.merge);
         merged_[*step.merge] = latest_;
+        other_clocks_ = step.other_clocks;
       }
     }
     while (step.merge);
@@ -62,6 +64,13 @@ public:
     return merged_;
   }
 
+  /** \brief The streams of other clocks that were merged last. */
+  const std::set<std::string>&
+  otherClocks() const
+  {
+    return other_clocks_;
+  }
+
   const std::map<std::string, Time>&
   released() const
   {
@@ -71,6 +80,7 @@ public:
 private:
   MergeSchedule schedule_;
   std::map<std::string, Time> latest_;
+  std::set<std::string> other_clocks_;
   std::map<Time, std::map<std::string, Time>> merged_;
 };
 
@@ -205,6 +215,62 @@ TEST(MergeSchedule, GoesOnWhenClocksDiffer)
     for (const char* const stream : {"a", "b", "ahead"})
       run.add(stream, stamp, now);
     EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
+  }
+}
+
+TEST(MergeSchedule, GoesOnWhenClocksAreSetBackByLittle)
+{
+  ScheduleRun run;
+  const auto send = [&](Time now, Time stamp) {
+    for (const char* const stream : {"a", "b"}) {
+      run.add(stream, stamp, now);
+      run.work(now);
+    }
+  };
+  for (Time now = 0ms; now <= 1950ms; now += 50ms)
+    send(now, begin + now);
+  EXPECT_EQ(run.merged().size(), 20u);
+  run.add("a", begin + 2s, 2s); // held back
+  // By less than what makes a clock another one.
+  std::vector<Time> times;
+  for (Time now = 2050ms; now < 4s; now += 50ms) {
+    const Time stamp = begin + now - 1s;
+    run.add("a", stamp, now);
+    run.add("b", stamp, now);
+    const auto merged = run.work(now);
+    times.insert(times.end(), merged.begin(), merged.end());
+    EXPECT_EQ(run.released().at("a"), stamp);
+  }
+  ASSERT_EQ(times.size(), 19u);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_EQ(times[i], begin + 1100ms + 100ms * i);
+}
+
+TEST(MergeSchedule, TakesFramesOfRepeatedStampsAsTheyArrive)
+{
+  ScheduleRun none_has_stamps;
+  std::vector<Time> times;
+  for (Time now = 30s; now <= 31s; now += 50ms) {
+    EXPECT_EQ(none_has_stamps.add("a", 0ms, now), now == 30s);
+    none_has_stamps.add("b", 0ms, now);
+    const auto merged = none_has_stamps.work(now);
+    times.insert(times.end(), merged.begin(), merged.end());
+  }
+  ASSERT_EQ(times.size(), 11u);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_EQ(times[i], 100ms * i);
+
+  ScheduleRun some_have;
+  for (Time now = 0ms; now <= 1s; now += 50ms) {
+    for (const char* const stream : {"a", "b"})
+      EXPECT_TRUE(some_have.add(stream, begin + now, now));
+    some_have.add("always 0", 0ms, now);
+    some_have.add("always the first", begin, now);
+    const std::vector<Time> expected =
+        now % 100ms == 0ms ? std::vector<Time>{begin + now} : std::vector<Time>();
+    EXPECT_EQ(some_have.work(now), expected);
+    EXPECT_EQ(some_have.released().at("always 0"), now);
+    EXPECT_EQ(some_have.otherClocks(), std::set<std::string>{"always 0"});
   }
 }
 

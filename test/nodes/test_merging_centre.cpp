@@ -84,6 +84,24 @@ TEST(MergingCentre, HasNoiseOfAllStreamsAndOfOne)
   EXPECT_EQ(kept("b", 2), expected(2, 3.0f));
 }
 
+TEST(MergingCentre, TellsOfRepeatedStamps)
+{
+  const CodedStream stream({});
+  TestTime now{Time(0)};
+  TestedCentre centre(now);
+  ASSERT_TRUE(centre->addStream("a").ok());
+  for (std::size_t i = 0; i < 3; ++i) {
+    now = 100ms * i;
+    ASSERT_TRUE(centre->receive("a", stream.frames[i], first_stamp).ok());
+    centre->work();
+    EXPECT_EQ(centre.merged.size(), 1 + i);
+  }
+  EXPECT_EQ(centre->stampsRepeated("a"), 2u);
+  EXPECT_EQ(reportOf(centre, "a").message(),
+            "Frames have the stamp of the one before: they are merged as they arrive");
+  EXPECT_EQ(reportOf(centre, "a").message(), "OK"); // since then
+}
+
 TEST(MergingCentre, DecodesAtOnceWhatNobodyWantsMerged)
 {
   const CodedStream stream({});

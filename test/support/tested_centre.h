@@ -34,9 +34,13 @@ using TestTime = std::atomic<Time>;
 /** \brief A centre, and what it merges. */
 class TestedCentre {
 public:
-  explicit TestedCentre(const TestTime& now, bool has_thread = false)
+  explicit TestedCentre(const TestTime& now,
+                        bool has_thread = false,
+                        Time max_wait = MergeScheduleSettings().max_wait)
   : encoder_({})
-  , centre_(settingsOf(now, has_thread), {}, [this](const auto& frame) { take(frame); })
+  , centre_(settingsOf(now, has_thread, max_wait), {}, [this](const auto& frame) {
+    take(frame);
+  })
   {
     EXPECT_TRUE(centre_.settingsStatus().ok());
     centre_.setMerging(true);
@@ -72,13 +76,14 @@ public:
 
 private:
   static MergingCentreSettings
-  settingsOf(const TestTime& now, bool has_thread)
+  settingsOf(const TestTime& now, bool has_thread, Time max_wait)
   {
     MergingCentreSettings settings;
     settings.node = centralSettings();
     settings.has_thread = has_thread;
     settings.arrival_clock = [&now] { return now.load(); };
     settings.node.clock = [&now] { return first_stamp + now.load(); };
+    settings.schedule.max_wait = max_wait;
     settings.schedule.max_age = std::chrono::milliseconds(500);
     settings.node.max_merge_age = std::chrono::milliseconds(500);
     return settings;

@@ -6,6 +6,7 @@
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "stream/frame_encoder.h"
+#include "support/world_voxels.h"
 #include "tools/site_program.h"
 #include "view/live_source.h"
 
@@ -14,11 +15,13 @@
 #include <chrono>
 #include <random>
 #include <string>
+#include <thread>
 
 namespace pcl_ext {
 namespace tools {
 namespace test {
 
+using pcl_ext::test::worldVoxels;
 using recording::Time;
 
 namespace {
@@ -85,6 +88,48 @@ TEST_F(ProgramReplay, HasNoLimitAndEndsAtOnceWhenItIsTold)
   told.waitForError("voxels have the edge of those of");
   EXPECT_EQ(told.end(SIGTERM), 130) << told.errors();
   EXPECT_TRUE(hasPart(told.output(), "kept frames not replayed"));
+}
+
+TEST_F(ProgramReplay, MergesAStreamOfAnotherClockAsItArrived)
+{
+  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  link::KeptFrames kept;
+  ASSERT_TRUE(link::keepFrames(SitePublisher::settingsOf(server), {}, kept).ok());
+  constexpr std::size_t count = 30;
+  const KnownStream stream = knownStream(0, count, 1);
+  const KnownStream other = knownStream(1, count, 1);
+  SitePublisher sensor(server, "/sensor");
+  SitePublisher behind(server, "/behind"); // by 10 s, and ends earlier
+  constexpr Time begin = std::chrono::seconds(100);
+  constexpr Time apart = std::chrono::seconds(10);
+  constexpr std::size_t last = 20;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Time time = begin + std::chrono::milliseconds(100 * i);
+    if (i <= last)
+      behind.publish(time - apart, other.frames[i].bytes);
+    sensor.publish(time, stream.frames[i].bytes);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  Receiving merged(folder, "merged", at(server, "cell-merged") + "-o merged.mcap");
+  const ProgramRun replay =
+      run("receive -q --replay all --merge all --merge-age 500ms" + at(server));
+  EXPECT_EQ(replay.status, 0);
+  EXPECT_TRUE(hasPart(replay.errors, "/behind: missing in ")); // since it ended
+  EXPECT_EQ(merged.end(SIGINT), 0) << merged.errors();
+  const DecodedStream all = decode(folder / "merged.mcap").at(0);
+  ASSERT_EQ(all.frames.size(), 1 + count);
+  EXPECT_EQ(all.frames[0].time, begin - apart); // before any other one was known
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(all.frames[1 + i].time, begin + std::chrono::milliseconds(100 * i));
+    // Until it was too old; those in between depend on when the server got them.
+    if (i > last && i < count - 3)
+      continue;
+    auto expected = worldVoxels(stream.frames[i].voxels);
+    if (i <= last)
+      for (const auto& [index, intensity] : worldVoxels(other.frames[i].voxels))
+        expected[index] += intensity;
+    EXPECT_EQ(worldVoxels(all.voxels[1 + i]), expected) << i;
+  }
 }
 
 } // namespace test

@@ -52,6 +52,7 @@ struct SubscriberSettings {
 struct LinkFrame {
   std::string stream; ///< name, as it was given to FramePublisher::addStream()
   Time time{0};       ///< of the cloud
+  Time kept{0};       ///< time of its arrival at the server; of a replay only
   std::vector<std::uint8_t> bytes;
   bool is_i_frame = false;
   StreamMetadata metadata; ///< of the stream; I-frames only

@@ -17,6 +17,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,8 @@ struct ReceivedFrame {
 struct StampRange {
   Time oldest{0};
   Time newest{0};
+  /** \brief Streams whose latest frame takes part whatever its stamp. */
+  std::set<std::string> streams = {};
 };
 
 /** \brief The frame that the latest voxels of a stream are from. */

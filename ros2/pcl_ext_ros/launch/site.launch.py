@@ -14,6 +14,9 @@ sys.path.insert(0, os.path.dirname(__file__))
 import pcl_ext_nodes  # noqa: E402
 
 TOP = 'top'
+# s that the top waits longer than the zones, which publish late while they wait themselves.
+LONGER_WAIT = 0.3
+WAIT = 0.2  # s, of a node by itself
 
 ARGUMENTS = [
     *pcl_ext_nodes.PROCESSES,
@@ -72,6 +75,7 @@ def node_of_top(values, zones):
     parameters = {'streams': streams, 'min_intensity': 0.0, 'remove_outliers': False,
                   **pcl_ext_nodes.parameters_of_centre(values),
                   **pcl_ext_nodes.parameters_of_map(values)}
+    parameters['merge_wait'] = parameters.get('merge_wait', WAIT) + LONGER_WAIT
     return pcl_ext_nodes.node(values, 'MergingCentreNode', 'central_node',
                               name=values['central_node'], parameters=[parameters])
 

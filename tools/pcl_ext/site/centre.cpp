@@ -71,9 +71,9 @@ Centre::settingsOf(double resolution) const
   settings.node.decoder_limits = options_.decoding.limits;
   settings.schedule = options_.schedule;
   settings.node.max_merge_age = options_.schedule.max_age;
-  if (options_.is_replay) { // by the times of the clouds alone
+  if (options_.is_replay) { // as the frames came then, not as they are decoded now
     settings.node.max_merge_age = nodes::Time(1);
-    settings.arrival_clock = [this] { return latest_time_; };
+    settings.arrival_clock = [this] { return kept_; };
   }
   settings.schedule.skips_late = !options_.is_replay;
   settings.has_thread = false;
@@ -162,12 +162,21 @@ Centre::take(const link::LinkFrame& frame)
     console_.remark(remark.str());
     makeGrid(first.grid.resolution);
   }
-  latest_time_ = std::max(latest_time_, frame.time);
+  if (options_.is_replay) {
+    kept_ = std::max(kept_, frame.kept);
+    work(); // what was due before this frame came
+  }
   auto found = streams_.find(frame.stream);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
-  if (found->second) // one that is too fast for this machine is in the statistics
+  if (found->second) { // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
+    if (grid_->centre.stampsRepeated(frame.stream) > 0 &&
+        repeating_streams_.insert(frame.stream).second)
+      console_.remark(frame.stream +
+                      ": frames have the time of the one before; they are merged as "
+                      "they arrive");
+  }
   if (frame.is_i_frame)
     has_slow_effort_ |= describe(frame).effort != io::Effort::Fast;
 }
@@ -236,7 +245,7 @@ Centre::finish()
     return;
   if (options_.is_replay && !isInterrupted()) {
     // What is held for streams that have ended.
-    latest_time_ += options_.schedule.max_wait;
+    kept_ += options_.schedule.max_wait;
     work();
   }
   constexpr std::chrono::seconds patience{1};

@@ -160,9 +160,10 @@ private:
   std::map<std::string, bool> streams_; // and whether they are decoded
   std::vector<Output> outputs_;
   std::map<std::string, Missing> missing_;
-  std::set<std::string> merged_streams_; // that a merged frame had
-  bool has_slow_effort_ = false;         // one of the streams that arrive
-  nodes::Time latest_time_{0};           // of the clouds
+  std::set<std::string> merged_streams_;    // that a merged frame had
+  std::set<std::string> repeating_streams_; // have repeated times, which was told
+  bool has_slow_effort_ = false;            // one of the streams that arrive
+  nodes::Time kept_{0};                     // of the latest frame of a replay
 };
 
 } // namespace tools

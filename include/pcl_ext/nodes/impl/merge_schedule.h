@@ -10,6 +10,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,10 @@ struct ScheduledFrame {
  * whose clouds are more than 2 s from the others' median are not held back, nor waited
  * for. The first merged frames are of the streams that are known by then.
  *
+ * A frame with the stamp of the one before, as where clouds have none, is taken to be as
+ * much later as it has arrived later. Where all clocks are set back, by more than two
+ * periods and max_wait, merged times go back, too.
+ *
  * All frames are decoded, also where merged frames are left out.
  *
  * For one thread at a time.
@@ -80,8 +85,10 @@ public:
   /** \brief A frame has arrived.
    * \param[in] frame the next one of its stream
    * \param[in] now time of any clock that is not set
+   * \return false if its stamp is that of the stream's frame before, so that another one
+   * is taken
    */
-  void
+  bool
   add(ScheduledFrame frame, Time now);
 
   /** \brief Forgets a stream, and the frames of it that are held back. */
@@ -100,6 +107,7 @@ public:
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
     std::optional<Time> merge;          ///< then, merge as of this time
+    std::set<std::string> other_clocks; ///< and with it the latest frames of these
   };
 
   /** \brief What is to be done now; to be called until a step merges nothing.
@@ -122,6 +130,7 @@ private:
 
   struct Stream {
     std::deque<HeldFrame> held;
+    std::optional<Time> given_stamp; ///< of the last frame, as it came
     Time last_arrival{0};
     Time last_stamp{0};
     Time last_offset{0};
@@ -142,6 +151,15 @@ private:
   /** \brief The earliest stamp that is held of frames of the common clock. */
   std::optional<Time>
   earliestHeld(Time offset) const;
+
+  /** \brief The newest stamp of the streams that are alive, of the common clock. */
+  std::optional<Time>
+  newestStamp(Time offset, Time now) const;
+
+  /** \brief True if the clocks of the streams were set so far that merging begins
+   * anew. */
+  bool
+  areClocksSet(Time offset, Time now) const;
 
   /** \brief The newest multiple of the period that need not wait for frames. */
   Time

@@ -136,6 +136,11 @@ public:
   CentralNodeStatus
   receive(const std::string& stream, std::vector<std::uint8_t> bytes, Time stamp);
 
+  /** \brief How many frames of a stream had the stamp of the one before, in place of
+   * which their arrival counts, see MergeSchedule. */
+  std::size_t
+  stampsRepeated(const std::string& stream) const;
+
   /** \brief What the frames of a stream are merged of, which is another centre's merged
    * stream.
    * \param[in] stream its name
