@@ -100,12 +100,14 @@ CopiedStreams::addStream(const Input& input,
           recording::MessageEncoding::Cdr) {
     McapChannel channel = input.recording->bag()->channels()[recorded.channel];
     channel.topic = name;
+    channel.metadata = input.recording->metadataOf(stream);
     added.number = output_.addChannel(channel, recording::McapChunking::OwnStream);
   }
   else {
     recording::RecordedFrame first;
     input.recording->reader().read(stream, 0, first);
-    added.number = output_.addStream({name, first.frame_id, recorded.metadata});
+    added.number =
+        output_.addStream({name, first.frame_id, input.recording->metadataOf(stream)});
   }
   streams_.push_back(added);
   return streams_.size() - 1;
