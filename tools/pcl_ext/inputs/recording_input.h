@@ -130,7 +130,8 @@ public:
   }
 
   /** \brief Chooses frames; without, all are chosen. Messages of other topics are those
-   * of the same time.
+   * from the first of these frames on until the next ones; before the first frames of
+   * the recording, and after the last ones, all.
    * \throws UsageError if there are no such frames
    */
   void
@@ -183,8 +184,9 @@ private:
 
   /** \brief Frames of a stream. */
   struct Range {
-    std::size_t begin = 0;  ///< an I-frame
-    std::size_t wanted = 0; ///< the first one that is wanted
+    bool is_of_named = false; ///< of a stream that is chosen by name
+    std::size_t begin = 0;    ///< an I-frame
+    std::size_t wanted = 0;   ///< the first one that is wanted; end: none is
     std::size_t end = 0;
     std::size_t next = 0;
   };
