@@ -225,6 +225,24 @@ TEST_F(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
   EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 6u);
 }
 
+TEST_F(ProgramMerge, RepeatedIFramesWithoutTimesAreTold)
+{
+  writeClouds("room", roomClouds(4));
+  const auto cloud = roomClouds(1)[0];
+  writeClouds("still", {cloud, cloud});
+  for (const std::string scene : {"room", "still"}) {
+    expectRun("encode " + scene +
+              " -o x.pcxi --no-header --i-frame-rate 1 --overwrite");
+    const ProgramRun merged = run("merge x.pcxi x.pcxi -o xx.pcxi --overwrite");
+    const std::size_t frames = decode(folder / "x.pcxi")[0].frames.size();
+    EXPECT_EQ(merged.status, 0);
+    EXPECT_TRUE(hasPart(merged.errors,
+                        " begin with the same " + std::to_string(frames) +
+                            " frames of /stream, which have no times"));
+    EXPECT_EQ(decode(folder / "xx.pcxi")[0].frames.size(), 2 * frames);
+  }
+}
+
 TEST_F(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)
 {
   KnownStream stream = knownStream(0, 40, 10);

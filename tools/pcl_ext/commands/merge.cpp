@@ -74,6 +74,9 @@ beginOfRepetition(const Part& before, const Part& after)
 {
   recording::RecordingReader& first = before.input->reader();
   if (!before.recorded().has_times) {
+    // The same frames from the beginning on may be another recording.
+    if (isRepeatedFrom(0, before, after))
+      return 0;
     const std::size_t begin =
         first.iFrameBefore(before.stream, before.recorded().frames - 1);
     return isRepeatedFrom(begin, before, after) ? std::optional(begin) : std::nullopt;
