@@ -87,6 +87,8 @@ TEST_F(ProgramAdvise, ARateMakesVoxelsLargerUntilNoneKeepsIt)
     return std::stod(line.substr(line.find(" -r ") + 4));
   };
   EXPECT_LT(edgeAt("1gBIT/s"), edgeAt("'6 kbit/s'"));
+  // As for encode, 0 is no limit.
+  EXPECT_EQ(expectRun("advise room -q --rate 1 --max-rate 0 -r 0.2").errors, "");
   expectFailure(
       "advise room -q --rate 1 --max-rate 12bit/s",
       1,
@@ -113,7 +115,8 @@ TEST_F(ProgramAdvise, ABagHasATableForEachTopic)
   const std::vector<std::string> commands =
       linesWith(result.output, "  pcl_ext encode ");
   ASSERT_EQ(commands.size(), 2u);
-  EXPECT_TRUE(hasPart(commands[1], "clouds.mcap -o small.mcap --topics /b -r "));
+  EXPECT_TRUE(hasPart(commands[0], "clouds.mcap -o small_a.mcap --topics /a -r "));
+  EXPECT_TRUE(hasPart(commands[1], "clouds.mcap -o small_b.mcap --topics /b -r "));
   EXPECT_TRUE(hasPart(result.output, " 5.0 a second; law native\n"));
 }
 

@@ -253,6 +253,75 @@ TEST_F(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
   EXPECT_EQ(part.attachments.size(), 1u);
 }
 
+TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
+{
+  const auto clouds = roomClouds(9);
+  std::vector<McapMessage> messages;
+  const auto addImu = [&messages](recording::Time time) {
+    McapMessage message;
+    message.channel = 1;
+    message.sequence = static_cast<std::uint32_t>(messages.size());
+    message.log_time = message.publish_time = time;
+    message.bytes.assign(3, static_cast<std::uint8_t>(messages.size()));
+    messages.push_back(message);
+  };
+  addImu(logTime(0) - recording::Time(500'000'000)); // as /tf_static is
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    messages.push_back(cloudMessage(clouds[i], i));
+    addImu(logTime(i));
+    addImu(logTime(i) + recording::Time(50'000'000));
+  }
+  addImu(logTime(20));
+  messages.push_back(messages.back()); // a second one that is the same
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points"), imuChannel()},
+            messages);
+  expectRun("encode bag.mcap -o all.mcap --i-frame-rate 3");
+  const std::vector<McapMessage> imu = readBag(folder / "all.mcap").messages.at("/imu");
+  ASSERT_EQ(imu.size(), 21u);
+  const std::string divisions[][3] = {
+      {"--frames :3", "--frames 3:6", "--frames 6:9"},
+      {"--from 0 --to 0.3", "--from 0.3 --to 0.62", "--from 0.62 --to 9"}};
+  for (const auto& parts : divisions) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string path = std::to_string(i) + ".mcap";
+      EXPECT_EQ(run("cut all.mcap --overwrite -q -o " + path + ' ' + parts[i]).status,
+                0);
+      count += readBag(folder / path).messages.at("/imu").size();
+    }
+    EXPECT_EQ(count, imu.size()) << parts[0];
+    expectSameMessages({imu.begin(), imu.begin() + 7},
+                       readBag(folder / "0.mcap").messages.at("/imu"));
+    EXPECT_EQ(run("merge 2.mcap 0.mcap 1.mcap -q -o joined.mcap --overwrite").status,
+              0);
+    expectSameMessages(imu, readBag(folder / "joined.mcap").messages.at("/imu"));
+  }
+  expectRun("cut all.mcap -o whole.mcap --frames 0:9");
+  expectSameMessages(imu, readBag(folder / "whole.mcap").messages.at("/imu"));
+  expectRun("decode all.mcap -o decoded.mcap --frames 0:9");
+  expectSameMessages(imu, readBag(folder / "decoded.mcap").messages.at("/imu"));
+}
+
+TEST_F(ProgramBags, OtherMessagesThatTwoPartsHaveAreCopiedOnce)
+{
+  writeBag(folder / "bag.mcap", 10);
+  expectRun("encode bag.mcap -o all.mcap --i-frame-rate 2");
+  expectRun("cut all.mcap -o a.mcap --frames :6");
+  expectRun("cut all.mcap -o b.mcap --frames 4:");
+  const ProgramRun merged = run("merge a.mcap b.mcap -o joined.mcap");
+  EXPECT_EQ(merged.status, 0);
+  EXPECT_TRUE(
+      hasPart(merged.errors,
+              "pcl_ext merge: the recordings have 2 other messages in common, copied "
+              "once\n"));
+  EXPECT_TRUE(hasPart(merged.output, ", 10 other messages"));
+  const Bag all = readBag(folder / "all.mcap");
+  const Bag joined = readBag(folder / "joined.mcap");
+  for (const std::string topic : {"/imu", "/front/points/pcl_ext"})
+    expectSameMessages(all.messages.at(topic), joined.messages.at(topic));
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

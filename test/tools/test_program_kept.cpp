@@ -161,6 +161,42 @@ TEST_F(ProgramKept, ViewpointsOfPcdFiles)
       hasPart(run("encode moved -o y.mcap --pose 1,2,3,0,0,0").errors, "VIEWPOINT"));
 }
 
+TEST_F(ProgramKept, ViewpointsOfRecordingsThatAreMerged)
+{
+  const auto cloud = roomClouds(1)[0];
+  const Eigen::Quaternionf straight = Eigen::Quaternionf::Identity();
+  // Of the second recording all files have the default, as far as a reader can tell.
+  const float places[3][2] = {{1.0f, 2.0f}, {0.0f, 0.0f}, {1.0f, 4.0f}};
+  for (int part = 0; part < 3; ++part) {
+    const std::string number = std::to_string(part);
+    for (int i = 0; i < 2; ++i)
+      writeWithViewpoint(folder / (number + "/s/160000000" + number + "." +
+                                   std::to_string(i) + ".pcd"),
+                         cloud,
+                         {places[part][i], 0.0f, 0.0f, 0.0f},
+                         straight);
+    EXPECT_EQ(run("encode " + number + "/s -o " + number + ".mcap").status, 0);
+  }
+  expectRun("merge 2.mcap 0.mcap 1.mcap -o x.mcap");
+  expectRun("decode x.mcap -o out");
+  for (int frame = 0; frame < 6; ++frame)
+    EXPECT_EQ(readCloud(folder / ("out/00000" + std::to_string(frame) + "_160000000" +
+                                  std::to_string(frame / 2) + "." +
+                                  std::to_string(frame % 2) + "00000000.pcd"))
+                  .sensor_origin_.x(),
+              places[frame / 2][frame % 2])
+        << frame;
+  // Parts of one recording keep its metadata as they are.
+  expectRun("cut x.mcap -o a.mcap --frames :3 -q");
+  expectRun("cut x.mcap -o b.mcap --frames 3: -q");
+  EXPECT_EQ(run("merge a.mcap b.mcap -o ab.mcap -q").status, 0);
+  recording::RecordingReader joined;
+  recording::RecordingReader whole;
+  ASSERT_TRUE(joined.open(folder / "ab.mcap").ok());
+  ASSERT_TRUE(whole.open(folder / "x.mcap").ok());
+  EXPECT_EQ(joined.streams()[0].metadata, whole.streams()[0].metadata);
+}
+
 TEST_F(ProgramKept, StampsInNamesOfFiles)
 {
   const auto clouds = roomClouds(3);

@@ -7,9 +7,34 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <map>
+
 namespace pcl_ext {
 namespace tools {
 namespace test {
+
+namespace {
+
+/** \brief Records three frames of /sensor_0 with metadata. */
+void
+recordWith(const std::string& path,
+           std::chrono::seconds later,
+           const std::map<std::string, std::string>& metadata)
+{
+  recording::RecordingWriter writer;
+  std::size_t number = 0;
+  ASSERT_TRUE(writer.open(path).ok());
+  ASSERT_TRUE(writer.addStream({"/sensor_0", "world", metadata}, number).ok());
+  for (const auto& frame : knownStream(0, 3, 1).frames)
+    ASSERT_TRUE(
+        writer
+            .append(number, frame.time + later, frame.bytes.data(), frame.bytes.size())
+            .ok());
+  ASSERT_TRUE(writer.finish().ok());
+}
+
+} // namespace
 
 using ProgramCut = ProgramTest;
 using ProgramMerge = ProgramTest;
@@ -94,6 +119,49 @@ TEST_F(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
   expectSameFrames(decode(folder / "x.mcap")[1], 0, streams[3]);
 }
 
+TEST_F(ProgramMerge, PartsThatTellDifferentThingsOfTheCloudsAreRefused)
+{
+  using std::chrono::seconds;
+  recordWith(folder / "a.mcap",
+             seconds(0),
+             {{"intensity_law", "count"}, {"sensor_pose", "0,0,0,0,0,0,1"}});
+  recordWith(folder / "law.mcap",
+             seconds(9),
+             {{"intensity_law", "quadratic"}, {"sensor_pose", "0,0,0,0,0,0,1"}});
+  recordWith(folder / "pose.mcap",
+             seconds(9),
+             {{"intensity_law", "count"}, {"sensor_pose", "2,0,0,0,0,0,1"}});
+  recordWith(folder / "nothing.mcap", seconds(9), {});
+  const std::string remedy = ": tell them apart with --prefix, such as --prefix a,b";
+  expectRefusals(
+      {{"merge a.mcap law.mcap -o y.mcap",
+        2,
+        "the stream /sensor_0 has another intensity_law in 'law.mcap' (quadratic) than "
+        "in 'a.mcap' (count)" +
+            remedy},
+       {"merge a.mcap pose.mcap -o y.mcap",
+        2,
+        "the stream /sensor_0 has another sensor_pose in 'pose.mcap' (2,0,0,0,0,0,1) "
+        "than in 'a.mcap' (0,0,0,0,0,0,1)" +
+            remedy},
+       {"merge nothing.mcap a.mcap -o y.mcap",
+        2,
+        "than in 'nothing.mcap' (not told)" + remedy},
+       {"merge a.mcap law.mcap -o y.pcxi",
+        2,
+        ": name x.mcap as the output and tell them apart with --prefix"}});
+  expectRun("merge a.mcap law.mcap -o y.mcap --prefix a,b");
+  recording::RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "y.mcap").ok());
+  ASSERT_EQ(reader.streams().size(), 2u);
+  EXPECT_EQ(reader.streams()[1].metadata.at("intensity_law"), "quadratic");
+  // What says nothing of the clouds may differ.
+  recordWith(folder / "c.mcap", seconds(0), {{"recorded_by", "robot 1"}});
+  recordWith(folder / "d.mcap", seconds(9), {{"recorded_by", "robot 2"}});
+  expectRun("merge c.mcap d.mcap -o cd.mcap");
+  EXPECT_EQ(decode(folder / "cd.mcap")[0].frames.size(), 6u);
+}
+
 TEST_F(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
 {
   recordTwoStreams(folder / "x.mcap");
@@ -155,6 +223,24 @@ TEST_F(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
             "/stream, which have no times to tell whether they are the same ones: all "
             "are copied\n");
   EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 6u);
+}
+
+TEST_F(ProgramMerge, RepeatedIFramesWithoutTimesAreTold)
+{
+  writeClouds("room", roomClouds(4));
+  const auto cloud = roomClouds(1)[0];
+  writeClouds("still", {cloud, cloud});
+  for (const std::string scene : {"room", "still"}) {
+    expectRun("encode " + scene +
+              " -o x.pcxi --no-header --i-frame-rate 1 --overwrite");
+    const ProgramRun merged = run("merge x.pcxi x.pcxi -o xx.pcxi --overwrite");
+    const std::size_t frames = decode(folder / "x.pcxi")[0].frames.size();
+    EXPECT_EQ(merged.status, 0);
+    EXPECT_TRUE(hasPart(merged.errors,
+                        " begin with the same " + std::to_string(frames) +
+                            " frames of /stream, which have no times"));
+    EXPECT_EQ(decode(folder / "xx.pcxi")[0].frames.size(), 2 * frames);
+  }
 }
 
 TEST_F(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)

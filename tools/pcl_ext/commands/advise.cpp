@@ -12,6 +12,7 @@
 #include "options/options.h"
 #include "options/setting_options.h"
 #include "options/text_values.h"
+#include "outputs/cloud_folder.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -124,8 +125,14 @@ commandOf(const AdviseOptions& options,
   for (std::size_t i = 0; i < inputs.size(); ++i)
     if (!is_alone || i == number)
       line += ' ' + quoted(inputs[i]);
-  if (!options.input.takes_cell)
-    line += " -o small.mcap";
+  if (!options.input.takes_cell) {
+    std::vector<std::string> names;
+    for (const HeldClouds& stream : streams)
+      names.push_back(stream.name);
+    line += " -o small" +
+            (streams.size() > 1 ? '_' + folderNames(names)[number] : std::string()) +
+            ".mcap";
+  }
   if (streams[number].is_topic &&
       (streams.size() > 1 || !options.input.input.topics.empty()))
     line += " --topics " + quoted(streams[number].name);
@@ -318,7 +325,8 @@ addAdvise(CLI::App& app)
             "RATE",
             "of each stream, such as 500kbit/s or 2Mbit/s",
             [options](const std::string& text) {
-              options->trials.max_rate = parseRate(text);
+              if (const double rate = parseRate(text); rate > 0.0)
+                options->trials.max_rate = rate; // as with encode, 0 is no limit
               options->rate_text = text;
             });
   trials.encoding.addCodecOptions(app);

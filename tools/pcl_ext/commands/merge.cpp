@@ -74,6 +74,9 @@ beginOfRepetition(const Part& before, const Part& after)
 {
   recording::RecordingReader& first = before.input->reader();
   if (!before.recorded().has_times) {
+    // The same frames from the beginning on may be another recording.
+    if (isRepeatedFrom(0, before, after))
+      return 0;
     const std::size_t begin =
         first.iFrameBefore(before.stream, before.recorded().frames - 1);
     return isRepeatedFrom(begin, before, after) ? std::optional(begin) : std::nullopt;
@@ -145,8 +148,60 @@ noteSeparateParts(const std::vector<Part>& files, Console& console)
     }
 }
 
+/** \brief What a part's metadata has for a key, for messages too. */
+std::string
+valueOf(const Part& part, const char* key)
+{
+  const StreamMetadata& metadata = part.recorded().metadata;
+  const auto found = metadata.find(key);
+  return found == metadata.end() ? "not told" : found->second;
+}
+
+/** \brief Checks that all parts of a stream tell the same of its clouds.
+ * \throws UsageError if they do not
+ */
+void
+checkMetadata(const std::string& name,
+              const std::vector<Part>& parts,
+              const std::string& output)
+{
+  const auto textOf = [](const Part& part, const char* key) {
+    return "'" + part.input->shownPath() + "' (" + valueOf(part, key) + ")";
+  };
+  for (const Part& part : parts)
+    for (const char* key : cloud_metadata)
+      if (valueOf(part, key) != valueOf(parts.front(), key))
+        throw UsageError("the stream " + name + " has another " + key + " in " +
+                         textOf(part, key) + " than in " + textOf(parts.front(), key) +
+                         (kindOfOutput(output) == OutputKind::Frames
+                              ? ": name x.mcap as the output and tell them apart"
+                              : ": tell them apart") +
+                         " with --prefix, such as --prefix a,b");
+}
+
+/** \brief Gives the parts of one stream, in the order of their times, the viewpoints of
+ * all. */
+void
+joinViewpoints(const std::vector<Part>& parts)
+{
+  // As parts that `cut` makes have those of the whole recording.
+  if (std::all_of(parts.begin(), parts.end(), [&parts](const Part& part) {
+        return valueOf(part, viewpoint_metadata) ==
+               valueOf(parts.front(), viewpoint_metadata);
+      }))
+    return;
+  Viewpoints joined;
+  for (const Part& part : parts)
+    if (part.input->isChosen(part.stream))
+      joined.append(Viewpoints(part.recorded().metadata),
+                    part.recorded().first_time,
+                    part.recorded().last_time);
+  for (const Part& part : parts)
+    part.input->setViewpoints(part.stream, joined);
+}
+
 /** \brief Puts the parts of one stream one after the other.
- * \throws UsageError if they are of the same time
+ * \throws UsageError if they are of the same time, or tell different things of the clouds
  */
 void
 joinParts(const std::string& name,
@@ -154,6 +209,7 @@ joinParts(const std::string& name,
           const std::string& output,
           Console& console)
 {
+  checkMetadata(name, parts, output);
   std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
     return a.recorded().first_time < b.recorded().first_time;
   });
@@ -187,6 +243,7 @@ joinParts(const std::string& name,
     throw UsageError("the stream " + name + " has other frames of the same time in " +
                      files + ": tell them apart with --prefix, such as --prefix a,b");
   }
+  joinViewpoints(parts);
 }
 
 class Merge {

@@ -212,15 +212,17 @@ RecordingInput::rangeOf(std::size_t stream, const Selection& selection)
     return last ? *last + 1 : 0;
   };
   Range range;
-  range.wanted = selection.frames.begin;
+  range.is_of_named = true;
+  range.wanted = std::min(selection.frames.begin, recorded.frames);
   range.end = std::min(selection.frames.end, recorded.frames);
   if (selection.from)
     range.wanted = std::max(range.wanted, framesBefore(*selection.from));
   if (selection.to)
     range.end = std::min(range.end, framesBefore(*selection.to));
-  if (range.wanted >= range.end)
-    return {};
-  range.begin = range.wanted == 0 ? 0 : reader_.iFrameBefore(stream, range.wanted);
+  range.end = std::max(range.wanted, range.end);
+  range.begin = range.wanted == 0 || range.wanted == range.end
+                    ? range.wanted
+                    : reader_.iFrameBefore(stream, range.wanted);
   range.next = range.begin;
   return range;
 }
@@ -259,24 +261,34 @@ RecordingInput::selectOthers(const Selection& selection)
   other_end_ = others_.size();
   if (!bag_ || !selection.hasRange())
     return;
-  // With a choice by numbers, the time of the frames that were chosen.
+  // With a choice by numbers, from the frames that were chosen to those after them: where
+  // a part ends, the next one begins.
   Time from = Time::max();
   Time to = Time::min();
+  bool has_first = true; // frames of the streams
+  bool has_last = true;
   for (std::size_t stream = 0; stream < ranges_.size(); ++stream) {
     const Range& range = ranges_[stream];
-    if (range.wanted >= range.end)
+    if (!range.is_of_named)
+      continue;
+    const bool is_last = range.end == reader_.streams()[stream].frames;
+    has_first &= range.wanted == 0;
+    has_last &= is_last;
+    if (range.wanted == range.end)
       continue;
     from = std::min(from, reader_.timeOf(stream, range.wanted));
-    to = std::max(to, reader_.timeOf(stream, range.end - 1) + Time(1));
+    to = std::max(to,
+                  is_last ? reader_.timeOf(stream, range.end - 1) + Time(1)
+                          : reader_.timeOf(stream, range.end));
   }
-  if (selection.from)
-    from = start() + timeOfSeconds(*selection.from);
-  else if (selection.frames.begin == 0)
+  if (has_first)
     from = Time::min();
-  if (selection.to)
-    to = start() + timeOfSeconds(*selection.to);
-  else if (selection.frames.end == FrameRange().end)
+  else if (selection.from && selection.frames.begin == 0)
+    from = start() + timeOfSeconds(*selection.from);
+  if (has_last)
     to = Time::max();
+  else if (selection.to && selection.frames.end == FrameRange().end)
+    to = start() + timeOfSeconds(*selection.to);
   const auto isBefore = [this](std::size_t message, Time time) {
     return bag_->index()[message].log_time < time;
   };

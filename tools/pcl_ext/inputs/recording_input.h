@@ -3,6 +3,8 @@
 
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "inputs/stream_metadata.h"
+#include "inputs/viewpoints.h"
 #include "options/text_values.h"
 #include "recording/bag_reader.h"
 
@@ -10,8 +12,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -86,6 +90,25 @@ public:
     new_name_ = name;
   }
 
+  /** \brief What the channel of a stream tells of it. */
+  const StreamMetadata&
+  metadataOf(std::size_t stream) const
+  {
+    const auto found = new_metadata_.find(stream);
+    return found != new_metadata_.end() ? found->second
+                                        : reader_.streams()[stream].metadata;
+  }
+
+  /** \brief Gives a stream the viewpoints of all its parts. */
+  void
+  setViewpoints(std::size_t stream, const Viewpoints& viewpoints)
+  {
+    StreamMetadata metadata = metadataOf(stream);
+    metadata.erase(viewpoint_metadata);
+    viewpoints.addTo(metadata);
+    new_metadata_[stream] = std::move(metadata);
+  }
+
   recording::RecordingReader&
   reader()
   {
@@ -107,7 +130,8 @@ public:
   }
 
   /** \brief Chooses frames; without, all are chosen. Messages of other topics are those
-   * of the same time.
+   * from the first of these frames on until the next ones; before the first frames of
+   * the recording, and after the last ones, all.
    * \throws UsageError if there are no such frames
    */
   void
@@ -160,8 +184,9 @@ private:
 
   /** \brief Frames of a stream. */
   struct Range {
-    std::size_t begin = 0;  ///< an I-frame
-    std::size_t wanted = 0; ///< the first one that is wanted
+    bool is_of_named = false; ///< of a stream that is chosen by name
+    std::size_t begin = 0;    ///< an I-frame
+    std::size_t wanted = 0;   ///< the first one that is wanted; end: none is
     std::size_t end = 0;
     std::size_t next = 0;
   };
@@ -177,6 +202,7 @@ private:
 
   std::string path_;
   std::string new_name_; // of the only stream; empty: its own
+  std::map<std::size_t, StreamMetadata> new_metadata_; // of streams
   recording::RecordingReader reader_;
   std::optional<recording::BagReader> bag_;
   std::vector<std::size_t> stream_of_channel_; // of the bag; or none

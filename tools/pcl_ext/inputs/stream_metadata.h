@@ -3,6 +3,8 @@
 
 #include <pcl_ext/intensity/intensity_law.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,6 +29,11 @@ constexpr char lidar_sensor[] = "lidar";
 /** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world,
  * metres. */
 constexpr char crop_box_metadata[] = "crop_box";
+
+/** \brief What was done to the clouds of a stream, and of what sensor they are. All
+ * frames of a stream have the same. */
+constexpr std::array<const char*, 4> cloud_metadata = {
+    pose_metadata, law_metadata, sensor_metadata, crop_box_metadata};
 
 /** \brief The VIEWPOINTs of the PCD files of its clouds, where they have some: stamp in
  * nanoseconds, colon, x,y,z,qw,qx,qy,qz; a semicolon before each change. */
@@ -55,8 +62,9 @@ inline void
 addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
 {
   for (const auto& [key, value] : from)
-    if (key != pose_metadata && key != law_metadata && key != crop_box_metadata &&
-        key != sensor_metadata && key != "topic_type_hash")
+    if (std::find(cloud_metadata.begin(), cloud_metadata.end(), key) ==
+            cloud_metadata.end() &&
+        key != "topic_type_hash")
       to.emplace(key, value);
 }
 

@@ -59,6 +59,16 @@ Viewpoints::add(recording::Time time, const std::string& text)
     changes_[time] = viewpoint;
 }
 
+void
+Viewpoints::append(const Viewpoints& later, recording::Time first, recording::Time last)
+{
+  changes_.erase(changes_.lower_bound(first), changes_.end());
+  add(first, later.textAt(first));
+  for (const auto& [time, viewpoint] : later.changes_)
+    if (time > first && time <= last)
+      add(time, viewpoint);
+}
+
 bool
 Viewpoints::areDefault() const
 {
@@ -67,15 +77,21 @@ Viewpoints::areDefault() const
   });
 }
 
+std::string
+Viewpoints::textAt(recording::Time time) const
+{
+  if (changes_.empty())
+    return default_viewpoint;
+  const auto after = changes_.upper_bound(time);
+  return (after == changes_.begin() ? after : std::prev(after))->second;
+}
+
 Viewpoint
 Viewpoints::at(recording::Time time) const
 {
   if (changes_.empty())
     return {};
-  const auto after = changes_.upper_bound(time);
-  const std::string& text =
-      (after == changes_.begin() ? after : std::prev(after))->second;
-  const std::vector<double> numbers = numbersOf(text).value();
+  const std::vector<double> numbers = numbersOf(textAt(time)).value();
   const Eigen::Map<const Eigen::Matrix<double, 7, 1>> values(numbers.data());
   Viewpoint viewpoint;
   viewpoint.origin.head<3>() = values.head<3>().cast<float>();

@@ -36,6 +36,12 @@ public:
   void
   add(recording::Time time, const std::string& text);
 
+  /** \brief Adds those of another recording's clouds, which are later.
+   * \param[in] first,last times of the clouds
+   */
+  void
+  append(const Viewpoints& later, recording::Time first, recording::Time last);
+
   /** \brief True if all are that of files without one. */
   bool
   areDefault() const;
@@ -49,6 +55,10 @@ public:
   addTo(StreamMetadata& metadata) const;
 
 private:
+  /** \brief That of a cloud, as add() takes it. */
+  std::string
+  textAt(recording::Time time) const;
+
   /** By the time from which on it holds: x,y,z,qw,qx,qy,qz. */
   std::map<recording::Time, std::string> changes_;
 };

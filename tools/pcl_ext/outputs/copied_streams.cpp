@@ -26,6 +26,14 @@ areSame(const McapChannel& first, const McapChannel& second)
          first.schema.text == second.schema.text && first.metadata == second.metadata;
 }
 
+bool
+areSame(const recording::McapMessage& first, const recording::McapMessage& second)
+{
+  return first.channel == second.channel && first.sequence == second.sequence &&
+         first.log_time == second.log_time &&
+         first.publish_time == second.publish_time && first.bytes == second.bytes;
+}
+
 } // namespace
 
 std::string
@@ -100,12 +108,14 @@ CopiedStreams::addStream(const Input& input,
           recording::MessageEncoding::Cdr) {
     McapChannel channel = input.recording->bag()->channels()[recorded.channel];
     channel.topic = name;
+    channel.metadata = input.recording->metadataOf(stream);
     added.number = output_.addChannel(channel, recording::McapChunking::OwnStream);
   }
   else {
     recording::RecordedFrame first;
     input.recording->reader().read(stream, 0, first);
-    added.number = output_.addStream({name, first.frame_id, recorded.metadata});
+    added.number =
+        output_.addStream({name, first.frame_id, input.recording->metadataOf(stream)});
   }
   streams_.push_back(added);
   return streams_.size() - 1;
@@ -121,6 +131,28 @@ CopiedStreams::copy(std::size_t input, const RecordingInput::Item& item)
   if (!output_.isBag() || !inputs_[input].recording->read(item, message_).ok())
     return; // What cannot be read is part of the damage.
   message_.channel = inputs_[input].channels[message_.channel].value();
+  copyMessage(input);
+}
+
+void
+CopiedStreams::copyMessage(std::size_t input)
+{
+  if (!seen_.empty() && seen_.front().message.log_time != message_.log_time)
+    seen_.clear();
+  if (inputs_.size() > 1) {
+    auto known = std::find_if(seen_.begin(), seen_.end(), [this](const auto& other) {
+      return areSame(other.message, message_);
+    });
+    if (known == seen_.end())
+      known =
+          seen_.insert(known, {message_, 0, std::vector<std::size_t>(inputs_.size())});
+    // One input may have several that are the same.
+    if (++known->seen[input] <= known->written) {
+      ++common_messages_;
+      return;
+    }
+    ++known->written;
+  }
   output_.write(message_);
   ++other_messages_;
 }
@@ -196,6 +228,10 @@ CopiedStreams::finish()
   if (frames_ == 0)
     throw std::runtime_error("no frame could be copied; '" + path_ +
                              "' was not written");
+  if (common_messages_ > 0)
+    console_.remark("the recordings have " +
+                    counted(common_messages_, "other message") +
+                    " in common, copied once");
   const std::string interruption = output_.finish();
   std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
                      counted(streams_.size(), "stream");

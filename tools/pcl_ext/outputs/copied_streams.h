@@ -40,8 +40,10 @@ public:
   addInput(RecordingInput& input, const std::string& prefix);
 
   /** \brief Copies what next() of an input found; what cannot be read, or not be decoded
-   * without a frame that is missing, is reported.
-   * \param[in] input number of the addInput()
+   * without a frame that is missing, is reported. Other messages that several inputs have
+   * are copied once.
+   * \param[in] input number of the addInput(); messages of all come in the order of
+   * their times
    */
   void
   copy(std::size_t input, const RecordingInput::Item& item);
@@ -67,12 +69,22 @@ private:
     std::vector<std::optional<std::size_t>> channels; ///< in the output
   };
 
+  /** \brief Another message of the time at hand, and how often inputs have it. */
+  struct SeenMessage {
+    recording::McapMessage message;
+    std::size_t written = 0;
+    std::vector<std::size_t> seen; ///< in each input
+  };
+
   std::size_t
   addStream(const Input& input, std::size_t stream, const std::string& name);
 
   /** \brief A channel of the output for other messages; the same for all inputs. */
   std::size_t
   numberOfChannel(const recording::McapChannel& channel);
+
+  void
+  copyMessage(std::size_t input);
 
   void
   copyFrame(std::size_t input, const RecordingInput::Item& item);
@@ -92,7 +104,9 @@ private:
   OutputFrame written_;
   std::size_t frames_ = 0;
   std::size_t leading_frames_ = 0; // of these, before those that are wanted
+  std::vector<SeenMessage> seen_;  // of one time
   std::size_t other_messages_ = 0;
+  std::size_t common_messages_ = 0; // that were copied once
   std::size_t lost_ = 0;
 };
 
