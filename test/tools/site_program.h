@@ -44,11 +44,12 @@ public:
 class SitePublisher {
 public:
   explicit SitePublisher(const NatsServer& server,
-                         const std::string& stream = "/sensor")
+                         const std::string& stream = "/sensor",
+                         const link::StreamMetadata& metadata = {})
   : publisher_(settingsOf(server), [this](std::size_t) { wants_i_frame_ = true; })
   {
     EXPECT_TRUE(publisher_.connect().ok());
-    EXPECT_TRUE(publisher_.addStream(stream, {}, stream_).ok());
+    EXPECT_TRUE(publisher_.addStream(stream, metadata, stream_).ok());
   }
 
   void

@@ -4,6 +4,7 @@
  * \brief pcl_ext receive --replay of more than a connection may have waiting.
  */
 #include <pcl_ext/link/frame_subscriber.h>
+#include <pcl_ext/recording/recording_reader.h>
 
 #include "stream/frame_encoder.h"
 #include "support/world_voxels.h"
@@ -13,6 +14,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
+#include <map>
 #include <random>
 #include <string>
 #include <thread>
@@ -130,6 +133,59 @@ TEST_F(ProgramReplay, MergesAStreamOfAnotherClockAsItArrived)
         expected[index] += intensity;
     EXPECT_EQ(worldVoxels(all.voxels[1 + i]), expected) << i;
   }
+}
+
+TEST_F(ProgramReplay, HasTheMetadataOfASenderThatBeganAnew)
+{
+  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  link::KeptFrames kept;
+  ASSERT_TRUE(link::keepFrames(SitePublisher::settingsOf(server), {}, kept).ok());
+  constexpr std::size_t count = 20; // of each sender
+  const KnownStream known = knownStream(0, 1, 1);
+  const std::string first_pose = "0,0,0,0,0,0,1";
+  const std::string second_pose = "0.5,1,1.5,0,0,0,1";
+  const auto send =
+      [&](const std::string& stream, const std::string& pose, std::size_t first) {
+        SitePublisher sender(server, stream, {{"sensor_pose", pose}});
+        for (std::size_t i = first; i < first + count; ++i)
+          sender.publish(std::chrono::milliseconds(100 * i), known.frames[0].bytes);
+      };
+  send("/stays", first_pose, 0);
+  send("/stays", first_pose, count);
+  send("/moves", first_pose, 0);
+  send("/moves", second_pose, count);
+
+  const auto nodes_of_map = [&](const std::string& stream) {
+    const ProgramRun replay =
+        expectRun("receive -q --replay all --map map.ot --overwrite"
+                  " --streams " +
+                  stream + at(server));
+    return std::stoul(replay.output);
+  };
+  // Rays from a further place are through further voxels.
+  EXPECT_GT(nodes_of_map("/moves"), nodes_of_map("/stays"));
+
+  const std::string streams = " --streams /moves" + at(server);
+  const ProgramRun one = run("receive -q --replay all -o one.mcap" + streams);
+  EXPECT_EQ(one.status, 1);
+  EXPECT_TRUE(hasPart(one.errors,
+                      "/moves: its sender began anew with other metadata, as where its "
+                      "sensor was moved: one.mcap keeps the first ones"));
+  EXPECT_EQ(decode(folder / "one.mcap").at(0).frames.size(), 2 * count);
+  expectRun("receive -q --replay all -o part.mcap --rotate-every 1h" + streams);
+  std::map<std::string, std::size_t> frames; // by the pose of their file
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "")) {
+    const std::string path = entry.path().string();
+    if (entry.path().filename().string().rfind("part_", 0) != 0)
+      continue;
+    recording::RecordingReader reader;
+    ASSERT_TRUE(reader.open(path).ok());
+    frames[reader.streams().at(0).metadata.at("sensor_pose")] +=
+        decode(path).at(0).frames.size();
+  }
+  EXPECT_EQ(
+      frames,
+      (std::map<std::string, std::size_t>{{first_pose, count}, {second_pose, count}}));
 }
 
 } // namespace test

@@ -138,15 +138,22 @@ Centre::addStream(const link::LinkFrame& frame)
     node.setMinIntensity(frame.stream, *options_.decoding.min_intensity);
   if (options_.decoding.min_intensity && describe(frame).intensity_scale.bits == 0)
     console_.remark(remarkWithoutIntensities(frame.stream));
+  applyMetadata(frame);
+  return true;
+}
+
+void
+Centre::applyMetadata(const link::LinkFrame& frame)
+{
   if (options_.decoding.removes_outliers) {
-    // None of its frames is decoded yet.
+    // The frame is not decoded yet.
     const VoxelOutlierRemovalSettings removal =
         outlierRemovalOf(options_.decoding, frame.metadata, io::VoxelFrame());
-    if (const auto set = node.setOutlierRemoval(frame.stream, removal); !set.ok())
+    if (const auto set = grid_->centre.node().setOutlierRemoval(frame.stream, removal);
+        !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }
-  grid_->map.addStream(frame.stream, frame.metadata);
-  return true;
+  grid_->map.setMetadata(frame.stream, frame.metadata, frame.time);
 }
 
 void
@@ -167,8 +174,11 @@ Centre::take(const link::LinkFrame& frame)
     work(); // what was due before this frame came
   }
   auto found = streams_.find(frame.stream);
+  const bool has_changed = metadata_changes_.take(frame);
   if (found == streams_.end())
     found = streams_.emplace(frame.stream, addStream(frame)).first;
+  else if (has_changed && found->second)
+    applyMetadata(frame);
   if (found->second) { // one that is too fast for this machine is in the statistics
     grid_->centre.receive(frame.stream, frame.bytes, frame.time);
     if (grid_->centre.stampsRepeated(frame.stream) > 0 &&

@@ -139,6 +139,10 @@ private:
   bool
   addStream(const link::LinkFrame& frame);
 
+  /** \brief Takes the pose of the sensor from an I-frame. */
+  void
+  applyMetadata(const link::LinkFrame& frame);
+
   void
   makeGrid(double resolution);
 
@@ -158,6 +162,7 @@ private:
   std::unique_ptr<Grid> grid_;    // null until the first frame, if that tells its edge
   io::IFrameRequests requests_;
   std::map<std::string, bool> streams_; // and whether they are decoded
+  MetadataChanges metadata_changes_;
   std::vector<Output> outputs_;
   std::map<std::string, Missing> missing_;
   std::set<std::string> merged_streams_;    // that a merged frame had

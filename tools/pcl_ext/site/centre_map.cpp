@@ -32,9 +32,15 @@ public:
   }
 
   void
-  addStream(const std::string& name, const StreamMetadata& metadata)
+  setMetadata(const std::string& name,
+              const StreamMetadata& metadata,
+              nodes::Time since)
   {
-    sensors_[name] = positionOf(metadata);
+    const auto position = positionOf(metadata);
+    const auto [sensor, is_new] =
+        sensors_.try_emplace(name, Sensor{since, position, position});
+    if (!is_new)
+      sensor->second = {since, position, sensor->second.position};
   }
 
   void
@@ -128,26 +134,33 @@ private:
     update_.get();
   }
 
-  using Sensors = std::map<std::string, std::optional<std::array<double, 3>>>;
+  struct Sensor {
+    nodes::Time since; ///< time of the clouds
+    std::optional<std::array<double, 3>> position;
+    std::optional<std::array<double, 3>> position_before;
+  };
+
+  using Sensors = std::map<std::string, Sensor>;
 
   void
   insert(const nodes::CentralNode& node, const Sensors& sensors)
   {
     const auto start = std::chrono::steady_clock::now();
-    for (const auto& [name, position] : sensors) {
+    for (const auto& [name, sensor] : sensors) {
       if (is_ending_) {
         left_out_ += isToldToEnd() ? 0 : 1;
         last_duration_ = std::chrono::steady_clock::now() - start;
         return;
       }
-      nodes::detail::MergedMap::FindSensor sensor;
-      if (position)
-        sensor = [position = *position](nodes::Time) {
-          return octomap::point3d(static_cast<float>(position[0]),
-                                  static_cast<float>(position[1]),
-                                  static_cast<float>(position[2]));
-        };
-      map_.insertLatest(name, sensor, node);
+      const auto find_sensor = [&at = sensor](nodes::Time stamp) {
+        const auto& position = stamp < at.since ? at.position_before : at.position;
+        return position
+                   ? std::optional(octomap::point3d(static_cast<float>((*position)[0]),
+                                                    static_cast<float>((*position)[1]),
+                                                    static_cast<float>((*position)[2])))
+                   : std::nullopt;
+      };
+      map_.insertLatest(name, find_sensor, node);
     }
     map_.completeRound();
     ++made_;
@@ -199,10 +212,12 @@ CentreMap::CentreMap(const CentreMapOptions& options,
 CentreMap::~CentreMap() = default;
 
 void
-CentreMap::addStream(const std::string& name, const StreamMetadata& metadata)
+CentreMap::setMetadata(const std::string& name,
+                       const StreamMetadata& metadata,
+                       nodes::Time since)
 {
   if (implementation_)
-    implementation_->addStream(name, metadata);
+    implementation_->setMetadata(name, metadata, since);
 }
 
 void

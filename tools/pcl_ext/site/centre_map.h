@@ -36,9 +36,12 @@ public:
   CentreMap&
   operator=(const CentreMap&) = delete;
 
-  /** \brief Adds a stream; rays are taken from the pose that the metadata tell. */
+  /** \brief Adds a stream, or has other metadata of it from a time of the clouds on; rays
+   * are taken from the pose that they tell. */
   void
-  addStream(const std::string& name, const StreamMetadata& metadata);
+  setMetadata(const std::string& name,
+              const StreamMetadata& metadata,
+              nodes::Time since);
 
   /** \brief Inserts the latest frames, if a second has ended and no others are being
    * inserted, for which a replay waits. Writes the map once a minute.

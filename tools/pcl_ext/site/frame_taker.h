@@ -3,7 +3,11 @@
 
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include "inputs/stream_metadata.h"
+
+#include <map>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -38,6 +42,24 @@ public:
   {
     return false;
   }
+};
+
+/** \brief Finds where a stream goes on with other metadata, as with another pose of its
+ * sensor, when its sender began anew. */
+class MetadataChanges {
+public:
+  /** \brief True if a frame has other metadata than the I-frame of its stream before. */
+  bool
+  take(const link::LinkFrame& frame)
+  {
+    if (!frame.is_i_frame)
+      return false;
+    const auto [known, is_new] = metadata_.emplace(frame.stream, frame.metadata);
+    return !is_new && std::exchange(known->second, frame.metadata) != frame.metadata;
+  }
+
+private:
+  std::map<std::string, StreamMetadata> metadata_; // by stream
 };
 
 } // namespace tools

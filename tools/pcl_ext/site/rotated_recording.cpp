@@ -107,6 +107,19 @@ RotatedRecording::leaveOut(const std::string& stream, const std::string& reason)
   has_left_out_ = true;
 }
 
+void
+RotatedRecording::tellOfMetadata(const std::string& stream)
+{
+  console_.error(stream +
+                 ": its sender began anew with other metadata, as where its sensor was "
+                 "moved: " +
+                 current_->path + " keeps the first ones" +
+                 (rotation_.isOn()
+                      ? ""
+                      : "; --rotate-every or --rotate-size begin a new file then"));
+  has_left_out_ = true;
+}
+
 std::optional<std::size_t>
 RotatedRecording::addStream(File& file, const link::LinkFrame& frame)
 {
@@ -151,8 +164,13 @@ RotatedRecording::take(const link::LinkFrame& frame)
     leaveOut(frame.stream, refused->second);
     return;
   }
-  if (isRotationDue())
+  const bool has_other_metadata = metadata_changes_.take(frame) &&
+                                  current_->streams.count(frame.stream) > 0 &&
+                                  kindOfOutput(current_->path) == OutputKind::Mcap;
+  if (isRotationDue() || (has_other_metadata && rotation_.isOn() && !before_))
     rotate();
+  else if (has_other_metadata)
+    tellOfMetadata(frame.stream);
   if (before_ && !frame.is_i_frame && before_->streams.count(frame.stream) > 0) {
     append(*before_, frame);
     return;

@@ -33,7 +33,8 @@ struct Rotation {
 
 /** \brief Records the frames of a site, in one file or in one after the other. Each file
  * can be decoded without the others: a stream stays in the file before until it has an
- * I-frame, which is requested. */
+ * I-frame, which is requested. A file has one set of metadata of a stream: with others
+ * the next file begins, if there is a rotation; else that is told. */
 class RotatedRecording : public FrameTaker {
 public:
   using RequestIFrame = std::function<void(const std::string& stream)>;
@@ -98,6 +99,10 @@ private:
   std::optional<std::size_t>
   addStream(File& file, const link::LinkFrame& frame);
 
+  /** \brief Tells that a stream goes on with other metadata than those of the file. */
+  void
+  tellOfMetadata(const std::string& stream);
+
   /** \brief Tells of a frame that is not recorded. */
   void
   leaveOut(const std::string& stream, const std::string& reason);
@@ -116,7 +121,8 @@ private:
   const RequestIFrame request_i_frame_;
   Console& console_;
   FrameFailures failures_;
-  bool has_left_out_ = false;
+  MetadataChanges metadata_changes_;
+  bool has_left_out_ = false;                  // frames, or metadata
   std::map<std::string, std::size_t> arrived_; // frames by stream, recorded or not
   std::map<std::string, std::string>
       refused_; // streams that files do not take, and why

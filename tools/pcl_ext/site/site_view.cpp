@@ -41,8 +41,11 @@ public:
   take(const link::LinkFrame& frame) override
   {
     auto found = numbers_.find(frame.stream);
+    const bool has_changed = metadata_changes_.take(frame);
     if (found == numbers_.end())
       found = numbers_.emplace(frame.stream, addStream(frame)).first;
+    else if (has_changed && found->second)
+      throwUnlessOk(server_.setMetadata(*found->second, frame.metadata));
     if (found->second)
       output_.publish(*found->second, frame.time, frame.bytes);
   }
@@ -103,6 +106,7 @@ private:
   std::mutex mutex_;               // guards names_
   std::vector<std::string> names_; // of the streams, by their number in the output
   std::map<std::string, std::optional<std::size_t>> numbers_;
+  MetadataChanges metadata_changes_;
   // Last, as its thread uses the others.
   view::ViewServer server_;
   ViewOutput output_;
