@@ -132,14 +132,14 @@ private:
   std::vector<std::unique_ptr<TestedCentre>> zones_;
 };
 
-/** \brief Expects that the top has merged what one centre has.
+/** \brief Expects that the top has merged what one centre has, of some times.
  * \return how many frames were compared */
 std::size_t
-compareTopWithOne(Site& site)
+compareTopWithOne(Site& site, Time from, Time to)
 {
   std::size_t compared = 0;
   for (const auto& [time, voxels] : site.top().merged) {
-    if (time < first_stamp + 200ms) // until all streams are known everywhere
+    if (time < first_stamp + from || time >= first_stamp + to)
       continue;
     EXPECT_EQ(voxels, site.one().merged.at(time)) << time.count();
     ++compared;
@@ -147,11 +147,13 @@ compareTopWithOne(Site& site)
   return compared;
 }
 
+constexpr Time all_known = 200ms; // by then all streams are, everywhere
+
 TEST(CentresOfCentres, ZonesAreOneCentreOnMovingScenes)
 {
   Site site;
   site.run(1500ms);
-  EXPECT_GE(compareTopWithOne(site), 10u);
+  EXPECT_GE(compareTopWithOne(site, all_known, 1500ms), 10u);
   // The scenes move.
   EXPECT_NE(site.one().merged.at(first_stamp + 600ms),
             site.one().merged.at(first_stamp + 700ms));
@@ -162,7 +164,9 @@ TEST(CentresOfCentres, ZonesAreOneCentreAlsoWhileTheyWaitForADeadSensor)
   Site site;
   site.run(400ms);
   site.run(1600ms, 4);
-  EXPECT_GE(compareTopWithOne(site), 13u);
+  EXPECT_GE(compareTopWithOne(site, all_known, 800ms), 6u);
+  // When its last frame is too old depends on when that was decoded.
+  EXPECT_GE(compareTopWithOne(site, 1200ms, 2000ms), 6u);
 }
 
 TEST(CentresOfCentres, KnowsADeadSensorOfACentreBelow)
