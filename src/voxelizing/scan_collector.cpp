@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -51,6 +52,8 @@ ScanCollector::collect(PointBatches& points,
   scan.clearPoints();
   status = CompressionStatus();
   wants_other_rays_ = false;
+  // What is not collected leaves a layout of no frame behind.
+  const bool has_layout = std::exchange(has_layout_, false);
   SensorCloudReader::Contents contents;
   contents.intensities = unit_ != IntensityUnit::None;
   contents.colours = settings_.colour_bits > 0 && points.hasColours();
@@ -67,10 +70,10 @@ ScanCollector::collect(PointBatches& points,
   statistics = cloud_.statistics;
   statistics.resolution = grid_.grid().resolution;
   statistics.voxels = cloud_.size();
-  if (cloud_.size() == 0 && !is_i_frame_due) // on the rays of the last one
-    return scan.width > 0 &&
-           (scan.order != scan::PointOrder::Organised ||
-            (cloud_.image.width == scan.width && cloud_.image.height == scan.height));
+  if (cloud_.size() == 0 && !is_i_frame_due && has_layout && fitsLayout(scan)) {
+    has_layout_ = true;
+    return true;
+  }
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
   if (!grid_.setAround(sensor_pose, cloud_)) {
@@ -101,7 +104,18 @@ ScanCollector::collect(PointBatches& points,
                                          : settings_.colour_bits;
   setColours(scan);
   status = setFields(fields, scan);
+  has_layout_ = status.ok();
   return true;
+}
+
+/** \brief Whether a cloud without points has the shape of a scan. */
+bool
+ScanCollector::fitsLayout(const scan::ScanFrame& scan) const
+{
+  const bool is_image = scan.order == scan::PointOrder::Organised;
+  return cloud_.image.width > 0 ? is_image && cloud_.image.width == scan.width &&
+                                      cloud_.image.height == scan.height
+                                : !is_image;
 }
 
 /** \brief How many pixels a scan of the cloud may have: where they are many for the
