@@ -32,7 +32,7 @@ struct Cloud {
 };
 
 enum class Kind { Image, MissingImage, Lidar, Scattered, Wide, Empty };
-constexpr std::uint64_t kinds = 6;
+constexpr std::uint64_t kind_count = 6;
 
 Cloud
 image(std::mt19937_64& random, bool has_points)
@@ -135,7 +135,7 @@ TEST_P(MixedClouds, DecodeAndLoseNoPoints)
   FrameDecoder decoder;
   decoder.setDecodesVoxels(false);
   for (std::size_t frame = 0; frame < 60; ++frame) {
-    const auto kind = static_cast<Kind>(below(random, kinds));
+    const auto kind = static_cast<Kind>(below(random, kind_count));
     SCOPED_TRACE(testing::Message() << frame << ", kind " << static_cast<int>(kind));
     const Cloud cloud = cloudOf(kind, random);
     std::size_t finite = 0;
