@@ -10,7 +10,6 @@
 #include <cmath>
 #include <numeric>
 #include <string>
-#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -52,8 +51,6 @@ ScanCollector::collect(PointBatches& points,
   scan.clearPoints();
   status = CompressionStatus();
   wants_other_rays_ = false;
-  // What is not collected leaves a layout of no frame behind.
-  const bool has_layout = std::exchange(has_layout_, false);
   SensorCloudReader::Contents contents;
   contents.intensities = unit_ != IntensityUnit::None;
   contents.colours = settings_.colour_bits > 0 && points.hasColours();
@@ -70,16 +67,15 @@ ScanCollector::collect(PointBatches& points,
   statistics = cloud_.statistics;
   statistics.resolution = grid_.grid().resolution;
   statistics.voxels = cloud_.size();
-  if (cloud_.size() == 0 && !is_i_frame_due && has_layout && fitsLayout(scan)) {
-    has_layout_ = true;
+  if (cloud_.size() == 0 && !is_i_frame_due && has_layout_ && fitsLayout(scan))
     return true;
-  }
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
   if (!grid_.setAround(sensor_pose, cloud_)) {
     status = orderStatus("it is too far from the origin of its coordinates");
     return false;
   }
+  has_layout_ = false; // until all is collected
   scan.grid = grid_.grid();
   scan.is_on_lattice = grid_.hasStep();
   was_free_ = scan.rays.shape == scan::RayShape::Free;
