@@ -191,7 +191,8 @@ TYPED_TEST(OctreeIntensity, EmptyVoxelsAndPlacesOutsideTheBoxShowZero)
                             this->makePoint(next_octant, 0.01f, 0.01f),
                             this->makePoint(0.01f, -next_octant, 0.01f),
                             this->makePoint(1e30f, 1e30f, 1e30f),
-                            this->makePoint(-1e30f, 0.0f, 0.0f)}) {
+                            this->makePoint(-1e30f, 0.0f, 0.0f),
+                            this->makePoint(0.01f, NAN, 0.01f)}) {
     EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(place), 0.0f) << place;
     EXPECT_EQ(this->octree.getVoxelDensityAtPoint(place), 0u) << place;
     EXPECT_EQ(this->octree.getLeafAtPoint(place), nullptr) << place;
