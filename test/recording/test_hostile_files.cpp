@@ -16,8 +16,7 @@
 
 #include <limits>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -343,5 +342,4 @@ TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -209,5 +208,4 @@ TEST(PointCloudMessages, StampsBefore1970AreKept)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording
