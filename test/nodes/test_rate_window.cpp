@@ -31,12 +31,6 @@ expectRates(const StreamRates& rates, const StreamRates& expected)
   EXPECT_DOUBLE_EQ(rates.max_latency_seconds, expected.max_latency_seconds);
 }
 
-void
-expectNothing(const StreamRates& rates)
-{
-  expectRates(rates, StreamRates());
-}
-
 TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
 {
   struct Case {
@@ -45,6 +39,12 @@ TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
     Time now;
     StreamRates expected;
   };
+  const std::vector<RateWindow::CodedFrame> three = {
+      frameAt(1s, 100, 0.5), frameAt(2s, 100, 0.1), frameAt(3s, 100, 0.1)};
+  const std::vector<RateWindow::CodedFrame> set_back = {
+      frameAt(1000s, 100, 0.9), frameAt(1001s, 100, 0.9), frameAt(10s), frameAt(11s)};
+  const std::vector<RateWindow::CodedFrame> set_back_a_little = {
+      frameAt(10000ms), frameAt(11000ms, 100, 0.9), frameAt(10500ms), frameAt(10750ms)};
   const std::vector<Case> cases = {
       {"nothing", {}, 1700000000s, {}},
       {"one frame has no rate",
@@ -71,66 +71,39 @@ TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
       {"as of a moment before the last frame",
        {frameAt(1000ms), frameAt(1500ms), frameAt(2000ms)},
        1500ms,
-       {2.0, 200.0, 0.01, 0.01, 0.02, 0.02}}};
+       {2.0, 200.0, 0.01, 0.01, 0.02, 0.02}},
+      // Frames count until they are older than the window of two seconds.
+      {"all of them", three, 3s, {1.0, 100.0, 0.7 / 3, 0.5, 0.02, 0.02}},
+      {"two", three, 3s + 1ns, {1.0, 100.0, 0.1, 0.1, 0.02, 0.02}},
+      {"one has no rate", three, 4s + 1ns, {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+      {"the last one", three, 5s, {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+      {"none", three, 5s + 1ns, {}},
+      // Adding a frame removes old ones: as of 3 s the first would count.
+      {"removed", {frameAt(1s, 100, 0.5), frameAt(3s + 1ns, 100, 0.1)}, 3s, {}},
+      {"not the new one",
+       {frameAt(1s, 100, 0.5), frameAt(3s + 1ns, 100, 0.1)},
+       3s + 1ns,
+       {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+      // Those of before do not come back when their time comes again.
+      {"a clock that was set back",
+       set_back,
+       11s,
+       {1.0, 100.0, 0.01, 0.01, 0.02, 0.02}},
+      {"the time of before", set_back, 1001s, {}},
+      {"a clock that was set back a little, before",
+       set_back_a_little,
+       10750ms,
+       {2.0 / 0.75, 200.0 / 0.75, 0.01, 0.01, 0.02, 0.02}},
+      {"a clock that was set back a little, after",
+       set_back_a_little,
+       11000ms,
+       {2.0 / 0.75, 200.0 / 0.75, 0.01, 0.01, 0.02, 0.02}}};
   for (const Case& of_frames : cases) {
     SCOPED_TRACE(of_frames.name);
     RateWindow window;
     for (const RateWindow::CodedFrame& frame : of_frames.frames)
       window.add(frame);
     expectRates(window.rates(of_frames.now), of_frames.expected);
-  }
-}
-
-TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
-{
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.5));
-  window.add(frameAt(2s, 100, 0.1));
-  window.add(frameAt(3s, 100, 0.1));
-  EXPECT_DOUBLE_EQ(window.rates(3s).max_cycle_seconds, 0.5);
-  EXPECT_DOUBLE_EQ(window.rates(3s).frames_per_second, 1.0);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).frames_per_second, 1.0);
-  EXPECT_EQ(window.rates(4s + 1ns).frames_per_second, 0.0);
-  EXPECT_DOUBLE_EQ(window.rates(5s).mean_cycle_seconds, 0.1);
-  expectNothing(window.rates(5s + 1ns));
-}
-
-TEST(RateWindow, AddingAFrameRemovesOldOnes)
-{
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.5));
-  window.add(frameAt(3s + 1ns, 100, 0.1));
-  // As of then the first would count.
-  EXPECT_EQ(window.rates(3s).max_cycle_seconds, 0.0);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
-}
-
-TEST(RateWindow, AClockSetBackRestartsTheWindow)
-{
-  RateWindow window;
-  window.add(frameAt(1000s, 100, 0.9));
-  window.add(frameAt(1001s, 100, 0.9));
-  window.add(frameAt(10s));
-  window.add(frameAt(11s));
-  EXPECT_DOUBLE_EQ(window.rates(11s).frames_per_second, 1.0);
-  EXPECT_DOUBLE_EQ(window.rates(11s).max_cycle_seconds, 0.01);
-  // Nor do they come back when their time comes again.
-  expectNothing(window.rates(1001s));
-}
-
-TEST(RateWindow, AClockSetBackALittleForgetsLaterFrames)
-{
-  RateWindow window;
-  window.add(frameAt(10000ms));
-  window.add(frameAt(11000ms, 100, 0.9));
-  window.add(frameAt(10500ms));
-  window.add(frameAt(10750ms));
-  for (const Time now : {10750ms, 11000ms}) {
-    const StreamRates rates = window.rates(now);
-    EXPECT_DOUBLE_EQ(rates.frames_per_second, 2.0 / 0.75);
-    EXPECT_DOUBLE_EQ(rates.bytes_per_second, 200.0 / 0.75);
-    EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.01);
   }
 }
 
