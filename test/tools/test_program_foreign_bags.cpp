@@ -179,16 +179,6 @@ TEST_F(ProgramForeignBags, MayHaveRowStepsOfOtherImages)
   expectRefusedClouds("bag.mcap", "invalid layout");
 }
 
-TEST_F(ProgramForeignBags, MayHaveMoreBytesBehindOneRow)
-{
-  writeWalls(folder / "bag.mcap", [](PointCloudMessage& cloud) {
-    cloud.width *= cloud.height;
-    cloud.height = 1;
-    cloud.row_step = 0;
-    cloud.bytes.push_back(0);
-  });
-  EXPECT_TRUE(hasPart(expectWalls("bag.mcap"), "/points: row_step does not fit"));
-}
 TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
 {
   const std::pair<const char*, Change> changes[] = {
@@ -212,6 +202,13 @@ TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
          cloud.height *= cloud.width;
          cloud.width = 1;
          cloud.row_step = 16;
+       }},
+      {"row_step does not fit", // with more bytes behind one row
+       [](PointCloudMessage& cloud) {
+         cloud.width *= cloud.height;
+         cloud.height = 1;
+         cloud.row_step = 0;
+         cloud.bytes.push_back(0);
        }},
       {"the order of the points takes none of the ", [](PointCloudMessage&) {}}};
   for (const auto& [remark, change] : changes) {
@@ -372,18 +369,13 @@ TEST_F(ProgramForeignBags, MayNameTheTypeInOtherWays)
   }
 }
 
-TEST_F(ProgramForeignBags, OfOtherStoragesAndCompressionsAreNamed)
+TEST_F(ProgramForeignBags, OfOtherStoragesAreNamed)
 {
-  const std::pair<std::string, const char*> kinds[] = {
-      {"  compression_format: lz4\n", "its compression is 'lz4', and only zstd"},
-      {"  storage_identifier: own\n", "its storage is 'own', and only mcap and"}};
-  for (const auto& [line, reason] : kinds) {
-    const std::string metadata = "rosbag2_bagfile_information:\n" + line;
-    fs::create_directories(folder / "bag");
-    writeBytes(folder / "bag/metadata.yaml", {metadata.begin(), metadata.end()});
-    writeBytes(folder / "bag/bag_0.own", {1, 2, 3});
-    expectFailure("encode bag -o y.mcap", 1, reason);
-  }
+  fs::create_directories(folder / "bag");
+  writeText(folder / "bag/metadata.yaml",
+            "rosbag2_bagfile_information:\n  storage_identifier: own\n");
+  writeBytes(folder / "bag/bag_0.own", {1, 2, 3});
+  expectFailure("encode bag -o y.mcap", 1, "its storage is 'own'");
   fs::remove(folder / "bag/metadata.yaml");
   expectFailure(
       "encode bag -o y.mcap", 1, "and no bag; it has 1 other file (bag_0.own)");
