@@ -126,10 +126,6 @@ TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
               "TYPE"});
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
   expectPart(refusal("a.pcd", pcd("x y z", "2 4 4", "F F F", "1 1 1", 1, data)), "'x'");
-}
-
-TEST_F(FileLayouts, FieldsOfAnUnknownTypeAreLeftOut)
-{
   EXPECT_EQ(
       read("a.pcd",
            pcd("x y z valid ring",
