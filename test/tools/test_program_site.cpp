@@ -170,15 +170,21 @@ TEST_F(ProgramSite, ReplacesNoMapUnlessAsked)
 {
   const NatsServer server;
   const Bytes precious{'o', 'w', 'n'};
-  writeBytes(folder / "mine.ot", precious);
+  for (const char* const map : {"mine.ot", "old.ot"})
+    writeBytes(folder / map, precious);
   const std::string receive = "receive -q --for 10ms --map mine.ot" + at(server);
   expectFailure(receive, 2, "'mine.ot' exists: name another output, or replace");
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   writeClouds("room", roomClouds(5));
-  Receiving receiving(folder, "receive", at(server) + "--overwrite --map mine.ot");
+  const std::string replace = at(server) + "--overwrite --map ";
+  Receiving empty(folder, "empty", replace + "mine.ot --min-intensity 1e9");
+  Receiving receiving(folder, "receive", replace + "old.ot");
   expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
+  EXPECT_EQ(empty.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(empty.errors(), "the map is empty, and not written: "));
+  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  EXPECT_NE(bytesOf(folder / "mine.ot"), precious);
+  EXPECT_NE(bytesOf(folder / "old.ot"), precious);
 }
 
 TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
