@@ -144,6 +144,8 @@ TEST_F(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
   ASSERT_EQ(json["other_topics"].size(), 1u);
   EXPECT_EQ(json["other_topics"][0]["topic"], "/imu");
   EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
+  EXPECT_TRUE(hasPart(expectRun("info small.mcap").output,
+                      "other topics: /imu (sensor_msgs/msg/Imu)\n"));
 }
 
 TEST_F(ProgramBags, DecodedBagHasTheTopicsAgain)
