@@ -26,6 +26,7 @@ namespace pcl_ext::PCL_EXT_ABI::link {
 namespace test {
 
 using pcl_ext::test::expectCode;
+using pcl_ext::test::hasPart;
 using view::test::Bytes;
 using view::test::LiveSource;
 using view::test::waitFor;
