@@ -4,8 +4,8 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "nodes/merged_keys.h"
-#include "nodes/received_stream.h"
 #include "nodes/summed_voxels.h"
+#include "nodes/taken_changes.h"
 #include "voxelizing/common_step.h"
 #include "voxels/grid_fit.h"
 

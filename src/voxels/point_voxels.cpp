@@ -73,6 +73,22 @@ arrange(const std::vector<Entry>& entries,
   values.swap(arranged);
 }
 
+/** \brief The places of a cloud that have no point, ascending. */
+std::vector<std::uint32_t>
+gapsOf(const FramePoints& points)
+{
+  std::vector<std::uint32_t> gaps;
+  if (points.indices.size() == points.cloudSize())
+    return gaps;
+  std::vector<bool> is_there(points.cloudSize());
+  for (const std::uint32_t index : points.indices)
+    is_there[index] = true;
+  for (std::uint32_t i = 0; i < is_there.size(); ++i)
+    if (!is_there[i])
+      gaps.push_back(i);
+  return gaps;
+}
+
 /** \brief Sums over the points of a voxel. */
 struct PointSums {
   std::uint32_t count = 0;
@@ -127,8 +143,10 @@ setVoxels(VoxelFrame& frame)
   arrange(entries, 1, frame.points.colours);
   for (FrameField& field : frame.fields)
     arrange(entries, field.count, field.numbers);
-  if (frame.points.height == 1)
+  if (frame.points.height == 1) {
+    frame.points.left_out = gapsOf(frame.points);
     closeGaps(frame.points);
+  }
   frame.has_point_counts = true;
   frame.intensities.clear();
   frame.colours.clear();

@@ -299,6 +299,45 @@ TEST(DecodedCloudOutliers, PointsOfOneRowKeepTheirOrder)
   EXPECT_GT(next, 100u);
 }
 
+TEST(DecodedCloudOutliers, PointsOutsideTheGridAreNotJudgedAndStay)
+{
+  constexpr double fine = 0.001;
+  const auto near = wallWithNoise<pcl::PointXYZ>(0);
+  const auto cloud = wallWithNoise<pcl::PointXYZ>(0);
+  pcl::PointXYZ far_point;
+  far_point.x = 1500.0f;
+  far_point.y = far_point.z = 0.0f;
+  for (const std::ptrdiff_t place : {0, 77, 6000})
+    cloud->insert(cloud->begin() + place, far_point);
+  io::IntensityCompressionSettings settings = settingsAt(fine);
+  settings.keep_order = true;
+  std::array<pcl::PointCloud<pcl::PointXYZ>, 2> kept;
+  for (std::size_t i = 0; i < 2; ++i) {
+    io::OctreePointCloudIntensityCompression<pcl::PointXYZ> encoder(settings);
+    io::OctreePointCloudIntensityCompression<pcl::PointXYZ> decoder;
+    std::vector<std::uint8_t> bytes;
+    pcl::PointCloud<pcl::PointXYZ>::Ptr decoded;
+    ASSERT_TRUE(encoder.encodePointCloud(i == 0 ? near : cloud, bytes).ok());
+    ASSERT_TRUE(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok());
+    VoxelOutlierRemoval removal({VoxelsUnit()});
+    const OutlierRemovalStatus removed =
+        removeOutliers(*decoded, decoder.voxelFrame(), removal);
+    ASSERT_TRUE(removed.ok()) << removed.message();
+    EXPECT_GT(removed.removed, 20u);
+    EXPECT_EQ(decoded->size() + removed.removed, (i == 0 ? near : cloud)->size());
+    kept[i] = *decoded;
+  }
+  std::size_t i = 0;
+  for (const pcl::PointXYZ& point : kept[1])
+    if (point.x < 1000.0f) {
+      EXPECT_NEAR(point.x, kept[0][i].x, fine);
+      EXPECT_NEAR(point.y, kept[0][i].y, fine);
+      EXPECT_NEAR(point.z, kept[0][i++].z, fine);
+    }
+  EXPECT_EQ(i, kept[0].size());
+  EXPECT_EQ(i + 3, kept[1].size());
+}
+
 TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)
 {
   DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));

@@ -148,6 +148,9 @@ struct FramePoints {
   /** \brief Points that were outside the grid and were left out, when the others got
    * voxels. A scan reaches as far as its points, a grid at most 2^21 voxels. */
   std::size_t outside_grid = 0;
+  /** \brief Where these were in a cloud of one row, which has no place for them any more:
+   * ascending; else empty. */
+  std::vector<std::uint32_t> left_out;
   /** \brief Whether floats do not hold all positions to 1/16 of an edge, as some are
    * further from the world's origin than 2^20 edges. */
   bool need_doubles = false;

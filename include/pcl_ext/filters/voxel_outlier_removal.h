@@ -341,13 +341,14 @@ private:
  * \param[in,out] removal the filter of this stream
  * \return that of filter() with the number of points removed; DifferentCloud if the
  * cloud has another number of points than the frame: then the filter has not seen the
- * frame
+ * frame. Points of a scan that are outside the frame's grid are not judged, and stay
  */
 template <typename CloudT>
 [[nodiscard]] OutlierRemovalStatus
 removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& removal)
 {
-  if (cloud.size() != frame.cloudSize())
+  const std::vector<std::uint32_t>& unjudged = frame.points.left_out;
+  if (cloud.size() != frame.cloudSize() + unjudged.size())
     return {OutlierRemovalCode::DifferentCloud,
             "no point was judged: the cloud has " + std::to_string(cloud.size()) +
                 " points, and its frame " + std::to_string(frame.cloudSize())};
@@ -355,7 +356,7 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
   OutlierRemovalStatus status = removal.filter(kept);
   if (status.removed == 0)
     return status;
-  std::vector<bool> is_removed(cloud.size());
+  std::vector<bool> is_removed(frame.cloudSize());
   std::size_t next = 0;  // of the voxels that stay, which are in the frame's order
   std::size_t point = 0; // of the voxel
   status.removed = 0;
@@ -376,9 +377,13 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
     return status;
   }
   std::size_t points_kept = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (!is_removed[i])
+  std::size_t passed = 0; // of unjudged
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const bool is_unjudged = passed < unjudged.size() && unjudged[passed] == i;
+    if (is_unjudged || !is_removed[i - passed])
       cloud.points[points_kept++] = cloud.points[i];
+    passed += is_unjudged ? 1 : 0;
+  }
   cloud.resize(points_kept);
   cloud.width = static_cast<std::uint32_t>(points_kept);
   cloud.height = 1;

@@ -88,8 +88,8 @@ struct ReceivedFrame {
    * or why there are no voxels. */
   const io::CompressionStatus& status;
   /** \brief Returns the denoised voxels; empty unless the status is Ok. The listener may
-   * call it, which takes time where the frame tells changes only. Throws std::bad_alloc
-   * without memory for them. */
+   * call it: where the frame tells changes only, the voxels are listed then; without
+   * memory for them they are empty. */
   const std::function<const io::VoxelFrame&()>& voxels;
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
@@ -278,9 +278,11 @@ public:
    * intensities if that is more. Typical is the median of the streams' medians, of two
    * the lower one. health() has the number of both.
    *
-   * Sums are kept from one call to the next: each stream is compared with what was merged
-   * of it, by several threads, and what has changed is added or taken away. All voxels
-   * are entered again where the common grid or the limit of intensities is another one.
+   * Sums are kept from one call to the next: what has changed in a stream since then is
+   * added or taken away, by several threads. All voxels of all streams are entered again
+   * where the common grid or the limit of intensities is another one, and where what has
+   * changed is not known: behind removeStream(), and of a stream whose frames were not
+   * merged for longer than 64 of them.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()

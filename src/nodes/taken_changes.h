@@ -1,0 +1,98 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/compression/voxel_changes.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext::PCL_EXT_ABI::nodes {
+
+/** \brief Which frames are merged: the latest one of a stream, if it was decoded between
+ * two times or has one of some stamps. */
+struct FrameSelection {
+  Time oldest = Time::min();
+  Time newest = Time::max();
+  std::optional<StampRange> stamps = std::nullopt;
+};
+
+/** \brief What is taken of a stream: how its voxels have changed since the last time, in
+ * steps that follow each other. */
+class TakenChanges {
+public:
+  /** \brief False if it is not known what has changed: what was taken before is to be
+   * dropped. */
+  bool are_known = true;
+
+  void
+  clear()
+  {
+    are_known = true;
+    size_ = 0;
+  }
+
+  /** \brief Releases the memory. */
+  void
+  release() noexcept
+  {
+    *this = TakenChanges();
+  }
+
+  /** \brief Adds a step, which is to be set. */
+  io::VoxelChanges&
+  add()
+  {
+    return steps_[size_++];
+  }
+
+  /** \brief Adds a step after which there are no voxels. */
+  void
+  addGone(io::VoxelFrame& all)
+  {
+    io::VoxelChanges& step = add();
+    std::swap(step.gone, all);
+    step.came = emptyLike(step.gone);
+  }
+
+  /** \brief Adds a step before which there are no voxels. */
+  void
+  addCame(io::VoxelFrame& all)
+  {
+    io::VoxelChanges& step = add();
+    std::swap(step.came, all);
+    step.gone = emptyLike(step.came);
+  }
+
+  const io::VoxelChanges*
+  begin() const
+  {
+    return steps_.data();
+  }
+
+  const io::VoxelChanges*
+  end() const
+  {
+    return steps_.data() + size_;
+  }
+
+private:
+  static io::VoxelFrame
+  emptyLike(const io::VoxelFrame& frame)
+  {
+    io::VoxelFrame empty;
+    empty.grid = frame.grid;
+    empty.intensity_scale = frame.intensity_scale;
+    empty.colour_bits = frame.colour_bits;
+    empty.depth_model = frame.depth_model;
+    return empty;
+  }
+
+  std::array<io::VoxelChanges, 2> steps_; // keep their memory
+  std::size_t size_ = 0;
+};
+
+} // namespace pcl_ext::PCL_EXT_ABI::nodes
