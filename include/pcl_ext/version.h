@@ -32,6 +32,11 @@
 #define PCL_EXT_ABI_OF_VERSION(major, minor) PCL_EXT_ABI_OF_NUMBERS(major, minor)
 #define PCL_EXT_ABI_OF_NUMBERS(major, minor) v##major##_##minor
 
+#if defined(__clang__)
+// C++17 has no word for it in `namespace pcl_ext::PCL_EXT_ABI::io {`.
+#pragma clang diagnostic ignored "-Winline-namespace-reopened-noninline"
+#endif
+
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
