@@ -230,12 +230,13 @@ ScanCollector::locateFree(const FieldCollector& fields,
     const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
                           scan.grid.lowerCorner(axis)) /
                          scan.grid.resolution;
-    // The origin is the sensor, or else the middle of the grid.
+    // The origin is the sensor, or else the middle of the grid. It is the centre of a
+    // voxel, so that points are amid the voxels that contain them, and not on their faces.
     constexpr double farthest = 0x1p24;
-    const bool is_near = std::abs(edges) < farthest;
-    scan.rays.pose.origin[axis] = is_near
-                                      ? std::llround(edges * 0x1p16)
-                                      : std::int64_t{1} << (max_grid_depth - 1 + 16);
+    const std::int64_t voxel = std::abs(edges) < farthest
+                                   ? static_cast<std::int64_t>(std::floor(edges))
+                                   : std::int64_t{1} << (max_grid_depth - 1);
+    scan.rays.pose.origin[axis] = voxel * (1 << 16) + (1 << 15);
   }
   return isConsistent(scan) && locateAll(scan);
 }
