@@ -82,10 +82,11 @@ describeMap(Descriptions& parameters)
       "map_full_intensity",
       "of the intensity",
       4.0,
-      1e-6,
+      0,
       largest_intensity,
       "A voxel of this intensity, or without one, counts as one hit in the map, others "
-      "as a part of one; 255 is a full face for quadratic and linear."));
+      "as a part of one; 255 is a full face for quadratic and linear; 0: each voxel is "
+      "a hit, as suits native."));
 }
 
 void

@@ -26,8 +26,8 @@ CentralMap::CentralMap(rclcpp::Node& node,
 , path_(valueOf<std::string>(values, "map_path"))
 , fault_(path_.empty() ? "" : MergedMap::faultOf(path_))
 , seconds_between_updates_(1.0 / valueOf<double>(values, "map_rate"))
-, map_(valueOf<double>(values, "resolution"),
-       valueOf<double>(values, "map_full_intensity"))
+, full_intensity_(valueOf<double>(values, "map_full_intensity"))
+, map_(valueOf<double>(values, "resolution"))
 , streams_(std::move(streams))
 , central_node_(std::move(central_node))
 , publisher_(node)
@@ -86,7 +86,7 @@ CentralMap::update(Rays rays)
       find = [&](pcl_ext::nodes::Time stamp) {
         return findSensor(stream->sensorFrame(), stamp);
       };
-    map_.insertLatest(stream->topic(), find, *central_node_);
+    map_.insertLatest(stream->topic(), full_intensity_, find, *central_node_);
   }
   map_.completeRound();
   nodes_ = map_.tree().size();

@@ -93,6 +93,7 @@ private:
   const std::string path_; ///< empty: no file
   std::string fault_;
   const double seconds_between_updates_;
+  const double full_intensity_;
   std::mutex
       mutex_; // guards map_ and transforms_: callbacks may run while the node ends
   pcl_ext::nodes::detail::MergedMap map_;

@@ -409,13 +409,14 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
   addChoice(app, "--effort", io::efforts, centre.stream.effort, "of the merged stream");
   app.add_option("--map", centre.map.path, "feed an OctoMap, written each minute")
       ->type_name("FILE.ot");
-  addNumber(app,
-            "--map-full-intensity",
-            centre.map.full_intensity,
-            1e-6,
-            1e30,
-            "I",
-            "that counts as one hit in the map");
+  app.add_option(
+         "--map-full-intensity",
+         centre.map.full_intensity,
+         "that counts as one hit in the map, lower ones as a part of it; 0: each "
+         "voxel does (0 for law native, else 4)")
+      ->check(refuseNan)
+      ->check(CLI::Range(0.0, 1e30).description(""))
+      ->type_name("I");
   centre.decoding.limits = nodes::CentralNodeSettings::defaultLimits();
   addDecodingOptions(app, centre.decoding);
 }

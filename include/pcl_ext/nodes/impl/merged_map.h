@@ -36,18 +36,19 @@ public:
 
   /** \brief An empty map.
    * \param[in] resolution metres
-   * \param[in] full_intensity see insertVoxels
    */
-  MergedMap(double resolution, double full_intensity);
+  explicit MergedMap(double resolution);
 
   /** \brief Inserts the latest frame of a stream, unless it is in the map already. Call
    * completeRound() after the frames of all streams.
    * \param[in] stream name in the central node
+   * \param[in] full_intensity see insertVoxels; 0: each voxel is a hit
    * \param[in] find_sensor may be empty: no rays are taken
    * \param[in] central_node that decodes the stream
    */
   void
   insertLatest(const std::string& stream,
+               double full_intensity,
                const FindSensor& find_sensor,
                const CentralNode& central_node);
 
@@ -78,18 +79,16 @@ private:
     return path + ".part";
   }
 
-  const float full_intensity_;
   octomap::OcTree tree_;
   std::map<std::string, std::size_t> last_frames_; // number of the last one, by stream
   io::VoxelFrame voxels_;                          // keeps its memory
 };
 
-inline MergedMap::MergedMap(double resolution, double full_intensity)
-: full_intensity_(static_cast<float>(full_intensity)), tree_(resolution)
-{}
+inline MergedMap::MergedMap(double resolution) : tree_(resolution) {}
 
 inline void
 MergedMap::insertLatest(const std::string& stream,
+                        double full_intensity,
                         const FindSensor& find_sensor,
                         const CentralNode& central_node)
 {
@@ -102,8 +101,13 @@ MergedMap::insertLatest(const std::string& stream,
   std::optional<octomap::point3d> origin;
   if (find_sensor)
     origin = find_sensor(frame->stamp);
+  if (full_intensity == 0.0) {
+    voxels_.intensity_scale.bits = 0;
+    voxels_.intensities.clear();
+    voxels_.depth_model.reset();
+  }
   constexpr bool lazily = true; // completeRound() updates the inner nodes
-  insertVoxels(voxels_, full_intensity_, origin, tree_, lazily);
+  insertVoxels(voxels_, static_cast<float>(full_intensity), origin, tree_, lazily);
 }
 
 inline void
