@@ -29,13 +29,14 @@ describeMerging(Descriptions& parameters)
   using Seconds = std::chrono::duration<double>;
   parameters.push_back(frameParameter("TF frame that frames have to be in; others are "
                                       "reported and dropped."));
-  parameters.push_back(
-      numberParameter("resolution",
-                      "m",
-                      defaults.resolution,
-                      io::smallest_resolution,
-                      io::largest_resolution,
-                      "Edge of the voxels of the merged grid and of the map."));
+  parameters.push_back(numberParameter(
+      "resolution",
+      "m",
+      defaults.resolution,
+      io::smallest_resolution,
+      io::largest_resolution,
+      "Edge of the voxels of the merged grid and of the map, not finer than the "
+      "streams'."));
   parameters.push_back(numberParameter(
       "merge_rate", "Hz", 10.0, 0, 1000, "Rate of merged clouds; 0: no merging."));
   parameters.push_back(numberParameter(
@@ -179,7 +180,8 @@ readCentralNodeParameters(const ParameterValues& values, Clock clock)
   settings.schedule.max_age = settings.node.max_merge_age;
   settings.schedule.max_wait = toTime(access.get<double>("merge_wait"));
   const double rate = access.get<double>("merge_rate");
-  settings.reports_resolution = rate > 0.0;
+  settings.reports_resolution =
+      rate > 0.0 || !access.get<std::string>("map_path").empty();
   constexpr double longest_period = 3600.0; // seconds
   if (rate > 0.0)
     settings.schedule.period = toTime(std::min(1.0 / rate, longest_period));

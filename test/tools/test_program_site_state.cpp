@@ -297,6 +297,23 @@ TEST_F(ProgramSiteState, ATerminalShowsHowFarItIs)
   wait_for(*receiving, " of 2 streams\x1b[K");
 }
 
+TEST_F(ProgramSiteState, VoxelsThatLeaveGapsAreTold)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(2));
+  const std::string gaps = "/room: Voxels have an edge of 0.05 m, those of the merged "
+                           "grid and the map 0.025 m, where they leave gaps: ";
+  const auto expectStatus = [&](const std::string& options, int status) {
+    Receiving receiving(folder, "receive", at(server) + options);
+    expectRun("send -q room --rate 50 -r 0.05" + at(server));
+    EXPECT_EQ(receiving.end(SIGINT), status) << receiving.errors();
+    EXPECT_EQ(hasPart(receiving.errors(), gaps), status != 0) << receiving.errors();
+  };
+  expectStatus("--map map.ot --resolution 0.025", 1);
+  expectStatus("--merge all --resolution 0.025", 1);
+  expectStatus("--merge all --map other.ot --resolution 0.1", 0);
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext
