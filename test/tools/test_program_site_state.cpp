@@ -314,6 +314,21 @@ TEST_F(ProgramSiteState, VoxelsThatLeaveGapsAreTold)
   expectStatus("--merge all --map other.ot --resolution 0.1", 0);
 }
 
+TEST_F(ProgramSiteState, AMapThatLacksVoxelsSaysHowMany)
+{
+  const NatsServer server;
+  pcl::PointCloud<pcl::PointXYZI> row; // the map ends at 1638.4 m
+  for (const float x : {1637.3f, 1638.3f, 1638.5f, 1639.0f, 1640.0f})
+    row.push_back(pcl::PointXYZI(x, 0.0f, 0.0f, 1.0f));
+  writeClouds("row", {row});
+  Receiving receiving(folder, "receive", at(server) + "--map map.ot");
+  expectRun("send -q row --rate 50 -r 0.05" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(), "are not in the map, 3 in all, as they are "))
+      << receiving.errors();
+  EXPECT_TRUE(std::filesystem::exists(folder / "map.ot"));
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

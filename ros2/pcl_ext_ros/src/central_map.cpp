@@ -89,6 +89,9 @@ CentralMap::update(Rays rays)
     map_.insertLatest(stream->topic(), full_intensity_, find, *central_node_);
   }
   map_.completeRound();
+  if (const std::string fault = map_.faultOfFrames();
+      fault != std::exchange(told_fault_, fault))
+    warnings_.warn(fault);
   nodes_ = map_.tree().size();
 }
 

@@ -97,6 +97,7 @@ private:
   std::mutex
       mutex_; // guards map_ and transforms_: callbacks may run while the node ends
   pcl_ext::nodes::detail::MergedMap map_;
+  std::string told_fault_; ///< see MergedMap::faultOfFrames()
   const Streams streams_;
   const std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node_;
   MapPublisher publisher_;

@@ -93,6 +93,10 @@ public:
       ++left_out_;
       map_.completeRound();
     }
+    if (const std::string fault = map_.faultOfFrames(); !fault.empty()) {
+      console_.error(fault);
+      is_left_out_ = true;
+    }
     if (isToldToEnd() && std::filesystem::exists(options_.path))
       console_.summary("interrupted: '" + options_.path +
                        "' is still the earlier map; that of " +

@@ -63,7 +63,7 @@ public:
   void
   finish(const nodes::CentralNode& node);
 
-  /** \brief Whether the map was empty in the end, which was told. */
+  /** \brief Whether the map was empty in the end, or lacks voxels, which was told. */
   bool
   isLeftOut() const;
 

@@ -62,6 +62,10 @@ public:
     return tree_;
   }
 
+  /** \brief What of the frames is not in the map, one sentence; empty: nothing. */
+  std::string
+  faultOfFrames() const;
+
   /** \brief Writes the map as .ot. An existing file is replaced when the new one is
    * complete. */
   Written
@@ -81,7 +85,8 @@ private:
 
   octomap::OcTree tree_;
   std::map<std::string, std::size_t> last_frames_; // number of the last one, by stream
-  io::VoxelFrame voxels_;                          // keeps its memory
+  std::size_t left_out_ = 0; // voxels of all frames, as they are too far
+  io::VoxelFrame voxels_;    // keeps its memory
 };
 
 inline MergedMap::MergedMap(double resolution) : tree_(resolution) {}
@@ -107,7 +112,8 @@ MergedMap::insertLatest(const std::string& stream,
     voxels_.depth_model.reset();
   }
   constexpr bool lazily = true; // completeRound() updates the inner nodes
-  insertVoxels(voxels_, static_cast<float>(full_intensity), origin, tree_, lazily);
+  left_out_ +=
+      insertVoxels(voxels_, static_cast<float>(full_intensity), origin, tree_, lazily);
 }
 
 inline void
@@ -115,6 +121,16 @@ MergedMap::completeRound()
 {
   tree_.updateInnerOccupancy();
   tree_.prune();
+}
+
+inline std::string
+MergedMap::faultOfFrames() const
+{
+  if (left_out_ == 0)
+    return {};
+  return "Voxels of frames are not in the map, " + std::to_string(left_out_) +
+         " in all, as they are more than 32768 voxels from the origin: set a larger "
+         "resolution";
 }
 
 inline MergedMap::Written
