@@ -75,8 +75,8 @@ describeMap(Descriptions& parameters)
   parameters.push_back(textParameter(
       "map_path",
       "",
-      "File for the OctoMap (.ot), written on request and, unless the map is empty, at "
-      "the end; an existing file is replaced; '': none."));
+      "File for the OctoMap (.ot, not .bt), written on request and, "
+      "unless the map is empty, at the end; an existing file is replaced; '': none."));
   parameters.push_back(
       numberParameter("map_rate", "Hz", 1.0, 0.001, 1000, "Updates of the map."));
   parameters.push_back(numberParameter(

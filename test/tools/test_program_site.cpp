@@ -486,6 +486,22 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }
 
+TEST_F(ProgramSite, RefusesMapsThatAreNone)
+{
+  const NatsServer server;
+  expectRefusals({{"receive --for 10ms --map -" + at(server),
+                   2,
+                   "--map is '-'; it must be a file"},
+                  {"receive --for 10ms --map x.bt" + at(server),
+                   2,
+                   "--map is 'x.bt'; it must not end in "},
+                  {"receive --for 10ms --map no/x.ot" + at(server),
+                   2,
+                   "--map is 'no/x.ot'; it must be a "}});
+  EXPECT_FALSE(fs::exists(folder / "x.bt"));
+  EXPECT_FALSE(fs::exists(folder / "-"));
+}
+
 TEST_F(ProgramSite, VoxelsOfNoNativeIntensityAreInTheMap)
 {
   const NatsServer server;

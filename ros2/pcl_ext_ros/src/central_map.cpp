@@ -24,7 +24,7 @@ CentralMap::CentralMap(rclcpp::Node& node,
 , global_frame_(
       pcl_ext::nodes::withoutLeadingSlash(valueOf<std::string>(values, "global_frame")))
 , path_(valueOf<std::string>(values, "map_path"))
-, fault_(path_.empty() ? "" : MergedMap::faultOf(path_))
+, fault_(path_.empty() ? "" : MergedMap::faultOf("map_path", path_))
 , seconds_between_updates_(1.0 / valueOf<double>(values, "map_rate"))
 , full_intensity_(valueOf<double>(values, "map_full_intensity"))
 , map_(valueOf<double>(values, "resolution"))

@@ -135,6 +135,8 @@ private:
     const std::string& map = options_.centre.map.path;
     if (map.empty())
       return;
+    if (map == "-")
+      throw UsageError("--map is '-'; it must be a file, which is written each minute");
     refuseTakenFile({}, map, options_.output.may_replace);
     if (!options_.output.path.empty() &&
         fs::weakly_canonical(fs::absolute(map)) ==

@@ -26,7 +26,7 @@ public:
   Implementation(const CentreMapOptions& options, double resolution, Console& console)
   : options_(options), console_(console), map_(resolution)
   {
-    const std::string fault = nodes::detail::MergedMap::faultOf(options.path);
+    const std::string fault = nodes::detail::MergedMap::faultOf("--map", options.path);
     if (!fault.empty())
       throw UsageError(fault);
   }

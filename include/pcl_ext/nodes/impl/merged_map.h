@@ -71,9 +71,11 @@ public:
   Written
   write(const std::string& path) const;
 
-  /** \brief What prevents writing to a file; empty if nothing. */
+  /** \brief What prevents writing to a file; empty if nothing.
+   * \param[in] option that names the file
+   */
   static std::string
-  faultOf(const std::string& path);
+  faultOf(const std::string& option, const std::string& path);
 
 private:
   /** \brief Name of the file while the map is written. */
@@ -153,8 +155,11 @@ MergedMap::write(const std::string& path) const
 }
 
 inline std::string
-MergedMap::faultOf(const std::string& path)
+MergedMap::faultOf(const std::string& option, const std::string& path)
 {
+  if (std::filesystem::path(path).extension() == ".bt")
+    return option + " is '" + path +
+           "'; it must not end in .bt, as the map is written with its odds, as .ot";
   std::error_code failure;
   const bool exists = std::filesystem::exists(path, failure);
   if (!exists || std::filesystem::is_regular_file(path, failure)) {
@@ -163,7 +168,7 @@ MergedMap::faultOf(const std::string& path)
         std::filesystem::remove(unfinished, failure))
       return {};
   }
-  return "map_path is '" + path +
+  return option + " is '" + path +
          "'; it must be a file in a folder that can be written to";
 }
 
