@@ -461,6 +461,8 @@ addReceive(CLI::App& app)
   return [options, &app] {
     if (options->output.path.empty() && options->centre.map.path.empty())
       refuseOptions(app, {"--overwrite"}, "is for files: add -o or --map");
+    if (options->centre.map.path.empty())
+      refuseOptions(app, {"--map-full-intensity"}, "is for maps: add --map");
     if (options->centre.name.empty())
       refuseOptions(app,
                     {"--merge-period", "--merge-wait", "--merge-age", "--effort"},
