@@ -329,6 +329,24 @@ TEST_F(ProgramSiteState, AMapThatLacksVoxelsSaysHowMany)
   EXPECT_TRUE(std::filesystem::exists(folder / "map.ot"));
 }
 
+TEST_F(ProgramSiteState, AMapThatCannotBeWrittenTellsTheReason)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(2));
+  // A limit on the size of files in place of a full disk.
+  BackgroundProgram receiving(
+      folder,
+      "receive",
+      "",
+      "trap '' XFSZ; ulimit -f 1; exec \"$P\" receive --map map.ot" + at(server));
+  receiving.waitForError("receiving from site");
+  expectRun("send -q room --rate 50 -r 0.02" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(),
+                      "The map could not be written to map.ot: File too large"))
+      << receiving.errors();
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -8,6 +8,7 @@
 #include <octomap/octomap_types.h>
 #include <octomap/OcTree.h>
 
+#include <cerrno>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <system_error>
 
 namespace pcl_ext {
 namespace nodes {
@@ -140,18 +142,22 @@ MergedMap::write(const std::string& path) const
 {
   const std::string unfinished = unfinishedPath(path);
   bool is_complete = false;
+  std::error_code failure;
   {
     // By stream, as OctoMap's write by name does not report a full disk.
+    errno = 0;
     std::ofstream stream(unfinished, std::ios::binary);
     is_complete = stream.is_open() && tree_.write(stream) && stream.flush().good();
+    if (!is_complete)
+      failure = {errno, std::generic_category()};
   }
-  std::error_code failure;
   if (is_complete)
     std::filesystem::rename(unfinished, path, failure);
   if (is_complete && !failure)
     return {true, std::to_string(tree_.size()) + " nodes written to " + path};
-  std::filesystem::remove(unfinished, failure);
-  return {false, "The map could not be written to " + path};
+  std::error_code ignored;
+  std::filesystem::remove(unfinished, ignored);
+  return {false, "The map could not be written to " + path + ": " + failure.message()};
 }
 
 inline std::string
