@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \addtogroup nodes
  * @{ */
@@ -93,5 +92,4 @@ insertVoxels(const io::VoxelFrame& frame,
 
 /** @} */
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -18,8 +18,7 @@
 #include <string>
 #include <system_error>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace detail {
 
 /** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For
@@ -179,5 +178,4 @@ MergedMap::faultOf(const std::string& option, const std::string& path)
 }
 
 } // namespace detail
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes
