@@ -19,7 +19,7 @@ megabytes(std::uint64_t tenths)
 std::string
 shownLimit(std::size_t bytes)
 {
-  return megabytes(bytes / tenth);
+  return bytes < tenth ? std::to_string(bytes) + " bytes" : megabytes(bytes / tenth);
 }
 
 } // namespace

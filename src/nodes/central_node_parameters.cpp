@@ -28,13 +28,14 @@ describeMerging(Descriptions& parameters)
   using Seconds = std::chrono::duration<double>;
   parameters.push_back(frameParameter("TF frame that frames have to be in; others are "
                                       "reported and dropped."));
-  parameters.push_back(
-      numberParameter("resolution",
-                      "m",
-                      defaults.resolution,
-                      io::smallest_resolution,
-                      io::largest_resolution,
-                      "Edge of the voxels of the merged grid and of the map."));
+  parameters.push_back(numberParameter(
+      "resolution",
+      "m",
+      defaults.resolution,
+      io::smallest_resolution,
+      io::largest_resolution,
+      "Edge of the voxels of the merged grid and of the map, not finer than the "
+      "streams'."));
   parameters.push_back(numberParameter(
       "merge_rate", "Hz", 10.0, 0, 1000, "Rate of merged clouds; 0: no merging."));
   parameters.push_back(numberParameter(
@@ -73,18 +74,19 @@ describeMap(Descriptions& parameters)
   parameters.push_back(textParameter(
       "map_path",
       "",
-      "File for the OctoMap (.ot), written on request and, unless the map is empty, at "
-      "the end; an existing file is replaced; '': none."));
+      "File for the OctoMap (.ot, not .bt), written on request and, "
+      "unless the map is empty, at the end; an existing file is replaced; '': none."));
   parameters.push_back(
       numberParameter("map_rate", "Hz", 1.0, 0.001, 1000, "Updates of the map."));
   parameters.push_back(numberParameter(
       "map_full_intensity",
       "of the intensity",
       4.0,
-      1e-6,
+      0,
       largest_intensity,
       "A voxel of this intensity, or without one, counts as one hit in the map, others "
-      "as a part of one; 255 is a full face for quadratic and linear."));
+      "as a part of one; 255 is a full face for quadratic and linear; 0: each voxel is "
+      "a hit, as suits native."));
 }
 
 void
@@ -177,7 +179,8 @@ readCentralNodeParameters(const ParameterValues& values, Clock clock)
   settings.schedule.max_age = settings.node.max_merge_age;
   settings.schedule.max_wait = toTime(access.get<double>("merge_wait"));
   const double rate = access.get<double>("merge_rate");
-  settings.reports_resolution = rate > 0.0;
+  settings.reports_resolution =
+      rate > 0.0 || !access.get<std::string>("map_path").empty();
   constexpr double longest_period = 3600.0; // seconds
   if (rate > 0.0)
     settings.schedule.period = toTime(std::min(1.0 / rate, longest_period));

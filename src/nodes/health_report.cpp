@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/nodes/impl/health_report.h>
 
-#include <cmath>
+#include <sstream>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
 
@@ -51,26 +51,23 @@ compressionRatio(const StreamHealth& stream)
              : bytes_per_point * voxels / static_cast<double>(stream.bytes);
 }
 
-/** \brief Whether a stream has other voxels than the grid that it is merged on. Rate
- * control doubles their edge. */
+/** \brief Whether a stream has larger voxels than the grid that it is merged on, each
+ * of which takes the place of one of several. */
 bool
-hasOtherResolution(const StreamHealth& stream, double merged_resolution)
+leavesGaps(const StreamHealth& stream, double merged_resolution)
 {
-  if (!(stream.resolution > 0.0 && merged_resolution > 0.0))
-    return false;
-  const double doublings = std::log2(stream.resolution / merged_resolution);
   constexpr double tolerance = 1e-6; // published streams have their resolution as float
-  return doublings < -tolerance ||
-         std::abs(doublings - std::round(doublings)) > tolerance;
+  return merged_resolution > 0.0 &&
+         stream.resolution > merged_resolution * (1.0 + tolerance);
 }
 
 std::string
-otherResolution(const StreamHealth& stream, double merged_resolution)
+gapsOf(const StreamHealth& stream, double merged_resolution)
 {
   std::ostringstream text;
   text << "Voxels have an edge of " << stream.resolution
-       << " m, those of the merged grid " << merged_resolution
-       << " m: set the same resolution at both ends";
+       << " m, those of the merged grid and the map " << merged_resolution
+       << " m, where they leave gaps: set a resolution that is not finer than theirs";
   return text.str();
 }
 
@@ -117,8 +114,8 @@ faultsOfMerging(const StreamHealth& stream, double merged_resolution)
   if (stream.intensities_reduced > 0)
     faults.emplace_back(
         "Intensities are too far above those of other streams to be merged");
-  if (hasOtherResolution(stream, merged_resolution))
-    faults.push_back(otherResolution(stream, merged_resolution));
+  if (leavesGaps(stream, merged_resolution))
+    faults.push_back(gapsOf(stream, merged_resolution));
   return faults;
 }
 

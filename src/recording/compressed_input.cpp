@@ -109,9 +109,7 @@ decompressFile(InputFile& file, std::string& damage)
 {
   TemporaryFile copy;
   if (!copy.create())
-    return {RecordingCode::InputFailed,
-            "cannot make a temporary file for '" + file.path() +
-                "': " + std::strerror(errno)};
+    return noTemporaryFile(file.path());
   const std::uint64_t limit = std::max(least_limit, most_expansion * file.size());
   std::uint64_t size = 0;
   if (const std::uint64_t declared = declaredSize(file); declared > limit)

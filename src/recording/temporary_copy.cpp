@@ -125,6 +125,14 @@ TemporaryFile::create()
 }
 
 RecordingStatus
+noTemporaryFile(const std::string& name)
+{
+  return {RecordingCode::InputFailed,
+          "cannot make a temporary file for '" + name + "': " + std::strerror(errno) +
+              "; name a folder for it in TMPDIR"};
+}
+
+RecordingStatus
 copyToTemporaryFile(int input,
                     const std::string& name,
                     const std::function<bool()>& is_wanted,
@@ -135,7 +143,7 @@ copyToTemporaryFile(int input,
     return {RecordingCode::InputFailed, reason};
   TemporaryFile made;
   if (!made.create())
-    return failure("cannot make a temporary file for '" + name + "'");
+    return noTemporaryFile(name);
   RecordingStatus status =
       writeAll(made.descriptor(), beginning.data(), beginning.size())
           ? copyAll(input, name, is_wanted, made.descriptor())

@@ -51,6 +51,12 @@ private:
   std::string path_;
 };
 
+/** \brief Why TemporaryFile::create() failed, by errno.
+ * \param[in] name of what it is for
+ */
+RecordingStatus
+noTemporaryFile(const std::string& name);
+
 /** \brief Copies an input that cannot seek, such as a pipe, into a temporary file.
  * Devices and terminals are refused, as they may have no end.
  *

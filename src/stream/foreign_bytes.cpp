@@ -13,15 +13,21 @@ struct Format {
   const char* description;
 };
 
+constexpr const char* pcd_file =
+    "a PCD file: 'pcl_ext encode' makes a recording of it, pcl::io::loadPCDFile reads "
+    "it";
+
 constexpr std::array<Format, 7> formats = {{
     {"<PCL-OCT-COMPRESSED>",
      "a stream of PCL's own class: decode it with "
      "pcl::io::OctreePointCloudCompression"},
     {"<PCL-ORG-COMPRESSED>",
      "a stream of pcl::io::OrganizedPointCloudCompression: decode it with that class"},
-    {"# .PCD", "a PCD file: read it with pcl::io::loadPCDFile"},
-    {"VERSION ", "a PCD file: read it with pcl::io::loadPCDFile"},
-    {"ply", "a PLY file: read it with pcl::io::loadPLYFile"},
+    {"# .PCD", pcd_file},
+    {"VERSION ", pcd_file},
+    {"ply",
+     "a PLY file: 'pcl_ext encode' makes a recording of it, pcl::io::loadPLYFile reads "
+     "it"},
     {"#ROSBAG", "a ROS bag"},
     {"\x89MCAP", "an MCAP recording"},
 }};

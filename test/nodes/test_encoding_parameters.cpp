@@ -256,8 +256,10 @@ TEST(CentralNodeParameters, EachChangesTheSettingThatItNames)
     EXPECT_EQ(
         faultOf(readCentralNodeParameters({{"merge_rate", rate}}, systemTime).schedule),
         "");
-  EXPECT_FALSE(
-      readCentralNodeParameters({{"merge_rate", 0.0}}, systemTime).reports_resolution);
+  ParameterValues no_merging{{"merge_rate", 0.0}};
+  EXPECT_FALSE(readCentralNodeParameters(no_merging, systemTime).reports_resolution);
+  no_merging["map_path"] = std::string("map.ot");
+  EXPECT_TRUE(readCentralNodeParameters(no_merging, systemTime).reports_resolution);
 }
 
 TEST(NoiseParameters, DefaultsKeepAllVoxels)

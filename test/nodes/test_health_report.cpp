@@ -197,15 +197,16 @@ TEST(HealthReport, OfAReceiver)
   now.stream.resolution = 0.06;
   expectLevel(report_of(now), HealthLevel::Ok, "OK"); // is not merged
   now.merged_resolution = 0.04;
-  expectLevel(report_of(now),
-              HealthLevel::Warning,
-              "Voxels have an edge of 0.06 m, those of the merged grid 0.04 m: set the "
-              "same resolution at both ends");
+  expectLevel(
+      report_of(now),
+      HealthLevel::Warning,
+      "Voxels have an edge of 0.06 m, those of the merged grid and the map 0.04 "
+      "m, where they leave gaps: set a resolution that is not finer than theirs");
   EXPECT_EQ(valueOf(report_of(now), "resolution, m"), "0.06");
-  now.stream.resolution = 0.02; // finer, which rate control never is
-  EXPECT_EQ(report_of(now).level(), HealthLevel::Warning);
-  now.stream.resolution = 0.16; // twice doubled by rate control
+  now.stream.resolution = 0.03;
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  now.stream.resolution = 0.16; // twice doubled by rate control
+  EXPECT_EQ(report_of(now).level(), HealthLevel::Warning);
   now.stream.resolution = double{0.04f};
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }

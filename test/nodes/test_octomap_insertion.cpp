@@ -267,4 +267,14 @@ TEST(OctomapInsertion, VoxelsOutsideOfTheMapAreLeftOut)
   EXPECT_EQ(map.size(), 0u);
 }
 
+TEST(OctomapInsertion, VoxelsOutsideOfTheMapAreCounted)
+{
+  VoxelFrame frame = rowFrom(5, {9, 9, 0, 9, 0});
+  frame.grid.first_index = {32768 - 7, 0, 0}; // two are within
+  OcTree map(frame_resolution);
+  EXPECT_EQ(insertVoxels(frame, 1.0f, std::nullopt, map), 3u);
+  frame.grid.first_index = {0, 0, 0};
+  EXPECT_EQ(insertVoxels(frame, 1.0f, std::nullopt, map), 0u);
+}
+
 } // namespace

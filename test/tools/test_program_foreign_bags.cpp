@@ -446,6 +446,17 @@ TEST_F(ProgramForeignBags, MayBeCompressedByMessage)
 }
 #endif
 
+TEST_F(ProgramForeignBags, WhereThereIsNoFolderForATemporaryFileThatIsTold)
+{
+  recordTwoStreams(folder / "x.mcap");
+  writeBytes(folder / "x.mcap.zstd",
+             recording::test::compressed(bytesOf(folder / "x.mcap")));
+  const ProgramRun result = runShell("TMPDIR=nowhere \"$P\" info x.mcap.zstd");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_TRUE(hasPart(result.errors, "name a folder for it in TMPDIR"))
+      << result.errors;
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -171,6 +171,16 @@ TEST_F(ProgramInterruption, KeepsAnEarlierOutput)
     }
 }
 
+TEST_F(ProgramInterruption, OfTheDemoIsToldOnce)
+{
+  const ProgramRun result = interrupted(
+      folder, "demo --sensors 1 -n 100000 -o demo", SIGINT, folder / "demo");
+  EXPECT_EQ(result.status, 130) << result.errors;
+  const std::string ending = "; interrupted, and complete up to there";
+  EXPECT_TRUE(hasPart(result.errors, "cell.mcap" + ending)) << result.errors;
+  EXPECT_FALSE(hasPart(result.errors, ending + ending));
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

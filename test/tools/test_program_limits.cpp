@@ -85,6 +85,16 @@ TEST_F(ProgramLimits, StreamsShareTheMemory)
   EXPECT_TRUE(hasPart(none.output, "the memory limit is 1 MB"));
 }
 
+TEST_F(ProgramLimits, ALimitBelowAMegabyteIsTold)
+{
+  std::filesystem::create_directories(folder / "room");
+  pcl::io::savePCDFileBinary(folder / "room/0.pcd", cubeOfVoxels(10, false));
+  expectRun("encode room -o x.pcxi -r 0.04 -l none -q");
+  const ProgramRun none = run("verify x.pcxi --memory-limit 1kB");
+  EXPECT_EQ(none.status, 1);
+  EXPECT_TRUE(hasPart(none.output, "the memory limit is 1000 bytes")) << none.output;
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

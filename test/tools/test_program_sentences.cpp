@@ -338,6 +338,19 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
   EXPECT_TRUE(hasPart(nothing.output + nothing.errors, "Usage: pcl_ext"));
 }
 
+TEST_F(ProgramSentences, OfCloudsThatAreNoFrames)
+{
+  const std::string text = "a PCD file: 'pcl_ext encode' makes a recording of it, ";
+  expectRefusals({{"view room/000.pcd", 1, text}, {"info room/000.pcd", 1, text}});
+}
+
+TEST_F(ProgramSentences, OfOptionsWithoutEffect)
+{
+  expectRefusals(
+      {{"benchmark room --overwrite", 2, "is for the file of --json: add it"},
+       {"receive --map-full-intensity 3 -o z.mcap", 2, "add --map"}});
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

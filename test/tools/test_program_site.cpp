@@ -443,6 +443,41 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }
 
+TEST_F(ProgramSite, RefusesMapsThatAreNone)
+{
+  const NatsServer server;
+  expectRefusals({{"receive --for 10ms --map -" + at(server),
+                   2,
+                   "--map is '-'; it must be a file"},
+                  {"receive --for 10ms --map x.bt" + at(server),
+                   2,
+                   "--map is 'x.bt'; it must not end in "},
+                  {"receive --for 10ms --map no/x.ot" + at(server),
+                   2,
+                   "--map is 'no/x.ot'; it must be a "}});
+  EXPECT_FALSE(fs::exists(folder / "x.bt"));
+  EXPECT_FALSE(fs::exists(folder / "-"));
+}
+
+TEST_F(ProgramSite, VoxelsOfNoNativeIntensityAreInTheMap)
+{
+  const NatsServer server;
+  auto clouds = roomClouds(2);
+  for (auto& cloud : clouds)
+    for (pcl::PointXYZI& point : cloud)
+      point.intensity = 0.0f;
+  writeClouds("dark", clouds);
+  const auto statusOf = [&](const std::string& map, const std::string& options) {
+    Receiving receiving(folder, map, at(server) + "--map " + map + options);
+    expectRun("send -q dark --rate 50 -r 0.05 --law native" + at(server));
+    return receiving.end(SIGINT);
+  };
+  EXPECT_EQ(statusOf("whole.ot", ""), 0);
+  EXPECT_EQ(statusOf("asked.ot", " --map-full-intensity 0"), 0);
+  EXPECT_EQ(bytesOf(folder / "whole.ot"), bytesOf(folder / "asked.ot"));
+  EXPECT_EQ(statusOf("shares.ot", " --map-full-intensity 4"), 1); // it is empty
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

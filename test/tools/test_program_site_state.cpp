@@ -283,6 +283,56 @@ TEST_F(ProgramSiteState, ATerminalShowsHowFarItIs)
   wait_for(*receiving, " of 2 streams\x1b[K");
 }
 
+TEST_F(ProgramSiteState, VoxelsThatLeaveGapsAreTold)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(2));
+  const std::string gaps = "/room: Voxels have an edge of 0.05 m, those of the merged "
+                           "grid and the map 0.025 m, where they leave gaps: ";
+  const auto expectStatus = [&](const std::string& options, int status) {
+    Receiving receiving(folder, "receive", at(server) + options);
+    expectRun("send -q room --rate 50 -r 0.05" + at(server));
+    EXPECT_EQ(receiving.end(SIGINT), status) << receiving.errors();
+    EXPECT_EQ(hasPart(receiving.errors(), gaps), status != 0) << receiving.errors();
+  };
+  expectStatus("--map map.ot --resolution 0.025", 1);
+  expectStatus("--merge all --resolution 0.025", 1);
+  expectStatus("--merge all --map other.ot --resolution 0.1", 0);
+}
+
+TEST_F(ProgramSiteState, AMapThatLacksVoxelsSaysHowMany)
+{
+  const NatsServer server;
+  pcl::PointCloud<pcl::PointXYZI> row; // the map ends at 1638.4 m
+  for (const float x : {1637.3f, 1638.3f, 1638.5f, 1639.0f, 1640.0f})
+    row.push_back(pcl::PointXYZI(x, 0.0f, 0.0f, 1.0f));
+  writeClouds("row", {row});
+  Receiving receiving(folder, "receive", at(server) + "--map map.ot");
+  expectRun("send -q row --rate 50 -r 0.05" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(), "are not in the map, 3 in all, as they are "))
+      << receiving.errors();
+  EXPECT_TRUE(std::filesystem::exists(folder / "map.ot"));
+}
+
+TEST_F(ProgramSiteState, AMapThatCannotBeWrittenTellsTheReason)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(2));
+  // A limit on the size of files in place of a full disk.
+  BackgroundProgram receiving(
+      folder,
+      "receive",
+      "",
+      "trap '' XFSZ; ulimit -f 1; exec \"$P\" receive --map map.ot" + at(server));
+  receiving.waitForError("receiving from site");
+  expectRun("send -q room --rate 50 -r 0.02" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(receiving.errors(),
+                      "The map could not be written to map.ot: File too large"))
+      << receiving.errors();
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -150,3 +150,24 @@ test("a live source has its fields, too", async () => {
   await page.finish();
   await source.close();
 });
+
+test("an exported PLY file has the field that is drawn, and no intensity where there is none", async () => {
+  const page = await openRecording(encode("exported.pcxi"));
+  const exported = async () => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "PLY" }).click()]);
+    const bytes = readFileSync(await download.path());
+    const begin = bytes.indexOf("end_header\n") + 11;
+    return { properties: bytes.toString("latin1", 0, begin).match(/(?<=^property )[a-z]+ .*$/gm), body: bytes.subarray(begin) };
+  };
+  const bare = ["float x", "float y", "float z", "ushort stream"];
+  await colourBy(page).selectOption("height");
+  await page.until(() => window.pclExtViewer.fieldValues(0) === null);
+  const { properties, body } = await exported();
+  assert.deepEqual(properties, bare);
+  assert.equal(body.length, 3 * 14);
+  await choose(page, "normal_1");
+  const coloured = await exported();
+  assert.deepEqual(coloured.properties, [...bare, "double normal_1"]);
+  assert.deepEqual([0, 1, 2].map((i) => coloured.body.readDoubleLE(22 * i + 14)), [1, 2, -1]);
+  await page.finish();
+});

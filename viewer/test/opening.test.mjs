@@ -264,3 +264,21 @@ test("one voxel, and voxels that are thousands of kilometres apart, are in the v
   }
   await viewer.finish();
 });
+
+test("?file= has names of any characters, escaped, and whole addresses", async () => {
+  const server = await serveFiles({
+    "/": page, "/files/c%20%231%2541%3F.mcap": readFileSync(recording), "/cell.mcap": readFileSync(recording),
+  });
+  for (const [file, name] of [
+    ["files/c%20%231%2541%3F.mcap", "c #1%41?.mcap"],
+    ["files%2Fc+%231%2541%3F.mcap", "c #1%41?.mcap"],
+    [encodeURIComponent(`${server.url}cell.mcap?token=a#b`), "cell.mcap"],
+    ["cell.mcap?token=a", "cell.mcap"],
+  ]) {
+    const viewer = await openViewer({ url: `${server.url}?file=${file}` });
+    await untilDrawn(viewer);
+    assert.equal(await viewer.title(), `${name} – pcl_ext viewer`);
+    await viewer.finish();
+  }
+  await server.close();
+});

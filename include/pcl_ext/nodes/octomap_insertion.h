@@ -7,6 +7,7 @@
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
@@ -34,8 +35,9 @@ namespace pcl_ext::PCL_EXT_ABI::nodes {
  * \param[in,out] map of any resolution; with that of the frame, the two grids coincide
  * \param[in] lazy_eval as in OctoMap: inner nodes may stay as they are, which is faster
  * if several frames are inserted before map.updateInnerOccupancy()
+ * \return how many voxels were left out
  */
-inline void
+inline std::size_t
 insertVoxels(const io::VoxelFrame& frame,
              float full_intensity,
              const std::optional<octomap::point3d>& sensor_origin,
@@ -69,16 +71,23 @@ insertVoxels(const io::VoxelFrame& frame,
     });
     free_nodes.countAsMissed(map);
   }
+  std::size_t left_out = 0;
   forEachVoxel([&](const octomap::point3d& centre, float intensity) {
+    octomap::OcTreeKey key;
+    if (!map.coordToKeyChecked(centre, key)) {
+      ++left_out;
+      return;
+    }
     const float trust = frame.hasIntensities()
                             ? std::clamp(intensity / full_intensity, 0.0f, 1.0f)
                             : 1.0f;
     // A node that only exists counts as occupied.
     if (trust > 0.0f)
-      map.updateNode(centre, trust * map.getProbHitLog(), lazily);
+      map.updateNode(key, trust * map.getProbHitLog(), lazily);
   });
   if (!lazy_eval)
     map.updateInnerOccupancy();
+  return left_out;
 }
 
 /** @} */

@@ -47,7 +47,8 @@ MERGING = [
 ]
 MAP = [
     ('map_path', '', "file for the OctoMap (.ot); '': none"),
-    ('map_full_intensity', '', 'that counts as one hit; by default 4 points, else 255'),
+    ('map_full_intensity', '', 'that counts as one hit; by default 4 points, 0 for native, '
+     'with which each voxel does, else 255'),
 ]
 SIMULATION = [
     ('simulated', 'false', 'true: the simulated cell is started, too'),
@@ -136,7 +137,7 @@ def parameters_of_centre(values):
 
 def parameters_of_map(values):
     """Return those of the map, in the unit of the law."""
-    full = 4.0 if values['intensity'] == 'count' else 255.0
+    full = {'count': 4.0, 'native': 0.0}.get(values['intensity'], 255.0)
     if values['map_full_intensity'] != '':
         full = values['map_full_intensity']
     return {'map_path': values['map_path'], 'map_full_intensity': full}

@@ -24,10 +24,10 @@ CentralMap::CentralMap(rclcpp::Node& node,
 , global_frame_(
       pcl_ext::nodes::withoutLeadingSlash(valueOf<std::string>(values, "global_frame")))
 , path_(valueOf<std::string>(values, "map_path"))
-, fault_(path_.empty() ? "" : MergedMap::faultOf(path_))
+, fault_(path_.empty() ? "" : MergedMap::faultOf("map_path", path_))
 , seconds_between_updates_(1.0 / valueOf<double>(values, "map_rate"))
-, map_(valueOf<double>(values, "resolution"),
-       valueOf<double>(values, "map_full_intensity"))
+, full_intensity_(valueOf<double>(values, "map_full_intensity"))
+, map_(valueOf<double>(values, "resolution"))
 , streams_(std::move(streams))
 , central_node_(std::move(central_node))
 , publisher_(node)
@@ -86,9 +86,12 @@ CentralMap::update(Rays rays)
       find = [&](pcl_ext::nodes::Time stamp) {
         return findSensor(stream->sensorFrame(), stamp);
       };
-    map_.insertLatest(stream->topic(), find, *central_node_);
+    map_.insertLatest(stream->topic(), full_intensity_, find, *central_node_);
   }
   map_.completeRound();
+  if (const std::string fault = map_.faultOfFrames();
+      fault != std::exchange(told_fault_, fault))
+    warnings_.warn(fault);
   nodes_ = map_.tree().size();
 }
 

@@ -93,9 +93,11 @@ private:
   const std::string path_; ///< empty: no file
   std::string fault_;
   const double seconds_between_updates_;
+  const double full_intensity_;
   std::mutex
       mutex_; // guards map_ and transforms_: callbacks may run while the node ends
   pcl_ext::nodes::detail::MergedMap map_;
+  std::string told_fault_; ///< see MergedMap::faultOfFrames()
   const Streams streams_;
   const std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node_;
   MapPublisher publisher_;

@@ -239,6 +239,8 @@ void
 complete(const CLI::App& app, BenchmarkOptions& options)
 {
   completeTriedInput(app, options.input, options.encoding);
+  if (options.json.path.empty())
+    refuseOptions(app, {"--overwrite"}, "is for the file of --json: add it");
   const io::EncoderSettings& codec = options.encoding.codec();
   if (isGiven(app, "--effort") || codec.format == io::StreamFormat::Published)
     options.efforts = {codec.effort};

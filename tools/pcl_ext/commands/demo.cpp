@@ -122,8 +122,11 @@ public:
       throw std::runtime_error("no point is inside the crop box: choose --crop to hold "
                                "some of the cell, which is 10 x 10 x 4 m");
     std::string ending;
-    if (output_)
-      ending = output_->finish() + clouds_->finish();
+    if (output_) {
+      ending = output_->finish();
+      if (const std::string of_clouds = clouds_->finish(); of_clouds != ending)
+        ending += of_clouds;
+    }
     print(reports);
     if (output_)
       printNextSteps();

@@ -135,6 +135,8 @@ private:
     const std::string& map = options_.centre.map.path;
     if (map.empty())
       return;
+    if (map == "-")
+      throw UsageError("--map is '-'; it must be a file, which is written each minute");
     refuseTakenFile({}, map, options_.output.may_replace);
     if (!options_.output.path.empty() &&
         fs::weakly_canonical(fs::absolute(map)) ==
@@ -409,13 +411,14 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
   addChoice(app, "--effort", io::efforts, centre.stream.effort, "of the merged stream");
   app.add_option("--map", centre.map.path, "feed an OctoMap, written each minute")
       ->type_name("FILE.ot");
-  addNumber(app,
-            "--map-full-intensity",
-            centre.map.full_intensity,
-            1e-6,
-            1e30,
-            "I",
-            "that counts as one hit in the map");
+  app.add_option(
+         "--map-full-intensity",
+         centre.map.full_intensity,
+         "that counts as one hit in the map, lower ones as a part of it; 0: each "
+         "voxel does (0 for law native, else 4)")
+      ->check(refuseNan)
+      ->check(CLI::Range(0.0, 1e30).description(""))
+      ->type_name("I");
   centre.decoding.limits = nodes::CentralNodeSettings::defaultLimits();
   addDecodingOptions(app, centre.decoding);
 }
@@ -458,6 +461,8 @@ addReceive(CLI::App& app)
   return [options, &app] {
     if (options->output.path.empty() && options->centre.map.path.empty())
       refuseOptions(app, {"--overwrite"}, "is for files: add -o or --map");
+    if (options->centre.map.path.empty())
+      refuseOptions(app, {"--map-full-intensity"}, "is for maps: add --map");
     if (options->centre.name.empty())
       refuseOptions(app,
                     {"--merge-period", "--merge-wait", "--merge-age", "--effort"},

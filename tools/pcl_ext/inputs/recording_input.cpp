@@ -88,8 +88,9 @@ adviceOn(const std::string& path, const RecordingStatus& status)
            "'pcl_ext encode' makes a recording of a folder of clouds";
   if (status.code() != recording::RecordingCode::NotARecording)
     return {};
-  const clouds::FileKind kind = clouds::kindOf(path);
-  return clouds::isCloud(kind) ? "; 'pcl_ext encode' makes a recording of it" : "";
+  const std::string advice = "'pcl_ext encode' makes a recording of it";
+  const bool is_told = status.message().find(advice) != std::string::npos;
+  return !is_told && clouds::isCloud(clouds::kindOf(path)) ? "; " + advice : "";
 }
 
 } // namespace

@@ -100,7 +100,7 @@ double
 Centre::mergedResolution() const
 {
   const std::lock_guard<std::mutex> lock(grid_mutex_);
-  return grid_ && !outputs_.empty() ? grid_->resolution : 0.0;
+  return grid_ ? grid_->resolution : 0.0;
 }
 
 nodes::MergeCounts

@@ -93,7 +93,7 @@ public:
     return missing_;
   }
 
-  /** \brief Edge of the merged voxels, metres; 0: none are merged. */
+  /** \brief Edge of the voxels of merged grid and map, metres; 0: no frame has come. */
   double
   mergedResolution() const;
 

@@ -24,9 +24,9 @@ namespace tools {
 class CentreMap::Implementation {
 public:
   Implementation(const CentreMapOptions& options, double resolution, Console& console)
-  : options_(options), console_(console), map_(resolution, options.full_intensity)
+  : options_(options), console_(console), map_(resolution)
   {
-    const std::string fault = nodes::detail::MergedMap::faultOf(options.path);
+    const std::string fault = nodes::detail::MergedMap::faultOf("--map", options.path);
     if (!fault.empty())
       throw UsageError(fault);
   }
@@ -41,6 +41,9 @@ public:
         sensors_.try_emplace(name, Sensor{since, position, position});
     if (!is_new)
       sensor->second = {since, position, sensor->second.position};
+    constexpr double points_of_a_hit = 4.0;
+    sensor->second.full_intensity = options_.full_intensity.value_or(
+        lawOf(metadata) == IntensityLaw::Native ? 0.0 : points_of_a_hit);
   }
 
   void
@@ -90,6 +93,10 @@ public:
       ++left_out_;
       map_.completeRound();
     }
+    if (const std::string fault = map_.faultOfFrames(); !fault.empty()) {
+      console_.error(fault);
+      is_left_out_ = true;
+    }
     if (isToldToEnd() && std::filesystem::exists(options_.path))
       console_.summary("interrupted: '" + options_.path +
                        "' is still the earlier map; that of " +
@@ -138,6 +145,7 @@ private:
     nodes::Time since; ///< time of the clouds
     std::optional<std::array<double, 3>> position;
     std::optional<std::array<double, 3>> position_before;
+    double full_intensity = 0.0; ///< see MergedMap::insertLatest()
   };
 
   using Sensors = std::map<std::string, Sensor>;
@@ -160,7 +168,7 @@ private:
                                                     static_cast<float>((*position)[2])))
                    : std::nullopt;
       };
-      map_.insertLatest(name, find_sensor, node);
+      map_.insertLatest(name, sensor.full_intensity, find_sensor, node);
     }
     map_.completeRound();
     ++made_;

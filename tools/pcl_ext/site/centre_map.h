@@ -8,6 +8,7 @@
 #include "inputs/stream_metadata.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace pcl_ext {
@@ -15,9 +16,11 @@ namespace tools {
 
 /** \brief An OctoMap that is fed with the streams of a site. */
 struct CentreMapOptions {
-  std::string path;            ///< of the .ot file; empty: no map
-  double full_intensity = 4.0; ///< that counts as one hit, in the unit of the streams
-  bool waits = false;          ///< for each update, as a replay can
+  std::string path; ///< of the .ot file; empty: no map
+  /** \brief Intensity that counts as one hit, in the unit of the streams; 0: each voxel
+   * does; none: 0 for streams whose law is native, else 4. */
+  std::optional<double> full_intensity;
+  bool waits = false; ///< for each update, as a replay can
 };
 
 /** \brief Feeds the map: at the end of each second of the clouds' time, from the first
@@ -37,7 +40,7 @@ public:
   operator=(const CentreMap&) = delete;
 
   /** \brief Adds a stream, or has other metadata of it from a time of the clouds on; rays
-   * are taken from the pose that they tell. */
+   * are taken from the pose that they tell, and a hit is what suits their law. */
   void
   setMetadata(const std::string& name,
               const StreamMetadata& metadata,
@@ -60,7 +63,7 @@ public:
   void
   finish(const nodes::CentralNode& node);
 
-  /** \brief Whether the map was empty in the end, which was told. */
+  /** \brief Whether the map was empty in the end, or lacks voxels, which was told. */
   bool
   isLeftOut() const;
 

@@ -29,7 +29,7 @@ struct SiteFigures {
   // Of a centre; else empty.
   std::vector<nodes::StreamHealth> decoded;
   std::map<std::string, Centre::Missing> missing; ///< see Centre::missing()
-  double merged_resolution = 0.0;                 ///< metres; 0: nothing is merged
+  double merged_resolution = 0.0;                 ///< see Centre::mergedResolution()
   bool has_slow_effort = false;                   ///< see Centre::hasSlowEffort()
   nodes::MergeCounts merged;
   nodes::MapCounts mapped;

@@ -68,6 +68,16 @@ async function servedSource(): Promise<Source | null> {
   };
 }
 
+function isWholeAddress(file: string): boolean {
+  return /^([a-z][a-z\d+.-]*:)*\/\//i.test(file);
+}
+
+/** The path that the page's address names, as it is written there: what is escaped is a part of a name. */
+function writtenPath(): string {
+  const written = /[?&]file=([^&]*)/.exec(location.search)?.[1] ?? "";
+  return written.replaceAll(/%2f/gi, "/").replaceAll("+", "%20");
+}
+
 /** The source that page or address name; null: the user opens one. */
 export async function chooseSource(): Promise<Source | null> {
   const embedded = embeddedRecording();
@@ -76,7 +86,7 @@ export async function chooseSource(): Promise<Source | null> {
   if (file) {
     let url: URL;
     try {
-      url = new URL(file, location.href);
+      url = new URL(isWholeAddress(file) ? file : writtenPath(), location.href);
     } catch {
       throw new SourceError(`“${file}” is no address of a file.`);
     }

@@ -96,11 +96,13 @@ struct ReceiverHealth {
   std::size_t left_out = 0; ///< frames of another frame id or format
   float min_intensity = 0.0f;
   std::optional<Time> last_arrival; ///< of a frame; none: none arrived
-  /** \brief Voxel edge of the grid that the stream is merged on, metres; 0: none. */
+  /** \brief Voxel edge of the grid that the stream is merged on, and of the map, metres;
+   * 0: none. */
   double merged_resolution = 0.0;
 };
 
-/** \brief What of the last merged frame is not as the stream has it, a sentence each.
+/** \brief What of the last merged frame, or of the map, is not as the stream has it, a
+ * sentence each.
  * \param[in] merged_resolution see ReceiverHealth
  */
 PCL_EXT_EXPORT std::vector<std::string>

@@ -8,6 +8,7 @@
 #include <octomap/octomap_types.h>
 #include <octomap/OcTree.h>
 
+#include <cerrno>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <system_error>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace detail {
@@ -35,18 +37,19 @@ public:
 
   /** \brief An empty map.
    * \param[in] resolution metres
-   * \param[in] full_intensity see insertVoxels
    */
-  MergedMap(double resolution, double full_intensity);
+  explicit MergedMap(double resolution);
 
   /** \brief Inserts the latest frame of a stream, unless it is in the map already. Call
    * completeRound() after the frames of all streams.
    * \param[in] stream name in the central node
+   * \param[in] full_intensity see insertVoxels; 0: each voxel is a hit
    * \param[in] find_sensor may be empty: no rays are taken
    * \param[in] central_node that decodes the stream
    */
   void
   insertLatest(const std::string& stream,
+               double full_intensity,
                const FindSensor& find_sensor,
                const CentralNode& central_node);
 
@@ -60,14 +63,20 @@ public:
     return tree_;
   }
 
+  /** \brief What of the frames is not in the map, one sentence; empty: nothing. */
+  std::string
+  faultOfFrames() const;
+
   /** \brief Writes the map as .ot. An existing file is replaced when the new one is
    * complete. */
   Written
   write(const std::string& path) const;
 
-  /** \brief What prevents writing to a file; empty if nothing. */
+  /** \brief What prevents writing to a file; empty if nothing.
+   * \param[in] option that names the file
+   */
   static std::string
-  faultOf(const std::string& path);
+  faultOf(const std::string& option, const std::string& path);
 
 private:
   /** \brief Name of the file while the map is written. */
@@ -77,18 +86,17 @@ private:
     return path + ".part";
   }
 
-  const float full_intensity_;
   octomap::OcTree tree_;
   std::map<std::string, std::size_t> last_frames_; // number of the last one, by stream
-  io::VoxelFrame voxels_;                          // keeps its memory
+  std::size_t left_out_ = 0; // voxels of all frames, as they are too far
+  io::VoxelFrame voxels_;    // keeps its memory
 };
 
-inline MergedMap::MergedMap(double resolution, double full_intensity)
-: full_intensity_(static_cast<float>(full_intensity)), tree_(resolution)
-{}
+inline MergedMap::MergedMap(double resolution) : tree_(resolution) {}
 
 inline void
 MergedMap::insertLatest(const std::string& stream,
+                        double full_intensity,
                         const FindSensor& find_sensor,
                         const CentralNode& central_node)
 {
@@ -101,8 +109,14 @@ MergedMap::insertLatest(const std::string& stream,
   std::optional<octomap::point3d> origin;
   if (find_sensor)
     origin = find_sensor(frame->stamp);
+  if (full_intensity == 0.0) {
+    voxels_.intensity_scale.bits = 0;
+    voxels_.intensities.clear();
+    voxels_.depth_model.reset();
+  }
   constexpr bool lazily = true; // completeRound() updates the inner nodes
-  insertVoxels(voxels_, full_intensity_, origin, tree_, lazily);
+  left_out_ +=
+      insertVoxels(voxels_, static_cast<float>(full_intensity), origin, tree_, lazily);
 }
 
 inline void
@@ -112,28 +126,45 @@ MergedMap::completeRound()
   tree_.prune();
 }
 
+inline std::string
+MergedMap::faultOfFrames() const
+{
+  if (left_out_ == 0)
+    return {};
+  return "Voxels of frames are not in the map, " + std::to_string(left_out_) +
+         " in all, as they are more than 32768 voxels from the origin: set a larger "
+         "resolution";
+}
+
 inline MergedMap::Written
 MergedMap::write(const std::string& path) const
 {
   const std::string unfinished = unfinishedPath(path);
   bool is_complete = false;
+  std::error_code failure;
   {
     // By stream, as OctoMap's write by name does not report a full disk.
+    errno = 0;
     std::ofstream stream(unfinished, std::ios::binary);
     is_complete = stream.is_open() && tree_.write(stream) && stream.flush().good();
+    if (!is_complete)
+      failure = {errno, std::generic_category()};
   }
-  std::error_code failure;
   if (is_complete)
     std::filesystem::rename(unfinished, path, failure);
   if (is_complete && !failure)
     return {true, std::to_string(tree_.size()) + " nodes written to " + path};
-  std::filesystem::remove(unfinished, failure);
-  return {false, "The map could not be written to " + path};
+  std::error_code ignored;
+  std::filesystem::remove(unfinished, ignored);
+  return {false, "The map could not be written to " + path + ": " + failure.message()};
 }
 
 inline std::string
-MergedMap::faultOf(const std::string& path)
+MergedMap::faultOf(const std::string& option, const std::string& path)
 {
+  if (std::filesystem::path(path).extension() == ".bt")
+    return option + " is '" + path +
+           "'; it must not end in .bt, as the map is written with its odds, as .ot";
   std::error_code failure;
   const bool exists = std::filesystem::exists(path, failure);
   if (!exists || std::filesystem::is_regular_file(path, failure)) {
@@ -142,7 +173,7 @@ MergedMap::faultOf(const std::string& path)
         std::filesystem::remove(unfinished, failure))
       return {};
   }
-  return "map_path is '" + path +
+  return option + " is '" + path +
          "'; it must be a file in a folder that can be written to";
 }
 

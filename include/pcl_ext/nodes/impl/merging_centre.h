@@ -29,8 +29,8 @@ struct MergingCentreSettings {
   /** \brief Clock of arrivals, which is not set. */
   Clock arrival_clock = steadyTime;
 
-  /** \brief Whether a stream of another resolution than that of the common grid is
-   * reported: not, where streams are never merged. */
+  /** \brief Whether a stream of larger voxels than those of the common grid is
+   * reported: not, where streams are never merged and there is no map. */
   bool reports_resolution = true;
 
   /** \brief Whether a thread of the centre calls work() when it is time; else the caller
