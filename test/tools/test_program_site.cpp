@@ -486,6 +486,33 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }
 
+TEST_F(ProgramSite, TheFirstCloudWithPointsDecidesOnTheIntensities)
+{
+  const NatsServer server;
+  const auto plain = [](const std::string& points, const std::string& data) {
+    const std::string text =
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+        points + "\nHEIGHT 1\nPOINTS " + points + "\nDATA ascii\n" + data;
+    return Bytes(text.begin(), text.end());
+  };
+  writeClouds("empty", roomClouds(3));
+  writeClouds("bare", roomClouds(3));
+  writeBytes(folder / "empty/000.pcd", plain("0", ""));
+  writeBytes(folder / "bare/000.pcd", plain("1", "1 2 3\n"));
+  Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
+  EXPECT_EQ(
+      expectRun("send -q empty --rate 50" + at(server)).output.rfind("3 frames", 0),
+      0u);
+  const std::string remark = "/bare, frame 1: its field 'intensity' is left out";
+  EXPECT_TRUE(hasPart(run("send bare --rate 50" + at(server)).errors, remark));
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  for (const DecodedStream& stream : decode(folder / "received.mcap")) {
+    ASSERT_EQ(stream.voxels.size(), 3u) << stream.name;
+    EXPECT_EQ(stream.voxels[0].pointCount(), stream.name == "/bare" ? 1u : 0u);
+    EXPECT_EQ(stream.voxels[2].hasIntensities(), stream.name == "/empty");
+  }
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -175,6 +175,8 @@ private:
       const std::size_t late = clouds.lateClouds() + clouds.blockedClouds();
       showStatus(output, late == 0 ? "" : ", " + counted(late, "cloud") + " left out");
     });
+    for (const std::string& sentence : clouds.leftOut())
+      console_.remark(sentence);
     for (const std::string& place : input->damage())
       console_.error(place);
     if (clouds.lateClouds() > 0)
