@@ -513,6 +513,34 @@ TEST_F(ProgramSite, TheFirstCloudWithPointsDecidesOnTheIntensities)
   }
 }
 
+TEST_F(ProgramSite, OptionsWithoutEffectOnWhatIsSentAreRefused)
+{
+  const NatsServer server;
+  recordTwoStreams(folder / "x.mcap");
+  const std::string frames =
+      "; 'x.mcap' has encoded frames, which are sent as they are: leave it out";
+  for (const std::string option : {"--max-rate 1Mbit/s",
+                                   "--crop 0,0,0,1,1,1",
+                                   "-r 0.1",
+                                   "--topics /a",
+                                   "--bin-fields x,y,z",
+                                   "--pose 0,0,0,0,0,0",
+                                   "--remove-outliers",
+                                   "--law none",
+                                   "--no-header",
+                                   "--fields all"})
+    expectFailure("send x.mcap " + option + at(server), 2, " is for clouds" + frames);
+  expectRefusals(
+      {{"send x.mcap --rate 5" + at(server),
+        2,
+        "--rate is for files; 'x.mcap' has its own times"},
+       {"send - -e small" + at(server),
+        2,
+        "--effort is for clouds; the standard input has encoded frames"},
+       {"send --cell --pose 0,0,0,0,0,0" + at(server), 2, "--pose is for inputs"},
+       {"advise --cell --pose 0,0,0,0,0,0", 2, "--pose is for inputs"}});
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext
