@@ -342,6 +342,26 @@ TEST_F(ProgramKept, RowsAndColumnsOfFilesThatDiffer)
                       "'lidar/2.pcd' (9 x 3 points with x y z) is unlike"));
 }
 
+TEST_F(ProgramKept, RowsAndColumnsWithoutAnyPoint)
+{
+  pcl::PointCloud<pcl::PointXYZI> points(4, 3);
+  auto none = points;
+  for (auto& point : none)
+    point.x = std::numeric_limits<float>::quiet_NaN();
+  none.is_dense = false;
+  writeClouds("camera", {points, none, points});
+  expectRun("encode camera -q -o x.mcap --keep-order");
+  EXPECT_EQ(expectRun("decode x.mcap -o out").output, "out: 3 frames, 24 points\n");
+  const pcl::PointCloud<pcl::PointXYZI> decoded = readCloud(folder / "out/000001.pcd");
+  EXPECT_EQ(decoded.width, 4u);
+  EXPECT_EQ(decoded.height, 3u);
+  for (const auto& point : decoded)
+    EXPECT_TRUE(std::isnan(point.x));
+  // PLY has no points that are missing.
+  EXPECT_EQ(expectRun("decode x.mcap -o ply --ply").output,
+            "ply: 3 frames, 24 points, 1 frame without points and file\n");
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext
