@@ -170,14 +170,15 @@ enum class CompressionCode {
   /** The bytes end within a frame; frameSize() tells how many are missing. With
    * `settings.incomplete_frame = Keep` call again with more. */
   Truncated,
-  /** A frame contradicts its checksum or itself: the transport changed bytes. Decoding
-   * goes on with the next I-frame. */
+  /** A frame contradicts its checksum or itself: the transport changed bytes, or the
+   * frame follows that of another stream: one decoder for each. Decoding goes on with the
+   * next I-frame. */
   Corrupt,
   /** Decoding would exceed a limit of DecoderLimits: raise the one that the message
    * names, if you trust the sender. */
   LimitExceeded,
-  /** A P-frame whose predecessor was lost, or is of another stream: requestIFrame() at
-   * the sender, or wait for the next I-frame; one decoder for each stream. */
+  /** A P-frame whose predecessor was lost: requestIFrame() at the sender, or wait for
+   * the next I-frame. */
   MissingReference,
   /** The input stream is not open, had failed before, or failed while it was read:
    * check the path; clear() for a stream that had ended. */

@@ -27,18 +27,10 @@ def random():
 def room(random):
     """A cloud of two walls and clutter, float32, 3 m wide, in front of a camera."""
     wall = np.column_stack(
-        (
-            random.uniform(-1.5, 1.5, 4000),
-            random.uniform(-1, 1, 4000),
-            np.full(4000, 2.5),
-        )
+        (random.uniform(-1.5, 1.5, 4000), random.uniform(-1, 1, 4000), np.full(4000, 2.5))
     )
     side = np.column_stack(
-        (
-            np.full(2000, 1.5),
-            random.uniform(-1, 1, 2000),
-            random.uniform(0.5, 2.5, 2000),
-        )
+        (np.full(2000, 1.5), random.uniform(-1, 1, 2000), random.uniform(0.5, 2.5, 2000))
     )
     clutter = random.uniform((-1.5, -1, 0.5), (1.5, 1, 2.5), (500, 3))
     return np.vstack((wall, side, clutter)).astype(np.float32)

@@ -36,12 +36,7 @@ def read_only(xyz):
 def structured(names, formats, offsets, itemsize):
     def make(xyz):
         dtype = np.dtype(
-            {
-                "names": names,
-                "formats": formats,
-                "offsets": offsets,
-                "itemsize": itemsize,
-            }
+            {"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize}
         )
         points = np.zeros(len(xyz), dtype)
         for axis, name in enumerate("xyz"):
@@ -119,9 +114,7 @@ def test_images(room, random):
     expected = frame_of(room, intensity, colour)
     image = (50, len(room) // 50)
     assert (
-        frame_of(
-            room.reshape(*image, 3), intensity.reshape(image), colour.reshape(*image, 3)
-        )
+        frame_of(room.reshape(*image, 3), intensity.reshape(image), colour.reshape(*image, 3))
         == expected
     )
 
@@ -148,12 +141,7 @@ def test_layouts_of_colours(room, random):
     packed = colour.astype("u4")
     packed = packed[:, 0] << np.uint32(16) | packed[:, 1] << np.uint32(8) | packed[:, 2]
     packed |= np.uint32(255 << 24)
-    for name, type_of_field in (
-        ("rgb", "u4"),
-        ("rgba", "u4"),
-        ("rgb", "f4"),
-        ("rgb", "i4"),
-    ):
+    for name, type_of_field in (("rgb", "u4"), ("rgba", "u4"), ("rgb", "f4"), ("rgb", "i4")):
         points = coloured(room, [(name, type_of_field)])
         points[name] = packed.view(type_of_field)
         assert frame_of(points) == expected
@@ -207,9 +195,7 @@ def test_scratch_memory_of_larger_clouds_is_not_read_again(room):
     """Clouds of all sizes in one stream, copied into memory that is reused."""
     used = pcl_ext.Encoder(0.1, i_frame_rate=1, bounding_box=((-2, -2, 0), (2, 2, 3)))
     for count in (6500, 10, 0, 3000):
-        new = pcl_ext.Encoder(
-            0.1, i_frame_rate=1, bounding_box=((-2, -2, 0), (2, 2, 3))
-        )
+        new = pcl_ext.Encoder(0.1, i_frame_rate=1, bounding_box=((-2, -2, 0), (2, 2, 3)))
         decoded = pcl_ext.Decoder().decode(used.encode(np.asfortranarray(room[:count])))
         expected = pcl_ext.Decoder().decode(new.encode(room[:count]))
         np.testing.assert_array_equal(decoded, expected)
@@ -224,11 +210,7 @@ BAD_CLOUDS = [
     (np.zeros((5, 4)), ValueError, r"of more columns pass xyz\[:, :3\]"),
     (np.zeros((3, 5)), ValueError, r"\(3, 5\)"),
     (np.zeros((0,)), ValueError, r"\(0,\)"),
-    (
-        np.zeros((5, 3), int),
-        TypeError,
-        "xyz has dtype int64; it must be float32 or float64",
-    ),
+    (np.zeros((5, 3), int), TypeError, "xyz has dtype int64; it must be float32 or float64"),
     (np.zeros((5, 3), bool), TypeError, "dtype bool"),
     (np.zeros((5, 3), complex), TypeError, "dtype complex128"),
     (np.zeros((5, 3), "datetime64[s]"), TypeError, "dtype datetime64"),
@@ -240,11 +222,7 @@ BAD_CLOUDS = [
     ([[1, 2], [3]], TypeError, "numpy makes no array"),
     (np.zeros(5, FIELDS), ValueError, r"fields \('x', 'y'\); it must have x, y and z"),
     (np.zeros((), [*FIELDS, ("z", "f4")]), ValueError, "one record"),
-    (
-        np.zeros(5, [*FIELDS, ("z", "i4")]),
-        TypeError,
-        "the field z of xyz has dtype int32",
-    ),
+    (np.zeros(5, [*FIELDS, ("z", "i4")]), TypeError, "the field z of xyz has dtype int32"),
     (np.zeros(5, [*FIELDS, ("z", "f4", 2)]), ValueError, "field z of xyz has several"),
     (
         np.zeros(5, [*FIELDS, ("z", "f4"), ("rgb", "f8")]),
@@ -285,17 +263,9 @@ BAD_ARGUMENTS = [
     ({"intensity": np.zeros(5, bool)}, TypeError, "intensity has dtype bool"),
     ({"intensity": np.zeros(5, complex)}, TypeError, "dtype complex128"),
     ({"intensity": ["a"] * 5}, TypeError, "intensity is no array of numbers"),
-    (
-        {"colour": np.zeros((5, 3))},
-        TypeError,
-        "colour has dtype float64; it must be uint8",
-    ),
+    ({"colour": np.zeros((5, 3))}, TypeError, "colour has dtype float64; it must be uint8"),
     ({"colour": np.zeros((4, 3), "u1")}, ValueError, r"colour has shape \(4, 3\)"),
-    (
-        {"colour": np.zeros((5, 2), "u1")},
-        ValueError,
-        r"each point needs red, green and blue",
-    ),
+    ({"colour": np.zeros((5, 2), "u1")}, ValueError, r"each point needs red, green and blue"),
     ({"colour": np.zeros((), "u1")}, ValueError, r"colour has shape \(\)"),
     ({"stamp": -1.0}, ValueError, "stamp is -1.0; it must be seconds"),
     ({"stamp": float("nan")}, ValueError, "stamp is nan"),
@@ -303,11 +273,7 @@ BAD_ARGUMENTS = [
     ({"stamp": 1700000000000000000}, ValueError, "of nanoseconds pass"),
     ({"stamp": "noon"}, ValueError, "noon"),
     ({"sensor_pose": np.eye(3)}, ValueError, "sensor_pose must be an array of 4 x 4"),
-    (
-        {"sensor_pose": np.full((4, 4), np.nan)},
-        ValueError,
-        "sensor_pose is not a rotation",
-    ),
+    ({"sensor_pose": np.full((4, 4), np.nan)}, ValueError, "sensor_pose is not a rotation"),
     ({"sensor_pose": 2 * np.eye(4)}, ValueError, "sensor_pose is not a rotation"),
     ({"sensor_pose": -np.eye(4)}, ValueError, "sensor_pose is not a rotation"),
     ({"sensor_pose": "above"}, ValueError, "sensor_pose must be"),

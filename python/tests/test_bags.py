@@ -219,13 +219,9 @@ def test_dask_encodes_each_bag_once_though_a_worker_is_killed(bags, tmp_path):
     assert int(first.read_text()) in workers
     assert failed == [] and again == ({}, [])
     names = [f"drive_{number}" for number in range(4)]
-    assert {name: done[name].frames for name in sorted(done)} == dict(
-        zip(names, (6, 8, 10, 12))
-    )
+    assert {name: done[name].frames for name in sorted(done)} == dict(zip(names, (6, 8, 10, 12)))
     ended = (tmp_path / "done").read_text().splitlines()
-    assert sorted(line.rpartition("/")[2] for line in ended) == [
-        name + ".mcap" for name in names
-    ]
+    assert sorted(line.rpartition("/")[2] for line in ended) == [name + ".mcap" for name in names]
     assert sorted(os.listdir(tmp_path / "made")) == [name + ".mcap" for name in names]
     for name in names:
         alone = tmp_path / f"{name}.alone.mcap"
@@ -262,10 +258,7 @@ def test_bags_of_an_object_store_are_copied(bags, tmp_path):
     )
     example = load_example()
     urls = example.bags_of("memory://day")
-    assert urls == {
-        "drive_0": "memory:///day/drive_0.mcap",
-        "drive_1": "memory:///day/drive_1",
-    }
+    assert urls == {"drive_0": "memory:///day/drive_0.mcap", "drive_1": "memory:///day/drive_1"}
     for name, url in urls.items():
         made = tmp_path / f"{name}.mcap"
         summary = example.encode_one(url, str(made), {"resolution": 0.05})

@@ -22,9 +22,7 @@ def stream_of(room, random, has_colours):
             xyz = xyz[:0]
         count = len(xyz)
         intensity = random.integers(0, 256, count).astype(np.float32)
-        colour = (
-            random.integers(0, 256, (count, 3), dtype=np.uint8) if has_colours else None
-        )
+        colour = (random.integers(0, 256, (count, 3), dtype=np.uint8) if has_colours else None)
         clouds.append((xyz, intensity, colour))
     return clouds
 
@@ -44,9 +42,7 @@ def bytes_of_cpp(clouds, *arguments):
         points["f4"] = packed
         given += points.tobytes()
     program = [os.environ["PCL_EXT_ENCODE_WITH_PCL"], *map(str, arguments)]
-    output = subprocess.run(
-        program, input=given, stdout=subprocess.PIPE, check=True
-    ).stdout
+    output = subprocess.run(program, input=given, stdout=subprocess.PIPE, check=True).stdout
     frames = []
     while output:
         (size,) = struct.unpack("=I", output[:4])

@@ -21,9 +21,7 @@ def test_changes_add_up(room):
         voxels = {}
         for i in range(12):
             kept = random.random(len(room)) < (0.9 if i % 4 == 3 else 0.999)
-            frame = encoder.encode(
-                room[kept], colour=None if rgb is None else rgb[kept]
-            )
+            frame = encoder.encode(room[kept], colour=None if rgb is None else rgb[kept])
             changes = decoder.decode_changes(frame)
             assert changes.is_from_nothing == (i == 0)
             gone = voxels_of(changes.gone)

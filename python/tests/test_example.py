@@ -23,9 +23,7 @@ def recording(room, random, tmp_path):
         for number in range(3):
             colour = random.integers(0, 256, (len(room), 3), dtype="u1")
             writer.append(streams[0], encoder.encode(room), float(number))
-            writer.append(
-                streams[1], colouring.encode(room, None, colour), number + 0.5
-            )
+            writer.append(streams[1], colouring.encode(room, None, colour), number + 0.5)
     return path
 
 

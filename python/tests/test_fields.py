@@ -106,69 +106,9 @@ def test_the_most_values(room):
         assert keep(more).dtype.names == ("x", "y", "z", "number")
 
 
-def most_frequent(numbers):
-    """The lowest of the most frequent ones."""
-    values, counts = np.unique(numbers, return_counts=True)
-    return values[np.argmax(counts)]
-
-
-def lattice_of(points, resolution):
-    xyz = np.column_stack([points[name].astype("f8") for name in "xyz"])
-    return list(map(tuple, np.floor(xyz / resolution).astype(int)))
-
-
-@pytest.mark.parametrize("step", [None, 0.05])
-def test_fields_of_voxels(random, step):
-    """A voxel has the mean of floats, and of integers the most frequent one."""
-    resolution = 0.125
-    # Away from the faces of voxels.
-    xyz = random.integers(-6, 6, (4000, 3)) + random.uniform(0.05, 0.95, (4000, 3))
-    points = with_fields(
-        xyz * resolution,
-        ("ring", "u1"),
-        ("label", "i2"),
-        ("time", "f8"),
-        ("range", "f4"),
-        ("vector", "f4", (3,)),
-        ("pair", "i4", (2,)),
-        coordinate="f8",
-    )
-    points["ring"] = random.integers(0, 3, len(xyz))
-    points["label"] = random.integers(-2, 2, len(xyz))
-    points["time"] = random.random(len(xyz))
-    points["range"] = random.normal(0, 10, len(xyz))
-    points["vector"] = random.normal(0, 1, (len(xyz), 3))
-    points["pair"] = random.integers(-1, 1, (len(xyz), 2))
-    points["range"][17] = np.nan
-    of_voxels = {}
-    for index, voxel in enumerate(lattice_of(points, resolution)):
-        of_voxels.setdefault(voxel, []).append(index)
-
-    steps = {"time": step, "range": step, "vector": step}
-    encoder = pcl_ext.Encoder(resolution, fields={"ring": None, "label": 0, "pair": None, **steps})
-    with pytest.warns(pcl_ext.CompressionWarning, match="left out: number$"):
-        frame = encoder.encode(points)
-    decoded = pcl_ext.Decoder().decode(frame)
-    lattice = lattice_of(decoded, resolution)
-    assert set(lattice) == set(of_voxels) and len(lattice) == len(of_voxels)
-    tolerance = 1e-6 if step is None else step / 2 + 1e-6
-    for voxel, found in zip(lattice, decoded):
-        own = points[of_voxels[voxel]]
-        assert found["ring"] == most_frequent(own["ring"])
-        assert found["label"] == most_frequent(own["label"])
-        pair = [most_frequent(own["pair"][:, k]) for k in (0, 1)]
-        assert found["pair"].tolist() == pair
-        for name in steps:
-            mean = own[name].astype("f8").mean(axis=0)
-            np.testing.assert_allclose(found[name], mean, rtol=1e-6, atol=tolerance)
-    if step is not None:
-        multiples = decoded["time"] / step
-        np.testing.assert_allclose(multiples, np.rint(multiples), atol=1e-9)
-    assert np.isnan(decoded["range"]).sum() == 1
-
-
 def test_a_voxel_of_one_point_keeps_its_bits(random):
-    points = with_fields(np.arange(30.0).reshape(10, 3) + 0.03, *zip("abcd", TYPES[4:]))
+    fields = [*zip("abcd", TYPES[4:]), ("vector", "f4", (3,)), ("pair", "i4", (2,))]
+    points = with_fields(np.arange(30.0).reshape(10, 3) + 0.03, *fields)
     set_bits(points, random)
     decoded = in_order(code(points, fields="all"))
     assert_same_bits(decoded, points, points.dtype.names[3:])
@@ -321,11 +261,7 @@ def test_layouts_have_the_same_frame(room, random, layout):
 def test_strides_of_zero_and_of_one_point(room, random):
     points = with_fields(room[:5], ("time", "f8"))
     set_bits(points, random)
-    for given in (
-        np.broadcast_to(points[:1], (7,)),
-        points[4:5][::-1],
-        points[::-3][:1],
-    ):
+    for given in (np.broadcast_to(points[:1], (7,)), points[4:5][::-1], points[::-3][:1]):
         assert pcl_ext.Encoder(0.1, fields="all").encode(given) == pcl_ext.Encoder(
             0.1, fields="all"
         ).encode(given.copy())
@@ -347,9 +283,7 @@ def test_memory_of_larger_clouds_is_not_read_again(room, random):
 def test_empty_clouds_between_others(room, random, keep_points):
     points = with_fields(room, ("time", "f8"), ("pair", "i2", 2))
     points["time"] = random.random(len(room))
-    encoder = pcl_ext.Encoder(
-        0.1, bounding_box=BOX, fields="all", keep_points=keep_points
-    )
+    encoder = pcl_ext.Encoder(0.1, bounding_box=BOX, fields="all", keep_points=keep_points)
     decoder = pcl_ext.Decoder()
     dtypes = []
     for number, cloud in enumerate((points[:0], points, points[:0], points, points[::-1][:0])):
@@ -466,14 +400,7 @@ def test_names_that_are_taken(room):
     decoded = decoder.decode(frame)
     assert decoder.status.code == "Ok"
     decoded = in_order(decoded)
-    assert decoded.dtype.names[3:] == (
-        "number",
-        "x_",
-        "first",
-        "first_",
-        "fir\ufffdd",
-        "first__",
-    )
+    assert decoded.dtype.names[3:] == ("number", "x_", "first", "first_", "fir\ufffdd", "first__")
     np.testing.assert_array_equal(decoded["x_"], points["Q"])
     np.testing.assert_array_equal(decoded["first_"], points["other"])
     np.testing.assert_array_equal(decoded["first__"], points["again"])
@@ -516,9 +443,7 @@ def test_decoded_clouds_can_be_encoded_again(room, random):
 def test_voxels_that_are_removed_take_their_fields_along(room, random):
     points = with_fields(room, ("time", "f8"), ("pair", "i2", 2))
     set_bits(points, random)
-    frame = pcl_ext.Encoder(
-        0.1, law="count", fields="all", keep_points=True
-    ).encode(points)
+    frame = pcl_ext.Encoder(0.1, law="count", fields="all", keep_points=True).encode(points)
     everything = pcl_ext.Decoder().decode(frame)
     decoded = pcl_ext.Decoder().decode(frame, min_intensity=3.0)
     expected = everything[everything["intensity"] >= 3.0]
@@ -552,9 +477,7 @@ def test_threads_make_the_same_frame(random):
 @pytest.mark.parametrize("keep_points", [False, True])
 def test_limits(room, keep_points):
     points = with_fields(room, ("vector", "f4", 3))
-    frame = pcl_ext.Encoder(
-        0.1, fields="all", keep_points=keep_points
-    ).encode(points)
+    frame = pcl_ext.Encoder(0.1, fields="all", keep_points=keep_points).encode(points)
     values = 4 * len(pcl_ext.Decoder().decode(frame))
     assert (values == 4 * len(points)) == keep_points
     assert pcl_ext.Decoder(max_field_values=values).decode(frame) is not None

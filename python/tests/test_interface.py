@@ -23,9 +23,7 @@ def public_objects():
         yield name, thing
         if inspect.isclass(thing):
             for member, value in vars(thing).items():
-                if not member.startswith("_") and (
-                    callable(value) or isinstance(value, property)
-                ):
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
                     yield f"{name}.{member}", value
 
 
@@ -97,9 +95,7 @@ def of_module():
             continue
         if inspect.isclass(thing):
             for member, value in vars(thing).items():
-                if callable(value) and (
-                    member == "__init__" or not member.startswith("_")
-                ):
+                if callable(value) and (member == "__init__" or not member.startswith("_")):
                     found[f"{name}.{member}"] = parameters_of(value)
         else:
             found[name] = parameters_of(thing) if callable(thing) else None
@@ -122,12 +118,7 @@ def test_it_is_marked_as_typed():
 
 
 def test_examples_in_the_documentation():
-    for module in (
-        pcl_ext,
-        pcl_ext.codec,
-        pcl_ext.outliers,
-        pcl_ext.recording_writer,
-    ):
+    for module in (pcl_ext, pcl_ext.codec, pcl_ext.outliers, pcl_ext.recording_writer):
         assert doctest.testmod(module).failed == 0
 
 

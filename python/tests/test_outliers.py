@@ -10,11 +10,7 @@ import pcl_ext
 def noisy_wall(random):
     """A dense wall, and single points in front of it: the cloud and which are noise."""
     wall = np.column_stack(
-        (
-            random.uniform(-1, 1, 30000),
-            random.uniform(-1, 1, 30000),
-            np.full(30000, 2.02),
-        )
+        (random.uniform(-1, 1, 30000), random.uniform(-1, 1, 30000), np.full(30000, 2.02))
     )
     noise = random.uniform((-1, -1, 0.5), (1, 1, 1.8), (40, 3))
     return np.vstack((wall, noise)).astype("f4")
@@ -78,9 +74,7 @@ def test_removal_before_encoding_saves_bytes(random):
     decoded = pcl_ext.Decoder().decode(frame)
     complete = pcl_ext.Encoder(0.04, law="count").encode(cloud)
     assert len(frame) < len(complete)
-    at_receiver = pcl_ext.Decoder().decode(
-        complete, outliers=pcl_ext.OutlierRemoval("points")
-    )
+    at_receiver = pcl_ext.Decoder().decode(complete, outliers=pcl_ext.OutlierRemoval("points"))
     np.testing.assert_array_equal(decoded, at_receiver)
 
 
@@ -99,9 +93,7 @@ def test_what_cannot_be_judged_stays(random):
     removal = pcl_ext.OutlierRemoval("points")
     coarse = pcl_ext.Encoder(0.5, law="none").encode(cloud)
     everything = pcl_ext.Decoder().decode(coarse)
-    np.testing.assert_array_equal(
-        pcl_ext.Decoder().decode(coarse, outliers=removal), everything
-    )
+    np.testing.assert_array_equal(pcl_ext.Decoder().decode(coarse, outliers=removal), everything)
     assert removal.status.code == "UnsupportedResolution" and removal.status.message
     assert not removal.status.ok
     frame = pcl_ext.Encoder(0.04, law="none").encode(cloud)

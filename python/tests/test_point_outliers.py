@@ -10,9 +10,7 @@ import pcl_ext
 def room(random, flakes=60):
     """A round room seen by a lidar, and flakes in front of its wall: the cloud in rows and
     columns, and which points are flakes."""
-    azimuth, slope = np.meshgrid(
-        np.linspace(-3.1, 3.1, 512), np.linspace(-0.4, 0.4, 16)
-    )
+    azimuth, slope = np.meshgrid(np.linspace(-3.1, 3.1, 512), np.linspace(-0.4, 0.4, 16))
     distance = 9.0 + np.cos(3 * azimuth) + random.normal(0, 0.005, azimuth.shape)
     is_flake = np.zeros(azimuth.shape, bool)
     is_flake.reshape(-1)[random.choice(azimuth.size, flakes, replace=False)] = True

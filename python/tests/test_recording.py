@@ -43,9 +43,7 @@ def two_streams(room, tmp_path):
         for number in range(12):
             writer.append(first, frames[0][number], EPOCH + 0.05 * number)
             if number % 2 == 0:
-                writer.append(
-                    second, frames[1][number // 2], EPOCH + 0.05 * number + 0.01
-                )
+                writer.append(second, frames[1][number // 2], EPOCH + 0.05 * number + 0.01)
     return path, frames
 
 
@@ -78,9 +76,7 @@ def test_frames_in_any_order(two_streams, random):
     path, frames = two_streams
     expected = [decoded(of_stream) for of_stream in frames]
     recording = pcl_ext.open(path)
-    places = [(0, number) for number in range(12)] + [
-        (1, number) for number in range(6)
-    ]
+    places = [(0, number) for number in range(12)] + [(1, number) for number in range(6)]
     for index in [*range(18), *random.permutation(18)]:
         stream, number = places[index]
         cloud = recording.frame(stream, number)
@@ -363,10 +359,7 @@ def test_wrong_frames_and_streams(room, tmp_path):
     path = tmp_path / "cell.mcap"
     with pcl_ext.RecordingWriter(path) as writer:
         stream = writer.add_stream("/left")
-        for name, message in (
-            ("/left", "two streams of the name"),
-            ("", "needs a name"),
-        ):
+        for name, message in (("/left", "two streams of the name"), ("", "needs a name")):
             with pytest.raises(ValueError, match=message):
                 writer.add_stream(name)
         for data in (b"", b"no frame", frame[:-1], frame + b"x"):

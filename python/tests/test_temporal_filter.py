@@ -56,9 +56,7 @@ def test_both_ends_show_the_same(random, pose_of, hertz):
 def test_a_still_scene_takes_few_bytes(random):
     plain = pcl_ext.Encoder(0.04, law="count")
     filtering = pcl_ext.Encoder(0.04, law="count", temporal_filter=8)
-    sizes = np.array(
-        [(len(plain.encode(c)), len(filtering.encode(c))) for c in clouds(random, 16)]
-    )
+    sizes = np.array([(len(plain.encode(c)), len(filtering.encode(c))) for c in clouds(random, 16)])
     assert 2 * sizes[8:, 1].sum() < sizes[8:, 0].sum()
     assert filtering.statistics.is_of_changes and not plain.statistics.is_of_changes
 

@@ -66,9 +66,7 @@ def test_clouds_tell_their_fields_and_ranges():
     assert repr(cloud) == "<Cloud of 3 points: x -1.5 to 2, y 0 to 0, z, r 0 to 255, n>"
     assert repr(cloud[:0]) == "<Cloud of 0 points: x, y, z, r, n>"
     image = pcl_ext.Cloud(np.zeros((2, 5), [("x", "f4"), ("y", "f4"), ("z", "f4")]))
-    assert repr(image) == (
-        "<Cloud of 10 points in 2 x 5: x 0 to 0, y 0 to 0, z 0 to 0>"
-    )
+    assert repr(image) == ("<Cloud of 10 points in 2 x 5: x 0 to 0, y 0 to 0, z 0 to 0>")
     # What an array prints, and those of single points and fields, stay as they are.
     assert str(cloud[:1]) == str(points[:1])
     assert repr(cloud["r"]) == repr(points["r"])

@@ -92,9 +92,7 @@ def in_threads(count, work):
 
 def test_an_encoder_of_several_threads(room):
     """One stream: each frame has a number of its own, and I-frames decode alone."""
-    encoder = pcl_ext.Encoder(
-        0.1, bounding_box=((-2, -2, 0), (2, 2, 3)), i_frame_rate=7
-    )
+    encoder = pcl_ext.Encoder(0.1, bounding_box=((-2, -2, 0), (2, 2, 3)), i_frame_rate=7)
     frames = []
 
     def encode(number):
@@ -120,9 +118,7 @@ def test_an_encoder_of_several_threads(room):
 def test_a_decoder_and_a_filter_of_several_threads(room):
     encoder = pcl_ext.Encoder(0.1, law="count", i_frame_rate=1)
     frames = [encoder.encode(room[number * 100 :]) for number in range(20)]
-    expected = {
-        len(pcl_ext.Decoder().decode(frame, min_intensity=2)): frame for frame in frames
-    }
+    expected = {len(pcl_ext.Decoder().decode(frame, min_intensity=2)): frame for frame in frames}
     decoder = pcl_ext.Decoder()
     removal = pcl_ext.OutlierRemoval("points", min_log_odds=-1e30)
 

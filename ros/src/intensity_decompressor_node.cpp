@@ -176,7 +176,7 @@ private:
     sensor_msgs::PointCloud2 voxels;
     voxels.header.stamp = toRosTime(frame.stamp);
     voxels.header.frame_id = global_frame_;
-    pcl_ext::nodes::writeVoxels(frame.voxels, voxels);
+    pcl_ext::nodes::writeVoxels(frame.voxels(), voxels);
     stream.voxels.publish(voxels);
   }
 

@@ -209,7 +209,7 @@ public:
   {
     std::optional<LatestFrame> frame;
     if (const auto stream = find(name))
-      frame = stream->latestVoxels(Time::min(), Time::max(), voxels);
+      frame = stream->latestVoxels(voxels);
     if (!frame)
       voxels = io::VoxelFrame();
     return frame;

@@ -76,7 +76,7 @@ private:
     ReceiverStatus status;
     stream_.decodeNext(systemTime, [&](const ReceivedFrame& frame) {
       status = {frame.status, frame.wants_i_frame};
-      voxels = frame.voxels;
+      voxels = frame.voxels();
     });
     stream_.endTurn();
     return status;

@@ -74,66 +74,47 @@ updateOf(const io::VoxelFrame& voxels,
   return update;
 }
 
-/** \brief Whether voxels of two frames that have colours, or one of which has, differ in
- * them. */
-bool
-haveOtherColours(const io::VoxelFrame& one,
-                 std::size_t i,
-                 const io::VoxelFrame& other,
-                 std::size_t j)
-{
-  return one.colour_bits == 0 || other.colour_bits == 0 ||
-         !(one.fullColour(i) == other.fullColour(j));
-}
-
 } // namespace
 
 void
-EnteredStream::replace(io::VoxelFrame& voxels)
+EnteredStream::follow()
 {
-  std::swap(before_, voxels_);
-  std::swap(voxels_, voxels);
-  is_replaced_ = before_.size() + voxels_.size() > 0;
-  // What is not merged is not kept.
-  voxels_.fields.clear();
-  voxels_.points = io::FramePoints();
-  voxels_.point_counts = std::vector<std::uint32_t>();
-  voxels_.has_point_counts = false;
-  countSymbols();
+  for (const io::VoxelChanges& changes : taken_) {
+    size_ = size_ + changes.came.size() - changes.gone.size();
+    grid_ = changes.came.grid;
+    countSymbols(changes);
+  }
   measureIntensities();
 }
 
 void
-EnteredStream::removeVoxels()
+EnteredStream::forget()
 {
-  io::VoxelFrame nothing;
-  nothing.grid = voxels_.grid;
-  nothing.intensity_scale = voxels_.intensity_scale;
-  nothing.colour_bits = voxels_.colour_bits;
-  nothing.depth_model = voxels_.depth_model;
-  replace(nothing);
+  taken_.clear();
+  size_ = 0;
+  outside_lattice_ = 0;
+  counts_.clear();
 }
 
 /** \brief Counts the symbols of the voxels. */
 void
-EnteredStream::countSymbols()
+EnteredStream::countSymbols(const io::VoxelChanges& changes)
 {
-  const std::size_t symbols = voxels_.hasIntensities()
-                                  ? std::size_t{voxels_.intensity_scale.maxSymbol()} + 1
-                                  : 1;
-  counts_.assign(symbols, 0);
-  for (std::size_t i = 0; i < voxels_.size(); ++i)
-    ++counts_[symbolOf(voxels_, i)];
-  are_other_symbols_ |= before_.intensity_scale != voxels_.intensity_scale ||
-                        are_there_.size() != symbols;
-  are_there_.resize(symbols);
-  unsigned int differences = 0;
-  for (std::size_t symbol = 0; symbol < symbols; ++symbol) {
-    const std::uint8_t is_there = counts_[symbol] != 0 ? 1 : 0;
-    differences |= are_there_[symbol] != is_there ? 1u : 0u;
-    are_there_[symbol] = is_there;
+  const io::IntensityScale& scale = changes.came.intensity_scale;
+  const std::size_t symbols =
+      scale.bits > 0 ? std::size_t{scale.maxSymbol()} + 1 : std::size_t{1};
+  if (counts_.size() != symbols || scale != scale_ ||
+      changes.gone.intensity_scale != scale) {
+    // None of another scale is left.
+    counts_.assign(symbols, 0);
+    scale_ = scale;
+    are_other_symbols_ = true;
   }
-  are_other_symbols_ |= differences != 0;
+  else
+    for (std::size_t i = 0; i < changes.gone.size(); ++i)
+      are_other_symbols_ |= --counts_[symbolOf(changes.gone, i)] == 0;
+  for (std::size_t i = 0; i < changes.came.size(); ++i)
+    are_other_symbols_ |= counts_[symbolOf(changes.came, i)]++ == 0;
 }
 
 /** \brief Finds what symbols there are. */
@@ -179,92 +160,28 @@ EnteredStream::writeOne(const io::VoxelFrame& voxels,
     append(voxels.keys[i], updateOf(voxels, i, units, is_added));
 }
 
-/** \brief Appends the updates of voxels of two frames of one grid that differ. */
-void
-EnteredStream::writeChanges(const MergedScale& scale)
-{
-  keys_.setGrids(voxels_.grid, scale.grid);
-  const SymbolUnits units_before(before_, scale);
-  const SymbolUnits units(voxels_, scale);
-  const bool has_colours = before_.colour_bits + voxels_.colour_bits > 0;
-  constexpr std::uint64_t behind_all = ~std::uint64_t{0};
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < before_.size() || j < voxels_.size()) {
-    const std::uint64_t was = i < before_.size() ? before_.keys[i] : behind_all;
-    const std::uint64_t is = j < voxels_.size() ? voxels_.keys[j] : behind_all;
-    if (has_colours && (was != is || haveOtherColours(before_, i, voxels_, j))) {
-      if (was <= is)
-        append(was, updateOf(before_, i++, units_before, false));
-      if (is <= was)
-        append(is, updateOf(voxels_, j++, units, true));
-      continue;
-    }
-    // Without branches, which could not be predicted among noise.
-    VoxelUpdate update{};
-    const bool is_gone = was <= is;
-    const bool is_here = is <= was;
-    if (is_here)
-      update.intensity = units[symbolOf(voxels_, j)];
-    if (is_gone)
-      update.intensity -= units_before[symbolOf(before_, i)];
-    update.summands = static_cast<std::int8_t>(is_here - is_gone);
-    i += is_gone ? 1 : 0;
-    j += is_here ? 1 : 0;
-    if (update.intensity != 0 || update.summands != 0)
-      append(std::min(was, is), update);
-    else
-      skipSame(i, j);
-  }
-}
-
-/** \brief Skips voxels of the two frames that are the same, one after another. */
-void
-EnteredStream::skipSame(std::size_t& i, std::size_t& j) const
-{
-  const bool have_same_symbols = before_.intensity_scale == voxels_.intensity_scale;
-  if (!have_same_symbols || before_.colour_bits + voxels_.colour_bits > 0)
-    return;
-  const std::size_t most = std::min(before_.size() - i, voxels_.size() - j);
-  std::size_t same = 0;
-  while (same < most && before_.keys[i + same] == voxels_.keys[j + same] &&
-         symbolOf(before_, i + same) == symbolOf(voxels_, j + same))
-    ++same;
-  i += same;
-  j += same;
-}
-
 bool
 EnteredStream::writeUpdates(const MergedScale& scale)
 {
   updates_.clear();
   has_all_in_grid_ = true;
-  if (before_.grid == voxels_.grid)
-    writeChanges(scale);
-  else {
-    writeOne(before_, false, scale);
-    writeOne(voxels_, true, scale);
+  for (const io::VoxelChanges& changes : taken_) {
+    writeOne(changes.gone, false, scale);
+    writeOne(changes.came, true, scale);
   }
   return has_all_in_grid_;
 }
 
 void
-EnteredStream::writeAllUpdates(const MergedScale& scale)
-{
-  updates_.clear();
-  outside_lattice_ = 0;
-  writeOne(voxels_, true, scale);
-  has_written_all_ = true;
-}
-
-void
 EnteredStream::endUpdate()
 {
-  is_replaced_ = false;
   // As many updates are hardly ever needed again.
-  if (std::exchange(has_written_all_, false))
+  if (updates_.updates.size() > size_ / 2) {
     updates_ = VoxelUpdates();
+    taken_.release();
+  }
   updates_.clear();
+  taken_.clear();
 }
 
 std::size_t
@@ -275,12 +192,14 @@ EnteredStream::measure(double resolution,
   const CentreLattice lattice(resolution, origin);
   CentreLattice::Index index{};
   std::size_t on_lattice = 0;
-  for (std::size_t i = 0; i < voxels_.size(); ++i) {
-    if (!lattice.find(voxels_.grid, voxels_.keys[i], index))
-      continue;
-    ++on_lattice;
-    range = range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
-  }
+  for (const io::VoxelChanges& changes : taken_)
+    for (const std::uint64_t key : changes.came.keys) {
+      if (!lattice.find(changes.came.grid, key, index))
+        continue;
+      ++on_lattice;
+      range =
+          range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
+    }
   return on_lattice;
 }
 

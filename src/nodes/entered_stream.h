@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "nodes/merged_keys.h"
+#include "nodes/received_stream.h"
 #include "nodes/summed_voxels.h"
 #include "voxelizing/common_step.h"
 #include "voxels/grid_fit.h"
@@ -26,32 +27,45 @@ struct MergedScale {
   double units = 1.0; ///< of a sum, for an intensity of 1: a power of two
 };
 
-/** \brief The voxels of a stream that are in a merged frame. For one thread at a time. */
+/** \brief What of a stream is in a merged frame: how many voxels of which intensities. The
+ * voxels themselves are the stream's, and their sums those of the merged frame. For one
+ * thread at a time. */
 class EnteredStream {
 public:
-  /** \brief Takes other voxels in place of those that are entered. To be updated
-   * before the next time.
-   * \param[in,out] voxels of the stream's next frame; afterwards those of an earlier one,
-   * which are of no use
-   */
-  void
-  replace(io::VoxelFrame& voxels);
-
-  /** \brief The same without voxels. */
-  void
-  removeVoxels();
-
-  const io::VoxelFrame&
-  voxels() const
+  /** \brief Where to take the stream's changes, before follow(). */
+  TakenChanges&
+  taken()
   {
-    return voxels_;
+    return taken_;
   }
 
-  /** \brief Whether there are other voxels since the last update. */
-  bool
-  isReplaced() const
+  /** \brief Follows the changes that were taken. To be updated before the next time. */
+  void
+  follow();
+
+  /** \brief Forgets what is entered, as all will be entered anew. */
+  void
+  forget();
+
+  /** \brief Number of voxels. */
+  std::size_t
+  size() const
   {
-    return is_replaced_;
+    return size_;
+  }
+
+  /** \brief The grid of the stream. */
+  const io::VoxelGrid&
+  grid() const
+  {
+    return grid_;
+  }
+
+  /** \brief Whether there are changes since the last update. */
+  bool
+  isChanged() const
+  {
+    return taken_.begin() != taken_.end();
   }
 
   /** \brief Writes the updates for what has changed. Of a voxel that came outside of
@@ -59,10 +73,6 @@ public:
    * then. */
   bool
   writeUpdates(const MergedScale& scale);
-
-  /** \brief Writes the updates that enter all voxels. */
-  void
-  writeAllUpdates(const MergedScale& scale);
 
   const VoxelUpdates&
   updates() const
@@ -81,7 +91,8 @@ public:
     return outside_lattice_;
   }
 
-  /** \brief Number of voxels on the lattice of an origin.
+  /** \brief Number of voxels that came, which have to be all, on the lattice of an
+   * origin.
    * \param[in,out] range is extended to contain them; nothing: there is none so far
    */
   std::size_t
@@ -120,16 +131,10 @@ public:
 
 private:
   void
-  countSymbols();
+  countSymbols(const io::VoxelChanges& changes);
 
   void
   measureIntensities();
-
-  void
-  writeChanges(const MergedScale& scale);
-
-  void
-  skipSame(std::size_t& i, std::size_t& j) const;
 
   void
   writeOne(const io::VoxelFrame& voxels, bool is_added, const MergedScale& scale);
@@ -140,23 +145,20 @@ private:
   float
   intensityOf(std::size_t symbol) const
   {
-    return voxels_.hasIntensities()
-               ? voxels_.intensity_scale.value(static_cast<std::uint16_t>(symbol))
-               : 1.0f;
+    return scale_.bits > 0 ? scale_.value(static_cast<std::uint16_t>(symbol)) : 1.0f;
   }
 
-  io::VoxelFrame voxels_;
-  io::VoxelFrame before_; // that are in the sums, until the update
-  bool is_replaced_ = false;
+  TakenChanges taken_;
+  std::size_t size_ = 0;
+  io::VoxelGrid grid_;
+  io::IntensityScale scale_;
   MergedKeys keys_;
   VoxelUpdates updates_;
-  bool has_written_all_ = false; // of all voxels
   std::size_t outside_lattice_ = 0;
   bool has_all_in_grid_ = true;
   // Of the intensities, by their symbols.
   std::vector<std::uint32_t> counts_;
-  std::vector<std::uint8_t> are_there_; // 1 for those with a count
-  bool are_other_symbols_ = false;      // than when the following were found
+  bool are_other_symbols_ = false; // than when the following were found
   float highest_ = 0.0f;
   io::CommonStep step_;
 };

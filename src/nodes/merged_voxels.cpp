@@ -69,7 +69,6 @@ MergedVoxels::MergedVoxels(double resolution,
 , threads_(std::min(threads, most_threads))
 , sums_(threads_)
 , quantiser_(mergingQuantiser())
-, frames_(threads_)
 {
   scale_.grid.resolution = resolution;
   scale_.grid.origin = origin.value_or(Origin{});
@@ -78,11 +77,11 @@ MergedVoxels::MergedVoxels(double resolution,
 
 std::vector<MergedStream>
 MergedVoxels::merge(const Streams& streams,
-                    const Selection& selection,
+                    const FrameSelection& selection,
                     io::VoxelFrame& merged)
 {
-  follow(streams, selection);
-  updateSums();
+  setEntries(streams, selection);
+  updateSums(selection);
   writeMerged(merged);
   std::vector<MergedStream> merged_streams;
   for (const auto& [name, stream] : streams) {
@@ -104,8 +103,6 @@ MergedVoxels::releaseMemory() noexcept
   all_.clear();
   sums_.clear();
   has_grid_ = false;
-  for (io::VoxelFrame& frame : frames_)
-    frame = io::VoxelFrame();
   intensities_ = std::vector<double>();
   quantiser_.releaseMemory();
 }
@@ -123,9 +120,9 @@ MergedVoxels::forEachEntry(const WorkT& work)
   });
 }
 
-/** \brief Takes the latest voxels of all streams. */
+/** \brief Sets which streams are merged. */
 void
-MergedVoxels::follow(const Streams& streams, const Selection& selection)
+MergedVoxels::setEntries(const Streams& streams, const FrameSelection& selection)
 {
   for (const auto& [name, stream] : streams) {
     Entry& entry = entries_[name];
@@ -135,55 +132,66 @@ MergedVoxels::follow(const Streams& streams, const Selection& selection)
   all_.clear();
   for (auto& [name, entry] : entries_)
     all_.push_back(&entry);
-  forEachEntry([&](Entry& entry, std::size_t thread) {
-    followStream(selection, entry, frames_[thread]);
-  });
 }
 
-void
-MergedVoxels::followStream(const Selection& selection,
-                           Entry& entry,
-                           io::VoxelFrame& voxels)
+/** \brief Takes what has changed in all streams.
+ * \return false if that is not known of all, so that all has to be entered anew */
+bool
+MergedVoxels::follow(const FrameSelection& selection)
 {
+  std::atomic<bool> are_known{true};
+  forEachEntry([&](Entry& entry, std::size_t) {
+    if (!followStream(selection, entry))
+      are_known = false;
+  });
+  return are_known;
+}
+
+bool
+MergedVoxels::followStream(const FrameSelection& selection, Entry& entry)
+{
+  const bool has_voxels = entry.frame.has_value();
   const bool is_same_stream =
       entry.source != nullptr && entry.stream.lock() == entry.source;
-  const std::size_t entered = is_same_stream && entry.frame ? entry.frame->number : 0;
-  std::optional<LatestFrame> latest;
+  TakenChanges& taken = entry.voxels.taken();
+  const std::size_t known = is_same_stream && has_voxels ? entry.frame->number : 0;
+  static const FrameSelection any_time;
+  entry.frame.reset();
   if (entry.source != nullptr)
-    latest = entry.has_any_time
-                 ? entry.source->latestVoxels(
-                       Time::min(), Time::max(), voxels, std::nullopt, entered)
-                 : entry.source->latestVoxels(selection.oldest,
-                                              selection.newest,
-                                              voxels,
-                                              selection.stamps,
-                                              entered);
-  if (!latest)
-    entry.voxels.removeVoxels();
-  else if (latest->number != entered)
-    entry.voxels.replace(voxels);
+    entry.frame =
+        entry.source->take(entry.has_any_time ? any_time : selection, known, taken);
   entry.stream = entry.source;
-  entry.frame = latest;
+  // Those of another stream are known to nobody.
+  if (!taken.are_known || (has_voxels && !is_same_stream))
+    return false;
+  entry.voxels.follow();
+  return true;
 }
 
 /** \brief Enters what has changed in streams. */
 void
-MergedVoxels::updateSums()
+MergedVoxels::updateSums(const FrameSelection& selection)
 {
-  const bool is_other_scale = setScale();
+  if (!follow(selection) || !updateChanged())
+    enterAll(selection);
+  endUpdate();
+}
+
+/** \brief Adds what has changed to the sums.
+ * \return false if all has to be entered anew */
+bool
+MergedVoxels::updateChanged()
+{
   const bool are_any_changed =
       std::any_of(all_.begin(), all_.end(), [](const Entry* entry) {
-        return entry->voxels.isReplaced();
+        return entry->voxels.isChanged();
       });
-  if (is_other_scale || !has_grid_ || !writeUpdates() ||
-      (are_any_changed && moveOrigin(voxelCount() - outsideLattice())))
-    enterAll();
-  else {
-    addUpdates();
-    if (isGridFarTooLarge())
-      enterAll();
-  }
-  endUpdate();
+  if (setScale() || !has_grid_ || !writeUpdates())
+    return false;
+  if (are_any_changed && !has_fixed_origin_ && outsideLattice() > 0)
+    return false; // another origin may be better
+  addUpdates();
+  return !isGridFarTooLarge();
 }
 
 void
@@ -206,7 +214,7 @@ MergedVoxels::writeUpdates()
 {
   std::atomic<bool> are_all_in_grid{true};
   forEachEntry([&](Entry& entry, std::size_t) {
-    if (entry.voxels.isReplaced() && !entry.voxels.writeUpdates(scale_))
+    if (!entry.voxels.writeUpdates(scale_))
       are_all_in_grid = false;
   });
   return are_all_in_grid;
@@ -223,8 +231,15 @@ MergedVoxels::addUpdates()
 
 /** \brief Enters all voxels of all streams anew, on a grid that has them. */
 void
-MergedVoxels::enterAll()
+MergedVoxels::enterAll(const FrameSelection& selection)
 {
+  sums_.clear();
+  for (Entry* entry : all_) {
+    entry->voxels.forget();
+    entry->frame.reset();
+  }
+  follow(selection);
+  setScale();
   std::optional<io::LatticeRange> range;
   if (moveOrigin(measureAll(scale_.grid.origin, range)))
     measureAll(scale_.grid.origin, range);
@@ -232,9 +247,7 @@ MergedVoxels::enterAll()
   if (range)
     scale_.grid = io::adaptGrid(scale_.grid, has_grid_, may_refit, *range);
   has_grid_ |= range.has_value();
-  sums_.clear();
-  forEachEntry(
-      [&](Entry& entry, std::size_t) { entry.voxels.writeAllUpdates(scale_); });
+  writeUpdates();
   addUpdates();
 }
 
@@ -265,7 +278,7 @@ MergedVoxels::voxelCount() const
 {
   std::size_t count = 0;
   for (const Entry* entry : all_)
-    count += entry->voxels.voxels().size();
+    count += entry->voxels.size();
   return count;
 }
 
@@ -294,7 +307,7 @@ MergedVoxels::moveOrigin(std::size_t on_lattice)
     if (!entry->frame)
       continue;
     // A corner of a voxel about the world's origin, amid the stream's grid.
-    const io::VoxelGrid& grid = entry->voxels.voxels().grid;
+    const io::VoxelGrid& grid = entry->voxels.grid();
     const auto half = static_cast<std::uint32_t>(grid.size() / 2);
     Origin corner;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -330,9 +343,24 @@ MergedVoxels::isGridFarTooLarge() const
   };
   if (!std::all_of(quarters.begin(), quarters.end(), are_adjacent))
     return false;
-  std::optional<io::LatticeRange> range;
-  measureAll(scale_.grid.origin, range);
+  const auto range = rangeOfSums();
   return range && io::adaptGrid(scale_.grid, true, true, *range) != scale_.grid;
+}
+
+/** \brief Range of the indices of the merged voxels; nothing if there are none. */
+std::optional<io::LatticeRange>
+MergedVoxels::rangeOfSums() const
+{
+  std::optional<io::LatticeRange> range;
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const io::VoxelPosition position = io::voxelPosition(sums_.keys()[i]);
+    const CentreLattice::Index& first = scale_.grid.first_index;
+    const CentreLattice::Index index{first[0] + static_cast<std::int32_t>(position.x),
+                                     first[1] + static_cast<std::int32_t>(position.y),
+                                     first[2] + static_cast<std::int32_t>(position.z)};
+    range = range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
+  }
+  return range;
 }
 
 double
@@ -405,7 +433,7 @@ MergedVoxels::commonStep() const
   io::CommonStep common;
   for (const Entry* entry : all_) {
     const EnteredStream& voxels = entry->voxels;
-    if (voxels.outsideLattice() == voxels.voxels().size())
+    if (voxels.outsideLattice() == voxels.size())
       continue;
     if (scale_.limit < voxels.highest())
       voxels.addTo(common, scale_.limit);

@@ -34,14 +34,6 @@ public:
   using Origin = std::array<double, 3>;
   using Streams = std::map<std::string, std::shared_ptr<ReceivedStream>>;
 
-  /** \brief Which frames of streams are merged: the latest ones, if they were decoded
-   * between two times or have one of some stamps. */
-  struct Selection {
-    Time oldest;
-    Time newest;
-    std::optional<StampRange> stamps;
-  };
-
   /** \param[in] resolution voxel edge of the common grid, metres
    * \param[in] origin of the common grid, metres; none: chosen from the voxels
    * \param[in] threads that enter streams, 1 or more; the result does not depend on it
@@ -54,7 +46,9 @@ public:
    * grid, and how many intensities were reduced.
    * \return what of each stream is merged */
   std::vector<MergedStream>
-  merge(const Streams& streams, const Selection& selection, io::VoxelFrame& merged);
+  merge(const Streams& streams,
+        const FrameSelection& selection,
+        io::VoxelFrame& merged);
 
   /** \brief Drops all memory. To be called when merge() threw, which may have entered a
    * part of the voxels. */
@@ -72,17 +66,23 @@ private:
   };
 
   void
-  follow(const Streams& streams, const Selection& selection);
+  setEntries(const Streams& streams, const FrameSelection& selection);
 
-  static void
-  followStream(const Selection& selection, Entry& entry, io::VoxelFrame& voxels);
+  bool
+  follow(const FrameSelection& selection);
+
+  static bool
+  followStream(const FrameSelection& selection, Entry& entry);
 
   template <typename WorkT>
   void
   forEachEntry(const WorkT& work);
 
   void
-  updateSums();
+  updateSums(const FrameSelection& selection);
+
+  bool
+  updateChanged();
 
   bool
   writeUpdates();
@@ -91,7 +91,7 @@ private:
   addUpdates();
 
   void
-  enterAll();
+  enterAll(const FrameSelection& selection);
 
   std::size_t
   measureAll(const Origin& origin, std::optional<io::LatticeRange>& range) const;
@@ -104,6 +104,9 @@ private:
 
   bool
   moveOrigin(std::size_t on_lattice);
+
+  std::optional<io::LatticeRange>
+  rangeOfSums() const;
 
   bool
   isGridFarTooLarge() const;
@@ -143,9 +146,7 @@ private:
   io::IntensityQuantiser quantiser_;
 
   io::MemoryRule memory_rule_;
-  // Members so that their memory is reused.
-  std::vector<io::VoxelFrame> frames_; // of each thread
-  std::vector<double> intensities_;
+  std::vector<double> intensities_; // a member so that its memory is reused
 };
 
 } // namespace nodes

@@ -6,6 +6,7 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/latency.h"
+#include "stream/version1_header.h"
 #include "voxels/point_voxels.h"
 
 #include <utility>
@@ -20,7 +21,8 @@ namespace {
 struct ThreadMemory {
   io::DecodingMemory coding;
   io::VoxelFrame decoded;
-  io::MemoryRule rule; ///< for `decoded`
+  io::VoxelChanges changes;
+  io::MemoryRule rule; ///< for `decoded` and `changes`
 };
 
 ThreadMemory&
@@ -52,6 +54,12 @@ capacityOf(const io::VoxelFrame& frame)
   return frame.keys.capacity() + frame.points.positions.capacity();
 }
 
+std::size_t
+capacityOf(const io::VoxelChanges& changes)
+{
+  return capacityOf(changes.gone) + capacityOf(changes.came);
+}
+
 /** \brief True for a frame of which no voxels were made, as nothing was filtered. */
 bool
 hasPointsOnly(const io::VoxelFrame& frame)
@@ -73,6 +81,7 @@ ReceivedStream::ReceivedStream(const std::string& name,
                                float min_intensity,
                                const io::DecoderLimits& limits)
 : decoder_(limits)
+, applied_min_intensity_(min_intensity)
 , min_intensity_(min_intensity)
 , share_(limits.budget, [this] { dropVoxels(); })
 {
@@ -143,14 +152,32 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 
   static const io::VoxelFrame no_voxels;
   static const io::CodedFrameStatistics no_statistics;
+  are_voxels_wanted_ = false;
+  const std::function<const io::VoxelFrame&()> voxels = [&]() -> const io::VoxelFrame& {
+    return has_voxels ? listVoxels() : no_voxels;
+  };
   if (listener)
     listener({health_.name,
               has_voxels ? latest_stamp_ : frame.stamp.value_or(Time(0)),
               *reported,
-              has_voxels ? latest_ : no_voxels,
+              voxels,
               has_voxels ? decoder_.statistics() : no_statistics,
               wants_i_frame});
   share_.end(keptBytes());
+}
+
+/** \brief The latest voxels, for the listener; empty if there is no memory for them. */
+const io::VoxelFrame&
+ReceivedStream::listVoxels()
+{
+  are_voxels_wanted_ = true;
+  if (is_whole_)
+    return latest_;
+  io::VoxelFrame& voxels = memoryOfThread().decoded;
+  const std::lock_guard<std::mutex> lock(decode_mutex_);
+  if (!listDecoded(voxels))
+    voxels = io::VoxelFrame();
+  return voxels;
 }
 
 /** \brief Bytes that are kept beside the decoder's, an estimate that is rather too
@@ -158,7 +185,8 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 std::size_t
 ReceivedStream::keptBytes() const
 {
-  return 2 * bytesOf(latest_) +
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return 2 * bytesOf(latest_) + pending_.bytes() +
          (outlier_removal_ ? VoxelOutlierRemoval::bytes_of_voxel * latest_.size() : 0);
 }
 
@@ -173,6 +201,7 @@ ReceivedStream::dropVoxels() noexcept
   are_outlier_settings_new_ = outlier_settings_.has_value();
   latest_ = io::VoxelFrame();
   has_latest_ = false;
+  pending_.end();
   ++health_.memory_drops;
   health_.lacks_voxels = true;
 }
@@ -183,26 +212,90 @@ ReceivedStream::decode(const WaitingFrame& frame,
                        const Clock& clock,
                        bool& is_decoded)
 {
+  const std::lock_guard<std::mutex> lock(decode_mutex_);
   ThreadMemory& memory = memoryOfThread();
-  io::VoxelFrame& decoded = memory.decoded;
-  const std::size_t capacity = capacityOf(decoded);
+  const std::size_t capacity = capacityOf(memory.decoded) + capacityOf(memory.changes);
+  makeOutlierRemoval();
+  const float min_intensity = min_intensity_;
+  const bool is_by_changes =
+      is_plain_ && !outlier_removal_ && !are_voxels_wanted_ &&
+      min_intensity == applied_min_intensity_ &&
+      io::beginsFrameOfChanges(frame.bytes.data(), frame.bytes.size());
+  if (!is_by_changes && areChangesKept())
+    makeLatestWhole();
   io::CompressionStatus status =
-      decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
+      is_by_changes
+          ? decoder_.decode(
+                frame.bytes.data(), frame.bytes.size(), memory.changes, memory.coding)
+          : decoder_.decode(
+                frame.bytes.data(), frame.bytes.size(), memory.decoded, memory.coding);
   is_decoded = status.ok();
-  const std::size_t needed = bytesOf(decoded);
-  const auto release = [&] {
-    decoded = io::VoxelFrame();
-    kept_ = io::VoxelFrame();
+  std::size_t needed = 0;
+  const auto make_latest = [&] {
+    applied_min_intensity_ = min_intensity;
+    const Denoised denoised = is_by_changes ? denoise(memory.changes, needed)
+                                            : denoise(memory.decoded, needed);
+    makeLatest(denoised, frame, start, clock);
+    if (!is_by_changes)
+      status = io::statusOfVoxels(latest_); // filters make voxels, too
   };
-  if (is_decoded) {
-    callOrCleanUp([&] { makeLatest(decoded, frame, start, clock); }, release);
-    status = io::statusOfVoxels(latest_); // filters make voxels, too
-  }
+  const auto release = [&] {
+    memory.decoded = io::VoxelFrame();
+    kept_ = io::VoxelFrame();
+    // The voxels are not those of the decoder any more.
+    is_plain_ = false;
+    const std::lock_guard<std::mutex> latest_lock(mutex_);
+    pending_.end();
+  };
+  if (is_decoded)
+    callOrCleanUp(make_latest, release);
   // A failed frame may have taken more memory than any other needs.
-  const bool is_too_large = !is_decoded && capacityOf(decoded) > capacity;
-  if (memory.rule.shouldRelease(needed) || is_too_large)
-    decoded = io::VoxelFrame();
+  const bool is_too_large =
+      !is_decoded && capacityOf(memory.decoded) + capacityOf(memory.changes) > capacity;
+  if (memory.rule.shouldRelease(needed) || is_too_large) {
+    memory.decoded = io::VoxelFrame();
+    memory.changes = io::VoxelChanges();
+  }
   return status;
+}
+
+/** \brief Whether somebody takes the changes. */
+bool
+ReceivedStream::areChangesKept() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return pending_.areKept();
+}
+
+/** \brief Lists the latest voxels that are known from changes alone, before the decoder
+ * forgets them, to compare the next ones with. */
+void
+ReceivedStream::makeLatestWhole()
+{
+  if (is_whole_)
+    return;
+  const bool is_listed = listDecoded(kept_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!is_listed) {
+    pending_.end();
+    return;
+  }
+  std::swap(kept_, latest_);
+  is_whole_ = true;
+}
+
+/** \brief Lists the voxels of the decoder's last frame that are not noise; decode_mutex_
+ * is locked.
+ * \return false if they are not known, or there is no memory for them */
+bool
+ReceivedStream::listDecoded(io::VoxelFrame& voxels)
+{
+  if (!decoder_.latestVoxels(voxels))
+    return false;
+  removeVoxelsBelow(voxels, applied_min_intensity_);
+  if (is_packed_)
+    voxels.layout.reset();
+  return true;
 }
 
 /** \brief Takes the voxels of a frame, and not much more memory than they need. */
@@ -215,17 +308,58 @@ ReceivedStream::keep(io::VoxelFrame& frame)
     kept_ = frame;
 }
 
+/** \brief Denoises a frame, and keeps it for makeLatest().
+ * \param[out] needed bytes of memory
+ */
+ReceivedStream::Denoised
+ReceivedStream::denoise(io::VoxelFrame& decoded, std::size_t& needed)
+{
+  needed = bytesOf(decoded);
+  Denoised denoised;
+  denoised.is_whole = true;
+  denoised.outliers = removeOutliers(decoded);
+  const std::size_t removed_below = removeVoxelsBelow(decoded, applied_min_intensity_);
+  is_plain_ = !outlier_removal_;
+  if (is_packed_)
+    decoded.layout.reset();
+  keep(decoded);
+  denoised.voxels = hasPointsOnly(kept_) ? decoder_.statistics().voxels : kept_.size();
+  denoised.all_voxels = denoised.voxels + removed_below + denoised.outliers.removed;
+  denoised.resolution = kept_.grid.resolution;
+  denoised.has_intensities = kept_.hasIntensities();
+  denoised.points_outside_grid = kept_.points.outside_grid;
+  if (areChangesKept())
+    io::findChanges(latest_, kept_, memoryOfThread().changes);
+  return denoised;
+}
+
+/** \brief Denoises the changes of a frame.
+ * \param[out] needed bytes of memory
+ */
+ReceivedStream::Denoised
+ReceivedStream::denoise(io::VoxelChanges& changes, std::size_t& needed)
+{
+  needed = bytesOf(changes.gone) + bytesOf(changes.came);
+  removeVoxelsBelow(changes.gone, applied_min_intensity_);
+  removeVoxelsBelow(changes.came, applied_min_intensity_);
+  Denoised denoised;
+  // Only this thread changes what is reported.
+  const std::size_t before = changes.is_from_nothing ? 0 : health_.kept_voxels;
+  denoised.voxels = before + changes.came.size() - changes.gone.size();
+  denoised.all_voxels = decoder_.statistics().voxels;
+  denoised.resolution = changes.came.grid.resolution;
+  denoised.has_intensities = changes.came.hasIntensities();
+  return denoised;
+}
+
+/** \brief Makes what was denoised the latest voxels, or throws and leaves them as they
+ * are. */
 void
-ReceivedStream::makeLatest(io::VoxelFrame& decoded,
+ReceivedStream::makeLatest(const Denoised& denoised,
                            const WaitingFrame& frame,
                            std::chrono::steady_clock::time_point start,
                            const Clock& clock)
 {
-  OutlierRemovalStatus outliers = removeOutliers(decoded);
-  const std::size_t removed_below = removeVoxelsBelow(decoded, min_intensity_);
-  if (is_packed_)
-    decoded.layout.reset();
-  keep(decoded);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   Time stamp = frame.stamp.value_or(Time(0));
@@ -236,6 +370,8 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
 
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    OutlierRemovalStatus outliers = denoised.outliers;
+    pending_.add(memoryOfThread().changes);
     // The last statement that can throw.
     window_.add({now,
                  frame.bytes.size(),
@@ -245,20 +381,28 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     ++health_.frames_decoded;
     health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
-    health_.kept_voxels = hasPointsOnly(kept_) ? coding.voxels : kept_.size();
-    health_.voxels = health_.kept_voxels + removed_below + outliers.removed;
-    health_.resolution = kept_.grid.resolution;
-    health_.has_intensities = kept_.hasIntensities();
-    health_.points_outside_grid += kept_.points.outside_grid;
+    health_.kept_voxels = denoised.voxels;
+    health_.voxels = denoised.all_voxels;
+    health_.resolution = denoised.resolution;
+    health_.has_intensities = denoised.has_intensities;
+    health_.points_outside_grid += denoised.points_outside_grid;
     health_.outliers_removed = outliers.removed;
     health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;
-    std::swap(kept_, latest_);
+    if (denoised.is_whole)
+      std::swap(kept_, latest_);
+    is_whole_ = denoised.is_whole;
     has_latest_ = true;
     latest_stamp_ = stamp;
   }
-  // Either of the two swapped frames may be too large.
-  if (memory_rule_.shouldRelease(bytesOf(latest_)))
+  frames_by_changes_ = denoised.is_whole ? 0 : frames_by_changes_ + 1;
+  // Either of the two swapped frames may be too large; by changes none is needed.
+  if (frames_by_changes_ == io::MemoryRule::frames) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    latest_ = io::VoxelFrame();
+    frames_to_release_ = 1;
+  }
+  else if (denoised.is_whole && memory_rule_.shouldRelease(bytesOf(latest_)))
     frames_to_release_ = 2;
   if (frames_to_release_ == 0)
     return;
@@ -269,7 +413,6 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
 OutlierRemovalStatus
 ReceivedStream::removeOutliers(io::VoxelFrame& frame)
 {
-  makeOutlierRemoval();
   if (!outlier_removal_)
     return {};
   const auto replace_filter = [&] {
@@ -358,23 +501,98 @@ ReceivedStream::countFailed(io::CompressionStatus status, bool is_decoded)
 }
 
 std::optional<LatestFrame>
-ReceivedStream::latestVoxels(Time oldest,
-                             Time newest,
-                             io::VoxelFrame& voxels,
-                             const std::optional<StampRange>& stamps,
-                             std::size_t known) const
+ReceivedStream::latestVoxels(io::VoxelFrame& voxels)
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const bool was_decoded_then =
-      health_.last_decoded >= oldest && health_.last_decoded <= newest;
-  const bool has_such_a_stamp =
-      stamps && latest_stamp_ >= stamps->oldest && latest_stamp_ <= stamps->newest;
-  if (!has_latest_ || (!was_decoded_then && !has_such_a_stamp))
-    return std::nullopt;
+  const std::lock_guard<std::mutex> lock(decode_mutex_);
+  return listLatest(voxels);
+}
+
+/** \brief Copies the latest voxels; decode_mutex_ is locked.
+ * \return nothing if there are none */
+std::optional<LatestFrame>
+ReceivedStream::listLatest(io::VoxelFrame& voxels)
+{
+  const auto list = [&]() -> std::optional<LatestFrame> {
+    if (!is_whole_ && !listDecoded(voxels))
+      return std::nullopt;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!has_latest_)
+      return std::nullopt;
+    if (is_whole_)
+      voxels = latest_;
+    return latestFrame();
+  };
   // After an exception the copy may have keys without intensities.
-  if (known != health_.frames_decoded)
-    callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });
-  return LatestFrame{latest_stamp_, health_.frames_decoded};
+  return callOrCleanUp(list, [&] { voxels = io::VoxelFrame(); });
+}
+
+std::optional<LatestFrame>
+ReceivedStream::take(const FrameSelection& selection,
+                     std::size_t known,
+                     TakenChanges& taken)
+{
+  taken.clear();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const bool is_selected = isSelected(selection);
+    if (!is_selected && known == 0)
+      return std::nullopt;
+    if (is_selected && takePending(known, taken))
+      return latestFrame();
+  }
+  const std::lock_guard<std::mutex> lock(decode_mutex_);
+  return takeAll(selection, known, taken);
+}
+
+/** \brief Takes the changes since a frame; mutex_ is locked.
+ * \return false if they are not known */
+bool
+ReceivedStream::takePending(std::size_t known, TakenChanges& taken)
+{
+  if (!pending_.areSince(known))
+    return false;
+  if (!pending_.areEmpty())
+    pending_.take(health_.frames_decoded, taken.add());
+  return true;
+}
+
+/** \brief As take(), but with all voxels, which came or are gone; decode_mutex_ is
+ * locked. */
+std::optional<LatestFrame>
+ReceivedStream::takeAll(const FrameSelection& selection,
+                        std::size_t known,
+                        TakenChanges& taken)
+{
+  io::VoxelFrame voxels;
+  const auto latest = listLatest(voxels);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const bool is_selected = latest && isSelected(selection);
+  // What is known is gone: it is brought up to the latest voxels first.
+  taken.are_known = known == 0 || (latest && takePending(known, taken));
+  if (is_selected && known != 0 && taken.are_known)
+    return latest; // decoded meanwhile
+  if (!is_selected) {
+    pending_.end();
+    if (known != 0 && taken.are_known)
+      taken.addGone(voxels);
+    return std::nullopt;
+  }
+  pending_.begin(latest->number);
+  taken.addCame(voxels);
+  return latest;
+}
+
+/** \brief Whether the latest voxels are of a selection; mutex_ is locked. If a clock was
+ * set back, voxels may be newer than its time. */
+bool
+ReceivedStream::isSelected(const FrameSelection& selection) const
+{
+  const bool was_decoded_then = health_.last_decoded >= selection.oldest &&
+                                health_.last_decoded <= selection.newest;
+  const bool has_such_a_stamp = selection.stamps &&
+                                latest_stamp_ >= selection.stamps->oldest &&
+                                latest_stamp_ <= selection.stamps->newest;
+  return has_latest_ && (was_decoded_then || has_such_a_stamp);
 }
 
 void

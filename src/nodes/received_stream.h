@@ -2,15 +2,18 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "codec/memory_share.h"
+#include "nodes/pending_changes.h"
 #include "nodes/rate_window.h"
 #include "voxels/memory_rule.h"
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -25,6 +28,89 @@
 
 namespace pcl_ext {
 namespace nodes {
+
+/** \brief Which frames are merged: the latest one of a stream, if it was decoded between
+ * two times or has one of some stamps. */
+struct FrameSelection {
+  Time oldest = Time::min();
+  Time newest = Time::max();
+  std::optional<StampRange> stamps = std::nullopt;
+};
+
+/** \brief What is taken of a stream: how its voxels have changed since the last time, in
+ * steps that follow each other. */
+class TakenChanges {
+public:
+  /** \brief False if it is not known what has changed: what was taken before is to be
+   * dropped. */
+  bool are_known = true;
+
+  void
+  clear()
+  {
+    are_known = true;
+    size_ = 0;
+  }
+
+  /** \brief Releases the memory. */
+  void
+  release() noexcept
+  {
+    *this = TakenChanges();
+  }
+
+  /** \brief Adds a step, which is to be set. */
+  io::VoxelChanges&
+  add()
+  {
+    return steps_[size_++];
+  }
+
+  /** \brief Adds a step after which there are no voxels. */
+  void
+  addGone(io::VoxelFrame& all)
+  {
+    io::VoxelChanges& step = add();
+    std::swap(step.gone, all);
+    step.came = emptyLike(step.gone);
+  }
+
+  /** \brief Adds a step before which there are no voxels. */
+  void
+  addCame(io::VoxelFrame& all)
+  {
+    io::VoxelChanges& step = add();
+    std::swap(step.came, all);
+    step.gone = emptyLike(step.came);
+  }
+
+  const io::VoxelChanges*
+  begin() const
+  {
+    return steps_.data();
+  }
+
+  const io::VoxelChanges*
+  end() const
+  {
+    return steps_.data() + size_;
+  }
+
+private:
+  static io::VoxelFrame
+  emptyLike(const io::VoxelFrame& frame)
+  {
+    io::VoxelFrame empty;
+    empty.grid = frame.grid;
+    empty.intensity_scale = frame.intensity_scale;
+    empty.colour_bits = frame.colour_bits;
+    empty.depth_model = frame.depth_model;
+    return empty;
+  }
+
+  std::array<io::VoxelChanges, 2> steps_; // keep their memory
+  std::size_t size_ = 0;
+};
 
 /** \brief One stream of a CentralNode: the frames that wait, its decoder, its last
  * voxels and its health.
@@ -121,18 +207,20 @@ public:
   bool
   endTurn();
 
-  /** \brief Copies the latest voxels, if they were decoded between two times or have one
-   * of some stamps. If a clock was set back, voxels may be newer than its time.
-   * \param[in] known number of the frame that is not copied, as the caller has it; 0:
-   * none
-   * \return nothing if they were not; `voxels` is unchanged then
+  /** \brief Copies the latest voxels, of any age.
+   * \return nothing if there are none; `voxels` is unspecified then
    */
   std::optional<LatestFrame>
-  latestVoxels(Time oldest,
-               Time newest,
-               io::VoxelFrame& voxels,
-               const std::optional<StampRange>& stamps = std::nullopt,
-               std::size_t known = 0) const;
+  latestVoxels(io::VoxelFrame& voxels);
+
+  /** \brief Takes what has changed since the last time, if the latest frame is of a
+   * selection; else what was taken is gone. For one that takes.
+   * \param[in] known number of the frame that was taken the last time; 0: none, so that
+   * all voxels come
+   * \return the frame that is taken; none: the latest one is not of the selection
+   */
+  std::optional<LatestFrame>
+  take(const FrameSelection& selection, std::size_t known, TakenChanges& taken);
 
   /** \brief Sets how many of the latest voxels could not be merged, and how many with a
    * smaller intensity only. */
@@ -187,13 +275,59 @@ private:
          const Clock& clock,
          bool& is_decoded);
 
-  /** \brief Denoises a frame that was decoded and makes it the latest one, or throws
-   * and leaves the latest one as it is. */
+  /** \brief A frame that was decoded and denoised. */
+  struct Denoised {
+    bool is_whole = false;      ///< kept_ has its voxels; else only changes are known
+    std::size_t voxels = 0;     ///< that are left
+    std::size_t all_voxels = 0; ///< that there were
+    OutlierRemovalStatus outliers;
+    double resolution = 0.0;
+    bool has_intensities = false;
+    std::size_t points_outside_grid = 0;
+  };
+
+  Denoised
+  denoise(io::VoxelFrame& decoded, std::size_t& needed);
+
+  Denoised
+  denoise(io::VoxelChanges& changes, std::size_t& needed);
+
   void
-  makeLatest(io::VoxelFrame& decoded,
+  makeLatest(const Denoised& denoised,
              const WaitingFrame& frame,
              std::chrono::steady_clock::time_point start,
              const Clock& clock);
+
+  const io::VoxelFrame&
+  listVoxels();
+
+  void
+  makeLatestWhole();
+
+  bool
+  listDecoded(io::VoxelFrame& voxels);
+
+  std::optional<LatestFrame>
+  listLatest(io::VoxelFrame& voxels);
+
+  bool
+  areChangesKept() const;
+
+  bool
+  isSelected(const FrameSelection& selection) const;
+
+  /** \brief The latest frame; mutex_ is locked. */
+  LatestFrame
+  latestFrame() const
+  {
+    return {latest_stamp_, health_.frames_decoded};
+  }
+
+  bool
+  takePending(std::size_t known, TakenChanges& taken);
+
+  std::optional<LatestFrame>
+  takeAll(const FrameSelection& selection, std::size_t known, TakenChanges& taken);
 
   void
   keep(io::VoxelFrame& frame);
@@ -236,12 +370,22 @@ private:
   void
   dropVoxels() noexcept;
 
-  // Used by decodeNext() only, and between two calls by dropVoxels().
+  /** \brief Locked while the decoder is used. Before mutex_ and not within it, as the
+   * decoder may drop voxels of any stream. */
+  std::mutex decode_mutex_;
   io::FrameDecoder decoder_;
+  float applied_min_intensity_; // to the last frame
+  bool is_whole_ = true;        // latest_ has the voxels; else the decoder lists them.
+                                // Changed with mutex_ locked, too
+
+  // Used by decodeNext() only, and between two calls by dropVoxels().
   std::optional<VoxelOutlierRemoval> outlier_removal_;
   io::VoxelFrame kept_;                // swapped with latest_, to reuse memory
   io::MemoryRule memory_rule_;         // for both
   unsigned int frames_to_release_ = 0; // of kept_ and latest_
+  std::size_t frames_by_changes_ = 0;  // in a row, without whole voxels
+  bool is_plain_ = false;          // the voxels are the decoder's but for intensities
+  bool are_voxels_wanted_ = false; // the listener has asked for the last ones
   // Since the last frame that was decoded.
   std::size_t failures_in_a_row_ = 0; // frames that need an I-frame to recover
   std::size_t dropped_in_a_row_ = 0;
@@ -253,8 +397,9 @@ private:
   // Settings of the next filter, which decodeNext() creates.
   std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
   bool are_outlier_settings_new_ = false;
-  io::VoxelFrame latest_;
+  io::VoxelFrame latest_; // if is_whole_
   bool has_latest_ = false;
+  PendingChanges pending_;
   Time latest_stamp_{0};
   StreamHealth health_;
   RateWindow window_;

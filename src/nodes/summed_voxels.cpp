@@ -60,18 +60,14 @@ SummedVoxels::Sums::append(const Sums& other,
 }
 
 void
-SummedVoxels::BlockSums::load(const Sums& sums, std::size_t begin, std::size_t end)
+SummedVoxels::Sums::copy(const Sums& other, std::size_t voxel, bool has_colours)
 {
-  for (std::size_t i = begin; i < end; ++i) {
-    const std::size_t cell = sums.keys[i] % cells;
-    intensities_[cell] = sums.intensities[i];
-    summands_[cell] = sums.summands[i];
-    touched_[cell / 64] |= std::uint64_t{1} << cell % 64;
-  }
-  if (colours_.empty())
-    return;
-  for (std::size_t i = begin; i < end; ++i)
-    colours_[sums.keys[i] % cells] = sums.colours[i];
+  keys[size] = other.keys[voxel];
+  intensities[size] = other.intensities[voxel];
+  summands[size] = other.summands[voxel];
+  if (has_colours)
+    colours[size] = other.colours[voxel];
+  ++size;
 }
 
 void
@@ -93,23 +89,41 @@ SummedVoxels::BlockSums::add(const VoxelUpdate& update)
 }
 
 void
-SummedVoxels::BlockSums::moveTo(std::uint64_t block_key, Sums& sums)
+SummedVoxels::BlockSums::moveTo(std::uint64_t block_key,
+                                const Sums& before,
+                                std::size_t begin,
+                                std::size_t end,
+                                Sums& sums)
 {
   const bool has_colours = !colours_.empty();
   const std::uint64_t first_key = block_key << VoxelUpdates::block_bits;
+  std::size_t voxel = begin;
   for (std::size_t i = 0; i < touched_.size(); ++i)
     for (std::uint64_t left = std::exchange(touched_[i], 0); left != 0;
          left &= left - 1) {
       const std::size_t cell = 64 * i + lowestBit(left);
-      // Written in any case: a voxel without summands is overwritten by the next one.
-      sums.keys[sums.size] = first_key + cell;
-      sums.intensities[sums.size] = std::exchange(intensities_[cell], 0);
+      const std::uint64_t key = first_key + cell;
+      while (voxel < end && before.keys[voxel] < key)
+        sums.copy(before, voxel++, has_colours);
+      std::int64_t intensity = std::exchange(intensities_[cell], 0);
+      std::uint32_t summands = std::exchange(summands_[cell], 0);
       if (has_colours)
         sums.colours[sums.size] = std::exchange(colours_[cell], SummedColour());
-      const std::uint32_t summands = std::exchange(summands_[cell], 0);
+      if (voxel < end && before.keys[voxel] == key) {
+        intensity = sumOf(intensity, before.intensities[voxel]);
+        summands += before.summands[voxel];
+        if (has_colours)
+          sums.colours[sums.size].add(before.colours[voxel]);
+        ++voxel;
+      }
+      // Written in any case: a voxel without summands is overwritten by the next one.
+      sums.keys[sums.size] = key;
+      sums.intensities[sums.size] = intensity;
       sums.summands[sums.size] = summands;
       sums.size += summands != 0 ? 1 : 0;
     }
+  while (voxel < end)
+    sums.copy(before, voxel++, has_colours);
 }
 
 void
@@ -204,7 +218,6 @@ SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
     const std::size_t first_of_block = firstOfBlock(block_key);
     const std::size_t end_of_block = firstOfBlock(block_key + 1);
     part.sums.append(sums_, next, first_of_block, has_colours_);
-    part.block.load(sums_, first_of_block, end_of_block);
     std::size_t most = end_of_block - first_of_block;
     next = end_of_block;
     for (; i < end.run && runs_[i].key == block_key; ++i) {
@@ -214,7 +227,7 @@ SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
       most += runs_[i].end - runs_[i].begin;
     }
     part.sums.reserve(std::min(most, VoxelUpdates::block_cells) + 1, has_colours_);
-    part.block.moveTo(block_key, part.sums);
+    part.block.moveTo(block_key, sums_, first_of_block, end_of_block, part.sums);
   }
   part.sums.append(sums_, next, end.voxel, has_colours_);
 }

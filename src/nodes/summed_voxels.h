@@ -79,6 +79,14 @@ public:
 struct SummedColour {
   std::uint32_t summands = 0;
   std::array<std::uint32_t, 3> channels{};
+
+  void
+  add(const SummedColour& other)
+  {
+    summands += other.summands;
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      channels[i] += other.channels[i];
+  }
 };
 
 /** \brief Sums of voxels in a grid, in ascending order of their Morton keys.
@@ -151,9 +159,14 @@ private:
 
     void
     append(const Sums& other, std::size_t begin, std::size_t end, bool has_colours);
+
+    /** \brief Appends a voxel of others; there has to be room. */
+    void
+    copy(const Sums& other, std::size_t voxel, bool has_colours);
   };
 
-  /** \brief The voxels of a block, by their cells. Without voxels between two blocks. */
+  /** \brief What is added to the voxels of a block, by their cells. Of nothing between two
+   * blocks. */
   class BlockSums {
   public:
     /** \brief From now on voxels have colours. */
@@ -164,15 +177,19 @@ private:
     }
 
     void
-    load(const Sums& sums, std::size_t begin, std::size_t end);
-
-    void
     add(const VoxelUpdate& update);
 
-    /** \brief Appends the voxels to others, which have room for them and one more, and
-     * removes them. */
+    /** \brief Appends the voxels that a block had, with what is added to them, to others,
+     * and goes on to another block.
+     * \param[in] before voxels, of which those of the block are from begin to before end
+     * \param[in,out] sums has room for these, those that come, and one more
+     */
     void
-    moveTo(std::uint64_t block_key, Sums& sums);
+    moveTo(std::uint64_t block_key,
+           const Sums& before,
+           std::size_t begin,
+           std::size_t end,
+           Sums& sums);
 
   private:
     static constexpr std::size_t cells = VoxelUpdates::block_cells;

@@ -220,13 +220,7 @@ CloudStages::encodeCloud(PointBatches& points,
   CompressionStatus status;
   const bool may_be_scan =
       scans_ && !source.removesNoise() && scan_choice_->mayBeScan(is_i_frame_due);
-  if (may_be_scan && scans_->collect(points,
-                                     contents_->fields(),
-                                     info.sensor_pose,
-                                     is_i_frame_due,
-                                     scan_,
-                                     voxelization_,
-                                     status)) {
+  if (may_be_scan && collectScan(points, info, is_i_frame_due, status)) {
     if (status.ok())
       status = encodeScan(points, info, bytes);
   }
@@ -244,6 +238,24 @@ CloudStages::encodeCloud(PointBatches& points,
   return status;
 }
 
+/** \brief Collects the scan of a cloud.
+ * \return false if there is none: the cloud may be coded as voxels, if the status is Ok
+ */
+bool
+CloudStages::collectScan(PointBatches& points,
+                         const CloudInfo& info,
+                         bool is_i_frame_due,
+                         CompressionStatus& status)
+{
+  return scans_->collect(points,
+                         contents_->fields(),
+                         info.sensor_pose,
+                         is_i_frame_due,
+                         scan_,
+                         voxelization_,
+                         status);
+}
+
 CompressionStatus
 CloudStages::encodeVoxels(PointBatches& points,
                           CloudSource& source,
@@ -255,8 +267,18 @@ CloudStages::encodeVoxels(PointBatches& points,
     return status;
   if (voxelizer_->hasChanged())
     encoder_.requestIFrame();
-  if (scan_choice_ && voxelizer_->fit().wider_grid)
-    scan_choice_->takeScan(); // for the next cloud: it holds all points
+  const VoxelFit fit = voxelizer_->fit();
+  if (scan_choice_ && !source.removesNoise() && (fit.is_coarsened || fit.wider_grid)) {
+    // A scan holds all points.
+    scan_choice_->takeScan();
+    const VoxelizationStatistics of_voxels = voxelization_;
+    constexpr bool is_i_frame_due = true;
+    if (CompressionStatus status; collectScan(points, info, is_i_frame_due, status)) {
+      encoder_.requestIFrame();
+      return status.ok() ? encodeScan(points, info, bytes) : status;
+    }
+    voxelization_ = of_voxels;
+  }
   source.removeNoise(frame_);
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())

@@ -96,6 +96,12 @@ private:
               const CloudInfo& info,
               std::vector<std::uint8_t>& bytes);
 
+  bool
+  collectScan(PointBatches& points,
+              const CloudInfo& info,
+              bool is_i_frame_due,
+              CompressionStatus& status);
+
   CompressionStatus
   encodeVoxels(PointBatches& points,
                CloudSource& source,

@@ -221,7 +221,7 @@ Version1Decoder::decodeFrameOfChanges(CodingWorkspace& work,
                               false,
                               frame_limits_.max_blocks},
                              frame);
-  if (is_whole && gone != nullptr && listChanges(work, *gone, frame))
+  if (is_whole && gone != nullptr && listChanges(*gone, frame))
     return {};
   if (is_whole && gone == nullptr) {
     state_.changes->listVoxels(work, frame);
@@ -237,9 +237,7 @@ Version1Decoder::decodeFrameOfChanges(CodingWorkspace& work,
  * \return false if the frame is invalid
  */
 bool
-Version1Decoder::listChanges(CodingWorkspace& work,
-                             VoxelFrame& gone,
-                             VoxelFrame& came) const
+Version1Decoder::listChanges(VoxelFrame& gone, VoxelFrame& came) const
 {
   gone.grid = came.grid;
   gone.intensity_scale = came.intensity_scale;
@@ -249,7 +247,7 @@ Version1Decoder::listChanges(CodingWorkspace& work,
   gone.fields.clear();
   came.viewpoint = {};
   gone.viewpoint = {};
-  state_.changes->listChanges(work, gone, came);
+  state_.changes->listChanges(gone, came);
   // That makes the whole frame consistent: its other voxels are of the last frame, which
   // was, and has the same grid and scale; keys ascend with the blocks and their cells;
   // and the coder has counted voxels and symbols.

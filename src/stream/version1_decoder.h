@@ -177,7 +177,7 @@ private:
                        PayloadSizes& sizes);
 
   bool
-  listChanges(CodingWorkspace& work, VoxelFrame& gone, VoxelFrame& came) const;
+  listChanges(VoxelFrame& gone, VoxelFrame& came) const;
 
   CompressionStatus
   decodeScan(const std::uint8_t* begin,

@@ -377,6 +377,14 @@ checkFields(const Version1Header& header,
 
 } // namespace
 
+bool
+beginsFrameOfChanges(const std::uint8_t* bytes, std::size_t size)
+{
+  return size > checksum_end &&
+         std::equal(version1_magic, version1_magic + version1_magic_size, bytes) &&
+         (bytes[checksum_end] & (i_frame_flag | changes_flag)) == changes_flag;
+}
+
 std::uint64_t
 fieldValuesOf(const Version1Header& header, const std::vector<FieldDescription>& fields)
 {

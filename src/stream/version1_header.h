@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
@@ -56,6 +57,10 @@ struct Version1Header {
   std::uint64_t supplement_size = 0; // bytes
   std::uint64_t padding_size = 0;    // bytes of 0 at the end of the payload; I only
 };
+
+/** \brief Whether bytes begin as a frame of changes, without a check of the rest. */
+PCL_EXT_CODEC_EXPORT bool
+beginsFrameOfChanges(const std::uint8_t* bytes, std::size_t size);
 
 /** \brief Size of a depth model in the payload, bytes. */
 constexpr std::size_t depth_model_size = 25;

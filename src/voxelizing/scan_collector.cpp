@@ -67,16 +67,15 @@ ScanCollector::collect(PointBatches& points,
   statistics = cloud_.statistics;
   statistics.resolution = grid_.grid().resolution;
   statistics.voxels = cloud_.size();
-  if (cloud_.size() == 0 && !is_i_frame_due) // on the rays of the last one
-    return scan.width > 0 &&
-           (scan.order != scan::PointOrder::Organised ||
-            (cloud_.image.width == scan.width && cloud_.image.height == scan.height));
+  if (cloud_.size() == 0 && !is_i_frame_due && has_layout_ && fitsLayout(scan))
+    return true;
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
   if (!grid_.setAround(sensor_pose, cloud_)) {
     status = orderStatus("it is too far from the origin of its coordinates");
     return false;
   }
+  has_layout_ = false; // until all is collected
   scan.grid = grid_.grid();
   scan.is_on_lattice = grid_.hasStep();
   was_free_ = scan.rays.shape == scan::RayShape::Free;
@@ -101,7 +100,18 @@ ScanCollector::collect(PointBatches& points,
                                          : settings_.colour_bits;
   setColours(scan);
   status = setFields(fields, scan);
+  has_layout_ = status.ok();
   return true;
+}
+
+/** \brief Whether a cloud without points has the shape of a scan. */
+bool
+ScanCollector::fitsLayout(const scan::ScanFrame& scan) const
+{
+  const bool is_image = scan.order == scan::PointOrder::Organised;
+  return cloud_.image.width > 0 ? is_image && cloud_.image.width == scan.width &&
+                                      cloud_.image.height == scan.height
+                                : !is_image;
 }
 
 /** \brief How many pixels a scan of the cloud may have: where they are many for the

@@ -85,6 +85,9 @@ private:
                scan::ScanFrame& scan);
 
   bool
+  fitsLayout(const scan::ScanFrame& scan) const;
+
+  bool
   setLayout(const FieldCollector& fields,
             const WorldPose& sensor_pose,
             bool is_i_frame_due,
@@ -124,6 +127,7 @@ private:
   unsigned int last_untried_ = 0;
   ScanColumns columns_;
   SensorRays rays_;
+  bool has_layout_ = false;  // the scan's layout is that of one that was collected
   bool was_free_ = false;    // the scan before had no rays
   std::uint32_t period_ = 0; // of its points; 0: none
   IntensityQuantiser quantiser_;

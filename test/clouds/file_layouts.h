@@ -24,6 +24,12 @@ namespace test {
 
 using Remarks = std::vector<std::string>;
 
+inline void
+expectPart(const std::string& message, const std::string& part)
+{
+  EXPECT_TRUE(pcl_ext::test::hasPart(message, part));
+}
+
 /** \brief Files that other programs write in other ways than PCL. */
 class FileLayouts : public ::testing::Test {
 protected:
@@ -33,7 +39,7 @@ protected:
        const std::string& bytes,
        const std::string& bin_fields = "")
   {
-    recording::test::writeBytes(folder_ / name, {bytes.begin(), bytes.end()});
+    recording::test::writeText(folder_ / name, bytes);
     return readCloud(folder_ / name,
                      cloud_,
                      bin_fields.empty() ? std::vector<FileField>()

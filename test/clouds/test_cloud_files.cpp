@@ -29,6 +29,7 @@ namespace test {
 using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 using recording::test::Bytes;
 using recording::test::writeBytes;
+using recording::test::writeText;
 
 /** \brief Points of many digits, with some missing. */
 Points
@@ -195,7 +196,7 @@ TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
   add(std::int16_t{6});
   binary += std::string("\3\0\0\0\0\0\0\0\1\0\0\0\1", 13);
   for (const std::string& content : {text, binary}) {
-    writeBytes(folder / "x.ply", Bytes(content.begin(), content.end()));
+    writeText(folder / "x.ply", content);
     pcl::PCLPointCloud2 cloud;
     readCloud(folder / "x.ply", cloud);
     ASSERT_EQ(cloud.fields.size(), 5u);
@@ -241,7 +242,7 @@ TEST(CloudFiles, HeadersMayBeWrittenInOtherWays)
       "ply\n" + format + "obj_info num_cols 7\n" + vertices};
   for (const std::string& file : files) {
     SCOPED_TRACE(file.substr(0, 200));
-    writeBytes(folder / "x.pcd", Bytes(file.begin(), file.end()));
+    writeText(folder / "x.pcd", file);
     pcl::PCLPointCloud2 cloud;
     ASSERT_NO_THROW(readCloud(folder / "x.pcd", cloud));
     EXPECT_EQ(cloud.width, 2u);
@@ -284,7 +285,7 @@ TEST(CloudFiles, NormalsHaveTheNamesOfPlyThereAndOfPclHere)
   const Bytes bytes = writePly(packed(randomPoints(3, 1, false)));
   const std::string file(bytes.begin(), bytes.end());
   for (const std::string axis : {"x", "y", "z"})
-    EXPECT_NE(file.find("property float n" + axis + "\n"), std::string::npos);
+    expectPart(file, "property float n" + axis + "\n");
   writeBytes(folder / "x.ply", bytes);
   pcl::PCLPointCloud2 cloud;
   readCloud(folder / "x.ply", cloud);

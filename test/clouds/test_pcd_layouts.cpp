@@ -73,9 +73,8 @@ TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
   read("a.pcd",
        pcd("x time y z", "4 8 4 4", "F F F F", "1 0 1 1", 1, "ascii\n1 2 3\n"));
   EXPECT_EQ(floats("z"), Floats{3.0f});
-  EXPECT_NE(refusal("a.pcd", pcd("x y z", "4 4 4", "F F F", "0 0 0", 9, "ascii\n"))
-                .find("no fields with numbers"),
-            std::string::npos);
+  expectPart(refusal("a.pcd", pcd("x y z", "4 4 4", "F F F", "0 0 0", 9, "ascii\n")),
+             "no fields with numbers");
 }
 
 TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
@@ -126,13 +125,7 @@ TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
       Remarks{"the field 'half' is left out: PCL has no numbers of its SIZE and "
               "TYPE"});
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
-  EXPECT_NE(
-      refusal("a.pcd", pcd("x y z", "2 4 4", "F F F", "1 1 1", 1, data)).find("'x'"),
-      std::string::npos);
-}
-
-TEST_F(FileLayouts, FieldsOfAnUnknownTypeAreLeftOut)
-{
+  expectPart(refusal("a.pcd", pcd("x y z", "2 4 4", "F F F", "1 1 1", 1, data)), "'x'");
   EXPECT_EQ(
       read("a.pcd",
            pcd("x y z valid ring",
@@ -256,9 +249,8 @@ TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
     EXPECT_EQ(numbers<std::uint8_t>("ring", F::UINT8), std::vector<std::uint8_t>{7});
   }
   for (const char* number : {"7.5", "256.0", "-1.0", "nan", "1e300", "7.0x"})
-    EXPECT_NE(refusal("a.pcd", file(number)).find("is no number of the field 'ring'"),
-              std::string::npos)
-        << number;
+    expectPart(refusal("a.pcd", file(number)),
+               "'" + std::string(number) + "' is no number of the field 'ring'");
 }
 
 TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)

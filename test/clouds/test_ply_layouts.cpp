@@ -115,13 +115,12 @@ TEST_F(FileLayouts, ListsOfVerticesAreLeftOut)
     EXPECT_EQ(numbers<std::uint8_t>("ring", F::UINT8),
               (std::vector<std::uint8_t>{7, 8}));
   }
-  EXPECT_NE(refusal("a.ply", ply("ascii", properties, "1 9 1 2 2 3 0 7\n4 0 5 6 0 8\n"))
-                .find("fewer numbers than it promises"),
-            std::string::npos);
-  EXPECT_NE(
-      refusal("a.ply", ply("binary_little_endian", properties, binary.substr(0, 40)))
-          .find("cut off"),
-      std::string::npos);
+  expectPart(
+      refusal("a.ply", ply("ascii", properties, "1 9 1 2 2 3 0 7\n4 0 5 6 0 8\n")),
+      "fewer numbers than it promises");
+  expectPart(
+      refusal("a.ply", ply("binary_little_endian", properties, binary.substr(0, 40))),
+      "cut off");
 }
 
 TEST_F(FileLayouts, OtherElementsMayHaveAnyProperties)
@@ -154,8 +153,7 @@ TEST_F(FileLayouts, CommasMayBeBetweenNumbers)
     EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
   }
   // But not where they may be points.
-  EXPECT_NE(refusal("a.ply", ply("ascii", xyz, "1,5 2,5 3,5\n4 5 6\n")).find("'1,5'"),
-            std::string::npos);
+  expectPart(refusal("a.ply", ply("ascii", xyz, "1,5 2,5 3,5\n4 5 6\n")), "'1,5'");
 }
 
 TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)

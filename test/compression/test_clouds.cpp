@@ -2,7 +2,7 @@
 
 /** \file
  * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of
- * point and what it gives back: centres, intensities, headers.
+ * point and what it gives back: centres, intensities, colours, headers.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
@@ -15,7 +15,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -37,7 +40,6 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::test;
-
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
@@ -139,10 +141,8 @@ TEST(WholeNumberFields, AreRoundedAndClampedToTheirRange)
   for (std::size_t i = 0; i < intensities.size(); ++i)
     cloud->emplace_back(static_cast<float>(i) + 0.5f, 0.5f, 0.5f, intensities[i]);
   Compression encoder(settingsWith(1.0));
-  std::stringstream stream(encodeFrame(encoder, cloud));
   OctreePointCloudIntensityCompression<PointWithByteIntensity> decoder;
-  pcl::PointCloud<PointWithByteIntensity>::Ptr decoded;
-  ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+  const auto decoded = roundTrip(encoder, decoder, cloud);
   ASSERT_EQ(decoded->size(), intensities.size());
   const std::vector<int> expected{0, 0, 100, 101, 255, 255};
   for (const PointWithByteIntensity& point : *decoded)
@@ -216,19 +216,123 @@ TEST(HeaderPassthrough, OffCostsNothingAndLeavesTheOutputsHeaderAlone)
   }
 }
 
-TEST(HeaderPassthrough, ALongFrameIdIsRefused)
+/** \brief Points on a plane, more than a voxel of 1 cm apart, whose colours are all
+ * different. */
+template <typename PointT>
+typename pcl::PointCloud<PointT>::Ptr
+colouredPlane()
 {
-  Compression compression(settingsThatCarryHeaders());
-  const auto cloud = randomCloud<pcl::PointXYZI>(23, 50);
-  encodeFrame(compression, cloud);
-  cloud->header.frame_id = std::string(1025, 'a');
-  std::stringstream stream;
-  expectCode(compression.encodePointCloud(cloud, stream),
-             CompressionCode::InvalidInput);
-  EXPECT_TRUE(stream.str().empty());
-  cloud->header.frame_id.pop_back();
-  encodeFrame(compression, cloud);
-  EXPECT_FALSE(compression.statistics().coding.is_i_frame);
+  typename pcl::PointCloud<PointT>::Ptr cloud(new pcl::PointCloud<PointT>);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x) {
+      PointT point;
+      point.x = 0.0223f * static_cast<float>(x);
+      point.y = 0.0223f * static_cast<float>(y);
+      point.z = 1.0f;
+      point.r = static_cast<std::uint8_t>(6 * x);
+      point.g = static_cast<std::uint8_t>(6 * y);
+      point.b = static_cast<std::uint8_t>(3 * (x + y));
+      cloud->push_back(point);
+    }
+  return cloud;
+}
+
+template <typename PointT>
+class Colours : public ::testing::Test {};
+
+using ColouredTypes = ::testing::Types<pcl::PointXYZRGB,
+                                       pcl::PointXYZRGBA,
+                                       pcl::PointXYZRGBNormal,
+                                       pcl::PointXYZRGBL>;
+TYPED_TEST_SUITE(Colours, ColouredTypes, );
+
+TYPED_TEST(Colours, ComeBackToTheirBits)
+{
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
+  const auto cloud = colouredPlane<TypeParam>();
+  for (const unsigned int bits : {1u, 4u, 6u, 8u}) {
+    IntensityCompressionSettings settings;
+    settings.resolution = 0.01;
+    settings.colour_bits = bits;
+    Compressor encoder(settings);
+    Compressor decoder;
+    const int most = static_cast<int>(std::lround(127.5 / (std::exp2(bits) - 1.0)));
+    for (int frame = 0; frame < 3; ++frame) {
+      const auto decoded = roundTrip(encoder, decoder, cloud);
+      ASSERT_EQ(decoded->size(), cloud->size());
+      for (const TypeParam& point : *decoded) {
+        const auto x = static_cast<std::size_t>(std::lround(point.x / 0.0223f));
+        const auto y = static_cast<std::size_t>(std::lround(point.y / 0.0223f));
+        const TypeParam& original = (*cloud)[40 * y + x];
+        EXPECT_LE(std::abs(point.r - original.r), most);
+        EXPECT_LE(std::abs(point.g - original.g), most);
+        EXPECT_LE(std::abs(point.b - original.b), most);
+        EXPECT_EQ(point.a, 255);
+      }
+    }
+  }
+}
+
+TYPED_TEST(Colours, AreWhiteWhereTheProfileHasNone)
+{
+  OctreePointCloudIntensityCompression<TypeParam> compression(
+      pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  const auto decoded = roundTrip(compression, colouredPlane<TypeParam>());
+  EXPECT_EQ(compression.statistics().coding.attribute_bytes, 0u);
+  for (const TypeParam& point : *decoded)
+    EXPECT_EQ(point.r + point.g + point.b, 3 * 255);
+}
+
+TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)
+{
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
+  Compressor compression{IntensityCompressionSettings()};
+  const auto cloud = colouredPlane<TypeParam>();
+  const typename Compressor::PointCloudPtr empty(new pcl::PointCloud<TypeParam>);
+  for (int frame = 0; frame < 4; ++frame) {
+    std::stringstream stream;
+    ASSERT_TRUE(
+        compression.encodePointCloud(frame % 2 == 1 ? empty : cloud, stream).ok());
+    EXPECT_EQ(compression.statistics().coding.is_i_frame, frame == 0) << frame;
+  }
+}
+
+TYPED_TEST(Colours, AreKnownToRetainedOctrees)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.03;
+  settings.colour_bits = 5;
+  settings.retain_octree = true;
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
+  Compressor encoder(settings);
+  Compressor decoder(settings);
+  const auto decoded = roundTrip(encoder, decoder, colouredPlane<TypeParam>());
+  for (const Compressor* compression : {&encoder, &decoder})
+    for (const TypeParam& point : *decoded) {
+      const auto colour = compression->getVoxelColourAtPoint(point);
+      ASSERT_TRUE(colour.has_value());
+      EXPECT_TRUE(*colour == (VoxelColour{point.r, point.g, point.b}));
+    }
+  TypeParam elsewhere;
+  elsewhere.x = -5.0f;
+  EXPECT_FALSE(decoder.getVoxelColourAtPoint(elsewhere).has_value());
+}
+
+TEST(NoIntensityModel, OfTypesWithoutTheFieldCostsNothing)
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 500; ++i)
+    cloud->push_back({0.003f * static_cast<float>(i), 0.0f, 1.0f});
+  IntensityCompressionSettings settings;
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> without(settings);
+  OctreePointCloudIntensityCompression<pcl::PointXYZ, pcl_ext::CountIntensity> with(
+      settings);
+  // A receiver of intensities gets none from it, and counts from the other one.
+  using Receiver = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+  EXPECT_EQ((*roundTrip(without, Receiver(), cloud))[0].intensity, 0.0f);
+  EXPECT_GT((*roundTrip(with, Receiver(), cloud))[0].intensity, 0.0f);
+  EXPECT_LE(without.statistics().coding.intensity_bytes, 1u);
+  EXPECT_LT(without.statistics().coding.bytes, with.statistics().coding.bytes);
 }
 
 } // namespace

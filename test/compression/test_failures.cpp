@@ -14,7 +14,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cfloat>
 #include <functional>
 #include <ios>
 #include <istream>
@@ -125,41 +124,6 @@ TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
     expectVoxelCentres(
         *decoded, naiveVoxels(*frame, usual_resolution), usual_resolution);
   }
-}
-
-TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
-{
-  // FLT_MAX and -FLT_MAX are what some drivers write for "no reading".
-  for (const float fraction : {0.0f, 0.25f})
-    for (const float extreme :
-         {FLT_MAX, -FLT_MAX, 1e9f, FLT_MIN, infinity, -infinity, not_a_number}) {
-      SCOPED_TRACE("intensity " + std::to_string(extreme) + " among fractions of " +
-                   std::to_string(fraction));
-      Compression compression(settingsWith(usual_resolution));
-      const auto cloud = randomCloud<pcl::PointXYZI>(4, 100);
-      for (pcl::PointXYZI& point : *cloud)
-        point.intensity += fraction;
-      const Cloud::Ptr with_extreme(new Cloud(*cloud));
-      with_extreme->at(50).intensity = extreme;
-      Cloud::Ptr decoded;
-      for (const Cloud::Ptr& frame : {cloud, with_extreme, cloud, cloud}) {
-        ASSERT_TRUE(
-            decodeBytes(compression, encodeFrame(compression, frame), decoded).ok());
-        expectVoxelCentres(
-            *decoded, naiveVoxels(*frame, usual_resolution), usual_resolution);
-        for (const pcl::PointXYZI& point : *decoded)
-          EXPECT_TRUE(std::isfinite(point.intensity));
-      }
-      compression.requestIFrame();
-      ASSERT_TRUE(
-          decodeBytes(compression, encodeFrame(compression, cloud), decoded).ok());
-      expectIntensities(
-          *decoded,
-          naiveVoxels(*cloud, usual_resolution),
-          usual_resolution,
-          [](const NaiveVoxel& voxel) { return voxel.mean(); },
-          0.5 + 1e-6);
-    }
 }
 
 /** \brief Encodes three frames, the second into a stream that does not take it. */

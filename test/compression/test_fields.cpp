@@ -1,10 +1,12 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief Fields of points through the class, for PCL's types and for registered ones.
+ * \brief Fields of points, and rows and columns of organised clouds, through the class.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
+
+#include "support/cloud_streams.h"
 
 #include <pcl/point_types.h>
 #include <pcl/register_point_struct.h>
@@ -14,11 +16,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
 #include <sstream>
-#include <vector>
 
 /** \brief A point of a lidar, as its ROS driver publishes it. */
 struct PointXYZIRT {
@@ -43,6 +45,7 @@ namespace {
 
 using namespace pcl_ext;
 using namespace pcl_ext::io;
+using pcl_ext::test::roundTrip;
 
 pcl::PointCloud<PointXYZIRT>::Ptr
 lidarCloud()
@@ -70,12 +73,7 @@ sentAndReceived(const IntensityCompressionSettings& settings,
                 const typename pcl::PointCloud<PointT>::ConstPtr& cloud)
 {
   using Compressor = OctreePointCloudIntensityCompression<PointT, NativeIntensity>;
-  std::stringstream stream;
-  EXPECT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
-  typename Compressor::PointCloudPtr received;
-  Compressor decoder;
-  EXPECT_TRUE(decoder.decodePointCloud(stream, received).ok());
-  return received;
+  return roundTrip(Compressor(settings), Compressor(), cloud);
 }
 
 TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
@@ -114,12 +112,8 @@ TEST(ClassFields, GoToFieldsOfOtherTypesByName)
   settings.fields = {{"timestamp", 0.5}, {"intensity"}};
   using Encoder = OctreePointCloudIntensityCompression<PointXYZIRT, NativeIntensity>;
   using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
-  std::stringstream stream;
   const auto cloud = lidarCloud();
-  ASSERT_TRUE(Encoder(settings).encodePointCloud(cloud, stream).ok());
-  Decoder decoder;
-  Decoder::PointCloudPtr received;
-  ASSERT_TRUE(decoder.decodePointCloud(stream, received).ok());
+  const auto received = roundTrip(Encoder(settings), Decoder(), cloud);
   std::multiset<float> sent_intensities;
   for (const PointXYZIRT& point : *cloud)
     sent_intensities.insert(point.intensity);
@@ -141,28 +135,6 @@ TEST(ClassFields, StayThoseOfTheStreamInAnEmptyCloud)
   EXPECT_FALSE(encoder.statistics().coding.is_i_frame);
 }
 
-TEST(ClassFields, OfNormalsAreMeansInVoxels)
-{
-  IntensityCompressionSettings settings;
-  settings.resolution = 1.0;
-  settings.fields = {{"normal_x"}, {"curvature", 0.25}};
-  pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud(
-      new pcl::PointCloud<pcl::PointXYZINormal>);
-  for (const float normal : {0.25f, 0.75f, 0.5f, 1.0f}) {
-    pcl::PointXYZINormal point;
-    point.x = point.y = point.z = 0.5f;
-    point.normal_x = normal;
-    point.normal_y = 1.0f;
-    point.curvature = normal;
-    cloud->push_back(point);
-  }
-  const auto received = sentAndReceived<pcl::PointXYZINormal>(settings, cloud);
-  ASSERT_EQ(received->size(), 1u);
-  EXPECT_EQ((*received)[0].normal_x, 0.625f);
-  EXPECT_EQ((*received)[0].normal_y, 0.0f);  // not kept
-  EXPECT_EQ((*received)[0].curvature, 0.5f); // 2.5 steps, rounded to even
-}
-
 /** \brief Expects that points come back with their colours, by their labels. */
 void
 expectColoursOfPoints(unsigned int colour_bits, float spacing)
@@ -181,11 +153,7 @@ expectColoursOfPoints(unsigned int colour_bits, float spacing)
     cloud->push_back(point);
   }
   using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGBL>;
-  std::stringstream stream;
-  ASSERT_TRUE(Compressor(settings).encodePointCloud(cloud, stream).ok());
-  Compressor::PointCloudPtr received;
-  Compressor decoder;
-  ASSERT_TRUE(decoder.decodePointCloud(stream, received).ok());
+  const auto received = roundTrip(Compressor(settings), Compressor(), cloud);
   ASSERT_EQ(received->size(), cloud->size());
   std::map<std::uint32_t, std::uint32_t> colours;
   for (const auto& point : *received)
@@ -221,14 +189,144 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
   settings.keep_points = true;
   using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
   Compressor compressor(settings);
-  std::vector<std::uint8_t> bytes;
-  ASSERT_TRUE(compressor.encodePointCloud(cloud, bytes).ok());
+  const auto received = roundTrip(compressor, Compressor(), cloud);
   EXPECT_TRUE(compressor.statistics().coding.has_points);
-  Compressor::PointCloudPtr received;
-  ASSERT_TRUE(compressor.decodePointCloud(bytes.data(), bytes.size(), received).ok());
   EXPECT_EQ(received->size(), cloud->size());
   EXPECT_EQ(received->height, 1u);
   EXPECT_TRUE(received->is_dense);
+}
+
+/** \brief What a camera sees of a wall: depths in whole millimetres, and colours. */
+pcl::PointCloud<pcl::PointXYZRGB>::Ptr
+wallCloud(bool has_gaps)
+{
+  std::mt19937 random(7);
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGB>);
+  for (std::uint32_t row = 0; row < 90; ++row)
+    for (std::uint32_t column = 0; column < 120; ++column) {
+      pcl::PointXYZRGB point(static_cast<std::uint8_t>(row),
+                             static_cast<std::uint8_t>(column),
+                             static_cast<std::uint8_t>(random() % 4));
+      const float depth = 0.001f * static_cast<float>(1500 + 2 * column + random() % 3);
+      point.x = (static_cast<float>(column) - 59.5f) / 100.0f * depth;
+      point.y = (static_cast<float>(row) - 44.5f) / 100.0f * depth;
+      point.z = depth;
+      if (has_gaps && random() % 10 == 0)
+        point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+      cloud->push_back(point);
+    }
+  cloud->width = 120;
+  cloud->height = 90;
+  cloud->is_dense = !has_gaps;
+  return cloud;
+}
+
+TEST(OrganisedClouds, ComeBackWithRowsColumnsAndGaps)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_points = true;
+  settings.fields = {{"rgb"}};
+  for (const bool has_gaps : {false, true}) {
+    const auto cloud = wallCloud(has_gaps);
+    using Compressor =
+        OctreePointCloudIntensityCompression<pcl::PointXYZRGB, NoIntensity>;
+    const auto received = roundTrip(Compressor(settings), Compressor(), cloud);
+    ASSERT_EQ(received->width, 120u);
+    ASSERT_EQ(received->height, 90u);
+    EXPECT_EQ(received->is_dense, !has_gaps);
+    for (std::size_t i = 0; i < cloud->size(); ++i) {
+      const pcl::PointXYZRGB& point = (*received)[i];
+      const pcl::PointXYZRGB& original = (*cloud)[i];
+      ASSERT_EQ(std::isnan(point.x), std::isnan(original.x)) << i;
+      if (std::isnan(point.x)) {
+        EXPECT_TRUE(std::isnan(point.y) && std::isnan(point.z));
+        continue;
+      }
+      EXPECT_LE((point.getVector3fMap() - original.getVector3fMap())
+                    .lpNorm<Eigen::Infinity>(),
+                0.0005001f);
+      EXPECT_EQ(point.rgba, original.rgba);
+    }
+  }
+}
+
+TEST(OrganisedClouds, OfCoarseVoxelsAreRowsOfPoints)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  for (const bool keep_points : {false, true}) {
+    settings.keep_points = keep_points;
+    const auto cloud = wallCloud(true);
+    using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
+    const auto received = roundTrip(Compressor(settings), Compressor(), cloud);
+    EXPECT_EQ(received->height, 1u);
+    EXPECT_TRUE(received->is_dense);
+  }
+}
+
+TEST(OrganisedClouds, VoxelsAreMadeWhereTheyAreAskedFor)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_points = true;
+  settings.colour_bits = 8;
+  for (const bool retains_octree : {false, true}) {
+    settings.retain_octree = retains_octree;
+    using Compressor =
+        OctreePointCloudIntensityCompression<pcl::PointXYZRGB, NoIntensity>;
+    const auto sent = wallCloud(true);
+    Compressor compressor(settings);
+    const auto cloud = roundTrip(compressor, compressor, sent);
+    const VoxelFrame& frame = compressor.voxelFrame();
+    EXPECT_TRUE(isConsistent(frame));
+    EXPECT_GT(frame.size(), 5000u);
+    EXPECT_EQ(&compressor.voxelFrame(), &frame);
+    std::size_t points = 0;
+    for (const pcl::PointXYZRGB& point : *cloud)
+      points += std::isfinite(point.x) ? 1 : 0;
+    ASSERT_EQ(frame.pointCount(), points);
+    std::size_t point = 0;
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
+      const VoxelPosition at = voxelPosition(frame.keys[voxel]);
+      for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i) {
+        const pcl::PointXYZRGB& of_cloud = (*cloud)[frame.cloudIndex(point++)];
+        ASSERT_NEAR(of_cloud.x, frame.grid.centre(0, at.x), 0.000501);
+        ASSERT_NEAR(of_cloud.y, frame.grid.centre(1, at.y), 0.000501);
+        ASSERT_NEAR(of_cloud.z, frame.grid.centre(2, at.z), 0.000501);
+      }
+    }
+    EXPECT_EQ(compressor.getLeafCount(), retains_octree ? frame.size() : 0u);
+  }
+}
+
+TEST(OrganisedClouds, PointsHaveTheirOwnIntensities)
+{
+  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZI>);
+  const auto coloured = wallCloud(true);
+  for (const pcl::PointXYZRGB& point : *coloured) {
+    pcl::PointXYZI with_intensity;
+    with_intensity.getVector3fMap() = point.getVector3fMap();
+    with_intensity.intensity = static_cast<float>(cloud->size() * 37 % 256);
+    cloud->push_back(with_intensity);
+  }
+  cloud->width = 120;
+  cloud->height = 90;
+  cloud->is_dense = false;
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_points = true;
+  settings.intensity_bits = 8;
+  using Compressor =
+      OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
+  Compressor compressor(settings);
+  const auto received = roundTrip(compressor, compressor, cloud);
+  ASSERT_EQ(received->height, 90u);
+  const float step = compressor.voxelFrame().intensity_scale.step;
+  for (std::size_t i = 0; i < cloud->size(); ++i)
+    if (std::isfinite((*cloud)[i].x)) {
+      ASSERT_NEAR((*received)[i].intensity, (*cloud)[i].intensity, 0.501f * step) << i;
+    }
 }
 
 } // namespace

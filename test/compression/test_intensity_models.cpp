@@ -227,16 +227,6 @@ TEST(IntensityModels, ALawOfDepthGivesFramesADepthModel)
   EXPECT_EQ(exponentOf(CompressionWith<CountIntensity>(settings)), 0);
 }
 
-TEST(IntensityModels, NativeScaleChangesTheUnit)
-{
-  Cloud::Ptr cloud(new Cloud(1, 1, pcl::PointXYZI(0.0f, 0.0f, 0.0f, 400.0f)));
-  CompressionWith<NativeIntensity> encoder(
-      settingsWith(0.04), NativeIntensity(0.04, UnspecifiedSensor(), NativeLaw{0.5f}));
-  const Cloud::Ptr decoded = roundTrip(encoder, cloud);
-  ASSERT_EQ(decoded->size(), 1u);
-  EXPECT_EQ(decoded->front().intensity, 200.0f);
-}
-
 /** \brief A model of a user, by the contract alone: no base, no typedefs, no default or
  * resolution constructor. */
 class HeightIntensity {

@@ -77,11 +77,7 @@ voxelsOfThePlate(const Cloud& cloud)
 Cloud
 roundTrip(Compression& encoder, Compression& decoder, const Cloud::Ptr& cloud)
 {
-  std::vector<std::uint8_t> bytes;
-  EXPECT_TRUE(encoder.encodePointCloud(cloud, bytes).ok());
-  Cloud::Ptr decoded(new Cloud);
-  EXPECT_TRUE(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok());
-  return *decoded;
+  return *pcl_ext::test::roundTrip(encoder, decoder, cloud);
 }
 TEST(CompressionTemporalFilter, WhatWasCroppedProvesThatTheWayIsFree)
 {

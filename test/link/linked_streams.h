@@ -27,6 +27,7 @@ namespace link {
 namespace test {
 
 using pcl_ext::test::expectCode;
+using pcl_ext::test::hasPart;
 using view::test::Bytes;
 using view::test::LiveSource;
 using view::test::waitFor;

@@ -63,18 +63,6 @@ TEST(CentralNode, DecodesEachStreamAsADecoderOfItsOwn)
   }
 }
 
-TEST(CentralNode, WorksWithoutAListener)
-{
-  const CodedStream stream = streamOf(3);
-  CentralNode node(centralSettings());
-  expectCode(node.addStream("a"), CentralNodeCode::Ok);
-  send(node, "a", stream.frames[1]); // fails
-  for (const Bytes& frame : stream.frames)
-    send(node, "a", frame);
-  node.waitUntilDecoded();
-  expectSameFrame(latestVoxels(node), stream.decoded[2]);
-}
-
 using CentralNodeFrames = OneStream;
 
 TEST(CentralNode, LimitsOfTheDecoderHold)

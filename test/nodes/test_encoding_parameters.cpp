@@ -203,10 +203,6 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            {{{"fields", "ring:-1"}},
             "fields is 'ring:-1'; it must be names with commas between them, each with "
             ":STEP above 0 if it has one, or all"},
-           {{{"max_rate", 999}},
-            "max_rate is 999; it must be a number from 1000 to 1e+12, or 0"},
-           {{{"rate_temporal_filter", 1}},
-            "rate_temporal_filter is 1; it must be a whole number from 2 to 64, or 0"},
            {{{"temporal_filter", 8}, {"keep_points", true}},
             "keep_points is on; it must be off with temporal_filter"}}) {
     SensorNodeSettings settings;

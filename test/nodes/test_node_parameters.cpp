@@ -327,8 +327,6 @@ TEST(NodeParameters, ARowOfTheTableOfSettingsIsOne)
             "brightness is 65; it must be 2 to 64 lux, or 0 for dark");
 }
 
-/** \brief Values of parameters that are no settings of the codec, and what they set. */
-
 } // namespace node_parameters
 
 } // namespace

@@ -129,15 +129,6 @@ expectRow(const OcTree& map,
 
 const std::optional<float> unknown;
 
-TEST(OctomapInsertion, LogOddsAreScaledByTheIntensity)
-{
-  OcTree map(frame_resolution);
-  insertVoxels(rowFrom(10, {1, 2, 3, 4, 8, 255}), 4.0f, std::nullopt, map);
-  const float hit = map.getProbHitLog();
-  expectRow(
-      map, 9, {unknown, 0.25f * hit, 0.5f * hit, 0.75f * hit, hit, hit, hit, unknown});
-}
-
 TEST(OctomapInsertion, VoxelsWithoutIntensitiesAreHits)
 {
   VoxelFrame frame = rowFrom(10, {1, 2});
@@ -200,25 +191,6 @@ TEST(OctomapInsertion, RaysClearFreeSpace)
   EXPECT_EQ(logOddsAt(map, onRow(10)), miss + miss);
   EXPECT_EQ(logOddsAt(map, onRow(30)), miss);
   EXPECT_EQ(logOddsAt(map, onRow(40)), hit);
-}
-
-TEST(OctomapInsertion, WithoutASensorNothingIsCleared)
-{
-  OcTree map(frame_resolution);
-  insertVoxels(rowFrom(20, {9}), 1.0f, std::nullopt, map);
-  insertVoxels(rowFrom(40, {9}), 1.0f, std::nullopt, map);
-  EXPECT_EQ(logOddsAt(map, onRow(20)), map.getProbHitLog());
-  EXPECT_EQ(logOddsAt(map, onRow(30)), std::nullopt);
-}
-
-TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
-{
-  OcTree map(frame_resolution);
-  // The ray to the last voxel goes through all others.
-  insertVoxels(rowFrom(20, {1, 2, 1, 200}), 100.0f, onRow(2), map);
-  const float hit = map.getProbHitLog();
-  expectRow(
-      map, 20, {1.0f / 100.0f * hit, 2.0f / 100.0f * hit, 1.0f / 100.0f * hit, hit});
 }
 
 TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)

@@ -31,48 +31,18 @@ expectRates(const StreamRates& rates, const StreamRates& expected)
   EXPECT_DOUBLE_EQ(rates.max_latency_seconds, expected.max_latency_seconds);
 }
 
-void
-expectNothing(const StreamRates& rates)
-{
-  expectRates(rates, StreamRates());
-}
+/** \brief Frames that are added to a window, and the rates as of a moment. */
+struct RatesCase {
+  const char* name;
+  std::vector<RateWindow::CodedFrame> frames;
+  Time now;
+  StreamRates expected;
+};
 
-TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
+void
+expectRates(const std::vector<RatesCase>& cases)
 {
-  struct Case {
-    const char* name;
-    std::vector<RateWindow::CodedFrame> frames;
-    Time now;
-    StreamRates expected;
-  };
-  const std::vector<Case> cases = {
-      {"nothing", {}, 1700000000s, {}},
-      {"one frame has no rate",
-       {frameAt(5s, 1000, 0.25, 0.5)},
-       5s,
-       {0.0, 0.0, 0.25, 0.25, 0.5, 0.5}},
-      // Five frames a second would come of the first second, two of the window.
-      // Bytes are those of the frames after the spaces.
-      {"rates come from the spaces between frames",
-       {frameAt(10000ms, 5000, 0.1, 0.3),
-        frameAt(10250ms, 100, 0.4, 0.2),
-        frameAt(10500ms, 300, 0.1, 0.7)},
-       10900ms,
-       {4.0, 800.0, 0.2, 0.4, 0.4, 0.7}},
-      {"frames of one moment have no rate",
-       {frameAt(1s, 100, 0.1), frameAt(1s, 100, 0.3)},
-       1s,
-       {0.0, 0.0, 0.2, 0.3, 0.02, 0.02}},
-      {"latencies of a clock that is behind are negative",
-       {frameAt(1s, 100, 0.1, -0.75), frameAt(2s, 100, 0.1, -0.25)},
-       2s,
-       {1.0, 100.0, 0.1, 0.1, -0.5, -0.25}},
-      {"as of a moment before all frames", {frameAt(1s), frameAt(2s)}, 999ms, {}},
-      {"as of a moment before the last frame",
-       {frameAt(1000ms), frameAt(1500ms), frameAt(2000ms)},
-       1500ms,
-       {2.0, 200.0, 0.01, 0.01, 0.02, 0.02}}};
-  for (const Case& of_frames : cases) {
+  for (const RatesCase& of_frames : cases) {
     SCOPED_TRACE(of_frames.name);
     RateWindow window;
     for (const RateWindow::CodedFrame& frame : of_frames.frames)
@@ -81,57 +51,72 @@ TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
   }
 }
 
+TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
+{
+  expectRates(
+      {{"nothing", {}, 1700000000s, {}},
+       {"one frame has no rate",
+        {frameAt(5s, 1000, 0.25, 0.5)},
+        5s,
+        {0.0, 0.0, 0.25, 0.25, 0.5, 0.5}},
+       // Five frames a second would come of the first second, two of the window.
+       // Bytes are those of the frames after the spaces.
+       {"rates come from the spaces between frames",
+        {frameAt(10000ms, 5000, 0.1, 0.3),
+         frameAt(10250ms, 100, 0.4, 0.2),
+         frameAt(10500ms, 300, 0.1, 0.7)},
+        10900ms,
+        {4.0, 800.0, 0.2, 0.4, 0.4, 0.7}},
+       {"frames of one moment have no rate",
+        {frameAt(1s, 100, 0.1), frameAt(1s, 100, 0.3)},
+        1s,
+        {0.0, 0.0, 0.2, 0.3, 0.02, 0.02}},
+       {"latencies of a clock that is behind are negative",
+        {frameAt(1s, 100, 0.1, -0.75), frameAt(2s, 100, 0.1, -0.25)},
+        2s,
+        {1.0, 100.0, 0.1, 0.1, -0.5, -0.25}},
+       {"as of a moment before all frames", {frameAt(1s), frameAt(2s)}, 999ms, {}},
+       {"as of a moment before the last frame",
+        {frameAt(1000ms), frameAt(1500ms), frameAt(2000ms)},
+        1500ms,
+        {2.0, 200.0, 0.01, 0.01, 0.02, 0.02}}});
+}
+
 TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
 {
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.5));
-  window.add(frameAt(2s, 100, 0.1));
-  window.add(frameAt(3s, 100, 0.1));
-  EXPECT_DOUBLE_EQ(window.rates(3s).max_cycle_seconds, 0.5);
-  EXPECT_DOUBLE_EQ(window.rates(3s).frames_per_second, 1.0);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).frames_per_second, 1.0);
-  EXPECT_EQ(window.rates(4s + 1ns).frames_per_second, 0.0);
-  EXPECT_DOUBLE_EQ(window.rates(5s).mean_cycle_seconds, 0.1);
-  expectNothing(window.rates(5s + 1ns));
-}
-
-TEST(RateWindow, AddingAFrameRemovesOldOnes)
-{
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.5));
-  window.add(frameAt(3s + 1ns, 100, 0.1));
-  // As of then the first would count.
-  EXPECT_EQ(window.rates(3s).max_cycle_seconds, 0.0);
-  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
-}
-
-TEST(RateWindow, AClockSetBackRestartsTheWindow)
-{
-  RateWindow window;
-  window.add(frameAt(1000s, 100, 0.9));
-  window.add(frameAt(1001s, 100, 0.9));
-  window.add(frameAt(10s));
-  window.add(frameAt(11s));
-  EXPECT_DOUBLE_EQ(window.rates(11s).frames_per_second, 1.0);
-  EXPECT_DOUBLE_EQ(window.rates(11s).max_cycle_seconds, 0.01);
-  // Nor do they come back when their time comes again.
-  expectNothing(window.rates(1001s));
-}
-
-TEST(RateWindow, AClockSetBackALittleForgetsLaterFrames)
-{
-  RateWindow window;
-  window.add(frameAt(10000ms));
-  window.add(frameAt(11000ms, 100, 0.9));
-  window.add(frameAt(10500ms));
-  window.add(frameAt(10750ms));
-  for (const Time now : {10750ms, 11000ms}) {
-    const StreamRates rates = window.rates(now);
-    EXPECT_DOUBLE_EQ(rates.frames_per_second, 2.0 / 0.75);
-    EXPECT_DOUBLE_EQ(rates.bytes_per_second, 200.0 / 0.75);
-    EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.01);
-  }
+  const std::vector<RateWindow::CodedFrame> three = {
+      frameAt(1s, 100, 0.5), frameAt(2s, 100, 0.1), frameAt(3s, 100, 0.1)};
+  const std::vector<RateWindow::CodedFrame> set_back = {
+      frameAt(1000s, 100, 0.9), frameAt(1001s, 100, 0.9), frameAt(10s), frameAt(11s)};
+  const std::vector<RateWindow::CodedFrame> set_back_a_little = {
+      frameAt(10000ms), frameAt(11000ms, 100, 0.9), frameAt(10500ms), frameAt(10750ms)};
+  // The window has two seconds.
+  expectRates(
+      {{"all of them", three, 3s, {1.0, 100.0, 0.7 / 3, 0.5, 0.02, 0.02}},
+       {"two", three, 3s + 1ns, {1.0, 100.0, 0.1, 0.1, 0.02, 0.02}},
+       {"one has no rate", three, 4s + 1ns, {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+       {"the last one", three, 5s, {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+       {"none", three, 5s + 1ns, {}},
+       // Adding a frame removes old ones: as of 3 s the first would count.
+       {"removed", {frameAt(1s, 100, 0.5), frameAt(3s + 1ns, 100, 0.1)}, 3s, {}},
+       {"not the new one",
+        {frameAt(1s, 100, 0.5), frameAt(3s + 1ns, 100, 0.1)},
+        3s + 1ns,
+        {0.0, 0.0, 0.1, 0.1, 0.02, 0.02}},
+       // Those of before do not come back when their time comes again.
+       {"a clock that was set back",
+        set_back,
+        11s,
+        {1.0, 100.0, 0.01, 0.01, 0.02, 0.02}},
+       {"the time of before", set_back, 1001s, {}},
+       {"a clock that was set back a little, before",
+        set_back_a_little,
+        10750ms,
+        {2.0 / 0.75, 200.0 / 0.75, 0.01, 0.01, 0.02, 0.02}},
+       {"a clock that was set back a little, after",
+        set_back_a_little,
+        11000ms,
+        {2.0 / 0.75, 200.0 / 0.75, 0.01, 0.01, 0.02, 0.02}}});
 }
 
 TEST(RateWindow, MemoryIsBoundedWhileTheClockStands)

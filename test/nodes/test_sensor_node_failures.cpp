@@ -129,24 +129,14 @@ TEST(SensorNodeClouds, ABrokenOneIsRefusedAndTheStreamGoesOn)
   link.expectSent(seen, poseOf(0), SensorNodeCode::Ok, poseOf(0));
   const SensorNodeStatistics before = link.node.statistics();
   for (const pcl::PCLPointCloud2& cloud : broken)
-    expectLeftOut(link.node, cloud, poseOf(0), SensorNodeCode::InvalidCloud);
+    expectLeftOut(link.node, cloud, poseOf(2), SensorNodeCode::InvalidCloud);
   const SensorNodeStatistics behind = link.node.statistics();
   EXPECT_EQ(behind.clouds_refused, broken.size());
   EXPECT_EQ(behind.frames, 1u);
   EXPECT_EQ(behind.cloud_bytes, before.cloud_bytes);
   EXPECT_EQ(behind.frame_bytes, before.frame_bytes);
   EXPECT_EQ(behind.preprocessing.points, seen.size()); // of the last frame
-  link.expectSent(cloudSeenFrom(poseOf(0), 3),
-                  std::nullopt,
-                  SensorNodeCode::UsedLastTransform,
-                  poseOf(0));
-}
-
-TEST(SensorNodeClouds, TheTransformOfABrokenOneHoldsForTheNext)
-{
-  Link link;
-  expectLeftOut(
-      link.node, pcl::PCLPointCloud2(), poseOf(2), SensorNodeCode::InvalidCloud);
+  // The transform of a broken one holds for the next.
   link.expectSent(cloudSeenFrom(poseOf(2), 3),
                   std::nullopt,
                   SensorNodeCode::UsedLastTransform,

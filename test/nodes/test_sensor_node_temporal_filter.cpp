@@ -147,16 +147,4 @@ TEST_F(SensorNodeTemporalFilter, FiltersWhatTheOutlierRemovalLeaves)
   }
 }
 
-TEST_F(SensorNodeTemporalFilter, StillSurfacesTakeFewBytesWhenTheyAreKnown)
-{
-  std::size_t plain = 0;
-  std::size_t filtered = 0;
-  for (unsigned int i = 0; i < 2 * frames; ++i) {
-    step();
-    plain += i < frames ? 0 : plain_bytes_.size();
-    filtered += i < frames ? 0 : filtered_bytes_.size();
-  }
-  EXPECT_LT(2 * filtered, plain);
-}
-
 } // namespace

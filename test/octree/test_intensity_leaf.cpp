@@ -79,14 +79,9 @@ TEST(IntensityLeaf, EqualityComparesSumAndCount)
   EXPECT_TRUE(leaf == leafOf({2.0f, 2.0f}));
   EXPECT_FALSE(leaf == leafOf({4.0f}));
   EXPECT_FALSE(leaf == leafOf({1.0f, 2.0f}));
-}
-
-TEST(IntensityLeaf, IsNotEqualToAnotherTypeOfLeaf)
-{
-  const IntensityLeaf leaf;
-  EXPECT_FALSE(leaf == OctreeContainerEmpty());
-  EXPECT_FALSE(leaf == pcl::octree::OctreeContainerPointIndex());
-  EXPECT_FALSE(leaf == pcl::octree::OctreeContainerPointIndices());
+  EXPECT_FALSE(IntensityLeaf() == OctreeContainerEmpty());
+  EXPECT_FALSE(IntensityLeaf() == pcl::octree::OctreeContainerPointIndex());
+  EXPECT_FALSE(IntensityLeaf() == pcl::octree::OctreeContainerPointIndices());
 }
 
 TEST(IntensityLeaf, CopiesStandOnTheirOwn)

@@ -191,19 +191,14 @@ TYPED_TEST(OctreeIntensity, EmptyVoxelsAndPlacesOutsideTheBoxShowZero)
                             this->makePoint(next_octant, 0.01f, 0.01f),
                             this->makePoint(0.01f, -next_octant, 0.01f),
                             this->makePoint(1e30f, 1e30f, 1e30f),
-                            this->makePoint(-1e30f, 0.0f, 0.0f)}) {
-    EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(place), 0.0f) << place;
-    EXPECT_EQ(this->octree.getVoxelDensityAtPoint(place), 0u) << place;
-    EXPECT_EQ(this->octree.getLeafAtPoint(place), nullptr) << place;
+                            this->makePoint(-1e30f, 0.0f, 0.0f),
+                            this->makePoint(0.01f, NAN, 0.01f)}) {
+    for (const auto* const one : {&this->octree, &this->receiver}) { // which is empty
+      EXPECT_EQ(one->getVoxelIntensityAtPoint(place), 0.0f) << place;
+      EXPECT_EQ(one->getVoxelDensityAtPoint(place), 0u) << place;
+      EXPECT_EQ(one->getLeafAtPoint(place), nullptr) << place;
+    }
   }
-}
-
-TYPED_TEST(OctreeIntensity, AnEmptyOctreeShowsZero)
-{
-  const auto origin = this->makePoint(0.0f, 0.0f, 0.0f);
-  EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(origin), 0.0f);
-  EXPECT_EQ(this->octree.getVoxelDensityAtPoint(origin), 0u);
-  EXPECT_EQ(this->octree.getLeafAtPoint(origin), nullptr);
 }
 
 TYPED_TEST(OctreeIntensity, PointsAddedInTwoCallsAddUp)

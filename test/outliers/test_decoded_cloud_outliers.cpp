@@ -8,6 +8,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/cloud_streams.h"
 #include "support/point_frames.h"
 #include "support/voxel_frames.h"
 
@@ -163,9 +164,7 @@ struct DecodedCloud {
 
   explicit DecodedCloud(const pcl::PointCloud<pcl::PointXYZI>::Ptr& sent)
   {
-    std::stringstream stream;
-    EXPECT_TRUE(compression.encodePointCloud(sent, stream).ok());
-    EXPECT_TRUE(compression.decodePointCloud(stream, cloud).ok());
+    cloud = test::roundTrip(compression, compression, sent);
   }
 
   Compression compression{settingsAt(decoded_resolution)};
@@ -221,10 +220,7 @@ TEST(DecodedCloudOutliers, RowsAndColumnsStay)
   settings.keep_points = true;
   io::OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(settings);
   const auto sent = organisedWall();
-  std::stringstream stream;
-  ASSERT_TRUE(compression.encodePointCloud(sent, stream).ok());
-  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud;
-  ASSERT_TRUE(compression.decodePointCloud(stream, cloud).ok());
+  const auto cloud = test::roundTrip(compression, compression, sent);
   ASSERT_TRUE(compression.voxelFrame().isOrganised());
   const pcl::PointCloud<pcl::PointXYZ> before = *cloud;
   VoxelOutlierRemoval removal(countSettings());

@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -97,9 +96,7 @@ public:
       const auto ring = static_cast<NumberT>(rings[i]);
       std::memcpy(bytes_.data() + i * sizeof(ring), &ring, sizeof(ring));
     }
-    ring_.description.name = "ring";
-    ring_.description.type = type;
-    ring_.stride = sizeof(NumberT);
+    ring_ = {{"ring", type}, nullptr, sizeof(NumberT)};
   }
 
   io::PointView

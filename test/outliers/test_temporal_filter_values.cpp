@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief Intensities and colours that TemporalVoxelFilter shows.
+ * \brief Intensities and colours that TemporalVoxelFilter shows; what it remembers, and
+ * when it forgets it.
  */
 #include "support/temporal_scenes.h"
 
@@ -11,8 +12,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -138,6 +142,136 @@ TEST(TemporalVoxelFilter, ColoursAreHeld)
     last = frame.colours;
   }
   EXPECT_LT(changes, 30u * wall_size * wall_size / 10);
+}
+
+TEST(TemporalVoxelFilter, TheHistoryMovesWithTheGridAndEndsWithTheLattice)
+{
+  const auto filterAnother = [](auto change) {
+    TemporalVoxelFilter filter;
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall());
+    Voxels some;
+    for (const auto& [index, symbol] : flatWall())
+      if (index[1] >= 2 && (index[0] + index[1]) % 2 == 0)
+        some[index] = symbol;
+    VoxelFrame frame = frameOf(some, gridAt(-5, 2, -9));
+    change(frame);
+    VoxelFrame unknown = frame;
+    EXPECT_TRUE(filter.filter(frame, {in_front, std::nullopt}).ok());
+    TemporalVoxelFilter fresh;
+    EXPECT_TRUE(fresh.filter(unknown, {in_front, std::nullopt}).ok());
+    return std::pair(voxelsOf(frame), voxelsOf(unknown));
+  };
+  // Without the part of the wall that the moved grid does not have.
+  Voxels moved;
+  for (const auto& [index, symbol] : flatWall())
+    if (index[1] >= 2)
+      moved[index] = symbol;
+  EXPECT_EQ(filterAnother([](VoxelFrame&) {}).first, moved);
+  for (const auto& change : std::initializer_list<void (*)(VoxelFrame&)>{
+           [](VoxelFrame& frame) { frame.grid.resolution = 0.05; },
+           [](VoxelFrame& frame) { frame.grid.origin[0] = 1.0; },
+           [](VoxelFrame& frame) {
+             frame.colour_bits = 1;
+             frame.colours.resize(frame.size());
+           }}) {
+    const auto [shown, of_fresh] = filterAnother(change);
+    EXPECT_EQ(shown, of_fresh);
+    EXPECT_LT(shown.size(), moved.size());
+  }
+}
+
+TEST(TemporalVoxelFilter, AnotherSceneIsShownWithoutTheLast)
+{
+  const auto partOf = [](const Voxels& voxels, std::int64_t columns) {
+    Voxels part;
+    for (const auto& [index, symbol] : voxels)
+      if (index[0] < columns)
+        part[index] = symbol;
+    return part;
+  };
+  const Voxels other = flatWall(wall_depth - 10);
+  const auto shownAfterWall = [&](const Voxels& symbols) {
+    TemporalVoxelFilter filter(64);
+    for (int i = 0; i < 10; ++i)
+      shownOf(filter, flatWall());
+    return shownOf(filter, symbols);
+  };
+  EXPECT_EQ(shownAfterWall({}), Voxels());
+  EXPECT_EQ(shownAfterWall(other), other);
+  const std::int64_t eighth = wall_size / 8;
+  EXPECT_EQ(shownAfterWall(partOf(flatWall(), eighth)), flatWall());
+  EXPECT_EQ(shownAfterWall(partOf(flatWall(), eighth - 1)),
+            partOf(flatWall(), eighth - 1));
+}
+
+TEST(TemporalVoxelFilter, TheHistoryHasAMostSize)
+{
+  TemporalVoxelFilter filter(64);
+  std::mt19937 random(7);
+  const io::VoxelGrid grid = gridAt(0, 0, 0, 12);
+  std::size_t most = 0;
+  for (int i = 0; i < 30; ++i) {
+    Voxels symbols = flatWall();
+    for (int k = 0; k < 20000; ++k)
+      symbols[{static_cast<std::int64_t>(random() % 4096),
+               static_cast<std::int64_t>(random() % 4096),
+               static_cast<std::int64_t>(random() % 4096)}] = 1;
+    VoxelFrame frame = frameOf(symbols, grid);
+    ASSERT_TRUE(filter.filter(frame).ok());
+    most = std::max(most, filter.rememberedVoxels());
+    EXPECT_LE(filter.rememberedVoxels(), 8 * symbols.size() + 65536);
+  }
+  EXPECT_GT(most, std::size_t{200000});
+}
+
+TEST(TemporalVoxelFilter, ForgetsNoiseAndWhatIsGone)
+{
+  TemporalVoxelFilter filter;
+  std::mt19937 random(5);
+  for (int i = 0; i < 50; ++i) {
+    Voxels symbols = flatWall();
+    for (int k = 0; k < 100; ++k)
+      symbols[{static_cast<std::int64_t>(random() % 64),
+               static_cast<std::int64_t>(random() % 64),
+               static_cast<std::int64_t>(random() % 50)}] = 1;
+    shownOf(filter, symbols);
+    EXPECT_LT(filter.rememberedVoxels(), flatWall().size() + 600);
+  }
+  const Voxels left = {{{5, 5, 60}, 9}};
+  for (int i = 0; i < 30; ++i)
+    shownOf(filter, left);
+  shownOf(filter, flatWall());
+  filter.reset();
+  EXPECT_EQ(filter.rememberedVoxels(), 0u);
+}
+
+TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
+{
+  for (const unsigned int frames : {0u, 1u, 65u}) {
+    TemporalVoxelFilter filter(frames);
+    VoxelFrame frame = scene(flatWall());
+    const TemporalFilterStatus status = filter.filter(frame);
+    EXPECT_EQ(status.code(), TemporalFilterCode::InvalidSettings);
+    EXPECT_EQ(status.message(),
+              "frames is " + std::to_string(frames) + "; it must be 2 to 64");
+    EXPECT_EQ(voxelsOf(frame), flatWall());
+  }
+  TemporalVoxelFilter filter;
+  VoxelFrame frame = scene(flatWall());
+  frame.has_point_counts = true;
+  frame.point_counts.assign(frame.size(), 2);
+  EXPECT_EQ(filter.filter(frame).code(), TemporalFilterCode::HasPointCounts);
+  EXPECT_EQ(frame.size(), flatWall().size());
+  VoxelFrame of_points = scene({});
+  of_points.points.width = of_points.points.height = 1;
+  of_points.points.indices = {0};
+  of_points.points.positions = {{0.0, 0.0, 0.0}};
+  EXPECT_EQ(filter.filter(of_points).code(), TemporalFilterCode::HasPointCounts);
+  VoxelFrame with_field = scene(flatWall());
+  with_field.fields.emplace_back();
+  EXPECT_EQ(filter.filter(with_field).code(), TemporalFilterCode::HasPointCounts);
+  EXPECT_EQ(filter.rememberedVoxels(), 0u);
 }
 
 } // namespace

@@ -6,14 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <initializer_list>
-#include <map>
 #include <optional>
 #include <random>
 #include <set>
@@ -199,10 +195,7 @@ TEST(TemporalVoxelFilter, WhatIsNotSeenIsHiddenAfterFiveEighthsOfTheFrames)
 
 TEST(TemporalVoxelFilter, WhatTheSensorSeesThroughIsHiddenInTheSecondFrame)
 {
-  Voxels box;
-  for (std::int64_t x = 20; x < 26; ++x)
-    for (std::int64_t y = 20; y < 26; ++y)
-      box[{x, y, 30}] = 5;
+  const Voxels box = squarePlate(20, 26, 30);
   // The box hides nothing of the wall that its frames lack.
   TemporalVoxelFilter filter;
   TemporalVoxelFilter without_sensor;
@@ -219,13 +212,7 @@ TEST(TemporalVoxelFilter, WhatTheSensorSeesThroughIsHiddenInTheSecondFrame)
 
 TEST(TemporalVoxelFilter, WhatIsBehindOthersIsHiddenInTheSecondFrame)
 {
-  const auto plateAt = [](std::int64_t depth) {
-    Voxels plate;
-    for (std::int64_t x = 16; x < 30; ++x)
-      for (std::int64_t y = 16; y < 30; ++y)
-        plate[{x, y, depth}] = 5;
-    return plate;
-  };
+  const auto plateAt = [](std::int64_t depth) { return squarePlate(16, 30, depth); };
   // The plate comes nearer: where it was is behind it.
   TemporalVoxelFilter filter;
   for (int i = 0; i < 10; ++i)
@@ -293,10 +280,7 @@ TEST(TemporalVoxelFilter, APauseEndsWhatIsHeld)
 
 TEST(TemporalVoxelFilter, PointsBehindTheCropProveThatTheWayToThemIsFree)
 {
-  Voxels box;
-  for (std::int64_t x = 20; x < 26; ++x)
-    for (std::int64_t y = 20; y < 26; ++y)
-      box[{x, y, 30}] = 5;
+  const Voxels box = squarePlate(20, 26, 30);
   // A part of the wall is outside of the crop box; it is seen where the box was.
   Voxels in_crop;
   for (const auto& [index, symbol] : flatWall())
@@ -369,10 +353,7 @@ TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
   EXPECT_EQ(motionOf(filter, flatWall(40), 1.0), SensorMotion::AtRest);
   // Less than a quarter that moves is not the sensor.
   for (std::int64_t i = 0; i < 10; ++i) {
-    Voxels plate;
-    for (std::int64_t x = 0; x < 20; ++x)
-      for (std::int64_t y = 0; y < 20; ++y)
-        plate[{x, y, 30 - 3 * i}] = 5;
+    const Voxels plate = squarePlate(0, 20, 30 - 3 * i);
     EXPECT_EQ(motionOf(filter, flatWall(40) + plate, 1.0), SensorMotion::AtRest) << i;
   }
   // By its positions, though nothing else changes.
@@ -387,10 +368,7 @@ TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
 
 TEST(TemporalVoxelFilter, FramesWithoutSurfacesDoNotShowThatTheSensorMoves)
 {
-  Voxels plate;
-  for (std::int64_t x = 0; x < 5; ++x)
-    for (std::int64_t y = 0; y < 5; ++y)
-      plate[{x, y, 10}] = 5;
+  const Voxels plate = squarePlate(0, 5, 10);
   for (const Voxels& few : {Voxels(), plate}) {
     TemporalVoxelFilter filter;
     for (int i = 0; i < 100; ++i) {
@@ -438,10 +416,7 @@ TEST(TemporalVoxelFilter, APositionThatMostVoxelsAreHiddenFromIsNotUsed)
   Voxels walls;
   for (std::int64_t depth = 40; depth <= 60; depth += 4)
     walls = walls + flatWall(depth);
-  Voxels box;
-  for (std::int64_t x = 20; x < 26; ++x)
-    for (std::int64_t y = 20; y < 26; ++y)
-      box[{x, y, 10}] = 5;
+  const Voxels box = squarePlate(20, 26, 10);
   const std::array<double, 3> wrong = {
       wall_size * voxel_edge / 2, wall_size * voxel_edge / 2, -0.5};
   for (const auto& position :

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <limits>
 #include <random>
-#include <string>
 #include <tuple>
 #include <utility>
 

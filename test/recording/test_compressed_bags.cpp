@@ -28,20 +28,15 @@ bytesOfText(std::size_t i)
 void
 writeTexts(const std::string& path, std::size_t begin, std::size_t end, bool compresses)
 {
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
-  McapChannel channel;
-  channel.topic = "/x";
-  channel.message_encoding = "cdr";
-  channel.schema = {"std_msgs/msg/String", "ros2msg", "string data\n"};
-  McapMessage message;
-  ASSERT_TRUE(writer.addChannel(channel, McapChunking::Shared, message.channel).ok());
+  std::vector<McapMessage> messages(end - begin);
   for (std::size_t i = begin; i < end; ++i) {
+    McapMessage& message = messages[i - begin];
     message.log_time = message.publish_time = Time(static_cast<std::int64_t>(i));
     message.bytes = compresses ? compressed(bytesOfText(i)) : bytesOfText(i);
-    ASSERT_TRUE(writer.write(message).ok());
   }
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(path,
+            {{"/x", "cdr", {"std_msgs/msg/String", "ros2msg", "string data\n"}, {}}},
+            messages);
 }
 
 std::size_t
@@ -81,7 +76,7 @@ TEST(CompressedBags, OfFilesAreRead)
   const std::string listed =
       "x:\n  relative_file_paths:\n    - bag_0.mcap.zstd\n"
       "    - bag_1.mcap.zstd\n    - bag_2.mcap\n    - bag_3.mcap\n";
-  writeBytes(folder / "bag/metadata.yaml", {listed.begin(), listed.end()});
+  writeText(folder / "bag/metadata.yaml", listed);
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   ASSERT_EQ(reader.damage().size(), 1u);
   EXPECT_TRUE(hasPart(reader.damage()[0].message, "'bag_3.mcap', which is not there"));

@@ -169,7 +169,7 @@ TEST(HostileFiles, CompressedEmptyMessagesTakeMemoryByTheSizeOfTheFile)
   EXPECT_LE(memory.peak(), 16 * file.size() + (std::size_t{1} << 27));
   EXPECT_GT(reader.streams()[0].frames, 1'000'000u);
   ASSERT_EQ(reader.damage().size(), 1u);
-  EXPECT_NE(reader.damage()[0].message.find("more messages"), std::string::npos);
+  EXPECT_TRUE(hasPart(reader.damage()[0].message, "more messages"));
 }
 
 TEST(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
@@ -217,7 +217,7 @@ TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
   RecordingReader reader;
   const RecordingStatus status = reader.open(folder / "a.mcap");
   EXPECT_EQ(status.code(), RecordingCode::NotARecording);
-  EXPECT_NE(status.message().find("draco"), std::string::npos);
+  EXPECT_TRUE(hasPart(status.message(), "draco"));
 }
 
 TEST(WrongCalls, FramesBeyondTheEndAreRefusedAtOnce)
@@ -245,11 +245,10 @@ TEST(WrongCalls, FramesRecordedTwiceAreDecodedInAnyOrder)
 {
   const TestFolder folder;
   const KnownStream stream = knownStream(0, 40, 10);
-  Bytes file;
-  for (int loop = 0; loop < 2; ++loop)
-    for (const KnownFrame& frame : stream.frames)
-      file.insert(file.end(), frame.bytes.begin(), frame.bytes.end());
-  writeBytes(folder / "a.pcxi", file);
+  const Bytes once = framesOf(stream, 0, 40);
+  Bytes twice = once;
+  twice.insert(twice.end(), once.begin(), once.end());
+  writeBytes(folder / "a.pcxi", twice);
   RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "a.pcxi").ok());
   io::VoxelFrame voxels;

@@ -298,14 +298,16 @@ TEST(McapFiles, BagsOfOtherStoragesAreRefused)
 {
   const TestFolder folder;
   std::filesystem::create_directories(folder / "bag");
-  for (const std::string line :
-       {"storage_identifier: other", "compression_format: lz5"}) {
-    const std::string metadata = "rosbag2_bagfile_information:\n  " + line + "\n";
-    writeBytes(folder / "bag/metadata.yaml", {metadata.begin(), metadata.end()});
+  const std::pair<std::string, std::string> kinds[] = {
+      {"compression_format: lz4", "its compression is 'lz4', and only zstd"},
+      {"storage_identifier: own", "its storage is 'own', and only mcap and"}};
+  for (const auto& [line, reason] : kinds) {
+    writeText(folder / "bag/metadata.yaml",
+              "rosbag2_bagfile_information:\n  " + line + "\n");
     BagReader reader;
     const RecordingStatus status = reader.open(folder / "bag");
     EXPECT_EQ(status.code(), RecordingCode::NotARecording);
-    EXPECT_TRUE(hasPart(status.message(), line.substr(line.find(':') + 2)));
+    EXPECT_TRUE(hasPart(status.message(), reason));
     EXPECT_TRUE(hasPart(status.message(), "ros2 bag convert"));
   }
 }

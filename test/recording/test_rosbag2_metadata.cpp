@@ -25,13 +25,6 @@ metadataOf(const std::string& topics)
          topics + "  files:\n    - path: bag_0.mcap\n      name: no topic\n";
 }
 
-std::string
-textOf(const std::string& path)
-{
-  const Bytes bytes = bytesOf(path);
-  return {bytes.begin(), bytes.end()};
-}
-
 /** \brief Writes a folder with a topic of this QoS, and returns that in the channel of
  * the folder when metadata.yaml alone has it. */
 std::string
@@ -131,10 +124,10 @@ TEST(Rosbag2Metadata, QosOfChannelsIsWrittenAndRead)
 {
   const TestFolder folder;
   EXPECT_EQ(throughMetadata(folder, numbered), numbered);
-  EXPECT_NE(textOf(folder / "bag/metadata.yaml").find("version: 5"), std::string::npos);
+  EXPECT_TRUE(hasPart(textOf(folder / "bag/metadata.yaml"), "version: 5"));
   // rosbag2 reads names of policies since version 9 alone.
   EXPECT_EQ(throughMetadata(folder, named), named);
-  EXPECT_NE(textOf(folder / "bag/metadata.yaml").find("version: 9"), std::string::npos);
+  EXPECT_TRUE(hasPart(textOf(folder / "bag/metadata.yaml"), "version: 9"));
 }
 
 TEST(Rosbag2Metadata, NumbersOfPoliciesHaveNames)
@@ -178,7 +171,7 @@ TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
   const std::size_t item = text.find("    - \"bag_0.mcap\"");
   ASSERT_NE(item, std::string::npos) << text;
   text.insert(item, "    - bag_1.mcap\n    - bag_2.mcap\n");
-  writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
+  writeText(folder / "bag/metadata.yaml", text);
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   ASSERT_EQ(reader.damage().size(), 1u);
   EXPECT_EQ(reader.damage()[0].message,

@@ -4,7 +4,6 @@
 #include "simd/load_points.h"
 #include "simd/vector_choice.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

@@ -67,19 +67,6 @@ workloadOf(const CellFrame& frame, const Eigen::Isometry3d& pose)
   return workload;
 }
 
-TEST(RobotCell, SameSeedGivesSameBytesInAnyOrder)
-{
-  RobotCell forwards(7);
-  RobotCell backwards(7);
-  const CellFrame first = capture(forwards, 1, 0);
-  const CellFrame other_sensor = capture(forwards, 4, 9);
-  const CellFrame later = capture(forwards, 1, 57);
-  EXPECT_TRUE(sameBytes(later, capture(backwards, 1, 57)));
-  EXPECT_TRUE(sameBytes(other_sensor, capture(backwards, 4, 9)));
-  EXPECT_TRUE(sameBytes(first, capture(backwards, 1, 0)));
-  EXPECT_TRUE(sameBytes(first, capture(forwards, 1, 0)));
-}
-
 TEST(RobotCell, SeedsSensorsAndFramesDiffer)
 {
   RobotCell one(1);

@@ -443,15 +443,16 @@ TEST(CompressionSettings, DecoderLimitsMustBeAboveZero)
     settings.decoder_limits.max_voxels = limit;
     expectAccepted(settings);
   }
-  settings = Settings();
-  settings.decoder_limits.max_frame_bytes = 0;
-  expectRefused("max_frame_bytes", settings);
-  settings = Settings();
-  settings.decoder_limits.max_voxels = 0;
-  expectRefused("max_voxels", settings);
-  settings = Settings();
-  settings.decoder_limits.free_voxels = 0;
-  expectRefused("free_voxels", settings);
+  using Limit = std::size_t DecoderLimits::*;
+  const std::pair<const char*, Limit> limits[] = {
+      {"max_frame_bytes", &DecoderLimits::max_frame_bytes},
+      {"max_voxels", &DecoderLimits::max_voxels},
+      {"free_voxels", &DecoderLimits::free_voxels}};
+  for (const auto& [name, limit] : limits) {
+    settings = Settings();
+    settings.decoder_limits.*limit = 0;
+    expectRefused(name, settings);
+  }
 }
 
 } // namespace

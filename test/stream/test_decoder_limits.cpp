@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <random>
 #include <sstream>
-#include <string>
 #include <vector>
 
 namespace {

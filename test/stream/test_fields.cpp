@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
@@ -44,22 +43,6 @@ struct LidarPoint {
   double time;
 };
 
-FieldView
-viewOfField(const std::vector<LidarPoint>& points,
-            const char* name,
-            FieldType type,
-            std::size_t offset,
-            std::uint32_t count = 1)
-{
-  FieldView view;
-  view.description.name = name;
-  view.description.type = type;
-  view.description.count = count;
-  view.first = reinterpret_cast<const unsigned char*>(points.data()) + offset;
-  view.stride = sizeof(LidarPoint);
-  return view;
-}
-
 PointView
 viewOf(const std::vector<LidarPoint>& points)
 {
@@ -67,13 +50,12 @@ viewOf(const std::vector<LidarPoint>& points)
   view.count = points.size();
   view.coordinates = &points.front().x;
   view.coordinate_stride = sizeof(LidarPoint);
-  view.fields = {
-      viewOfField(points, "ring", FieldType::UInt16, offsetof(LidarPoint, ring)),
-      viewOfField(points, "label", FieldType::Int8, offsetof(LidarPoint, label)),
-      viewOfField(points, "flags", FieldType::UInt8, offsetof(LidarPoint, flags), 3),
-      viewOfField(
-          points, "intensity", FieldType::Float32, offsetof(LidarPoint, intensity)),
-      viewOfField(points, "time", FieldType::Float64, offsetof(LidarPoint, time))};
+  const LidarPoint& first = points.front();
+  view.fields = {{{"ring", FieldType::UInt16}, &first.ring, sizeof(first)},
+                 {{"label", FieldType::Int8}, &first.label, sizeof(first)},
+                 {{"flags", FieldType::UInt8, 3}, first.flags, sizeof(first)},
+                 {{"intensity", FieldType::Float32}, &first.intensity, sizeof(first)},
+                 {{"time", FieldType::Float64}, &first.time, sizeof(first)}};
   return view;
 }
 

@@ -53,8 +53,8 @@ TEST(ForgedStreams, InvalidHeaderFields)
   const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
   const float nan_float = std::numeric_limits<float>::quiet_NaN();
   const float infinite_float = std::numeric_limits<float>::infinity();
-  using Change = std::function<void(Version1Header&)>;
-  std::vector<Change> changes;
+  using HeaderChange = std::function<void(Version1Header&)>;
+  std::vector<HeaderChange> changes;
   for (const std::uint64_t number : {highest_number,
                                      highest_number / 2 + 1,
                                      std::uint64_t{1} << 40,

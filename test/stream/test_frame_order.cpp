@@ -4,14 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <random>
 #include <sstream>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace {
 

@@ -13,7 +13,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace {
@@ -55,6 +57,20 @@ settingsAt(double resolution)
   IntensityCompressionSettings settings;
   settings.resolution = resolution;
   return settings;
+}
+
+TEST(CompressionStatus, IsPrintedAsItsMessageAndNoNumber)
+{
+  const auto printed = [](const CompressionStatus& status) {
+    std::ostringstream stream;
+    stream << status;
+    return stream.str();
+  };
+  EXPECT_EQ(printed({}), "ok");
+  EXPECT_EQ(printed({CompressionCode::Corrupt, "a byte"}), "a byte");
+  EXPECT_EQ(printed({CompressionCode::Corrupt, ""}), "failed");
+  static_assert(!std::is_convertible_v<CompressionStatus, bool>, "explicit only");
+  static_assert(std::is_constructible_v<bool, CompressionStatus>, "in conditions");
 }
 
 TEST(FrameWarnings, CloudWithoutAFinitePointIsMentioned)

@@ -58,6 +58,13 @@ TEST_P(FramesOfChanges, DecodeToTheirVoxelsInAllEfforts)
   }
 }
 
+char
+kindOf(const FrameEncoder& encoder)
+{
+  const auto& last = encoder.statistics();
+  return last.is_i_frame ? 'I' : last.is_of_changes ? 'c' : 'P';
+}
+
 TEST_P(FramesOfChanges, AreOneOfSeveralKindsInAStream)
 {
   for (const Effort effort : all_efforts) {
@@ -71,9 +78,7 @@ TEST_P(FramesOfChanges, AreOneOfSeveralKindsInAStream)
       VoxelFrame back;
       ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
       expectSameFrame(back, frame);
-      kinds += encoder.statistics().is_i_frame      ? 'I'
-               : encoder.statistics().is_of_changes ? 'c'
-                                                    : 'P';
+      kinds += kindOf(encoder);
     }
     // With many changes there is none, nor at once after such a P-frame.
     EXPECT_EQ(kinds.substr(0, 2), "Ic");
@@ -102,9 +107,7 @@ TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
   std::string kinds;
   for (unsigned int i = 0; i < 24; ++i) {
     encoded(encoder, i / 3 % 2 == 0 ? first : second);
-    kinds += encoder.statistics().is_i_frame      ? 'I'
-             : encoder.statistics().is_of_changes ? 'c'
-                                                  : 'P';
+    kinds += kindOf(encoder);
   }
   // The history has both after a few turns.
   EXPECT_EQ(kinds.substr(12).find('I'), std::string::npos) << kinds;

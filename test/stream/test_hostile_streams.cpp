@@ -106,6 +106,8 @@ TEST(HostileStreams, SearchingIsLinearInTheBytes)
     }
 }
 
+constexpr std::size_t huge = std::size_t{1} << 17; // voxels
+
 /** \brief A frame of voxels a block apart, which take the most memory and, in this
  * order, few bytes. */
 VoxelFrame
@@ -153,7 +155,6 @@ heldBehind(FrameDecoder& decoder, VoxelFrame& frame, const std::vector<Bytes>& s
 
 TEST(HostileStreams, DecodersReleaseTheMemoryOfAHugeFrame)
 {
-  constexpr std::size_t huge = std::size_t{1} << 17;
   constexpr std::size_t frames = 9;
   for (const Case& kind : cases)
     for (const bool is_damaged : {false, true}) {
@@ -185,7 +186,6 @@ TEST(HostileStreams, DecodersReleaseTheMemoryOfAHugeFrame)
 
 TEST(HostileStreams, OtherStreamsReleaseTheSharedMemoryOfAHugeFrame)
 {
-  constexpr std::size_t huge = std::size_t{1} << 17;
   const Case kind = cases[0];
   FrameEncoder encoder(kind.format, 1, kind.effort);
   const Bytes bytes = encoded(encoder, distantVoxels(huge));
@@ -207,7 +207,6 @@ TEST(HostileStreams, OtherStreamsReleaseTheSharedMemoryOfAHugeFrame)
 
 TEST(HostileStreams, EncodersReleaseTheMemoryOfAHugeFrame)
 {
-  constexpr std::size_t huge = std::size_t{1} << 17;
   const VoxelFrame huge_frame = distantVoxels(huge);
   std::mt19937_64 random(2);
   const VoxelFrame small_frame = randomFrame(random, 5, 100);
@@ -226,7 +225,6 @@ TEST(HostileStreams, EncodersReleaseTheMemoryOfAHugeFrame)
 
 TEST(HostileStreams, AnotherFormatReleasesTheMemoryOfTheFirst)
 {
-  constexpr std::size_t huge = std::size_t{1} << 17;
   for (const Case& first : cases)
     for (const Case& second : cases) {
       if (first.format == second.format)
@@ -245,7 +243,6 @@ TEST(HostileStreams, AnotherFormatReleasesTheMemoryOfTheFirst)
 
 TEST(HostileStreams, FramesWithAForgedVoxelCountKeepNoMemory)
 {
-  constexpr std::size_t huge = std::size_t{1} << 17;
   for (const bool is_i_frame : {false, true}) {
     FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Fast);
     const Bytes bytes = encoded(encoder, distantVoxels(huge));

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 
+#include "support/point_views.h"
 #include "support/unordered_clouds.h"
 #include "support/voxel_frames.h"
 
@@ -77,16 +78,9 @@ ringCloud(std::uint64_t seed, const RingNoise& noise = {})
 PointView
 viewOf(const RingCloud& cloud)
 {
-  PointView view;
-  view.count = cloud.points.size();
-  view.coordinates = cloud.points.front().data();
-  view.coordinate_stride = sizeof(cloud.points.front());
-  FieldView ring;
-  ring.description.name = "ring";
-  ring.description.type = FieldType::Int16;
-  ring.first = cloud.rings.data();
-  ring.stride = sizeof(std::int16_t);
-  view.fields.push_back(ring);
+  PointView view = io::test::viewOf(cloud.points);
+  view.fields = {
+      {{"ring", FieldType::Int16}, cloud.rings.data(), sizeof(std::int16_t)}};
   return view;
 }
 

@@ -6,6 +6,8 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 
+#include "support/point_views.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -78,12 +80,7 @@ template <typename T>
 FieldView
 fieldOf(const char* name, FieldType type, const std::vector<T>& values)
 {
-  FieldView field;
-  field.description.name = name;
-  field.description.type = type;
-  field.first = values.data();
-  field.stride = sizeof(T);
-  return field;
+  return {{name, type}, values.data(), sizeof(T)};
 }
 
 /** \brief The frames of a stream, each of which decodes to as many points. */
@@ -101,11 +98,7 @@ framesOf(const std::vector<LargeCloud>& clouds, unsigned int threads)
   FrameDecoder decoder;
   std::vector<std::vector<std::uint8_t>> frames;
   for (const LargeCloud& cloud : clouds) {
-    PointView points;
-    points.count = cloud.points.size();
-    points.image = cloud.image;
-    points.coordinates = cloud.points.front().data();
-    points.coordinate_stride = sizeof(cloud.points.front());
+    PointView points = io::test::viewOf(cloud.points, cloud.image);
     points.fields.push_back(fieldOf("time", FieldType::Float64, cloud.times));
     if (!cloud.rings.empty())
       points.fields.push_back(fieldOf("ring", FieldType::UInt16, cloud.rings));

@@ -129,7 +129,7 @@ public:
       const std::lock_guard<std::mutex> lock(mutex_);
       frames_[frame.stream].push_back({frame.stamp,
                                        frame.status.code(),
-                                       frame.voxels,
+                                       frame.voxels(),
                                        frame.statistics,
                                        frame.wants_i_frame});
     };

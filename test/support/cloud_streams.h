@@ -23,6 +23,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <type_traits>
 
 namespace pcl_ext {
 namespace test {
@@ -178,20 +179,29 @@ settingsWith(double resolution)
   return settings;
 }
 
-/** \brief One frame through an encoder and a new decoder. */
+/** \brief One frame through an encoder and a decoder, which may have other points. */
+template <typename EncoderT, typename DecoderT>
+typename std::decay_t<DecoderT>::PointCloudPtr
+roundTrip(EncoderT&& encoder,
+          DecoderT&& decoder,
+          const typename std::decay_t<EncoderT>::PointCloudConstPtr& cloud)
+{
+  std::stringstream stream;
+  const io::CompressionStatus encoded = encoder.encodePointCloud(cloud, stream);
+  EXPECT_TRUE(encoded.ok()) << encoded.message();
+  typename std::decay_t<DecoderT>::PointCloudPtr decoded;
+  const io::CompressionStatus status = decoder.decodePointCloud(stream, decoded);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return decoded;
+}
+
+/** \brief The same with a new decoder. */
 template <typename CompressionT>
 typename CompressionT::PointCloudPtr
 roundTrip(CompressionT& encoder, const typename CompressionT::PointCloudConstPtr& cloud)
 {
-  using PointCloud = typename CompressionT::PointCloud;
-  std::stringstream stream;
-  const io::CompressionStatus encoded = encoder.encodePointCloud(cloud, stream);
-  EXPECT_TRUE(encoded.ok()) << encoded.message();
-  io::OctreePointCloudIntensityCompression<typename PointCloud::PointType> decoder;
-  typename CompressionT::PointCloudPtr decoded(new PointCloud);
-  const io::CompressionStatus status = decoder.decodePointCloud(stream, decoded);
-  EXPECT_TRUE(status.ok()) << status.message();
-  return decoded;
+  using PointT = typename CompressionT::PointCloud::PointType;
+  return roundTrip(encoder, io::OctreePointCloudIntensityCompression<PointT>(), cloud);
 }
 
 /** \brief The same with default settings except for the voxel edge. */

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <type_traits>
 #include <vector>
 
@@ -34,6 +35,27 @@ viewOf(const std::vector<std::array<NumberT, size>>& points, ImageSize image = {
     view.intensities = points.front().data() + 3;
     view.intensity_stride = view.coordinate_stride;
   }
+  return view;
+}
+
+/** \brief A point with an intensity and a colour. */
+struct ColouredPoint {
+  float x, y, z;
+  float intensity;
+  std::uint32_t colour;
+};
+
+inline PointView
+viewOf(const std::vector<ColouredPoint>& points)
+{
+  static const ColouredPoint none{};
+  const ColouredPoint& first = points.empty() ? none : points.front();
+  PointView view;
+  view.count = points.size();
+  view.coordinates = &first.x;
+  view.intensities = &first.intensity;
+  view.colours = &first.colour;
+  view.coordinate_stride = view.intensity_stride = view.colour_stride = sizeof(first);
   return view;
 }
 

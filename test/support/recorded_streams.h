@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,13 @@ bytesOf(const std::string& path)
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+inline std::string
+textOf(const std::string& path)
+{
+  const Bytes bytes = bytesOf(path);
+  return {bytes.begin(), bytes.end()};
+}
+
 inline void
 writeBytes(const std::string& path, const Bytes& bytes)
 {
@@ -49,6 +57,12 @@ writeBytes(const std::string& path, const Bytes& bytes)
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
+}
+
+inline void
+writeText(const std::string& path, const std::string& text)
+{
+  writeBytes(path, {text.begin(), text.end()});
 }
 
 /** \brief A frame as it was recorded. */
@@ -63,6 +77,27 @@ struct KnownStream {
   std::string name;
   std::vector<KnownFrame> frames;
 };
+
+/** \brief The bytes of some frames of a stream, one after the other. */
+inline Bytes
+framesOf(const KnownStream& stream, const std::vector<std::size_t>& numbers)
+{
+  Bytes bytes;
+  for (const std::size_t number : numbers)
+    bytes.insert(bytes.end(),
+                 stream.frames[number].bytes.begin(),
+                 stream.frames[number].bytes.end());
+  return bytes;
+}
+
+/** \brief The same of frames that follow each other. */
+inline Bytes
+framesOf(const KnownStream& stream, std::size_t begin, std::size_t end)
+{
+  std::vector<std::size_t> numbers(end - begin);
+  std::iota(numbers.begin(), numbers.end(), begin);
+  return framesOf(stream, numbers);
+}
 
 /** \brief Encodes a stream of a room. Frames are 50 ms apart and have stamps.
  * \param[in] number of the stream, which differs from others; its times are number + 1 ms

@@ -52,6 +52,17 @@ flatWall(std::int64_t depth = wall_depth, std::uint16_t symbol = 9)
   return symbols;
 }
 
+/** \brief A square plate at right angles to z, from begin to end along x and y. */
+inline Voxels
+squarePlate(std::int64_t begin, std::int64_t end, std::int64_t depth)
+{
+  Voxels voxels;
+  for (std::int64_t x = begin; x < end; ++x)
+    for (std::int64_t y = begin; y < end; ++y)
+      voxels[{x, y, depth}] = 5;
+  return voxels;
+}
+
 /** \brief In front of the middle of the wall, metres. */
 inline constexpr std::array<double, 3> in_front = {
     wall_size * voxel_edge / 2, wall_size* voxel_edge / 2, -0.5};

@@ -87,15 +87,13 @@ public:
   std::string
   output() const
   {
-    const Bytes bytes = bytesOf(output_);
-    return {bytes.begin(), bytes.end()};
+    return textOf(output_);
   }
 
   std::string
   errors() const
   {
-    const Bytes bytes = bytesOf(errors_);
-    return {bytes.begin(), bytes.end()};
+    return textOf(errors_);
   }
 
 private:

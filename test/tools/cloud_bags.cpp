@@ -127,17 +127,7 @@ writeBag(const std::string& path, std::size_t frames)
 void
 writeUnevenBag(const std::string& path, std::size_t frames)
 {
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(path, "ros2").ok());
-  std::size_t channels[3];
-  const auto shared = recording::McapChunking::Shared;
-  ASSERT_TRUE(
-      writer.addChannel(recording::pointCloudChannel("/fast"), shared, channels[0])
-          .ok());
-  ASSERT_TRUE(
-      writer.addChannel(recording::pointCloudChannel("/slow"), shared, channels[1])
-          .ok());
-  ASSERT_TRUE(writer.addChannel(imuChannel(), shared, channels[2]).ok());
+  std::vector<McapMessage> messages;
   const auto clouds = roomClouds(16, 3);
   const auto write = [&](std::size_t channel, std::size_t i, Time later) {
     McapMessage message;
@@ -150,9 +140,9 @@ writeUnevenBag(const std::string& path, std::size_t frames)
       if (i % 40 == 28 || (channel == 1 && i == 0))
         message.bytes.resize(message.bytes.size() / 2);
     }
-    message.channel = channels[channel];
+    message.channel = channel;
     message.log_time = logTime(i) + later;
-    ASSERT_TRUE(writer.write(message).ok());
+    messages.push_back(message);
   };
   for (std::size_t i = 0; i < frames; ++i) {
     write(0, i, Time(0));
@@ -160,7 +150,11 @@ writeUnevenBag(const std::string& path, std::size_t frames)
       write(1, i, Time(1));
     write(2, i, Time(2));
   }
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(path,
+            {recording::pointCloudChannel("/fast"),
+             recording::pointCloudChannel("/slow"),
+             imuChannel()},
+            messages);
 }
 
 } // namespace test

@@ -23,13 +23,6 @@ namespace test {
 
 namespace {
 
-std::string
-textOf(const std::string& path)
-{
-  const Bytes bytes = bytesOf(path);
-  return {bytes.begin(), bytes.end()};
-}
-
 /** \brief A text without lines of progress, which a slow machine has. */
 std::string
 withoutProgress(const std::string& text)

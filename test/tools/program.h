@@ -24,12 +24,15 @@ namespace test {
 using pcl_ext::test::hasPart;
 using recording::test::Bytes;
 using recording::test::bytesOf;
+using recording::test::framesOf;
 using recording::test::knownStream;
 using recording::test::KnownStream;
 using recording::test::record;
 using recording::test::TestFolder;
+using recording::test::textOf;
 using recording::test::writeBytes;
 using recording::test::writeMcap;
+using recording::test::writeText;
 
 /** \brief What a run of the program left. */
 struct ProgramRun {

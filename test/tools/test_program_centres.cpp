@@ -6,9 +6,8 @@
  */
 #include <pcl_ext/link/frame_publisher.h>
 
-#include "support/nats_server.h"
 #include "support/world_voxels.h"
-#include "tools/background_program.h"
+#include "tools/site_program.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +23,6 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
-using link::test::NatsServer;
 using recording::Time;
 using std::chrono::milliseconds;
 using view::test::LiveSource;
@@ -39,7 +37,7 @@ constexpr milliseconds period{100};
 class Sensors {
 public:
   explicit Sensors(const NatsServer& server)
-  : publisher_(settingsOf(server),
+  : publisher_(SitePublisher::settingsOf(server),
                [this](std::size_t stream) { wanted_[stream] = true; })
   {
     EXPECT_TRUE(publisher_.connect().ok());
@@ -80,15 +78,6 @@ public:
   }
 
 private:
-  static link::LinkSettings
-  settingsOf(const NatsServer& server)
-  {
-    link::LinkSettings settings;
-    settings.servers = server.url();
-    settings.site = "cell";
-    return settings;
-  }
-
   void
   run()
   {

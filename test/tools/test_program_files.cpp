@@ -21,16 +21,6 @@ namespace test {
 
 namespace {
 
-/** \brief Files as other programs write them, from encode to decode. */
-class ProgramFiles : public ProgramTest {
-protected:
-  void
-  writeText(const std::string& name, const std::string& text) const
-  {
-    writeBytes(folder / name, Bytes(text.begin(), text.end()));
-  }
-};
-
 template <typename NumberT>
 NumberT
 numberOf(const pcl::PCLPointCloud2& cloud, std::size_t point, const std::string& field)
@@ -70,9 +60,11 @@ nuScenesBytes()
 
 } // namespace
 
+using ProgramFiles = ProgramTest;
+
 TEST_F(ProgramFiles, WithoutAHeaderHaveTheFieldsThatAreNamed)
 {
-  writeText("scan.bin", nuScenesBytes());
+  writeText(folder / "scan.bin", nuScenesBytes());
   const ProgramRun refused = run("encode scan.bin -o x.pcxi");
   EXPECT_EQ(refused.status, 1);
   EXPECT_TRUE(hasPart(refused.errors,
@@ -101,7 +93,7 @@ TEST_F(ProgramFiles, WithoutAHeaderHaveTheFieldsThatAreNamed)
 
 TEST_F(ProgramFiles, FieldsWithoutEffectOrSenseAreRefused)
 {
-  writeText("scan.bin", nuScenesBytes());
+  writeText(folder / "scan.bin", nuScenesBytes());
   writeClouds("room", roomClouds(1));
   writeMcap(folder / "bag.mcap", {});
   expectRefusals(
@@ -123,8 +115,8 @@ TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)
   const std::string text =
       "VERSION .7\nFIELDS x y z gps\nSIZE 4 4 4 8\nTYPE F F F F\nCOUNT 1 1 1 0\n"
       "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n";
-  writeText("a0.pcd", text);
-  writeText("a1.pcd", text);
+  writeText(folder / "a0.pcd", text);
+  writeText(folder / "a1.pcd", text);
   const ProgramRun result = run("encode a0.pcd a1.pcd -o x.pcxi");
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(
@@ -135,7 +127,7 @@ TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)
 
 TEST_F(ProgramFiles, AllFieldsAreThoseOfColoursOfPointsOfOneVoxel)
 {
-  writeText("a.pcd",
+  writeText(folder / "a.pcd",
             "VERSION .7\nFIELDS x y z rgb label\nSIZE 4 4 4 4 4\nTYPE F F F U U\n"
             "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n"
             ".101 .101 .101 16711680 1\n.103 .103 .103 255 2\n");

@@ -152,12 +152,11 @@ TEST_F(ProgramInputs, QosOfABagsMetadataIsKept)
   writeClouds("room", roomClouds(2));
   expectRun("encode room -o x.mcap");
   expectRun("decode x.mcap -o bag --bag");
-  const Bytes yaml = bytesOf(folder / "bag/metadata.yaml");
-  std::string text(yaml.begin(), yaml.end());
+  std::string text = textOf(folder / "bag/metadata.yaml");
   const std::string key = "offered_qos_profiles: \"";
   ASSERT_TRUE(hasPart(text, key));
   text.insert(text.find(key) + key.size(), "- durability: 1\\n  depth: 2");
-  writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
+  writeText(folder / "bag/metadata.yaml", text);
   expectRun("encode bag -o small");
   expectRun("decode small -o again.mcap");
   expectRun("cut small -o cut.mcap --frames 0:1");
@@ -194,8 +193,8 @@ TEST_F(ProgramInputs, AnEmptyCloudIsAFrame)
       "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 "
       "1 1\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n";
   fs::create_directories(folder / "none");
-  writeBytes(folder / "none/0.pcd", {empty.begin(), empty.end()});
-  writeBytes(folder / "none/1.pcd", {empty.begin(), empty.end()});
+  writeText(folder / "none/0.pcd", empty);
+  writeText(folder / "none/1.pcd", empty);
   expectRun("encode none -o x.mcap");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   expectRun("verify x.mcap");
@@ -235,21 +234,22 @@ TEST_F(ProgramInputs, FailuresThatAreAlikeAreCounted)
   writeClouds("room", roomClouds(30));
   for (std::size_t i = 10; i < 25; ++i)
     fs::resize_file(folder / ("room/0" + std::to_string(i) + ".pcd"), 5000 + i);
-  const ProgramRun encoded = run("encode room -o x.pcxi");
+  const ProgramRun encoded = run("encode room -o x.mcap");
   EXPECT_EQ(encoded.status, 1);
   EXPECT_EQ(linesOf(encoded.errors), 2u) << encoded.errors;
-  EXPECT_TRUE(hasPart(encoded.errors, "/room, frame 10: cannot read 'room/010.pcd'"));
+  EXPECT_TRUE(hasPart(encoded.errors,
+                      "pcl_ext encode: /room, frame 10: cannot read 'room/010.pcd': it "
+                      "was cut off: it has "));
   EXPECT_TRUE(
       hasPart(encoded.errors,
               "/room, frames 11 to 24: 14 more failures like that of frame 10"));
   EXPECT_TRUE(hasPart(encoded.output, ", 15 failed"));
+  // The others have their times.
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.at(0).frames.size(), 15u);
+  EXPECT_EQ(streams[0].frames[10].time, std::chrono::milliseconds(2500));
   // A stream without its first I-frame.
-  const KnownStream stream = knownStream(0, 40, 40);
-  Bytes bytes;
-  for (std::size_t i = 1; i < stream.frames.size(); ++i)
-    bytes.insert(
-        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
-  writeBytes(folder / "lost.pcxi", bytes);
+  writeBytes(folder / "lost.pcxi", framesOf(knownStream(0, 40, 40), 1, 40));
   const ProgramRun verified = run("verify lost.pcxi");
   EXPECT_EQ(verified.status, 1);
   EXPECT_EQ(linesOf(verified.output), 3u) << verified.output;

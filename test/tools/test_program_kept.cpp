@@ -283,7 +283,7 @@ TEST_F(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
         "2 8\nTYPE F F F F U F\nCOUNT 1 1 1 1 1 1\nWIDTH 2\n"
         "HEIGHT 2\nPOINTS 4\nDATA ascii\n1 0 0 5 0 .1\n2 0 0 5 1 "
         ".2\n3 0 0 5 2 .3\n4 0 0 5 3 .4\n";
-    writeBytes(folder / name, {text.begin(), text.end()});
+    writeText(folder / name, text);
   }
   EXPECT_EQ(
       run("encode lidar -o x.mcap").errors,

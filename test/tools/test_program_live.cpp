@@ -41,9 +41,7 @@ using ProgramLive = ProgramTest;
 
 TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
 {
-  writeClouds("room", roomClouds(6));
-  expectRun("encode room -o room.mcap");
-  expectRun("decode room.mcap -o clouds.mcap");
+  makeBag(folder, 6);
   recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
   recording::McapWriter writer;
@@ -207,8 +205,7 @@ TEST_F(ProgramLive, AFileThatAppearsMeanwhileIsNotReplaced)
     EXPECT_TRUE(hasPart(result.errors,
                         "File exists; what was written until then is in '" + output +
                             ".unfinished'"));
-    const Bytes bytes = bytesOf(folder / output);
-    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "earlier\n");
+    EXPECT_EQ(textOf(folder / output), "earlier\n");
     expectRun("verify " + output + ".unfinished");
   }
 }

@@ -81,15 +81,11 @@ TEST_F(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
 
 TEST_F(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
 {
-  const KnownStream stream = knownStream(0, 30, 10);
-  Bytes damaged; // frame 3 is missing, and frame 14 has a wrong checksum
-  for (std::size_t i = 0; i < stream.frames.size(); ++i) {
-    const Bytes& frame = stream.frames[i].bytes;
-    if (i != 3)
-      damaged.insert(damaged.end(), frame.begin(), frame.end());
-    if (i == 14)
-      damaged.at(damaged.size() - 1) ^= 1;
-  }
+  KnownStream stream = knownStream(0, 30, 10);
+  // Frame 3 is missing, and frame 14 has a wrong checksum.
+  stream.frames[14].bytes.back() ^= 1;
+  stream.frames.erase(stream.frames.begin() + 3);
+  const Bytes damaged = framesOf(stream, 0, 29);
   writeBytes(folder / "damaged.pcxi", damaged);
   for (const std::string command : {"cut", "merge"}) {
     const std::string output = command + ".pcxi";

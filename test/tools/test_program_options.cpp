@@ -60,9 +60,7 @@ TEST_F(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
       runShell("export P; script -qec '\"$P\" encode room -o - 2> "
                "refused' typescript > typed < /dev/null");
   EXPECT_EQ(terminal.status, 2);
-  const Bytes refused = bytesOf(folder / "refused");
-  EXPECT_TRUE(hasPart(std::string(refused.begin(), refused.end()),
-                      "the standard output is a terminal"));
+  EXPECT_TRUE(hasPart(textOf(folder / "refused"), "the standard output is a terminal"));
 }
 
 TEST_F(ProgramOptions, AStreamThatTheyAreNotForIsLeftOut)
@@ -180,8 +178,7 @@ TEST_F(ProgramOptions, ProgressFitsANarrowTerminal)
       "for i in $(seq 600); do grep -aq 'a second' typed && break; sleep 0.1; done; "
       "kill -INT $(cat pid); wait $!");
   EXPECT_EQ(result.status, 130);
-  const Bytes typed = bytesOf(folder / "typed");
-  const std::string text(typed.begin(), typed.end());
+  const std::string text = textOf(folder / "typed");
   EXPECT_TRUE(hasPart(text, " a second"));
   std::size_t begin = 0;
   for (std::size_t end; (end = text.find_first_of("\r\n", begin)) != std::string::npos;

@@ -211,35 +211,25 @@ TEST_F(ProgramMerge, PartsOfOneStreamThatBecomeTwoAreNamed)
 
 TEST_F(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
 {
-  // A still scene, recorded twice.
-  const auto cloud = roomClouds(1)[0];
-  writeClouds("room", {cloud, cloud, cloud});
-  expectRun("encode room -o a.pcxi --no-header");
-  expectRun("encode room -o b.pcxi --no-header");
-  const ProgramRun merged = run("merge a.pcxi b.pcxi -o ab.pcxi");
-  EXPECT_EQ(merged.status, 0);
-  EXPECT_EQ(merged.errors,
-            "pcl_ext merge: 'a.pcxi' and 'b.pcxi' begin with the same 3 frames of "
-            "/stream, which have no times to tell whether they are the same ones: all "
-            "are copied\n");
-  EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 6u);
-}
-
-TEST_F(ProgramMerge, RepeatedIFramesWithoutTimesAreTold)
-{
   writeClouds("room", roomClouds(4));
   const auto cloud = roomClouds(1)[0];
-  writeClouds("still", {cloud, cloud});
-  for (const std::string scene : {"room", "still"}) {
-    expectRun("encode " + scene +
-              " -o x.pcxi --no-header --i-frame-rate 1 --overwrite");
-    const ProgramRun merged = run("merge x.pcxi x.pcxi -o xx.pcxi --overwrite");
-    const std::size_t frames = decode(folder / "x.pcxi")[0].frames.size();
-    EXPECT_EQ(merged.status, 0);
-    EXPECT_TRUE(hasPart(merged.errors,
-                        " begin with the same " + std::to_string(frames) +
-                            " frames of /stream, which have no times"));
-    EXPECT_EQ(decode(folder / "xx.pcxi")[0].frames.size(), 2 * frames);
+  writeClouds("still", {cloud, cloud, cloud});
+  for (const auto& [scene, frames] : {std::pair<std::string, std::size_t>{"still", 3},
+                                      {"still --i-frame-rate 1", 3},
+                                      {"room --i-frame-rate 1", 4}}) {
+    expectRun("encode " + scene + " -o a.pcxi --no-header --overwrite");
+    expectRun("encode " + scene + " -o b.pcxi --no-header --overwrite");
+    for (const std::string second : {"a.pcxi", "b.pcxi"}) {
+      const ProgramRun merged =
+          run("merge a.pcxi " + second + " -o ab.pcxi --overwrite");
+      EXPECT_EQ(merged.status, 0);
+      EXPECT_EQ(merged.errors,
+                "pcl_ext merge: 'a.pcxi' and '" + second + "' begin with the same " +
+                    std::to_string(frames) +
+                    " frames of /stream, which have no times to tell whether they are "
+                    "the same ones: all are copied\n");
+      EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 2 * frames);
+    }
   }
 }
 

@@ -108,17 +108,11 @@ TEST_F(ProgramVerify, EachLossHasALine)
   const ProgramRun good = expectRun("verify good.pcxi");
   EXPECT_EQ(good.output, "20 frames decoded, 0 lost\n");
   // Without frame 7 the next two cannot be decoded; frame 13 has a wrong bit.
-  Bytes bytes;
-  std::size_t at_8 = 0;
-  std::size_t at_13 = 0;
-  for (std::size_t i = 0; i < 20; ++i) {
-    if (i == 7)
-      continue;
-    at_8 = i == 8 ? bytes.size() : at_8;
-    at_13 = i == 13 ? bytes.size() : at_13;
-    bytes.insert(
-        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
-  }
+  Bytes bytes = framesOf(stream, 0, 7);
+  const std::size_t at_8 = bytes.size();
+  const std::size_t at_13 = at_8 + framesOf(stream, 8, 13).size();
+  const Bytes rest = framesOf(stream, 8, 20);
+  bytes.insert(bytes.end(), rest.begin(), rest.end());
   bytes[at_13 + stream.frames[13].bytes.size() - 6] ^= 1;
   writeBytes(folder / "bad.pcxi", bytes);
   const ProgramRun bad = run("verify bad.pcxi");

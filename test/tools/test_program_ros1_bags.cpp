@@ -223,13 +223,20 @@ TEST_F(ProgramRos1Bags, MayBeConvertedToMcap)
   }
 }
 
-TEST_F(ProgramRos1Bags, ThatARecorderLeftAreRead)
+TEST_F(ProgramRos1Bags, ThatARecorderLeftAreReadAlsoFromTheirFolder)
 {
   const auto clouds = roomClouds(5);
-  writeBytes(folder / "x.bag.active", bagOf(clouds, "lz4").unfinishedBytes());
-  EXPECT_EQ(run("encode x.bag.active -o x.mcap -r 0.05").status, 0);
-  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 5u);
-  expectNotes(folder / "x.mcap", 5);
+  std::filesystem::create_directories(folder / "left");
+  writeBytes(folder / "left/x.bag.active", bagOf(clouds, "lz4").unfinishedBytes());
+  for (const std::string input : {"left/x.bag.active", "left"}) {
+    EXPECT_EQ(run("encode " + input + " -o x.mcap -r 0.05 --overwrite").status, 0);
+    EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 5u);
+    expectNotes(folder / "x.mcap", 5);
+  }
+  // One that ends before its first topic is not said to have none.
+  const Bytes bytes = bagOf(roomClouds(2)).bytes();
+  writeBytes(folder / "cut.bag", {bytes.begin(), bytes.begin() + 4200});
+  expectFailure("encode cut.bag -o y.mcap", 1, "no topic of 'cut.bag' can be read; ");
 }
 
 TEST_F(ProgramRos1Bags, MessageThatIsCutOffIsReportedAndTheOthersGoOn)
@@ -271,18 +278,6 @@ TEST_F(ProgramRos1Bags, TimesAfter2038KeepTheirBits)
   EXPECT_EQ(clouds[0].stamp,
             std::chrono::seconds(static_cast<std::int32_t>(seconds)) +
                 std::chrono::milliseconds(250));
-}
-
-TEST_F(ProgramRos1Bags, AFileThatWasNotClosedIsFoundInItsFolder)
-{
-  std::filesystem::create_directories(folder / "left");
-  writeBytes(folder / "left/x.bag.active", bagOf(roomClouds(2)).bytes());
-  EXPECT_EQ(run("encode left -o x.mcap -r 0.05").status, 0);
-  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 2u);
-  // One that ends before its first topic is not said to have none.
-  const Bytes bytes = bagOf(roomClouds(2)).bytes();
-  writeBytes(folder / "cut.bag", {bytes.begin(), bytes.begin() + 4200});
-  expectFailure("encode cut.bag -o y.mcap", 1, "no topic of 'cut.bag' can be read; ");
 }
 
 } // namespace test

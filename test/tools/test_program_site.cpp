@@ -11,7 +11,6 @@
 #include <atomic>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <thread>
@@ -171,15 +170,21 @@ TEST_F(ProgramSite, ReplacesNoMapUnlessAsked)
 {
   const NatsServer server;
   const Bytes precious{'o', 'w', 'n'};
-  writeBytes(folder / "mine.ot", precious);
+  for (const char* const map : {"mine.ot", "old.ot"})
+    writeBytes(folder / map, precious);
   const std::string receive = "receive -q --for 10ms --map mine.ot" + at(server);
   expectFailure(receive, 2, "'mine.ot' exists: name another output, or replace");
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   writeClouds("room", roomClouds(5));
-  Receiving receiving(folder, "receive", at(server) + "--overwrite --map mine.ot");
+  const std::string replace = at(server) + "--overwrite --map ";
+  Receiving empty(folder, "empty", replace + "mine.ot --min-intensity 1e9");
+  Receiving receiving(folder, "receive", replace + "old.ot");
   expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
+  EXPECT_EQ(empty.end(SIGINT), 1);
+  EXPECT_TRUE(hasPart(empty.errors(), "the map is empty, and not written: "));
+  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  EXPECT_NE(bytesOf(folder / "mine.ot"), precious);
+  EXPECT_NE(bytesOf(folder / "old.ot"), precious);
 }
 
 TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
@@ -237,69 +242,25 @@ TEST_F(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
 std::string
 exampleOf(const std::string& file)
 {
-  const Bytes bytes = bytesOf(std::string(PCL_EXT_SITE_EXAMPLES) + "/" + file);
-  return {bytes.begin(), bytes.end()};
+  return textOf(std::string(PCL_EXT_SITE_EXAMPLES) + "/" + file);
 }
 
-TEST_F(ProgramSite, TheExamplesOfServerAndServiceFitEachOther)
+// Whatever else the examples of server and service are for: test_site_documents.py.
+TEST_F(ProgramSite, OnTheExampleOfAServerASensorMaySendAndNotListen)
 {
   std::string configuration = exampleOf("nats-server.conf");
   const std::string store = "/var/lib/nats";
   configuration.replace(configuration.find(store), store.size(), "FOLDER");
   const NatsServer server(configuration);
-  // What the service runs, with its environment.
-  const std::string service = exampleOf("pcl-ext-centre@.service");
-  const std::string begin = "ExecStart=/usr/bin/pcl_ext ";
-  std::string command = service.substr(service.find(begin) + begin.size());
-  command.resize(command.find('\n'));
-  writeBytes(folder / "page.html", {'x'});
-  std::string environment =
-      exampleOf("centre.env") + "PCL_EXT_SERVER=" + server.url() + "\n";
-  environment.replace(environment.rfind("--quiet"),
-                      7,
-                      "--quiet --view --no-browser --port 0 --page page.html");
-  for (std::size_t at = 0;
-       (at = environment.find("OPTIONS=", at)) != std::string::npos;) {
-    at += 8;
-    environment.insert(at, "'");
-    environment.insert(environment.find('\n', at), "'");
-  }
-  writeBytes(folder / "centre.env", Bytes(environment.begin(), environment.end()));
-  std::vector<std::unique_ptr<BackgroundProgram>> centres;
-  for (const std::string part : {"0", "1", "2"}) {
-    std::string line = command;
-    for (std::size_t at = 0; (at = line.find("%i")) != std::string::npos;)
-      line.replace(at, 2, part);
-    centres.push_back(std::make_unique<BackgroundProgram>(
-        folder, "centre_" + part, "", "set -a; . ./centre.env; exec \"$P\" " + line));
-    EXPECT_TRUE(view::test::waitFor([&] {
-      return centres.back()->output().find("http://") != std::string::npos;
-    })) << centres.back()->errors();
-  }
   const std::string password = "PCL_EXT_PASSWORD='change me' \"$P\" ";
   recordTwoStreams(folder / "sent.mcap");
   const ProgramRun sent =
       runShell(password + "send -q sent.mcap --user sensor" + at(server));
   EXPECT_EQ(sent.status, 0) << sent.errors;
-  // A sensor may not listen to others.
   const ProgramRun listening =
       runShell(password + "receive --for 300ms -o x.mcap --user sensor" + at(server));
   EXPECT_TRUE(hasPart(listening.errors, "Permissions Violation for Subscription"));
   EXPECT_EQ(listening.status, 1);
-  const ProgramRun kept = runShell(
-      "PCL_EXT_PASSWORD='change me as well' \"$P\" keep --user operator" + at(server));
-  EXPECT_EQ(kept.status, 0) << kept.errors;
-  std::size_t frames = 0;
-  for (auto& centre : centres) {
-    const int status = centre->end(SIGTERM);
-    const std::string output = centre->output();
-    const std::size_t of_part =
-        std::stoul(output.substr(output.find("site cell: ", output.find('\n')) + 11));
-    EXPECT_EQ(status, of_part > 0 ? 0 : 1);
-    EXPECT_EQ(centre->errors().empty(), of_part > 0) << centre->errors();
-    frames += of_part;
-  }
-  EXPECT_EQ(frames, 71u);
 }
 
 TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
@@ -310,10 +271,7 @@ TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
                       "receive",
                       at(server) + "--view --no-browser --page page.html -o all.mcap "
                                    "--merge all --remove-outliers --map map.ot");
-  link::LinkSettings settings;
-  settings.servers = server.url();
-  settings.site = "cell";
-  link::FramePublisher publisher(settings);
+  link::FramePublisher publisher(SitePublisher::settingsOf(server));
   ASSERT_TRUE(publisher.connect().ok());
   const KnownStream known = knownStream(1, 3, 10);
   const std::vector<std::string> names = {
@@ -472,7 +430,6 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                    "a centre would receive what it has merged"},
                   {"receive --rotate-every 1s -o x.mcap --for 5", 2, "has no unit"},
                   {"receive --view --overwrite", 2, "add -o or --map"},
-                  {"receive -o x.mcap" + at(server), 1, "without the right user"},
                   {"receive -o x.mcap --user a" + at(server),
                    1,
                    "refuses user 'a': wrong user or password"},

@@ -178,20 +178,6 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
   EXPECT_TRUE(hasPart(receiving.errors(), "/room: its outliers stay: "));
 }
 
-TEST_F(ProgramSiteState, AnEmptyMapReplacesNone)
-{
-  const NatsServer server;
-  const Bytes precious{'o', 'w', 'n'};
-  writeBytes(folder / "mine.ot", precious);
-  writeClouds("room", roomClouds(5));
-  Receiving receiving(
-      folder, "receive", at(server) + "--overwrite --map mine.ot --min-intensity 1e9");
-  expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
-  EXPECT_EQ(receiving.end(SIGINT), 1);
-  EXPECT_TRUE(hasPart(receiving.errors(), "the map is empty, and not written: "));
-  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
-}
-
 TEST_F(ProgramSiteState, AFullDiskLeavesTheMapWhole)
 {
   const NatsServer server;

@@ -23,23 +23,6 @@ using view::test::LiveClient;
 using view::test::LiveMessage;
 using view::test::request;
 
-std::string
-textOf(const std::string& path)
-{
-  const Bytes bytes = bytesOf(path);
-  return {bytes.begin(), bytes.end()};
-}
-
-Bytes
-framesOf(const KnownStream& stream, std::size_t begin, std::size_t end)
-{
-  Bytes bytes;
-  for (std::size_t i = begin; i < end; ++i)
-    bytes.insert(
-        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
-  return bytes;
-}
-
 Bytes
 fromBase64(const std::string& text)
 {
@@ -175,7 +158,7 @@ TEST_F(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)
   recordTwoStreams(folder / "x.mcap");
   const std::string script =
       "#!/bin/sh\necho \"$1\" > opened.part\nmv opened.part opened\n";
-  writeBytes(folder / "xdg-open", Bytes(script.begin(), script.end()));
+  writeText(folder / "xdg-open", script);
   fs::permissions(folder / "xdg-open", fs::perms::owner_all);
   const std::string path = "PATH=\"" + folder / "" + ":$PATH\" ";
   {
@@ -212,8 +195,7 @@ TEST_F(ProgramView, APageWithTheRecordingIsExported)
   const std::string name = "a&b<\"c'.pcxi";
   for (const std::size_t frames : {1u, 2u, 4u}) { // of several rests modulo 3
     record({knownStream(0, frames, 5)}, folder / name);
-    writeBytes(folder / "page.html",
-               Bytes(view_page, view_page + sizeof(view_page) - 1));
+    writeText(folder / "page.html", view_page);
     const ProgramRun result = expectRun(
         "view \"a&b<\\\"c'.pcxi\" --page page.html --export out.html --overwrite");
     EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
@@ -237,9 +219,8 @@ TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
   recordTwoStreams(folder / "x.mcap");
   recordFolder(folder, "bag");
   writeClouds("room", roomClouds(1));
-  const std::string nothing = "nothing";
-  writeBytes(folder / "empty.html", Bytes(nothing.begin(), nothing.end()));
-  writeBytes(folder / "page.html", Bytes(view_page, view_page + sizeof(view_page) - 1));
+  writeText(folder / "empty.html", "nothing");
+  writeText(folder / "page.html", view_page);
   fs::create_directory(folder / "empty");
   record({knownStream(0, 3, 5)}, folder / "large.pcxi");
   fs::resize_file(folder / "large.pcxi", 400'000'000);

@@ -86,8 +86,7 @@ private:
       const std::string path = folder / name;
       EXPECT_EQ(::mkfifo(path.c_str(), S_IRUSR | S_IWUSR), 0);
       file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-      writeBytes(folder / "page.html",
-                 Bytes(view_page, view_page + sizeof(view_page) - 1));
+      writeText(folder / "page.html", view_page);
     }
 
     std::string name;

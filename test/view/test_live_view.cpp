@@ -64,7 +64,7 @@ TEST(LiveView, MessagesAreThoseOfTheProtocol)
   server.end();
   EXPECT_EQ(client.next()->text, R"({"type":"end"})");
   LiveClient late(server.port());
-  EXPECT_NE(late.next()->text.find("streams"), std::string::npos);
+  EXPECT_TRUE(hasPart(late.next()->text, "streams"));
   EXPECT_EQ(late.next()->frame, frame);
   EXPECT_EQ(late.next()->stream, 1u);
   EXPECT_EQ(late.next()->text, R"({"type":"end"})");

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -59,23 +58,6 @@ TEST(Voxelizer, CountsAreThoseOfANaiveVoxelizer)
                   resolution * (0.5 + 1e-9));
       }
     }
-}
-
-TEST(Voxelizer, AFaceBelongsToTheVoxelAboveIt)
-{
-  Stream stream(settingsOf(0.25));
-  Cloud cloud;
-  std::map<LatticeIndex, float> expected;
-  for (int i = -8; i < 8; ++i) {
-    const float face = 0.25f * static_cast<float>(i);
-    cloud.push_back({face, 0.0f, 0.0f});
-    cloud.push_back({std::nextafter(face, infinity), -0.0f, 0.0f});
-    cloud.push_back({std::nextafter(face, -infinity), 0.0f, -0.0f});
-    expected[{i, 0, 0}] += 2.0f;
-    expected[{i - 1, 0, 0}] += 1.0f;
-  }
-  stream.add(cloud);
-  EXPECT_EQ(stream.values(), expected);
 }
 
 TEST(Voxelizer, TheFinestAndCoarsestVoxelsHoldTheirPoint)
@@ -202,17 +184,6 @@ TEST(Voxelizer, FarPointsAreCountedAndTakeNoMemory)
   EXPECT_EQ(metres.values().count({-1048576, 0, 0}), 1u);
   // The grid of 21 levels is an address space, not an array.
   EXPECT_LT(memory_use.largest(), 100000u);
-}
-
-TEST(Voxelizer, ABoxFarFromTheWorldsOriginHasOneOfItsOwn)
-{
-  IntensityCompressionSettings settings = settingsOf(0.01);
-  settings.bounding_box =
-      BoundingBox{{1e8, 1e8, 1e8}, {1e8 + 100, 1e8 + 100, 1e8 + 100}};
-  Stream stream(settings);
-  stream.add({{1e8f, 1e8f, 1e8f}, {0.0f, 0.0f, 0.0f}});
-  EXPECT_EQ(stream.statistics.points_used, 1u);
-  EXPECT_EQ(stream.statistics.points_outside_box, 1u);
 }
 
 // ---------------------------------------------------------------- the grid

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/point_view.h>
 
 #include "platforms/run_at_once.h"
+#include "support/point_views.h"
 #include "support/voxel_frames.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
@@ -26,28 +27,8 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 
-struct Point {
-  float x, y, z;
-  float intensity;
-  std::uint32_t colour;
-};
-
+using Point = ColouredPoint;
 using Cloud = std::vector<Point>;
-
-PointView
-viewOf(const Cloud& cloud)
-{
-  static const Point none{};
-  const Point& first = cloud.empty() ? none : cloud.front();
-  PointView view;
-  view.coordinates = &first.x;
-  view.coordinate_stride = view.intensity_stride = sizeof(Point);
-  view.intensities = &first.intensity;
-  view.colours = &first.colour;
-  view.colour_stride = sizeof(Point);
-  view.count = cloud.size();
-  return view;
-}
 
 /** \brief Points in a box, some of them not finite or very far, with intensities in
  * steps of 0.01, some of them not finite. */

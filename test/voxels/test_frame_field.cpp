@@ -58,6 +58,7 @@ TEST(FieldNumbers, WithAStepClampAndKeepWhatIsNotFinite)
     return result;
   };
   EXPECT_EQ(back(1.3f), 1.5f);
+  EXPECT_EQ(back(1.25f), 1.0f); // 2.5 steps, rounded to even
   EXPECT_EQ(back(-0.1f), 0.0f);
   EXPECT_EQ(back(1e30f), 0x1p51f);
   EXPECT_EQ(back(-1e30f), -0x1p51f);

@@ -1,13 +1,21 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "support/voxel_frames.h"
+#include "support/voxelized_stream.h"
+#include "voxels/grid_fit.h"
 
 #include <pcl/octree/octree_key.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
 #include <random>
+#include <set>
 #include <vector>
 
 namespace {
@@ -74,6 +82,148 @@ TEST(VoxelGrid, NeedsDoublesBeyondTheLatticeOfTheWorldsOrigin)
       EXPECT_TRUE(grid.needsDoubles());
     }
   }
+}
+
+TEST(GridFit, HoldsTheRangeInItsMiddle)
+{
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 2000; ++i) {
+    LatticeRange range;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t extent = std::int64_t{1} << random() % 21;
+      const std::int64_t lowest =
+          static_cast<std::int64_t>(random() % (2 * lattice_end)) - lattice_end;
+      range.lowest[axis] = static_cast<std::int32_t>(lowest);
+      range.highest[axis] =
+          static_cast<std::int32_t>(std::min(lowest + extent, lattice_end - 1));
+    }
+    VoxelGrid lattice;
+    lattice.resolution = 0.5;
+    const VoxelGrid grid = fitGrid(lattice, range);
+    EXPECT_FALSE(leavesLattice(grid));
+    EXPECT_TRUE(containsRange(grid, range));
+    std::int64_t widest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t below = range.lowest[axis] - grid.first_index[axis];
+      const std::int64_t above =
+          grid.first_index[axis] + grid.size() - 1 - range.highest[axis];
+      widest =
+          std::max<std::int64_t>(widest, range.highest[axis] - range.lowest[axis] + 1);
+      const bool at_end = grid.first_index[axis] == -lattice_end ||
+                          grid.first_index[axis] + grid.size() == lattice_end;
+      EXPECT_TRUE(at_end || std::abs(below - above) <= 1);
+    }
+    EXPECT_GE(grid.size(), widest);
+    EXPECT_TRUE(grid.depth == 1 || grid.size() < 2 * widest) << "a level too many";
+  }
+}
+
+/** \brief A frame of random voxels, the outermost of the grid among them. */
+VoxelFrame
+randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
+{
+  std::mt19937_64 random(seed);
+  const std::uint64_t key_end = std::uint64_t{1} << (3 * depth);
+  std::set<std::uint64_t> keys{0, key_end - 1};
+  for (std::size_t i = 0; i < voxels; ++i)
+    keys.insert(random() % key_end);
+  VoxelFrame frame;
+  frame.grid.resolution = static_cast<double>(uniform(random, 0.001, 1.0));
+  frame.grid.depth = depth;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    frame.grid.first_index[axis] =
+        static_cast<std::int32_t>(random() % 2000000) - 1000000;
+    frame.grid.origin[axis] = static_cast<double>(uniform(random, -3.0, 3.0));
+  }
+  frame.intensity_scale = {uniform(random, -10.0, 10.0), uniform(random, 0.1, 2.0), 16};
+  frame.keys.assign(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < frame.keys.size(); ++i)
+    frame.intensities.push_back(static_cast<std::uint16_t>(random()));
+  return frame;
+}
+
+void
+expectCentres(const VoxelFrame& frame)
+{
+  std::size_t next = 0;
+  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    ASSERT_LT(next, frame.size());
+    // To the last bit.
+    ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next));
+    ASSERT_EQ(intensity, frame.intensity_scale.value(frame.intensities[next]));
+    ++next;
+  });
+  EXPECT_EQ(next, frame.size());
+}
+
+TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
+{
+  for (unsigned int depth = 1; depth <= max_grid_depth; ++depth)
+    for (const std::size_t voxels : {0u, 1u, 61u, 62u, 63u, 64u, 500u})
+      expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
+}
+
+// Frames with at least three voxels for each position along an axis are looked up in
+// tables, in grids of up to nine levels.
+TEST(VoxelCentres, AreTheSameByTables)
+{
+  for (unsigned int depth = 1; depth <= 11; ++depth)
+    for (const unsigned int bits : {1u, 6u, 8u, 9u})
+      for (const std::size_t voxels : {100u, 7000u}) {
+        VoxelFrame frame = randomFrame(depth * 100 + bits, depth, voxels);
+        frame.intensity_scale.bits = bits;
+        for (std::uint16_t& symbol : frame.intensities)
+          symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+        ASSERT_TRUE(isConsistent(frame));
+        expectCentres(frame);
+      }
+}
+
+TEST(VoxelCentres, HaveNoIntensityInAFrameWithoutIntensities)
+{
+  VoxelFrame frame = randomFrame(3, 6, 2000);
+  frame.intensity_scale.bits = 0;
+  frame.intensities.clear();
+  ASSERT_TRUE(isConsistent(frame));
+  std::size_t next = 0;
+  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next++));
+    ASSERT_EQ(intensity, 0.0f);
+  });
+  EXPECT_EQ(next, frame.size());
+}
+
+TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
+{
+  for (const IntensityScale& scale :
+       std::vector<IntensityScale>{{-7.5f, 0.25f, 1, 40000},
+                                   {1.0f, 1.0f, 4, 254},
+                                   {0.5f, 2.0f, 4, 300},
+                                   {0.5f, 2.0f, 8, 300},
+                                   {-largest, largest / 100.0f, 8, 40000},
+                                   {0.0f, 1.0f, 9, 40000},
+                                   {-7.5f, 0.25f, 15, 65535}}) {
+    for (const std::size_t voxels : {100u, 1000u}) { // fewer than symbols, or more
+      VoxelFrame frame = randomFrame(2 + scale.bits, 5, voxels);
+      frame.intensity_scale = scale;
+      for (std::uint16_t& symbol : frame.intensities)
+        symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
+      ASSERT_TRUE(isConsistent(frame));
+      expectCentres(frame);
+    }
+  }
+}
+
+TEST(VoxelCentres, IntensitiesStayWithinTheFloats)
+{
+  VoxelFrame frame = randomFrame(1, 5, 600);
+  frame.intensity_scale = {-largest, largest / 100.0f, 16};
+  expectCentres(frame);
+  // By tables.
+  frame.intensity_scale.bits = 8;
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol &= 255;
+  expectCentres(frame);
 }
 
 } // namespace

@@ -55,7 +55,7 @@ struct PublisherStatistics {
  * // each frame:
  * if (requests.take())
  *   encoder.requestIFrame();
- * encoder.encode(voxels, std::nullopt, bytes);
+ * encoder.encode(cloud, sensor_to_world, bytes); // a nodes::SensorNode
  * requests.countFrame();
  * status = publisher.publish(stream, time, bytes.data(), bytes.size());
  * \endcode

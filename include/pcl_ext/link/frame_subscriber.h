@@ -104,10 +104,16 @@ struct SubscriberStatistics {
  * settings.link.servers = "nats://centre:4222";
  * settings.link.site = "cell";
  * pcl_ext::link::FrameSubscriber subscriber(settings);
- * auto status = subscriber.connect();
+ * if (const auto status = subscriber.connect(); !status.ok())
+ *   return fail(status.message());
  * pcl_ext::link::LinkFrame frame;
- * while ((status = subscriber.next(frame, std::chrono::seconds(1))).ok())
- *   std::cout << frame.stream << ' ' << frame.bytes.size() << '\n';
+ * for (;;) {
+ *   const auto status = subscriber.next(frame, std::chrono::seconds(1));
+ *   if (status.ok())
+ *     std::cout << frame.stream << ' ' << frame.bytes.size() << '\n';
+ *   else if (status.code() != pcl_ext::link::LinkCode::NoFrame)
+ *     return fail(status.message());
+ * }
  * \endcode
  */
 class PCL_EXT_LINK_EXPORT FrameSubscriber {

@@ -88,7 +88,10 @@ struct ReceivedFrame {
   /** \brief Ok, with a warning where points of a scan are left out as they have no voxel;
    * or why there are no voxels. */
   const io::CompressionStatus& status;
-  const io::VoxelFrame& voxels; ///< denoised; empty unless the status is Ok
+  /** \brief Returns the denoised voxels; empty unless the status is Ok. The listener may
+   * call it, which takes time where the frame tells changes only. Throws std::bad_alloc
+   * without memory for them. */
+  const std::function<const io::VoxelFrame&()>& voxels;
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief True to request an I-frame from the sender of the stream, by CloudSender,

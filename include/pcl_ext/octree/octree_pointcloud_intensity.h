@@ -88,7 +88,10 @@ struct IsOctreeOfLibrary
  * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud; or with decoded
  * voxels: addVoxels. Points whose type has no field `intensity` count with intensity 1.
  * Without a bounding box the voxels begin at multiples of their edge, as those of the
- * compression do, so that OctreePointCloudIntensityCompression::encodeOctree moves none.
+ * compression do but for clouds whose coordinates are such multiples
+ * (EncoderSettings::use_coordinate_step), so that
+ * OctreePointCloudIntensityCompression::encodeOctree moves none. Of a point on a face PCL
+ * rounds which of the two voxels has it.
  *
  * The library has the functions of PCL's base classes for PCL_XYZ_POINT_TYPES with
  * IntensityLeaf. A program with a point type, leaf or branch of its own includes
@@ -127,9 +130,12 @@ public:
   getLeafAtPoint(const PointT& point) const
   {
     // PCL does not check that a point is inside the box; the key of one outside may be
-    // that of another voxel.
-    return this->isPointWithinBoundingBox(point) ? this->findLeafAtPoint(point)
-                                                 : nullptr;
+    // that of another voxel. To PCL a point of NaN is inside.
+    const bool is_finite =
+        std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+    return is_finite && this->isPointWithinBoundingBox(point)
+               ? this->findLeafAtPoint(point)
+               : nullptr;
   }
 
   /** \brief Voxel intensity I_v at a point: the sum of the intensities of the points in

@@ -306,7 +306,7 @@ private:
       auto message = std::make_unique<sensor_msgs::msg::PointCloud2>();
       message->header.stamp = rclcpp::Time(frame.stamp.count());
       message->header.frame_id = global_frame_;
-      pcl_ext::nodes::writeVoxels(frame.voxels, *message);
+      pcl_ext::nodes::writeVoxels(frame.voxels(), *message);
       stream->voxels().publish(std::move(message));
     }
   }

@@ -53,16 +53,27 @@ likelyCells(const Block& block, unsigned int octant)
   return recently_changed != 0 ? recently_changed : octantOf(block.cells, octant);
 }
 
-/** \brief The block after a frame. */
+/** \brief The block after a frame that does not change it. */
 constexpr Block
-nextBlock(const Block& block, std::uint64_t cells, std::uint64_t changed)
+sameBlock(const Block& block)
 {
-  const auto change_history =
-      static_cast<std::uint8_t>(block.change_history << 1 | isNotZero(changed));
+  const auto change_history = static_cast<std::uint8_t>(block.change_history << 1);
+  return {block.key,
+          block.cells,
+          change_history == 0 ? 0 : block.recently_changed,
+          change_history,
+          block.voxels};
+}
+
+/** \brief The block after a frame that changes it. */
+inline Block
+changedBlock(const Block& block, std::uint64_t cells)
+{
   return {block.key,
           cells,
-          change_history == 0 ? 0 : block.recently_changed | (cells ^ block.cells),
-          change_history};
+          block.recently_changed | (cells ^ block.cells),
+          static_cast<std::uint8_t>(block.change_history << 1 | 1),
+          static_cast<std::uint8_t>(bitCount(cells))};
 }
 
 /** \brief Lists the voxels of a frame that is known by its blocks. */
@@ -136,7 +147,11 @@ ChangeCoder::collectBlocks()
   last_.blocks.clear();
   reserveAhead(last_.blocks, now_.size());
   for (std::size_t i = 0; i < now_.size(); ++i)
-    last_.blocks.push_back({now_.keys[i], now_.masks[i], 0, 0});
+    last_.blocks.push_back({now_.keys[i],
+                            now_.masks[i],
+                            0,
+                            0,
+                            static_cast<std::uint8_t>(bitCount(now_.masks[i]))});
   last_keys_.clear();
 }
 
@@ -157,7 +172,7 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
     const std::uint64_t was = last_.blocks[i].cells;
     changed_[i] = was ^ cells;
     gone_[i] = was & ~cells;
-    const std::size_t voxels = bitCount(was);
+    const std::size_t voxels = last_.blocks[i].voxels;
     const bool has_symbols = frame.hasIntensities() && (was & cells) != 0;
     const std::uint16_t* old_symbol = has_symbols ? &last_.symbols[before] : nullptr;
     const std::uint16_t* symbol =
@@ -172,7 +187,7 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
         symbol += (cells & cell) != 0 ? 1 : 0;
         old_symbol += (was & cell) != 0 ? 1 : 0;
       }
-    changes += bitCount(changed_[i]);
+    changes += changed_[i] != 0 ? bitCount(changed_[i]) : 0;
   };
   divideBlocks(last_.blocks,
                now_.keys.data(),
@@ -230,42 +245,24 @@ ChangeCoder::listVoxels(CodingWorkspace& memory, VoxelFrame& frame) const
 }
 
 void
-ChangeCoder::listChanges(CodingWorkspace& memory,
-                         VoxelFrame& gone,
-                         VoxelFrame& came) const
+ChangeCoder::listChanges(VoxelFrame& gone, VoxelFrame& came) const
 {
-  const fast::FrameBlocks& blocks = memory.fast().frame;
   gone.clearVoxels();
   came.clearVoxels();
-  std::size_t before = 0; // voxels of the last frame
-  std::size_t now = 0;    // voxels of the frame
-  const Block* next = next_.blocks.data();
-  const auto list_old = [&](std::size_t i) {
-    const Block& block = last_.blocks[i];
-    std::uint64_t cells = block.cells;
-    if (changed_[i] != 0) {
-      // Its change history is not 0, so that the frame has it, too.
-      while (next->key != block.key)
-        ++next;
-      cells = next->cells;
-      appendCells(block.key,
-                  changed_[i] & block.cells,
-                  block.cells,
-                  last_.symbols,
-                  before,
-                  gone);
-      appendCells(block.key, changed_[i] & cells, cells, next_.symbols, now, came);
-    }
-    before += bitCount(block.cells);
-    now += bitCount(cells);
-  };
-  const auto list_new = [&](std::size_t j, std::size_t) {
-    const std::uint64_t cells = blocks.new_masks[j];
-    appendCells(blocks.new_keys[j], cells, cells, next_.symbols, now, came);
-    now += bitCount(cells);
-    return true;
-  };
-  walkSideBySide(last_.blocks, blocks.new_keys, list_old, list_new);
+  for (const ChangedBlock& block : changed_blocks_) {
+    appendCells(block.key,
+                block.changed & block.cells_before,
+                block.cells_before,
+                last_.symbols,
+                block.first_before,
+                gone);
+    appendCells(block.key,
+                block.changed & block.cells,
+                block.cells,
+                next_.symbols,
+                block.first,
+                came);
+  }
 }
 
 void
@@ -391,6 +388,7 @@ ChangeCoder::codeSymbols(Coder& coder,
                                 last_.symbols,
                                 next_.symbols,
                                 next_.voxel_count);
+  changed_blocks_.clear();
   bool is_valid = true;
   std::size_t before = 0; // voxels of the last frame
   Block* next = next_.blocks.data();
@@ -398,6 +396,7 @@ ChangeCoder::codeSymbols(Coder& coder,
                               std::uint64_t changed,
                               std::uint64_t gone) {
     std::uint64_t cells = block.cells ^ changed;
+    const std::size_t first = symbols.voxelOf(before);
     for (std::uint64_t left = changed; left != 0; left &= left - 1) {
       const std::uint64_t cell = left & (~left + 1);
       is_valid &= symbols.copyUntil(before + bitCount(block.cells & (cell - 1)));
@@ -413,18 +412,26 @@ ChangeCoder::codeSymbols(Coder& coder,
       if (!is_valid)
         return;
     }
-    before += bitCount(block.cells);
-    *next = nextBlock(block, cells, changed);
-    next += isNotZero(next->cells | next->change_history);
+    if (Coder::is_decoder)
+      changed_blocks_.push_back(
+          {block.key, block.cells, cells, changed, before, first});
+    before += block.voxels;
+    *next++ = changedBlock(block, cells);
   };
   const auto code_old = [&](std::size_t i) {
-    if (is_valid)
-      code_block(last_.blocks[i], changed_[i], Coder::is_decoder ? 0 : gone_[i]);
+    const Block& block = last_.blocks[i];
+    if (changed_[i] == 0) {
+      before += block.voxels;
+      *next = sameBlock(block);
+      next += isNotZero(next->cells | next->change_history);
+    }
+    else if (is_valid)
+      code_block(block, changed_[i], Coder::is_decoder ? 0 : gone_[i]);
   };
   const auto code_new = [&](std::size_t j, std::size_t i) {
     if (i != not_in_list || !is_valid)
       return false;
-    code_block({blocks.new_keys[j], 0, 0, 0}, blocks.new_masks[j], 0);
+    code_block({blocks.new_keys[j], 0, 0, 0, 0}, blocks.new_masks[j], 0);
     return is_valid;
   };
   if (!walkSideBySide(last_.blocks, blocks.new_keys, code_old, code_new) || !is_valid ||
@@ -454,6 +461,7 @@ ChangeCoder::releaseMemory()
   gone_ = std::vector<std::uint64_t>();
   octant_contexts_ = std::vector<std::uint8_t>();
   octant_symbols_ = std::vector<std::uint8_t>();
+  changed_blocks_ = std::vector<ChangedBlock>();
   last_.blocks.shrink_to_fit();
   last_.symbols.shrink_to_fit();
 }

@@ -88,12 +88,11 @@ public:
   listVoxels(CodingWorkspace& memory, VoxelFrame& frame) const;
 
   /** \brief Lists how the frame that was decoded differs from the last one.
-   * \param[in] memory of decode()
    * \param[out] gone voxels of the last frame
    * \param[out] came voxels of the frame that was decoded
    */
   void
-  listChanges(CodingWorkspace& memory, VoxelFrame& gone, VoxelFrame& came) const;
+  listChanges(VoxelFrame& gone, VoxelFrame& came) const;
 
   /** \brief Sets the voxels of a frame to those of the last one, which there has to
    * be. */
@@ -137,6 +136,16 @@ private:
   void
   collectBlocks();
 
+  /** \brief A block that a frame changes. */
+  struct ChangedBlock {
+    std::uint64_t key;
+    std::uint64_t cells_before;
+    std::uint64_t cells;
+    std::uint64_t changed;
+    std::size_t first_before; ///< its first voxel in the last frame
+    std::size_t first;        ///< in the frame
+  };
+
   bool has_last_frame_ = false;
   /** \brief The last frame if it was copied and no frame referred to it, else empty;
    * most streams need no more. */
@@ -156,6 +165,7 @@ private:
   std::vector<std::uint64_t> gone_;    ///< of these, those that vanish; encoder only
   std::vector<std::uint8_t> octant_contexts_;
   std::vector<std::uint8_t> octant_symbols_;
+  std::vector<ChangedBlock> changed_blocks_; ///< ascending; decoder only
 };
 
 } // namespace changes

@@ -121,6 +121,16 @@ public:
     return next >= 0 && next <= highest_;
   }
 
+  /** \brief Which of the frame's voxels the next one of the last frame is, before whose
+   * block nothing else changes.
+   * \param[in] last_voxel up to which nothing was coded
+   */
+  std::size_t
+  voxelOf(std::size_t last_voxel) const
+  {
+    return voxel_ + last_voxel - copied_;
+  }
+
   /** \brief Number of the frame's voxels so far. */
   std::size_t
   voxelCount() const

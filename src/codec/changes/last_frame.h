@@ -18,6 +18,7 @@ struct Block {
   std::uint64_t recently_changed; ///< cells that appeared or vanished lately
   std::uint8_t change_history;    ///< a bit for each of the last frames, the last one
                                   ///< lowest: 1 where the block changed
+  std::uint8_t voxels;            ///< number of occupied cells
 };
 
 /** \brief What a frame of changes refers to (doc/bitstream_changes.md, "Last frame").

@@ -18,14 +18,14 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-constexpr unsigned int depth = 2;
-constexpr unsigned int bits = 9;
+constexpr unsigned int first_depth = 2;
+constexpr unsigned int first_bits = 9;
 
 VoxelFrame
 frameOfSymbols(const std::vector<std::uint64_t>& keys,
                const std::vector<std::uint16_t>& symbols)
 {
-  VoxelFrame frame = emptyFrame(depth, bits);
+  VoxelFrame frame = emptyFrame(first_depth, first_bits);
   frame.keys = keys;
   frame.intensities = symbols;
   return frame;
@@ -40,8 +40,8 @@ const VoxelFrame first = frameOfSymbols({1, 3, 4}, {200, 100, 50});
 bool
 isTaken(const VoxelFrame& next,
         std::size_t count,
-        unsigned int grid_depth = depth,
-        unsigned int symbol_bits = bits)
+        unsigned int grid_depth = first_depth,
+        unsigned int symbol_bits = first_bits)
 {
   CodingWorkspace memory;
   changes::ChangeCoder encoder;
@@ -77,15 +77,15 @@ TEST(ChangeCoder, RefusesVoxelsOutsideOfTheGrid)
 {
   const VoxelFrame next = frameOfSymbols({1, 3, 4, 9}, {200, 100, 50, 1});
   EXPECT_TRUE(isTaken(next, 4));
-  EXPECT_FALSE(isTaken(next, 4, depth - 1));
+  EXPECT_FALSE(isTaken(next, 4, first_depth - 1));
 }
 
 TEST(ChangeCoder, RefusesSymbolsBeyondTheScale)
 {
-  EXPECT_TRUE(isTaken(frameOfSymbols({1, 3, 4}, {255, 100, 50}), 3, depth, 8));
+  EXPECT_TRUE(isTaken(frameOfSymbols({1, 3, 4}, {255, 100, 50}), 3, first_depth, 8));
   const VoxelFrame above = frameOfSymbols({1, 3, 4}, {256, 100, 50});
   EXPECT_TRUE(isTaken(above, 3));
-  EXPECT_FALSE(isTaken(above, 3, depth, 8));
+  EXPECT_FALSE(isTaken(above, 3, first_depth, 8));
 }
 
 } // namespace

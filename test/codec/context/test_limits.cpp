@@ -1,19 +1,88 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+
+/** \file
+ * \brief Ends of the numbers that history, mixing and expectations have, which streams
+ * hardly reach.
+ */
+#include "codec/context/bit_mixer.h"
+#include "codec/context/history.h"
 #include "codec/context/local_expectation.h"
+#include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <random>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::context;
+using pcl_ext::io::test::below;
+
+TEST(ContextHistory, ForgetsVoxelsBelowTheThreshold)
+{
+  // A voxel comes and goes at random until its probability is 1000 or 999, which golden
+  // streams do not reach.
+  std::mt19937_64 random(7);
+  BlockList with;
+  with.assign({7});
+  const BlockList without;
+  std::map<std::uint32_t, int> seen;
+  for (int stream = 0; stream < 20000; ++stream) {
+    History history;
+    history.clear(8);
+    history.update(with, {5}, nullptr, false);
+    std::uint32_t probability = 26000;
+    for (int age = 0; age < 60 && probability >= 1000; ++age) {
+      const unsigned int shift = age < 2 ? 1 : age < 5 ? 2 : age < 10 ? 3 : 4;
+      if (below(random, 8) == 0) {
+        probability += (65535 - probability) >> shift;
+        history.update(with, {5}, nullptr, false);
+      }
+      else {
+        probability -= probability >> shift;
+        history.update(without, {}, nullptr, false);
+      }
+      ASSERT_EQ(history.recordCount(), probability >= 1000 ? 1u : 0u);
+      ++seen[probability];
+    }
+  }
+  EXPECT_GT(seen[1000], 0);
+  EXPECT_GT(seen[999], 0);
+}
+
+TEST(BitMixer, WeightsStayWithinEight)
+{
+  constexpr std::int32_t heaviest = 8 << 16;
+  const std::array<std::int32_t, 2> stretched{2047, -2047};
+  std::array<std::int32_t, 2> weights{};
+  for (int i = 0; i < 1000; ++i)
+    adaptWeights(weights.data(), stretched, 65000);
+  EXPECT_EQ(weights[0], heaviest);
+  EXPECT_EQ(weights[1], -heaviest);
+  for (int i = 0; i < 1000; ++i)
+    adaptWeights(weights.data(), stretched, -65000);
+  EXPECT_EQ(weights[0], -heaviest);
+  EXPECT_EQ(weights[1], heaviest);
+  EXPECT_EQ(mix(weights.data(), stretched), -2 * 8 * 2047);
+}
+
+TEST(BitMixer, MixedNumbersAreHeldWithinTheTable)
+{
+  const LogisticTables& tables = logisticTables();
+  EXPECT_EQ(tables.squash(2048), tables.squash(2047));
+  EXPECT_EQ(tables.squash(-16 * 2047), tables.squash(-2047));
+  EXPECT_EQ(tables.squash(2047) + tables.squash(-2047), 1 << 16);
+  EXPECT_GT(tables.squash(-2047), 0);
+}
 
 TEST(LocalExpectation, LogarithmsOfAllSymbols)
 {

@@ -1,0 +1,116 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "nodes/pending_changes.h"
+
+#include <cstdint>
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+void
+append(const io::VoxelFrame& from, std::size_t voxel, io::VoxelFrame& frame)
+{
+  frame.keys.push_back(from.keys[voxel]);
+  if (from.hasIntensities())
+    frame.intensities.push_back(from.intensities[voxel]);
+  if (from.colour_bits > 0)
+    frame.colours.push_back(from.colours[voxel]);
+}
+
+/** \brief Sets a frame to the voxels of `above`, and to those of `below` of which
+ * neither `above` nor `hidden` has the key. All are of one grid and scale. */
+void
+overlay(const io::VoxelFrame& above,
+        const io::VoxelFrame& hidden,
+        const io::VoxelFrame& below,
+        io::VoxelFrame& frame)
+{
+  frame.clearVoxels();
+  frame.grid = above.grid;
+  frame.intensity_scale = above.intensity_scale;
+  frame.depth_model = above.depth_model;
+  frame.colour_bits = above.colour_bits;
+  std::size_t i = 0;
+  std::size_t j = 0;
+  for (std::size_t voxel = 0; voxel < below.size(); ++voxel) {
+    const std::uint64_t key = below.keys[voxel];
+    while (i < above.size() && above.keys[i] < key)
+      append(above, i++, frame);
+    while (j < hidden.size() && hidden.keys[j] < key)
+      ++j;
+    const bool is_above = i < above.size() && above.keys[i] == key;
+    const bool is_hidden = j < hidden.size() && hidden.keys[j] == key;
+    if (!is_above && !is_hidden)
+      append(below, voxel, frame);
+  }
+  while (i < above.size())
+    append(above, i++, frame);
+}
+
+std::size_t
+capacityBytes(const io::VoxelFrame& frame)
+{
+  return frame.keys.capacity() * sizeof(frame.keys[0]) +
+         frame.intensities.capacity() * sizeof(frame.intensities[0]) +
+         frame.colours.capacity() * sizeof(frame.colours[0]);
+}
+
+} // namespace
+
+void
+PendingChanges::begin(std::size_t frame) noexcept
+{
+  begin_ = frame;
+  frames_ = 0;
+}
+
+void
+PendingChanges::add(io::VoxelChanges& changes)
+{
+  if (!areKept())
+    return;
+  if (changes.is_from_nothing || ++frames_ > most_frames)
+    end();
+  else if (frames_ == 1)
+    std::swap(changes_, changes);
+  else
+    join(changes);
+}
+
+/** \brief Sets the changes to the difference between the frame before them and that after
+ * the next ones. */
+void
+PendingChanges::join(const io::VoxelChanges& next)
+{
+  // What was before both, and is after both, of the voxels that either has.
+  const bool is_one_grid_first = changes_.areOfOneGrid();
+  if (is_one_grid_first)
+    overlay(changes_.gone, changes_.came, next.gone, before_);
+  const bool is_one_grid_next = next.areOfOneGrid();
+  if (is_one_grid_next)
+    overlay(next.came, next.gone, changes_.came, after_);
+  io::findChanges(is_one_grid_first ? before_ : changes_.gone,
+                  is_one_grid_next ? after_ : next.came,
+                  joined_);
+  std::swap(changes_, joined_);
+}
+
+void
+PendingChanges::take(std::size_t frame, io::VoxelChanges& changes)
+{
+  std::swap(changes_, changes);
+  begin(frame);
+}
+
+std::size_t
+PendingChanges::bytes() const
+{
+  return capacityBytes(changes_.gone) + capacityBytes(changes_.came) +
+         capacityBytes(joined_.gone) + capacityBytes(joined_.came) +
+         capacityBytes(before_) + capacityBytes(after_);
+}
+
+} // namespace nodes
+} // namespace pcl_ext
