@@ -7,8 +7,7 @@
 #include <pcl/register_point_struct.h>
 #include <pcl/types.h>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup common
  * @{ */
@@ -26,8 +25,7 @@ struct EIGEN_ALIGN16 PointXYZRGBI {
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(pcl_ext::PointXYZRGBI,
                                   (float, x, x)(float, y, y)(float, z, z)(

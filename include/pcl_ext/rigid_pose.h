@@ -6,8 +6,7 @@
 
 #include <Eigen/Geometry>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup common
  * @{ */
@@ -31,5 +30,4 @@ isRigid(const io::SensorPose& pose);
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -9,8 +9,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup common
  * @{ */
@@ -200,5 +199,4 @@ using CompressionStatus = Status<CompressionCode>;
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -26,7 +26,8 @@
       PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR, PCL_EXT_VERSION_PATCH)
 
 /** \brief Inline namespace of all names: libraries whose binary interfaces differ have
- * other symbols, so that one of them is never taken for another. */
+ * other symbols, so that one of them is never taken for another. Files write
+ * `namespace pcl_ext::PCL_EXT_ABI::io {`; programs need it only to add to a namespace. */
 #define PCL_EXT_ABI PCL_EXT_ABI_OF_VERSION(PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR)
 #define PCL_EXT_ABI_OF_VERSION(major, minor) PCL_EXT_ABI_OF_NUMBERS(major, minor)
 #define PCL_EXT_ABI_OF_NUMBERS(major, minor) v##major##_##minor
@@ -36,15 +37,6 @@ inline namespace PCL_EXT_ABI {
 
 /** \addtogroup common
  * @{ */
-
-// `namespace pcl_ext { namespace io {` continues these, also in a program: include it
-// first.
-namespace detail {}
-namespace io {}
-namespace nodes {}
-namespace octree {}
-namespace recording {}
-namespace view {}
 
 /** \brief PCL_EXT_VERSION_TEXT of the library that is loaded. */
 PCL_EXT_CODEC_EXPORT const char*

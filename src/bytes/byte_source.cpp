@@ -9,8 +9,7 @@
 #include <ios>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::uint64_t
 ByteSource::varint()
@@ -115,5 +114,4 @@ ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief A stream buffer over bytes that it does not own. */
 class MemoryBuffer : public std::streambuf {
@@ -200,5 +199,4 @@ private:
   std::vector<std::uint8_t>* record_ = nullptr;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstring>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Appends little-endian numbers to a vector of bytes. */
 class ByteWriter {
@@ -99,5 +98,4 @@ private:
   std::vector<std::uint8_t>& bytes_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

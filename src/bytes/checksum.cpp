@@ -5,8 +5,7 @@
 
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::uint32_t
 chainedChecksum(std::uint32_t reference_checksum,
@@ -25,5 +24,4 @@ chainedChecksum(std::uint32_t reference_checksum,
   return static_cast<std::uint32_t>(checksum);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

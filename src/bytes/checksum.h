@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief CRC-32 (ISO-HDLC) of a checksum followed by bytes, which chains frames.
  * \param[in] reference_checksum four bytes, little-endian
@@ -19,5 +18,4 @@ chainedChecksum(std::uint32_t reference_checksum,
                 const std::uint8_t* bytes,
                 std::size_t size);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <limits>
 #include <string>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief A number with the fewest digits, at least six, from which it is read again:
  * fewer would show one that is just out of its range as the end of the range.
@@ -48,5 +47,4 @@ roundedUp(double number)
   return std::ceil(number / unit) * unit;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -7,8 +7,7 @@
 #include <unistd.h>
 #endif
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -49,5 +48,4 @@ machineMemory()
   return of_group > 0 ? std::min(bytes, of_group) : bytes;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,13 +5,11 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Memory that the program can have, bytes: that of the machine, or of its control
  * group on Linux if that is less; 4 GiB where it is not known. */
 std::uint64_t
 machineMemory();
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Limits how many bytes are read again after failed frames, so that the time to
  * search n bytes is O(n) for any content.
@@ -48,5 +47,4 @@ private:
   std::size_t left_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

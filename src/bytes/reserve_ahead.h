@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Reserves capacity for at least this many elements. If that needs an
  * allocation, a quarter more is reserved, so that the growing frames of a stream soon
@@ -31,5 +30,4 @@ ensureSize(Vector& vector, std::size_t size)
     vector.resize(size + std::min(size / 4, std::size_t{1} << 16));
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

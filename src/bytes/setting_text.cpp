@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 SettingText
 SettingText::of(const std::string& message)
@@ -44,5 +43,4 @@ SettingText::withIds() const
   return with([](const std::string& id) { return id; });
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -165,5 +164,4 @@ DepthSplit::observe(const std::vector<std::uint16_t>& base_symbols,
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Prediction for a voxel with a depth model, from previous frames. */
 struct DepthPrediction {
@@ -123,5 +122,4 @@ private:
   std::vector<std::uint8_t> point_classes_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

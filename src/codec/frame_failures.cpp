@@ -3,8 +3,7 @@
 
 #include <pcl_ext/compression/voxel_grid.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -96,5 +95,4 @@ checkResolution(double resolution)
   return corruptFrame("resolution outside 1e-6 to 1e6 m");
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 CompressionStatus
 corruptFrame(const std::string& what);
@@ -64,5 +63,4 @@ checkVoxelCount(std::uint64_t count,
 CompressionStatus
 checkResolution(double resolution);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -62,5 +61,4 @@ fewestBytes(const FrameCounts& counts)
        bytes_for(counts.field_values, free_values, values_of_byte)});
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The most blocks that a frame may have, as indices of cells in the history have
  * 32 bits. */
@@ -63,5 +62,4 @@ struct FrameCounts {
 std::uint64_t
 fewestBytes(const FrameCounts& counts);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

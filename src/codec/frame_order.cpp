@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/frame_order.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 bool
 FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
@@ -51,5 +50,4 @@ FrameOrder::decoded(std::uint32_t number,
     first_ = known;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

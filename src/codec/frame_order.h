@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Detects late and repeated frames of a stream. They are dropped, as the
  * successors of the last frame would lack their reference if a late I-frame were
@@ -83,5 +82,4 @@ private:
   bool has_input_ended_ = false; // since the last decoded frame
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The part of the history in a frame. */
 enum class HistoryPart {
@@ -233,5 +232,4 @@ private:
   unsigned int pause_left_ = 0; // of it
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

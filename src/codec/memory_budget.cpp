@@ -11,8 +11,7 @@
 #include <mutex>
 #endif
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -183,5 +182,4 @@ MemoryShare::end(std::size_t bytes) noexcept
     budget_->implementation_->end(*entry_, bytes);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <functional>
 #include <memory>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What one user of a MemoryBudget keeps, as a decoder its history. */
 class PCL_EXT_CODEC_EXPORT MemoryShare {
@@ -41,5 +40,4 @@ private:
   std::unique_ptr<Entry> entry_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include "codec/context/payload.h"
 #include "codec/fast/payload.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 CodingWorkspace::CodingWorkspace() = default;
 CodingWorkspace::~CodingWorkspace() = default;
@@ -78,5 +77,4 @@ PayloadCoders::clear() noexcept
     coder.reset();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace fast {
 struct Workspace;
@@ -201,5 +200,4 @@ private:
   std::array<std::unique_ptr<PayloadCoder>, 3> coders_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Bits of a symbol, which is the number of points itself. What a number has
  * beyond the highest symbol is coded after the symbols. */
@@ -50,5 +49,4 @@ pointSymbolsOf(const std::vector<std::uint32_t>& counts,
       });
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -15,8 +15,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 namespace {
@@ -310,5 +309,4 @@ CloudStreams::showStatistics(const char* title) const
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,15 +12,13 @@
 
 #if PCL_EXT_USES_INSTANCES
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 template class OctreePointCloudIntensityCompression<pcl::PointXYZ>;
 template class OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 template class OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
 template class OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io
 
 #endif

@@ -5,8 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 namespace {
@@ -136,5 +135,4 @@ octreeBox(const VoxelGrid& grid)
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 void
@@ -62,5 +61,4 @@ PointFields::set(const VoxelFrame& frame, void* points, std::size_t stride) cons
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include "filters/cloud_outliers.h"
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 OutlierRemovalStatus
 removeOutliers(pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal)
@@ -20,5 +19,4 @@ removeOutliers(pcl::PCLPointCloud2& cloud, PointOutlierRemoval& removal)
   return status;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

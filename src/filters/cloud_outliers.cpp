@@ -8,8 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 std::size_t
 CloudOutliers::offsetOf(const pcl::PCLPointCloud2& cloud, std::size_t point) const
@@ -135,5 +134,4 @@ CloudOutliers::erase(pcl::PCLPointCloud2& cloud) const
   cloud.data.resize(cloud.row_step);
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

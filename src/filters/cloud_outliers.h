@@ -8,8 +8,7 @@
 
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Finds noise in the air in the clouds of a lidar. */
 class CloudOutliers {
@@ -53,5 +52,4 @@ private:
   std::vector<float> log_odds_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -5,8 +5,7 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 bool
 isOfLidar(const pcl::PCLPointCloud2& cloud)
@@ -18,5 +17,4 @@ isOfLidar(const pcl::PCLPointCloud2& cloud)
   return CloudOutliers().find(cloud, removal).ok();
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

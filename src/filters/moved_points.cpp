@@ -3,8 +3,7 @@
 
 #include "filters/point_mover.h"
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 template void
 movePointsWith<ScalarLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
@@ -26,5 +25,4 @@ movePoints(const PointBytes& points,
   movePointsWith<NativeLanes>(points, move, output, moved);
 }
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail

@@ -6,8 +6,7 @@
 #include "simd/lanes.h"
 #include "simd/vector_choice.h"
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 /** \brief detail::movePoints with any kind of lanes. */
 template <typename LanesT>
@@ -24,5 +23,4 @@ extern template void
 movePointsWith<Avx2Lanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 #endif
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail

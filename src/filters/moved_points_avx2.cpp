@@ -7,12 +7,10 @@
 #include "filters/point_mover.h"
 #include "simd/avx2_lanes.h"
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 template void
 movePointsWith<Avx2Lanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail
 #endif

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -251,5 +250,4 @@ findFields(const pcl::PCLPointCloud2& cloud)
   return found;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 /** \brief Moves points, as many at once as there are lanes; see movePoints(). */
 template <typename LanesT>
@@ -219,5 +218,4 @@ movePointsWith(const PointBytes& points,
   moveEach<LanesT>(points, move, output, moved);
 }
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail

@@ -15,8 +15,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a
  * time, for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without
@@ -133,7 +132,6 @@ private:
   std::size_t part_count_ = 0; // since split(); 0: the instance itself is read
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI
 
 #include "filters/preprocessed_batches.hpp"

@@ -7,8 +7,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatus
@@ -147,5 +146,4 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
   return view;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -283,5 +282,4 @@ arrangeByRing(pcl::PCLPointCloud2& cloud,
   return {};
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

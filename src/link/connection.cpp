@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -395,5 +394,4 @@ Subscription::onComplete(void* self)
   it.completed_.notify_all();
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -13,8 +13,7 @@
 #include <mutex>
 #include <string>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Owns an object of the NATS library. */
 template <typename ObjectT, void (*destroy)(ObjectT*)>
@@ -200,5 +199,4 @@ private:
   bool is_complete_ = false;
 };
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

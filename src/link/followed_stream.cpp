@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -108,5 +107,4 @@ FollowedStream::shouldRequest(Clock::time_point now, Clock::duration interval)
   return true;
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief What is known of a stream that is received: which frame continues it, and when
  * an I-frame may be requested again. For one thread at a time. */
@@ -81,5 +80,4 @@ private:
   Clock::time_point next_request_{};
 };
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

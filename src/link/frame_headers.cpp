@@ -6,8 +6,7 @@
 #include <array>
 #include <charconv>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -81,5 +80,4 @@ parseMetadata(std::string_view text)
   return std::pair(*key, *value);
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -13,8 +13,7 @@
 #include <string_view>
 #include <utility>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Name of the header with a FrameHeader. */
 constexpr char frame_header[] = "Pcl-Ext-Frame";
@@ -47,5 +46,4 @@ writeMetadata(const std::string& key, const std::string& value);
 std::optional<std::pair<std::string, std::string>>
 parseMetadata(std::string_view text);
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

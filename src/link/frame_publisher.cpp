@@ -13,8 +13,7 @@
 #include <random>
 #include <utility>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -300,5 +299,4 @@ FramePublisher::statistics() const noexcept
   return implementation_->statistics();
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -16,8 +16,7 @@
 #include <mutex>
 #include <utility>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -413,5 +412,4 @@ FrameSubscriber::isConnected() const noexcept
   return implementation_->isConnected();
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

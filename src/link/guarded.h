@@ -6,8 +6,7 @@
 #include <exception>
 #include <new>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Calls a function; exceptions become a status. */
 template <typename FunctionT>
@@ -25,5 +24,4 @@ guarded(const FunctionT& function) noexcept
   }
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -5,8 +5,7 @@
 
 #include <limits>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -128,5 +127,4 @@ linkMetrics(const PublisherStatistics& statistics,
   return text.text();
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

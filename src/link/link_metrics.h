@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief What a subscriber received, for Prometheus: the metrics pcl_ext_link_... of
  * doc/monitoring.md, in the text format 0.0.4.
@@ -26,5 +25,4 @@ PCL_EXT_LINK_EXPORT std::string
 linkMetrics(const PublisherStatistics& statistics,
             const std::vector<std::pair<std::string, std::string>>& labels = {});
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -12,8 +12,7 @@
 #include <set>
 #include <string>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -323,5 +322,4 @@ keepFrames(const LinkSettings& link,
   return guarded([&] { return keep(link, settings, kept); });
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

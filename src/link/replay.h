@@ -7,8 +7,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Reads the frames of a site that a server keeps, in the order of their arrival.
  * The server sends them as they are taken: 32 MiB or two messages wait at most. For one
@@ -98,5 +97,4 @@ private:
   Clock::time_point last_arrival_{};
 };
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -199,5 +198,4 @@ SentFrames::run()
   }
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -15,8 +15,7 @@
 #include <optional>
 #include <thread>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Which frames the server has: those before a ping that it has answered. What it
  * has not answered when the connection is lost counts as lost. Members are
@@ -112,5 +111,4 @@ private:
   std::thread thread_; // last, as it uses the others
 };
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -12,8 +12,7 @@
 #include <thread>
 #include <utility>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -81,5 +80,4 @@ liveStreams(const LinkSettings& link,
   return guarded([&] { return listen(link, duration, streams); });
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

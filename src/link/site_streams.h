@@ -11,8 +11,7 @@
 #include <string_view>
 #include <tuple>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief The stream of a subject of frames, of any site; nothing if it is none. */
 std::optional<SiteStream>
@@ -24,5 +23,4 @@ operator<(const SiteStream& a, const SiteStream& b)
   return std::tie(a.site, a.name, a.partition) < std::tie(b.site, b.name, b.partition);
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

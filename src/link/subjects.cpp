@@ -3,8 +3,7 @@
 
 #include <charconv>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
@@ -105,5 +104,4 @@ parseFramesSubject(const std::string& site, std::string_view subject)
   return result;
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

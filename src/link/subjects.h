@@ -12,8 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Longest name of a stream. All its bytes may take three in a subject, and a
  * server takes 4096 for subject and sizes. */
@@ -47,5 +46,4 @@ struct FramesSubject {
 std::optional<FramesSubject>
 parseFramesSubject(const std::string& site, std::string_view subject);
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -3,8 +3,7 @@
 
 #include <pcl_ext/compression/frame_decoder.h>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 std::optional<WholeFrame>
 wholeFrameOf(const std::uint8_t* bytes, std::size_t size)
@@ -20,5 +19,4 @@ wholeFrameOf(const std::uint8_t* bytes, std::size_t size)
   return frame;
 }
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Bytes that are exactly one frame, and what its header tells. */
 struct WholeFrame {
@@ -22,5 +21,4 @@ struct WholeFrame {
 std::optional<WholeFrame>
 wholeFrameOf(const std::uint8_t* bytes, std::size_t size);
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -185,5 +184,4 @@ readCentralNodeParameters(const ParameterValues& values, Clock clock)
   return settings;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

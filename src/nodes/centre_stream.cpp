@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -114,5 +113,4 @@ CentreStream::describe(const StreamHealth& health, double merged_resolution, Tim
   return report;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

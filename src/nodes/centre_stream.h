@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief What a MergingCentre knows of one stream besides its CentralNode. For one
  * thread at a time. */
@@ -104,5 +103,4 @@ private:
   std::size_t reported_stamps_repeated_ = 0;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

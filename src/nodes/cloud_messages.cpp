@@ -6,8 +6,7 @@
 #include <cstring>
 #include <limits>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -108,5 +107,4 @@ writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
   io::forEachPoint(frame, write_point);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

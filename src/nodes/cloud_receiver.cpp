@@ -8,8 +8,7 @@
 #include <mutex>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 class CloudReceiver::Implementation {
 public:
@@ -121,5 +120,4 @@ CloudReceiver::health() const
   return implementation_->health();
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

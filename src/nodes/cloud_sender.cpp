@@ -10,8 +10,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 class CloudSender::Implementation {
 public:
@@ -262,5 +261,4 @@ CloudSender::health() const
   return implementation_->health();
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -10,8 +10,7 @@
 
 // The parameters that are settings of the codec.
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Appends the parameters for the settings of a table that nodes offer. */
 PCL_EXT_EXPORT void
@@ -26,5 +25,4 @@ readCodec(const io::EncoderSettingTable& table,
           const ParameterAccess& access,
           io::EncoderSettings& settings);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

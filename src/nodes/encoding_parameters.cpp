@@ -5,8 +5,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -164,5 +163,4 @@ faultOfEncodingParameters(const ParameterValues& values)
   return {};
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -245,5 +244,4 @@ EnteredStream::medianMagnitude() const
   return magnitudes.back().first;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -16,8 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Where the voxels of streams are in the merged frame, and what they add to its
  * sums. Updates with the same members can be taken away again. */
@@ -163,5 +162,4 @@ private:
   io::CommonStep step_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -213,5 +212,4 @@ senderMetrics(const std::vector<std::pair<std::string, SenderHealth>>& senders,
   return text.text();
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

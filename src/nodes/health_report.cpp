@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -257,5 +256,4 @@ describeTogether(const std::vector<StreamHealth>& streams,
   return report;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

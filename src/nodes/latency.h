@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Seconds from one time to another, which may be any two. */
 inline double
@@ -35,5 +34,4 @@ latencySeconds(Time stamp, Time ready)
   return seconds;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

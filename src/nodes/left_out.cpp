@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -240,5 +239,4 @@ faultOfNamedFields(const pcl::PCLPointCloud2& cloud,
   return {};
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

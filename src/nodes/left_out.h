@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Why a field that settings name is in a cloud, but cannot be kept; empty if
  * there is none such. */
@@ -24,5 +23,4 @@ faultOfNamedFields(const pcl::PCLPointCloud2& cloud,
 io::MessageLayout
 layoutToCarry(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -7,8 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -85,5 +84,4 @@ MergedFrameEncoder::onHeldScale(const io::VoxelFrame& merged)
   return frame_;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Encodes what CentralNode::merge() returns as a stream as any other, which
  * another CentralNode may merge with those of other centres.
@@ -59,5 +58,4 @@ private:
   io::VoxelFrame frame_;    // with the scale that is held; keeps its memory
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Lattice indices of the centres of a grid's voxels on another lattice, in double
  * precision. */
@@ -136,5 +135,4 @@ private:
   std::array<std::vector<std::uint64_t>, 3> tables_; // of each axis, by positions
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -81,5 +80,4 @@ readMergedSources(
   return sources;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -13,8 +13,7 @@
 #include <iterator>
 #include <limits>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -507,5 +506,4 @@ MergedVoxels::setWholeIntensities(io::VoxelFrame& merged) const
   return true;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

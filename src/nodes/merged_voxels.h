@@ -19,8 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Merges the voxels of streams on a common grid, see CentralNode::merge.
  *
@@ -149,5 +148,4 @@ private:
   std::vector<double> intensities_; // a member so that its memory is reused
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

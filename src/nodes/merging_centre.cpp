@@ -12,8 +12,7 @@
 #include <thread>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 class MergingCentre::Implementation {
 public:
@@ -434,5 +433,4 @@ MergingCentre::describeHealth(std::size_t map_nodes, const Amend& amend)
   return implementation_->describeHealth(map_nodes, amend);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

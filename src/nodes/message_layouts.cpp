@@ -7,8 +7,7 @@
 #include <cstring>
 #include <limits>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -205,5 +204,4 @@ Arrangement::apply(const std::uint8_t* from, std::uint8_t* to) const
   }
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

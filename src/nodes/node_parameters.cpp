@@ -12,8 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -193,5 +192,4 @@ defaultsOf(const std::vector<ParameterDescription>& parameters)
   return values;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -4,8 +4,7 @@
 
 #include "nodes/parameter_access.h"
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -76,5 +75,4 @@ readNoiseParameters(const ParameterValues& values)
   return settings;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

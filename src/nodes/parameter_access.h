@@ -11,8 +11,7 @@
 
 // Describing parameters, and reading their values.
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Largest value of a setting of type float. */
 constexpr double largest_float_value = std::numeric_limits<float>::max();
@@ -151,5 +150,4 @@ private:
   const ParameterValues& values_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -112,5 +111,4 @@ PendingChanges::bytes() const
          capacityBytes(before_) + capacityBytes(after_);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

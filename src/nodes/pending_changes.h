@@ -7,8 +7,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief How the voxels of a stream have changed since somebody took them. Of several
  * frames it has the difference between the first and the last one, so that its memory is
@@ -82,5 +81,4 @@ private:
   io::VoxelFrame after_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <deque>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The frames of the last StreamRates::window, and their rates. */
 class RateWindow {
@@ -35,5 +34,4 @@ private:
   std::deque<CodedFrame> frames_; // by time
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

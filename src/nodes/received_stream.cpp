@@ -11,8 +11,7 @@
 
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -613,5 +612,4 @@ ReceivedStream::health(Time now) const
   return health;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

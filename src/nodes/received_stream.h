@@ -26,8 +26,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Which frames are merged: the latest one of a stream, if it was decoded between
  * two times or has one of some stamps. */
@@ -412,5 +411,4 @@ private:
   io::MemoryShare share_; // beside that of the decoder; last, as it uses the others
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

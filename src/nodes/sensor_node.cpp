@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 class SensorNode::Implementation {
 public:
@@ -289,5 +288,4 @@ SensorNode::statistics() const
   return implementation_->statistics();
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -11,8 +11,7 @@
 #include <string>
 #include <variant>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -146,5 +145,4 @@ checkSettings(const SensorNodeSettings& settings)
   return {};
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -3,8 +3,7 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The settings of the codec that follow from those of the node. */
 io::EncoderSettings
@@ -24,5 +23,4 @@ removalSettings(const SensorNodeSettings& settings);
 SensorNodeStatus
 checkSettings(const SensorNodeSettings& settings);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -13,8 +13,7 @@
 #include <utility>
 #include <variant>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -232,5 +231,4 @@ makeEncoder(const SensorNodeSettings& settings)
       codecSettings(settings), unit, depthLaw(settings), noise_removal);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -10,8 +10,7 @@
 #include <memory>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The points of clouds, moved, cropped and with the intensities of a law. */
 class SensorPoints {
@@ -109,5 +108,4 @@ private:
 io::CloudEncoder
 makeEncoder(const SensorNodeSettings& settings);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

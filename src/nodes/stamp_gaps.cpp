@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -130,5 +129,4 @@ StampGaps::period() const
   return Period(time) / periods;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

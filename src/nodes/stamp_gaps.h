@@ -8,8 +8,7 @@
 #include <deque>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Notices clouds that were lost before they arrived, by gaps between the stamps
  * of those that arrived. For clouds in the order of their stamps, of one sensor with a
@@ -59,5 +58,4 @@ private:
   std::size_t pending_ = 0;    // missing clouds that are not counted yet
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

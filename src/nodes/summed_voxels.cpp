@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
 
@@ -248,5 +247,4 @@ SummedVoxels::hasAnyBetween(std::uint64_t begin, std::uint64_t end) const
   return first != keys() + size() && *first < end;
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief A voxel of a stream that is added to the voxel of the merged grid that contains
  * it, is taken away again, or has another intensity. */
@@ -238,5 +237,4 @@ private:
   std::vector<Part> parts_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

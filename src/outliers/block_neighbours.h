@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief By axis, coordinate and whether a face is crossed: the cells of a block that
  * are at most one voxel away from a cell along the axis, of its own block or of the
@@ -204,5 +203,4 @@ private:
   BlocksAround around_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

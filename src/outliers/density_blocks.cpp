@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -256,5 +255,4 @@ sumNeighbourhoods<true>(const DensityWindow&,
                         std::uint64_t,
                         std::array<NeighbourhoodSums, 64>&);
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief A number for each voxel of a block of 4 x 4 x 4. The index of a cell
  * increases fastest with z, then with y. */
@@ -171,5 +170,4 @@ sumNeighbourhoods(const DensityWindow& window,
                   std::uint64_t cells,
                   std::array<NeighbourhoodSums, 64>& sums);
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

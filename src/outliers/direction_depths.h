@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief The least depth in each direction around a sensor.
  *
@@ -122,5 +121,4 @@ private:
   std::size_t count_ = 0;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

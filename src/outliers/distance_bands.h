@@ -9,8 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Bands of the distance from a sensor, four for each doubling, in which the
  * temporal filter learns what is usual. */
@@ -27,5 +26,4 @@ distanceBand(std::uint64_t distance)
   return 2 * highest + (bounded >> (highest - 1) & 1);
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Tells whether the sensor of a stream moves, where no TemporalVoxelFilter
  * does. */
@@ -43,5 +42,4 @@ private:
   SensorRest rest_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief The time from frame to frame in ticks, sixtieths of a second: 3 at 20 frames a
  * second, 2 at 30. Rounded, so that stamps that jitter count as even ones. */
@@ -50,5 +49,4 @@ private:
   unsigned int interval_ = usual;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

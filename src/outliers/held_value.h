@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Deviations of the values of a stream from their running mean, by the size of
  * the mean: what a voxel's first deviation is taken from. Until values were learned
@@ -154,5 +153,4 @@ private:
   bool jumped_ = false;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief What coarse voxels had in previous frames, ranked among those of a frame, for
  * the unit Voxels. */
@@ -62,5 +61,4 @@ private:
   std::array<float, steps> factors_{}; // by step
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief In how many frames the shown voxels are occupied, at each distance from the
  * sensor, and how many that were empty are occupied again: few, where the sensor moves,
@@ -114,5 +113,4 @@ private:
   Counts all_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

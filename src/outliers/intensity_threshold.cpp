@@ -5,8 +5,7 @@
 #include "voxels/keep_voxels.h"
 #include "voxels/point_voxels.h"
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -57,5 +56,4 @@ removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity)
   return removed;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -6,8 +6,7 @@
 #include <cstdlib>
 #include <numeric>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -241,5 +240,4 @@ LidarImage::reset()
   skipped_ = 0;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 
@@ -103,5 +102,4 @@ private:
   std::vector<Repetition> repetitions_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -13,8 +13,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -357,5 +356,4 @@ LidarRows::rankRows(const std::vector<LidarPoint>& directions)
   are_ranked_ = ranked_rows_ == count_ && std::is_sorted(order.begin(), order.end());
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief A point in the coordinates of a lidar. */
 struct LidarPoint {
@@ -107,5 +106,4 @@ private:
   bool are_ranked_ = false; // all rows, in their order
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 OutlierRemovalStatus
 unsupportedResolution(double resolution)
@@ -61,5 +60,4 @@ withWarning(const OutlierRemovalStatus& status, const io::CompressionStatus& oth
   return both;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

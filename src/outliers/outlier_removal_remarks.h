@@ -5,8 +5,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/status.h>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Status of frames whose voxel edge, metres, is not supported. */
 OutlierRemovalStatus
@@ -27,5 +26,4 @@ judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used);
 OutlierRemovalStatus
 withWarning(const OutlierRemovalStatus& status, const io::CompressionStatus& other);
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -6,8 +6,7 @@
 #include <string>
 #include <type_traits>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -85,5 +84,4 @@ checkSettings(const PointOutlierRemovalSettings& settings)
   return checkEach(settings);
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -9,8 +9,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Constants of the score of a unit. */
 struct Score {
@@ -56,5 +55,4 @@ evidenceOf(const NeighbourhoodSums& sums, float unit, float least_shell)
          shell(sums.rim);
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -11,8 +11,7 @@
 // The settings of outlier removal as rows of a table, from which their checks and the
 // keywords of Python are made.
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief A setting: its name and, of numbers, what they may be. */
 struct OutlierSetting {
@@ -65,5 +64,4 @@ visitSettings(SettingsT& settings, const VisitT& visit)
   }
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -7,8 +7,7 @@
 
 #include <limits>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 class PointOutlierRemoval::Implementation {
 public:
@@ -99,5 +98,4 @@ PointOutlierRemoval::reset()
   implementation_->reset();
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

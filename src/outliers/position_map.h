@@ -9,8 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Maps positions in the grids of a stream to positions in DensityBlocks. */
 class PositionMap {
@@ -98,5 +97,4 @@ private:
   std::array<std::uint32_t, 3> offset_{};    ///< position of the grid's first voxel
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

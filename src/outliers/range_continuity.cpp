@@ -6,8 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -226,5 +225,4 @@ RangeContinuity::isStill() const
   return compared > 0 && least_share * compared >= seen && share * moved <= compared;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

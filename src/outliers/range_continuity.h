@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Log-odds of surface against noise in the air for each pixel of a lidar's
  * image, from the ranges of the pixels around it (doc/outlier_removal.md, "Points of
@@ -99,5 +98,4 @@ private:
   bool has_last_ = false;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

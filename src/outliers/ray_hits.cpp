@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -98,5 +97,4 @@ RayHits::evidence(const io::VoxelPosition& coarse,
                             18.0 * near / hits(5.0 * edge, neighbours * most_));
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Where a lidar that turns is, and how dense its rays are. */
 struct LidarRays {
@@ -72,5 +71,4 @@ private:
   double most_ = 1.0;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -13,8 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief What a sensor sees at the place of a voxel: nothing in its direction, something
  * farther in all of it, something nearer, or something there. */
@@ -161,5 +160,4 @@ private:
   DirectionDepths depths_;                // voxels
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -15,8 +15,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Tells whether a sensor moves: by its positions, and by the share of the
  * surfaces' voxels that were near none in a frame before. */
@@ -201,5 +200,4 @@ private:
   unsigned int rest_ticks_ = ticks_to_rest;       // since it moved
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

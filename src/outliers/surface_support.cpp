@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/surface_support.h"
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 void
 SurfaceSupport::assign(const io::VoxelFrame& frame, unsigned int level)
@@ -45,5 +44,4 @@ SurfaceSupport::of(std::uint64_t key,
   return count > 0 || mean < lone_neighbours ? Support::Some : Support::None;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief How many occupied neighbours the voxels of surfaces have at each distance:
  * few where pixels are further apart than voxels. Learned from a sample of the voxels.
@@ -209,5 +208,4 @@ private:
   std::vector<std::uint64_t> coarse_keys_;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -19,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -562,5 +561,4 @@ TemporalVoxelFilter::rememberedVoxels() const
   return implementation_->rememberedVoxels();
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

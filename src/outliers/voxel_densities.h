@@ -11,8 +11,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to
  * 255, in 255ths of a face with the unit Faces, in points with Points, and 255 with
@@ -131,5 +130,4 @@ private:
   unsigned int levels_ = 0;
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

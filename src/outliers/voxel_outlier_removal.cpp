@@ -21,8 +21,7 @@
 #include <string>
 #include <variant>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -441,5 +440,4 @@ VoxelOutlierRemoval::rememberedBlocks() const
   return implementation_->rememberedBlocks();
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace {
 
@@ -197,5 +196,4 @@ VoxelPresence::persistenceOf(std::uint64_t key) const
   return surfaces_.isSparse(distanceOf(key)) ? sparse : dense;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief Decides which tracked voxels are shown (doc/temporal_filter.md, "Rules"). */
 class VoxelPresence {
@@ -203,5 +202,4 @@ private:
   std::size_t shown_number_ = 0; // of those that were counted
 };
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -11,8 +11,7 @@
 #include <vector>
 #endif
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief A part of a cloud has at least so many points: of smaller ones starting a
  * thread costs more than it saves. */
@@ -41,5 +40,4 @@ runAtOnce(std::size_t count, const WorkT& work)
 #endif
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The time between clouds, by times that may be out of order. */
 class CloudClock {
@@ -52,5 +51,4 @@ private:
   std::optional<Nanoseconds> latest_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

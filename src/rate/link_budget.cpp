@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 LinkBudget::LinkBudget(double buffer_seconds)
 : buffer_(static_cast<std::int64_t>(std::llround(buffer_seconds * 1e9)))
@@ -68,5 +67,4 @@ LinkBudget::add(std::size_t bytes)
     frames_.push_back({time_, link_time});
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

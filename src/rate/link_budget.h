@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <deque>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief How many bytes a link of a given rate takes now: of any window of one second
  * not more than a second's, and no more than what its buffer holds until it is sent.
@@ -79,5 +78,4 @@ private:
   Nanoseconds backlog_{0};       // link time of what waits
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 RateControl::RateControl(const EncoderSettings& settings,
                          bool has_intensities,
@@ -119,5 +118,4 @@ RateControl::isShort(bool is_i_frame) const
   return estimate.bytesOf(is_i_frame) > static_cast<double>(budget_.room());
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -15,8 +15,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Keeps a stream within a budget: at most so many bits a second, and about so
  * many milliseconds a frame, see RateSettings.
@@ -138,5 +137,4 @@ private:
   std::size_t clouds_left_out_ = 0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Frames from one I-frame to the next, 1 or more.
  * \param[in] interval from one cloud to the next, seconds; 0: not known
@@ -150,5 +149,4 @@ private:
   unsigned int frames_ = 0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

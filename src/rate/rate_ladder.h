@@ -9,8 +9,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The steps that rate control chooses from, and what they save.
  *
@@ -109,5 +108,4 @@ settingsOf(const RateStep& step,
            const EncoderSettings& settings,
            const std::optional<VoxelGrid>& finest);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

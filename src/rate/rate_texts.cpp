@@ -5,8 +5,7 @@
 #include <locale>
 #include <sstream>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::string
 numberText(double number)
@@ -60,5 +59,4 @@ overloadText(double bytes_per_second,
   return text;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

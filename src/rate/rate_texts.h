@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief A number with three digits. */
 std::string
@@ -28,5 +27,4 @@ overloadText(double bytes_per_second,
              double max_rate,
              double buffer_seconds);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Chooses the step of the ladder by what frames take; see RateControl. */
 class StepChoice {
@@ -174,5 +173,4 @@ private:
   std::string time_not_kept_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -16,8 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Largest uncompressed chunk or message that is read, bytes; larger ones are
  * damage. */
@@ -93,5 +92,4 @@ struct FileContents {
   }
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -7,8 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief What is wrong where no message is. */
 constexpr char not_indexed[] = "a message is not where the index says";
@@ -84,5 +83,4 @@ private:
   InputFile file_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -21,8 +21,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -466,5 +465,4 @@ BagReader::fileBytes() const
   return implementation_->file_bytes_;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

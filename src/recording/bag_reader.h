@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 class InputFile;
 
@@ -130,5 +129,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

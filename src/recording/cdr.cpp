@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/cdr.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -127,5 +126,4 @@ CdrWriter::sequence(const std::vector<std::uint8_t>& bytes)
   bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

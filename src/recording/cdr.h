@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief How messages are encoded: as ROS 2 has them ("plain CDR" and "delimited CDR" of
  * the OMG's DDS-XTypes, 7.4), or as ROS 1 has them: little-endian, without alignment. */
@@ -94,5 +93,4 @@ private:
   std::vector<std::uint8_t>& bytes_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

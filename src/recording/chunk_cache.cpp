@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 bool
 ChunkCache::Records::hasMessageAt(std::uint64_t offset) const
@@ -72,5 +71,4 @@ ChunkCache::records(std::size_t number, const std::function<void(Records&)>& loa
   return chunks_.front().records;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Keeps the last chunks that were read, as frames of several streams are read
  * in turn, each from a chunk of its own. */
@@ -82,5 +81,4 @@ private:
   Records refused_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -15,8 +15,7 @@
 #include <memory>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -168,5 +167,4 @@ decompressMessage(const McapChannel& channel, std::vector<std::uint8_t>& bytes)
   return failure.empty() ? failure : "a compressed message: " + failure;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

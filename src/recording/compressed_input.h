@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief True if a file begins as those of zstd do. */
 bool
@@ -42,5 +41,4 @@ beginningOf(const InputFile& file, std::size_t count);
 std::string
 decompressMessage(const McapChannel& channel, std::vector<std::uint8_t>& bytes);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -9,8 +9,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -219,5 +218,4 @@ renameFile(const std::string& from, const std::string& to, ExistingFile existing
                : RecordingStatus();
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief What is added to the name of a file until it is complete. */
 constexpr char unfinished_suffix[] = ".unfinished";
@@ -135,5 +134,4 @@ setAsideUnfinished(const std::string& path, const std::string& written_file);
 RecordingStatus
 renameFile(const std::string& from, const std::string& to, ExistingFile existing);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief The format of this library's frames in CompressedPointCloud2. */
 constexpr char format_name[] = "pcl_ext";
@@ -20,5 +19,4 @@ isFormatOfFrames(const std::string& format)
   return format == name || format.compare(0, name.size() + 1, name + '/') == 0;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

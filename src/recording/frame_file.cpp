@@ -8,8 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -263,5 +262,4 @@ FrameFile::read(const IndexedFrame& indexed, RecordedFrame& frame)
               ": a frame cannot be read"};
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -7,8 +7,7 @@
 
 #include <optional>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief A file of the frames of one stream, one after the other. Bytes that are no
  * frames are skipped, as a decoder does. */
@@ -93,5 +92,4 @@ private:
   std::uint64_t reread_ = 0; // bytes of frames whose size was not found
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Numbers a frame as the next one of its stream. */
 void
@@ -32,5 +31,4 @@ FrameSource::takeFrames(std::vector<IndexedFrame> frames)
     count(indexed);
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

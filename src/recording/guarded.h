@@ -5,8 +5,7 @@
 
 #include "bytes/exceptions.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Calls a function that returns a status; if it throws, the status says why. */
 template <typename FunctionT>
@@ -21,5 +20,4 @@ guarded(FunctionT function)
       });
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief What the messages of a channel consist of. */
 struct McapSchema {
@@ -51,5 +50,4 @@ struct McapAttachment {
   std::vector<std::uint8_t> bytes;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -8,8 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -182,5 +181,4 @@ McapFrames::read(const IndexedFrame& indexed, RecordedFrame& frame)
   return {};
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 #include "recording/frame_source.h"
 #include "recording/point_cloud_messages.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief The frames in the messages of an MCAP file or a rosbag2 folder. */
 class McapFrames : public FrameSource {
@@ -59,5 +58,4 @@ private:
   PointCloudMessage cloud_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

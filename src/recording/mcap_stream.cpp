@@ -12,8 +12,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 using mcap::Opcode;
 
@@ -320,5 +319,4 @@ McapStream::damage() const
   return implementation_->damage_;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Reads an MCAP file from its beginning to its end, while it is written: from a
  * pipe. Messages come in the order of the file; neither indexes nor a summary are
@@ -70,5 +69,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

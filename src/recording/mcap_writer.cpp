@@ -17,8 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -425,5 +424,4 @@ McapWriter::finish(ExistingFile existing)
   return guarded([&] { return implementation_->finish(existing); });
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -11,8 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief How the messages of a channel are put into chunks. */
 enum class McapChunking {
@@ -89,5 +88,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 OutputPaths::OutputPaths(const std::string& path)
 {
@@ -28,5 +27,4 @@ OutputPaths::OutputPaths(const std::string& path)
   file = (std::filesystem::path(unfinished) / file_name).string();
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Where an MCAP file or a rosbag2 folder is until it is complete, and
  * afterwards. */
@@ -21,5 +20,4 @@ struct OutputPaths {
   std::string file_name;  // in the folder
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -6,8 +6,7 @@
 #include <limits>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -230,5 +229,4 @@ writePointCloud(const PointCloudMessage& message,
     writer.string(message.format.empty() ? format_name : message.format);
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief A field of a point, as sensor_msgs/msg/PointField. */
 struct PointFieldMessage {
@@ -96,5 +95,4 @@ writePointCloud(const PointCloudMessage& message,
                 bool is_compressed,
                 std::vector<std::uint8_t>& bytes);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

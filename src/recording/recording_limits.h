@@ -5,8 +5,7 @@
 
 #include <cstddef>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Largest frame that a reader takes, bytes. A decoder has limits of its own. */
 constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
@@ -15,5 +14,4 @@ constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
 io::DecoderLimits
 limitsOfReading();
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -12,8 +12,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 class RecordingReader::Implementation {
 public:
@@ -376,5 +375,4 @@ RecordedStreamDecoder::statistics() const
   return implementation_->statistics();
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -11,8 +11,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -349,5 +348,4 @@ writeRosbag2Metadata(const std::string& folder,
   return status.ok() ? output.close() : status;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

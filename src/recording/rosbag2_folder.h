@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief True if a file has the name of one of a bag: .mcap or .db3, with .zstd after
  * it where rosbag2 compressed it. */
@@ -78,5 +77,4 @@ writeRosbag2Metadata(const std::string& folder,
                      Time first_time,
                      Time last_time);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

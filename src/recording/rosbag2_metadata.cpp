@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -232,5 +231,4 @@ withNamedPolicies(const std::string& qos)
   return named + qos.substr(copied);
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Reads which QoS the publishers of each topic offered, from the text of a
  * bag's metadata.yaml.
@@ -38,5 +37,4 @@ hasNamedPolicies(const std::string& qos);
 std::string
 withNamedPolicies(const std::string& qos);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

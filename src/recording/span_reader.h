@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief Reads little-endian numbers from bytes that it does not own.
  *
@@ -103,5 +102,4 @@ private:
   bool has_failed_ = false;
 };
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

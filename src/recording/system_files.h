@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 #ifdef _WIN32
 constexpr bool can_rename_open_files = false;
@@ -105,5 +104,4 @@ synchronise(int descriptor);
 bool
 renameToNewName(const std::string& from, const std::string& to);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -17,8 +17,7 @@
 #include <array>
 #endif
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -204,5 +203,4 @@ renameToNewName(const std::string& from, const std::string& to)
   return std::rename(from.c_str(), to.c_str()) == 0;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

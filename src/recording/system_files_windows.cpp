@@ -14,8 +14,7 @@
 #include <filesystem>
 #include <limits>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -226,5 +225,4 @@ renameToNewName(const std::string& from, const std::string& to)
                     std::filesystem::path(to).c_str()) == 0;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -11,8 +11,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
@@ -146,5 +145,4 @@ copyToTemporaryFile(int input,
   return status;
 }
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

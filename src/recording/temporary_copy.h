@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief A temporary file, which is removed with this. On Linux it has no name, so that
  * nothing is left of it if the program is killed. */
@@ -70,5 +69,4 @@ copyToTemporaryFile(int input,
                     const std::vector<std::uint8_t>& beginning,
                     TemporaryFile& copy);
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -3,8 +3,7 @@
 
 #include "stream/cloud_stages.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -157,5 +156,4 @@ CloudEncoder::statistics() const
   return stages_->statistics_;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <array>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -447,5 +446,4 @@ CloudStages::limitedCounts() const
   return {may_exceed && !is_scan_ ? countBlocks(frame_.keys) : 0, values, bytes};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -19,8 +19,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The stages of CloudEncoder, and its members. */
 class CloudStages {
@@ -158,5 +157,4 @@ private:
   bool is_step_new_ = false; // no frame of it is in the stream
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

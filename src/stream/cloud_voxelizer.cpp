@@ -10,8 +10,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -205,5 +204,4 @@ CloudVoxelizer::voxelizeCoarsened(PointBatches& points,
   statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

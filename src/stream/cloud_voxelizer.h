@@ -12,8 +12,7 @@
 #include <array>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What would hold all points of a cloud, some of which are outside the grid. */
 struct WiderGrid {
@@ -104,5 +103,4 @@ private:
   std::optional<WiderGrid> wider_grid_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <locale>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -264,5 +263,4 @@ checkSettings(const IntensityCompressionSettings& settings)
   return {};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

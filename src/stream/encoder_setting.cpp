@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -172,5 +171,4 @@ checkEach(const EncoderSettingTable& table, const EncoderSettings& settings)
   return {};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

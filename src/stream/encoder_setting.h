@@ -13,8 +13,7 @@
 // A setting of an encoder as a row of a table, from which its checks, the parameters of
 // nodes, the options of the program and the keywords of Python are made.
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief A value as parameters, options and keywords have it. An empty list or text is
  * a setting that is not set. */
@@ -125,5 +124,4 @@ helpOf(const EncoderSetting& setting);
 PCL_EXT_CODEC_EXPORT CompressionStatus
 checkEach(const EncoderSettingTable& table, const EncoderSettings& settings);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

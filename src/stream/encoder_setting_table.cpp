@@ -7,8 +7,7 @@
 
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -398,5 +397,4 @@ encoderSettingTable()
   return table;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -132,5 +131,4 @@ readLayout(ByteSource& source, MessageLayout& layout)
   return {};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

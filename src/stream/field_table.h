@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Writes which fields a stream has, as an I-frame's header does
  * (doc/bitstream.md, "Frame header"). */
@@ -42,5 +41,4 @@ writeLayout(const MessageLayout& layout, ByteWriter& writer);
 CompressionStatus
 readLayout(ByteSource& source, MessageLayout& layout);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -53,5 +52,4 @@ describeForeignBytes(const std::uint8_t* bytes, std::size_t size)
   return "";
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

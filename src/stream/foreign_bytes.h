@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Names bytes of another format by their beginning, and how to read them; empty
  * if they are not recognised.
@@ -21,5 +20,4 @@ describeForeignBytes(const std::uint8_t* bytes, std::size_t size);
 /** \brief Number of bytes that identify a format. */
 constexpr std::size_t foreign_bytes_size = 32;
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

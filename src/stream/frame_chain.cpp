@@ -4,8 +4,7 @@
 #include "bytes/checksum.h"
 #include "stream/version1_header.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::uint32_t
 checksumOf(const FrameDescription& frame, const std::uint8_t* bytes, std::size_t size)
@@ -50,5 +49,4 @@ FrameChain::take(const FrameDescription& frame,
   return place;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

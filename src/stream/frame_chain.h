@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The checksum of a frame, which distinguishes it from others of its number: that
  * of its header, or of all bytes in the published layout, which has none.
@@ -74,5 +73,4 @@ private:
   std::optional<Last> last_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

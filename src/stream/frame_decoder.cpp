@@ -21,8 +21,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 class FrameDecoder::Implementation {
 public:
@@ -535,5 +534,4 @@ FrameDecoder::statistics() const
   return implementation_->statistics();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -120,5 +119,4 @@ describeFrame(const std::uint8_t* bytes, std::size_t count, const DecoderLimits&
                     });
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cmath>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -266,5 +265,4 @@ FrameEncoder::kindOf(const VoxelFrame& frame, const std::optional<FrameStamp>& s
   return version1_.hasFewChanges(frame) ? FrameKind::Changes : FrameKind::Predicted;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

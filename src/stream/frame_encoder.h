@@ -17,8 +17,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Encodes the frames of one stream, voxels or points. */
 class PCL_EXT_CODEC_EXPORT FrameEncoder {
@@ -144,5 +143,4 @@ private:
   MemoryRule memory_rule_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <pcl_ext/version.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What a frame is coded by. */
 enum class FrameKind {
@@ -33,5 +32,4 @@ struct IFrameReasons {
   }
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

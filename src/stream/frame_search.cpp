@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -91,5 +90,4 @@ possibleFormat(const std::uint8_t* bytes, std::size_t count)
   return FoundFormat::None;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The format of a frame, by its magic bytes. */
 enum class FoundFormat { None, Version1, Published };
@@ -53,5 +52,4 @@ noFrame(const ByteSource& source, const FirstBytes& first, std::size_t max_bytes
 FoundFormat
 possibleFormat(const std::uint8_t* bytes, std::size_t count);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -100,5 +99,4 @@ frameSize(const std::uint8_t* bytes, std::size_t count, const DecoderLimits& lim
                     [] { return FrameSize{outOfMemoryStatus<CompressionStatus>()}; });
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -244,5 +243,4 @@ frameWarning(const FrameStatistics& statistics,
   return {text};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What of a frame DecoderLimits limit, beside its voxels, points and bytes. */
 struct LimitedCounts {
@@ -47,5 +46,4 @@ frameWarning(const FrameStatistics& statistics,
              const VoxelFit& fit,
              const LimitedCounts& counts = LimitedCounts());
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Releases memory that the voxels and fields of a frame do not need. */
 inline void
@@ -159,5 +158,4 @@ private:
   VoxelFrame decoded_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -61,5 +60,4 @@ PointContents::collect(PointBatches& points,
   return {};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Sets the further fields of a stream's frames of voxels. */
 class PointContents {
@@ -56,5 +55,4 @@ private:
   MemoryRule memory_rule_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

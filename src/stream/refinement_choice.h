@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decides for an encoder whether I-frames are coded as coarse voxels that are
  * refined, which codes noise in fewer bytes than the history does, and what is seen again
@@ -88,5 +87,4 @@ private:
   std::vector<std::uint64_t> last_keys_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -106,5 +105,4 @@ ScanChoice::follow(const CodedFrameStatistics& coded, std::size_t points)
   return wants_voxels;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decides for a stream whether clouds that have a sensor's order are coded as
  * scans or as voxels: by what takes fewer bytes. In trials they are coded as both. */
@@ -91,5 +90,4 @@ private:
   std::vector<std::uint8_t> bytes_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -231,5 +230,4 @@ readScanPlacement(ByteSource& source, ScanPlacement& placement)
   readMotion(source, placement.motion);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

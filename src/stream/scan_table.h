@@ -9,8 +9,7 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Writes the layout of a scan, as an I-frame's header does (doc/bitstream.md,
  * "Frame header"). */
@@ -60,5 +59,4 @@ writeScanPlacement(const ScanPlacement& placement, ByteWriter& writer);
 void
 readScanPlacement(ByteSource& source, ScanPlacement& placement);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

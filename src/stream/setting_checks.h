@@ -10,8 +10,7 @@
 #include <sstream>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Message of a setting that is not allowed.
  * \param[in] id of the setting
@@ -41,5 +40,4 @@ boxFault(const char* id, const BoundingBox& box)
   return std::nullopt;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 void
 StreamState::complete(Version1Header& header) const
@@ -91,5 +90,4 @@ StreamState::releaseMemory()
     changes->releaseMemory();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -18,8 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What both ends of a stream of version 1 know of its frames, to which the next
  * frame refers (doc/bitstream.md). After the same frames those of an encoder and of a
@@ -109,5 +108,4 @@ private:
   bool keeps_frame_ = false; // prepareChanges() has copied it
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <numeric>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decodes the frame that was read.
  * \param[out] frame its voxels, or if there is a `gone` those of a frame of changes that
@@ -525,5 +524,4 @@ Version1Decoder::releaseMemory()
   coarse_voxels_ = VoxelFrame();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

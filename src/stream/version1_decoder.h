@@ -21,8 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decodes the frames of one stream of version 1 (doc/bitstream.md). */
 class Version1Decoder {
@@ -237,5 +236,4 @@ private:
   scan::ScanFrame scan_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -452,5 +451,4 @@ Version1Encoder::forgetVoxels()
   state_.forgetVoxels();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -16,8 +16,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Encodes the frames of one stream of version 1, each as the kind of frame that
  * the caller wants. */
@@ -196,5 +195,4 @@ private:
   CodingWorkspace work_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -520,5 +519,4 @@ readVersion1Header(ByteSource& source,
              : status;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

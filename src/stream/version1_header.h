@@ -19,8 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The four bytes that every frame of stream version 1 begins with; the version
  * follows them. */
@@ -145,5 +144,4 @@ readVersion1Header(ByteSource& source,
                    std::vector<std::uint8_t>& checked_bytes,
                    std::uint64_t bytes_before = any_bytes_before);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -86,5 +85,4 @@ contentRange(const ByteRange& range, std::uint64_t size)
          "/" + std::to_string(size);
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief Bytes first to last of a file, both included. */
 struct ByteRange {
@@ -40,5 +39,4 @@ parseByteRanges(std::string_view header, std::uint64_t size);
 std::string
 contentRange(const ByteRange& range, std::uint64_t size);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

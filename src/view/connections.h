@@ -20,8 +20,7 @@
 #include <random>
 #include <set>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 class LiveSession;
 
@@ -72,5 +71,4 @@ serveConnection(boost::asio::ip::tcp::socket socket,
 void
 wake(LiveSession& viewer);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

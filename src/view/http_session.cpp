@@ -17,8 +17,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -161,5 +160,4 @@ serveConnection(asio::ip::tcp::socket socket,
   session->read(content.limits.header_timeout);
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -7,8 +7,7 @@
 
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
@@ -121,5 +120,4 @@ listen(asio::io_context& io,
   return {};
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief What a server listens on. */
 struct Listeners {
@@ -40,5 +39,4 @@ closeOnExec(int descriptor);
 std::string
 hostOfUrl(const boost::asio::ip::address& address);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

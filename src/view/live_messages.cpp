@@ -3,8 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -92,5 +91,4 @@ recordingSource(const std::string& name, const std::vector<ListedFile>& files)
   return textOf({{"kind", "recording"}, {"name", name}, {"files", list}});
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

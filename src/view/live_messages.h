@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief Name of the protocol in Sec-WebSocket-Protocol. */
 constexpr char live_protocol[] = "pcl_ext.live.v1";
@@ -75,5 +74,4 @@ liveSource(const std::string& name);
 std::string
 recordingSource(const std::string& name, const std::vector<ListedFile>& files);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -10,8 +10,7 @@
 #include <exception>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -184,5 +183,4 @@ wake(LiveSession& viewer)
   viewer.wake();
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -7,8 +7,7 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief Makes a connection that of a viewer of live streams.
  * \param[in] request for the WebSocket, which was checked
@@ -19,5 +18,4 @@ serveViewer(boost::beast::tcp_stream stream,
             ServedContent& content,
             ConnectionToken token);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

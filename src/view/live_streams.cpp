@@ -9,8 +9,7 @@
 #include <new>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -328,5 +327,4 @@ LiveStreams::addTo(ViewServerStatistics& statistics) const
     statistics.kept_bytes += stream.kept_bytes;
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief What a viewer is sent next: a text, or a frame with its head. */
 struct OutgoingMessage {
@@ -139,5 +138,4 @@ private:
   ViewServerStatistics statistics_; // without what is summed when it is asked for
 };
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

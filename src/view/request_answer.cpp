@@ -9,8 +9,7 @@
 
 #include <string_view>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace beast = boost::beast;
 namespace http = beast::http;
@@ -227,5 +226,4 @@ metricsAnswer(const Request& request, const std::string& text)
   return answer;
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

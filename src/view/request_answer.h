@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 using Request = boost::beast::http::request<boost::beast::http::empty_body>;
 
@@ -69,5 +68,4 @@ asksForMetrics(const Request& request);
 Answer
 metricsAnswer(const Request& request, const std::string& text);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -75,5 +74,4 @@ contentSecurityPolicy(std::string_view host)
          "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

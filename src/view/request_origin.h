@@ -11,8 +11,7 @@
 #include <string>
 #include <string_view>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief True if a header Host is the name of a host with or without a port, and has
  * no other characters than these have. */
@@ -34,5 +33,4 @@ isSameOrigin(std::string_view origin, std::string_view host);
 std::string
 contentSecurityPolicy(std::string_view host);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

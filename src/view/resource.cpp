@@ -13,8 +13,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -100,5 +99,4 @@ fileResource(const std::string& type, const std::string& path)
   return std::make_shared<FileResource>(type, path);
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -9,8 +9,7 @@
 #include <memory>
 #include <string>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief Something that is served: bytes of known number. */
 class Resource {
@@ -66,5 +65,4 @@ textResource(const std::string& type, std::string text);
 std::shared_ptr<const Resource>
 fileResource(const std::string& type, const std::string& path);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

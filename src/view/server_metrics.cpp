@@ -3,8 +3,7 @@
 
 #include "bytes/metrics_text.h"
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 std::string
 metricsOf(const ViewServerStatistics& statistics)
@@ -47,5 +46,4 @@ metricsOf(const ViewServerStatistics& statistics)
   return text.text();
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

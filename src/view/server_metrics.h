@@ -5,13 +5,11 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief A server's figures for Prometheus: the metrics pcl_ext_view_... of
  * doc/monitoring.md. */
 std::string
 metricsOf(const ViewServerStatistics& statistics);
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -16,8 +16,7 @@
 #include <thread>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
@@ -414,5 +413,4 @@ ViewServer::statistics() const noexcept
   return implementation_->statistics();
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 namespace {
 
@@ -114,5 +113,4 @@ ViewerQueue::skippedStreams() const
   return skipped;
 }
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -10,8 +10,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 
 /** \brief The bytes of a frame, which viewers share. */
 using FrameBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -107,5 +106,4 @@ private:
   std::uint64_t skipped_ = 0;
 };
 
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the depths of points that are on their rays for certain, in double
  * precision. It takes a fraction of the time that whole numbers take, which are left for
@@ -88,5 +87,4 @@ private:
   double step_error_ = 0.0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Colours of up to 257 points: red, green and blue from bit 32, 16 and 0 on. */
 using PackedColours = std::uint64_t;
@@ -51,5 +50,4 @@ struct ColourSum {
   }
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

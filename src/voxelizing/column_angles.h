@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Angles of points against those of their columns and rows. */
 class ColumnAngles {
@@ -97,5 +96,4 @@ private:
   std::vector<double> off_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

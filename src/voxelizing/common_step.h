@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the step of a sensor's intensities: the largest of some fractions of 1
  * that all of them are multiples of. */
@@ -80,5 +79,4 @@ private:
   std::uint32_t candidates_ = (std::uint32_t{1} << divisors.size()) - 1; // one bit each
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstddef>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The lowest and the highest float coordinates of the points of a usable
  * range. */
@@ -104,5 +103,4 @@ private:
   bool is_any_ = false;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -87,5 +86,4 @@ findCoordinateStep(PointBatches& points,
   return match_or_none(resolution, resolution / 16.0);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

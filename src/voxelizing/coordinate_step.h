@@ -3,8 +3,7 @@
 
 #include <pcl_ext/compression/point_view.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The largest step of which all coordinates of a cloud are multiples: a larger
  * one than the resolution, to a quarter of it, or the resolution itself, to a
@@ -28,5 +27,4 @@ findCoordinateStep(PointBatches& points,
                    double largest,
                    double most_multiples);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/cloud_source.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 DepthAxis
 depthAxisOf(const WorldPose& sensor_pose)
@@ -13,5 +12,4 @@ depthAxisOf(const WorldPose& sensor_pose)
           {direction.x(), direction.y(), direction.z()}};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -128,5 +127,4 @@ ElevationRows::nextRow(const Eigen::Vector3d& point)
   return last_row_ = row;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the rows of a spinning sensor whose lasers are at a few elevations, from
  * where points are. */
@@ -42,5 +41,4 @@ private:
   std::uint32_t last_row_ = 0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

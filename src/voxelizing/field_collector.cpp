@@ -11,8 +11,7 @@
 #include <sstream>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -272,5 +271,4 @@ FieldCollector::releaseMemory()
   batch_ = std::vector<std::uint32_t>();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

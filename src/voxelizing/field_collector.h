@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Collects the fields of points that the settings name, in the order of a frame's
  * voxels, or as they come. */
@@ -129,5 +128,4 @@ private:
 CompressionStatus
 checkNumbers(const FrameField& field);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

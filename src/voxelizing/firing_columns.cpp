@@ -5,8 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -102,5 +101,4 @@ FiringColumns::columnsOf(const std::vector<std::uint32_t>& rows) const
   return columns;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the columns of a spinning sensor whose points come as it fires its
  * lasers, one of each row after the other. Points in the order of columns, and of ranks
@@ -38,5 +37,4 @@ private:
   std::vector<std::uint32_t> ranks_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -110,5 +109,4 @@ heldRange(const std::vector<double>& values,
   return held;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

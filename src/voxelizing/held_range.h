@@ -5,8 +5,7 @@
 
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The highest number of a scale of 8 bits, and of one of 16. */
 constexpr double highest_of_default_bits = 255.0;
@@ -58,5 +57,4 @@ heldRange(const std::vector<double>& values,
           double lowest_before,
           std::vector<double>& sorted);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -262,5 +261,4 @@ IntensityQuantiser::spanScale(double offset, double range, unsigned int automati
   scale_.step = pcl_ext::detail::saturatedFloat(std::max(step, smallest_step));
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Quantises voxel intensities to symbols, and chooses the scale as far as the
  * settings leave it automatic, by the rule of heldRange. */
@@ -105,5 +104,4 @@ private:
   std::vector<double> sorted_values_; // see heldRange; a member to reuse its memory
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <cstring>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Index of a voxel on a grid's lattice, which extends beyond the grid. */
 using LatticeIndex = std::array<std::int32_t, 3>;
@@ -181,5 +180,4 @@ private:
   std::array<double, 3> end_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

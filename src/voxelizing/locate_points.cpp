@@ -7,8 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -97,5 +96,4 @@ locatePoints(const LocatorGrid& grid,
   locatePointsWith<NativeLanes>(grid, points, located, certain);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

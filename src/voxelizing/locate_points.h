@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Distance of prefetching, bytes. */
 constexpr std::size_t prefetch_distance = 2048;
@@ -87,5 +86,4 @@ locatePointsWith<Avx2Lanes>(const LocatorGrid&,
                             CertainPoints&);
 #endif
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include "simd/avx2_lanes.h"
 #include "voxelizing/point_locator.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 template void
 locatePointsWith<Avx2Lanes>(const LocatorGrid&,
@@ -16,6 +15,5 @@ locatePointsWith<Avx2Lanes>(const LocatorGrid&,
                             LocatedPoints&,
                             CertainPoints&);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io
 #endif

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Position of a voxel in a grid: a block of 4 x 4 x 4 voxels and a voxel in
  * it. */
@@ -103,5 +102,4 @@ mortonKey(const BlockVoxel& voxel)
   return mortonKeyOfBlock(voxel.block) << 6 | morton_order[voxel.voxel];
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

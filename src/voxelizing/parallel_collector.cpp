@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -154,5 +153,4 @@ ParallelCollector::areSumsExact(std::size_t parts, const VoxelSums& sums) const
   return exactness.areExact(*std::max_element(sums.counts.begin(), sums.counts.end()));
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Collects the points of a cloud into voxels, in several threads if the cloud
  * is large enough and can be split: each thread collects consecutive points, and the
@@ -124,5 +123,4 @@ private:
   std::size_t occupied_blocks_ = 0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 CompressionStatus
 checkView(const PointView& points)
@@ -64,5 +63,4 @@ PointBatches::split(std::size_t /*parts*/)
   return {};
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

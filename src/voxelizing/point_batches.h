@@ -11,8 +11,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Checks that a view of several points says where they are.
  * \return Ok, or InvalidInput
@@ -199,5 +198,4 @@ coordinateEnds(PointBatches& batches)
   return ends;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -371,5 +370,4 @@ PointBlocks::unite(std::size_t block, std::size_t part)
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Collects points into the occupied voxels of a grid, sorted by Morton key,
  * with sums over the points of each.
@@ -188,5 +187,4 @@ private:
   std::size_t occupied_count_ = 0;   // of occupied_, the rest is unused
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Computes the voxels of as many points at once as there are lanes.
  *
@@ -223,5 +222,4 @@ locatePointsWith(const LocatorGrid& grid,
   PointLocator<LanesT>::locate(grid, points, located, certain);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -45,5 +44,4 @@ findPointPeriod(const std::vector<std::array<double, 3>>& positions, double edge
              : 0;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds after how many points of a sequence one is near to the last such one, as
  * those of a laser where several fire in turns.
@@ -19,5 +18,4 @@ namespace io {
 std::uint32_t
 findPointPeriod(const std::vector<std::array<double, 3>>& positions, double edge);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -143,5 +142,4 @@ distanceFromRays(const std::vector<PixelPoint>& points,
   return distances.empty() ? 0.0 : medianSize(distances);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief A point of a scan, in the coordinates of its sensor, metres. */
 struct PixelPoint {
@@ -81,5 +80,4 @@ distanceFromRays(const std::vector<PixelPoint>& points,
                  const VoxelGrid& grid,
                  const scan::ScanLayout& layout);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <complex>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -261,5 +260,4 @@ RingColumns::releaseMemory()
   at_sensor_ = std::vector<std::size_t>();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the columns of the points of a spinning sensor whose rows are known, from
  * their azimuths. */
@@ -117,5 +116,4 @@ private:
   std::vector<std::uint32_t> free_columns_;   // of rows, that may be so
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Usual names of the field of the rows of a spinning sensor; the first one that
  * there is counts. */
@@ -72,5 +71,4 @@ private:
   FieldDescription exact_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

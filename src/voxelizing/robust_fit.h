@@ -13,8 +13,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The median of absolute values.
  * \param[in,out] values finite, not empty; are reordered
@@ -118,5 +117,4 @@ inline constexpr double depth_steps[] = {
     0.01, 0.008, 0.005, 0.004, 0.002, 0.001, 0.0005, 0.00025, 0.0002, 0.0001};
 constexpr double least_coherence = 0.9;
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

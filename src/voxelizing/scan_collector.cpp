@@ -11,8 +11,7 @@
 #include <numeric>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -411,5 +410,4 @@ ScanCollector::releaseMemory()
   symbols_ = VoxelFrame();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -20,8 +20,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The status of a cloud whose points are not coded in their order. */
 CompressionStatus
@@ -143,5 +142,4 @@ private:
   VoxelFrame symbols_; // scale and symbols of intensities, in the order of the cloud
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

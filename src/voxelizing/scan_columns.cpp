@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -120,5 +119,4 @@ ScanColumns::releaseMemory()
   by_azimuth_.releaseMemory();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

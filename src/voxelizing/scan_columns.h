@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Gives the points of a spinning sensor, whose rings are known, columns: those in
  * which it fires its lasers where the cloud has that order, else those of their
@@ -85,5 +84,4 @@ private:
   std::vector<PixelPoint> points_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

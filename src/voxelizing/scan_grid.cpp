@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -103,5 +102,4 @@ ScanGrid::setAround(const WorldPose& sensor_pose, const SensorCloud& cloud)
   return grid.has_value();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

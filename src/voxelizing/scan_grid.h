@@ -11,8 +11,7 @@
 #include <array>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The grid in whose edges the places of a stream's scans are told, which changes
  * seldom, as each change takes an I-frame. */
@@ -57,5 +56,4 @@ private:
   std::array<double, 3> lattice_origin_{}; // that it is a part of
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -259,5 +258,4 @@ locateScan(const ScanPoints& points, std::size_t threads, scan::ScanFrame& scan)
   return are_all_near;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Puts points on the rays of a scan. Each coordinate is off by at most half an
  * edge: on the ray if that is near enough, else whole edges beside it. */
@@ -83,5 +82,4 @@ struct ScanPoints {
 bool
 locateScan(const ScanPoints& points, std::size_t threads, scan::ScanFrame& scan);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -183,5 +182,4 @@ SensorCloudReader::readAttributes(const PointView& points, SensorCloud& cloud) c
   contents_.fields->readPoints(points, batch_, cloud.numbers);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The usable points of a cloud that has a sensor's order, in the order of the
  * cloud. */
@@ -77,5 +76,4 @@ private:
   std::vector<std::uint32_t> batch_; // usable points of the current batch
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -330,5 +329,4 @@ SensorRays::findAngles(const SensorCloud& cloud,
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The rays of a sensor, found in one of its clouds and kept for those that
  * follow. */
@@ -83,5 +82,4 @@ private:
   std::vector<std::uint16_t> shifts_; // of the rows of firings
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 
 #include <type_traits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 void
 SortedVoxels::begin(const SummedFields& fields, std::size_t expected)
@@ -104,5 +103,4 @@ SortedVoxels::writeSorted(const std::vector<EntryT>& sorted,
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

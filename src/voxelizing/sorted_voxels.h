@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Same interface as PointBlocks, for sparse clouds whose blocks of voxels would
  * be nearly empty: sorts the points by their voxels. */
@@ -69,5 +68,4 @@ private:
   std::size_t occupied_blocks_ = 0;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -366,5 +365,4 @@ followMotion(const std::vector<PixelPoint>& points,
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Rays of a spinning sensor, in its coordinates, metres and radians. */
 struct SpinningFit {
@@ -75,5 +74,4 @@ setSpinningRays(const SpinningFit& fit,
                 const VoxelGrid& grid,
                 scan::ScanLayout& layout);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

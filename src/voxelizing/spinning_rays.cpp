@@ -7,8 +7,7 @@
 #include <cstddef>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 bool
 setSpinningRays(const SpinningFit& fit,
@@ -71,5 +70,4 @@ setSpinningRays(const SpinningFit& fit,
   return isConsistent(layout);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

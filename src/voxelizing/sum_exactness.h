@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Tells whether sums of some floats in double precision are exact, so that they
  * do not depend on the order of the summands. */
@@ -74,5 +73,4 @@ private:
   bool has_whole_ = false;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -165,5 +164,4 @@ improveMotion(std::vector<TurnPoint>& points,
          far * step.segment<2>(3).norm();
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

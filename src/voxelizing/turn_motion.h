@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief How a sensor moved during a turn, to places of its middle. Times are those of
  * columns, from -1/2 to 1/2. */
@@ -97,5 +96,4 @@ improveMotion(std::vector<TurnPoint>& points,
               const std::vector<double>& columns,
               TurnMotion& motion);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 CollectionResult
 VoxelCollector::collect(PointBatches& points,
@@ -99,5 +98,4 @@ VoxelCollector::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
     blocks_.writeVoxels(keys, sums);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What is collected of the points of a cloud. */
 struct CollectedFields : SummedFields {
@@ -105,5 +104,4 @@ private:
   LocatedPoints located_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -355,5 +354,4 @@ VoxelLocator::findOne(const PointView& points,
   return true;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Computes the voxels of the points of a cloud, and counts the points that
  * cannot be used. */
@@ -108,5 +107,4 @@ private:
   std::array<float, 3> usable_max_{}; // metres; not used with a fixed box
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief What is summed of the points of a cloud in each voxel, besides their
  * number. */
@@ -40,5 +39,4 @@ struct VoxelSums {
   }
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 class Voxelizer::Implementation {
 public:
@@ -286,5 +285,4 @@ Voxelizer::voxelize(PointBatches& points, bool may_refit, VoxelFrame& frame)
   return implementation_->voxelize(points, may_refit, frame);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 
 #include <memory>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the
  * mean colour of its points and their number, as the settings say.
@@ -61,5 +60,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Index of an element that does not exist. */
 constexpr std::size_t not_in_list = static_cast<std::size_t>(-1);
@@ -88,5 +87,4 @@ walkSideBySide(const std::vector<First>& first,
   return true;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds blocks by their Morton keys: a hash table with open addressing.
  *
@@ -120,5 +119,4 @@ private:
       std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

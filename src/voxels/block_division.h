@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Divides the blocks of a frame into known ones, as those of a history, and new
  * ones. Without branches on whether a known block is in the frame, which would be
@@ -68,5 +67,4 @@ divideBlocks(const std::vector<Known>& known,
   new_masks.resize(new_count);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

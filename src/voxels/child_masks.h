@@ -6,8 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Tables of the 256 masks of eight children: those of an octree node, the
  * octants of a block, or the cells of an octant. Bit c is child c = 4x + 2y + z. */
@@ -32,5 +31,4 @@ makeChildMasks()
 
 inline constexpr ChildMasks child_masks = makeChildMasks();
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 
 #include <cmath>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 bool
 isConsistent(const DepthModel& model)
@@ -50,5 +49,4 @@ depthModelOf(const DepthLaw& law,
   return model;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

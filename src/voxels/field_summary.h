@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Makes one value of those that a field has in a voxel: the mean, or of integers
  * and of a single value the most frequent one, the lowest of several.
@@ -45,5 +44,4 @@ summarizeField(const FieldDescription& field,
   fieldValue(field, best, value);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
@@ -189,5 +188,4 @@ fieldValue(const FieldDescription& field, std::uint64_t number)
   });
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

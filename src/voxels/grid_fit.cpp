@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 bool
 isOrigin(const std::array<double, 3>& origin)
@@ -153,5 +152,4 @@ pclGridOfBox(double resolution, const BoundingBox& box)
   return grid;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <array>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Lattice indices of stream version 1 are -2^20 .. 2^20 - 1. */
 constexpr std::int64_t lattice_end = std::int64_t{1} << (max_grid_depth - 1);
@@ -85,5 +84,4 @@ originFor(double resolution, const BoundingBox& box);
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() +
  * 1 if there is none. Intensities do not decrease with the symbol. */
@@ -25,5 +24,4 @@ lowestSymbol(const IntensityScale& scale, float min_intensity)
   return low;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Removes voxels of a frame, with their intensities, colours, numbers of
  * points, fields and points. A cloud of one row has no missing points afterwards.
@@ -73,5 +72,4 @@ keepVoxels(VoxelFrame& frame, IsKeptT&& is_kept)
   return count - kept;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Finds the face neighbours of voxels that come before them in Morton order:
  * those below them on each axis. */
@@ -154,5 +153,4 @@ private:
   std::array<Block, lower_faces> lower_;
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

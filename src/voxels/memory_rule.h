@@ -7,8 +7,7 @@
 #include <array>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decides when to release memory that is reused from frame to frame: the memory
  * of a large frame is not kept for the rest of a stream, and alternating sizes do not
@@ -65,5 +64,4 @@ private:
   std::size_t most_ = 0;                   // needed or taken since the last release
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::size_t
 bytesOf(const MessageLayout& layout)
@@ -31,5 +30,4 @@ isLayout(const MessageLayout& layout)
          std::all_of(layout.fields.begin(), layout.fields.end(), is_within);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

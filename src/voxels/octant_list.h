@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The occupied octants of many blocks, to list the voxels of these. A loop over
  * octants has no loops over octants or cells inside, whose ends would be mispredicted
@@ -103,5 +102,4 @@ private:
   std::size_t count_ = 0; ///< elements from here on are unused
 };
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

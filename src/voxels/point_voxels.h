@@ -4,8 +4,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/status.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Sets the voxels of a frame that has its points, if it has none: with the mean
  * intensity and colour of their points. Points and fields are put in the order of the
@@ -24,5 +23,4 @@ statusOfVoxels(const VoxelFrame& frame);
 PCL_EXT_CODEC_EXPORT void
 closeGaps(FramePoints& points);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

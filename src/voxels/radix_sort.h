@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Sorts keys, or entries by their member `key`, ascending; stable.
  *
@@ -74,5 +73,4 @@ usedBits(const std::vector<EntryT>& entries)
   return bits;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

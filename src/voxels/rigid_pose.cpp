@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/rigid_pose.h>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 bool
 isRigid(const io::SensorPose& pose)
@@ -14,5 +13,4 @@ isRigid(const io::SensorPose& pose)
          rotation.determinant() > 0.0f && pose.translation().allFinite();
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -4,8 +4,7 @@
 #include "bytes/reserve_ahead.h"
 #include "voxels/octant_list.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 std::size_t
 countBlocks(const std::vector<std::uint64_t>& voxel_keys)
@@ -113,5 +112,4 @@ countNeighbours(std::uint64_t mask,
   return counts;
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

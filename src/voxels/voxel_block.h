@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 class OctantList;
 
@@ -241,5 +240,4 @@ NeighbourCounts
 countNeighbours(std::uint64_t mask,
                 const std::array<std::uint64_t, face_count>& neighbours);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 namespace {
@@ -208,5 +207,4 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -22,8 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 namespace test {
 
 using pcl_ext::test::expectCode;
@@ -164,5 +163,4 @@ private:
 };
 
 } // namespace test
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

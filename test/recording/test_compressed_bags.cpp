@@ -9,8 +9,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -159,5 +158,4 @@ TEST(CompressedBags, FilesThatHaveFarMoreBytesThanTheyHadAreRefused)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -9,8 +9,7 @@
 #include <numeric>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -250,5 +249,4 @@ TEST(DamagedRecordings, WhatIsNoRecordingIsRefusedWithItsKind)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -13,8 +13,7 @@
 #include <map>
 #include <random>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -355,5 +354,4 @@ TEST(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -16,8 +16,7 @@
 
 #include <limits>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -342,5 +341,4 @@ TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

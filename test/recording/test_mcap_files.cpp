@@ -14,8 +14,7 @@
 #include <algorithm>
 #include <random>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -406,5 +405,4 @@ TEST(RecordingReader, NamesTheCloudsOfABagWithoutCompressedOnes)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -189,5 +188,4 @@ TEST(PointCloudMessages, StampsBefore1970AreKeptAndThoseOutOfRangeAre0)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -18,8 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -135,5 +134,4 @@ TEST(RecordedPoints, PointsAreDecodedWithVoxelsOrWithoutWhateverTheOrder)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

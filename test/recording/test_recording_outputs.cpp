@@ -13,8 +13,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 TEST(RecordingOutputs, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
@@ -105,5 +104,4 @@ TEST(RecordingOutputs, PathsThatCannotBeWrittenAreRefused)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -14,8 +14,7 @@
 #include <set>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -357,5 +356,4 @@ TEST_F(Recordings, FramesOfThePublishedLayoutAreRecorded)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

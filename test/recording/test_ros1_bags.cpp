@@ -10,8 +10,7 @@
 
 #include <random>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -508,5 +507,4 @@ TEST(Ros1Bags, OfOtherFormatsAreNamed)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 namespace {
@@ -179,5 +178,4 @@ TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

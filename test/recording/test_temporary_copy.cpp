@@ -11,8 +11,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 TEST(TemporaryCopies, APipeIsCopiedToItsEnd)
@@ -80,5 +79,4 @@ TEST(Rosbag2Folders, PipesInThemAreNotWaitedFor)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -27,8 +27,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace test {
 
 using io::CompressionCode;
@@ -299,5 +298,4 @@ protected:
 };
 
 } // namespace test
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -14,8 +14,7 @@
 #include <map>
 #include <random>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A wall, of whose voxels and those about it some change with each frame. */
@@ -83,5 +82,4 @@ private:
 };
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

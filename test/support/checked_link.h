@@ -14,8 +14,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief Expects that no second takes more than its bits, and that no more waits than
@@ -84,5 +83,4 @@ private:
 };
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

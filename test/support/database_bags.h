@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 /** \brief A database with the tables of rosbag2, of Humble unless tests add others. */
@@ -118,5 +117,4 @@ compressed(const Bytes& bytes)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

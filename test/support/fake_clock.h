@@ -11,8 +11,7 @@
 #include <memory>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace test {
 
 /** \brief A clock that is set by the test and read by any thread. */
@@ -50,5 +49,4 @@ private:
 };
 
 } // namespace test
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -18,8 +18,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A frame of version 1. */
@@ -105,5 +104,4 @@ withChecksum(Bytes bytes, std::uint32_t reference_checksum = 0)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

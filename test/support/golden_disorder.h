@@ -13,8 +13,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief Senders that are started again, whose frames come twice, late, damaged, cut
@@ -73,5 +72,4 @@ goldenDisorder(const std::string& name)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -20,8 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief Stamps of a stream whose I-frame has none; they go back below 0, and the
@@ -369,5 +368,4 @@ goldenStill(const std::string& name, Effort effort)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

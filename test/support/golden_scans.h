@@ -14,8 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A scan, and the points that it is decoded to. */
@@ -129,5 +128,4 @@ goldenMovingScans(const std::string& name, Effort effort)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

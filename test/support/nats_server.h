@@ -24,8 +24,7 @@
 #include <string>
 #include <thread>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 namespace test {
 
 using recording::test::TestFolder;
@@ -189,5 +188,4 @@ private:
 };
 
 } // namespace test
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

@@ -33,8 +33,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace test {
 
 using namespace nodes;
@@ -65,5 +64,4 @@ using pcl_ext::test::WorldVoxels;
 using pcl_ext::test::worldVoxels;
 
 } // namespace test
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

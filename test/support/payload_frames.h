@@ -8,8 +8,7 @@
 #include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief Appends the payload of a frame, which is matched before if it is a
@@ -76,5 +75,4 @@ expectDecoded(PayloadCoder& coder,
   expectSameFrame(back, frame);
 }
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

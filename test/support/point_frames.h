@@ -14,8 +14,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief What the points of a frame are like. */
@@ -108,5 +107,4 @@ pointFrame(std::mt19937_64& random, const PointContent& content = {})
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A view of points, of which there must be one: x, y, z, and of four numbers the
@@ -60,5 +59,4 @@ viewOf(const std::vector<ColouredPoint>& points)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -21,8 +21,7 @@
 #include <random>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
@@ -90,5 +89,4 @@ corner(const std::array<double, 3>& coordinates)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

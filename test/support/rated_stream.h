@@ -15,8 +15,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief What a cloud costs on the finest step, with effort balanced. */
@@ -161,5 +160,4 @@ private:
 };
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -27,8 +27,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 using pcl_ext::test::hasPart;
@@ -242,5 +241,4 @@ readAll(const std::string& path, const std::vector<KnownStream>& known)
 }
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

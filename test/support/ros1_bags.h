@@ -6,6 +6,8 @@
 #pragma once
 
 #ifdef PCL_EXT_HAS_BZIP2
+#include <pcl_ext/version.h>
+
 #include <bzlib.h>
 #endif
 #include <lz4frame.h>
@@ -18,8 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 inline std::string
@@ -230,5 +231,4 @@ private:
 };
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

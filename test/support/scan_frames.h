@@ -15,8 +15,7 @@
 #include <cstdint>
 #include <random>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A camera of 40 x 30 pixels in the middle of a grid of 1 mm. */
@@ -204,5 +203,4 @@ frameOf(scan::ScanFrame scan)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

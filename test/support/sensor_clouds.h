@@ -31,8 +31,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
@@ -161,5 +160,4 @@ expectLeftOut(SensorNode& node,
 }
 
 } // namespace test
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

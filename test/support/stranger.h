@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 namespace test {
 
 /** \brief Publishes messages as another program does. */
@@ -57,5 +56,4 @@ private:
 };
 
 } // namespace test
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

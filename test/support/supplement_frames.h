@@ -14,8 +14,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 inline void
@@ -133,5 +132,4 @@ fineFrame(std::mt19937_64& random, unsigned int bits)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

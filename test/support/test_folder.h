@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,8 +15,7 @@
 #include <string>
 #include <system_error>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
 
 /** \brief A folder for the files of a test, which is removed with them. Other runs of the
@@ -53,5 +54,4 @@ private:
 };
 
 } // namespace test
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace test {
 
 /** \brief Stamp of the first clouds, at time 0. */
@@ -118,5 +117,4 @@ reportOf(TestedCentre& centre, const std::string& name)
 }
 
 } // namespace test
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -22,8 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -256,5 +255,4 @@ encodedWalk(FrameEncoder& encoder,
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

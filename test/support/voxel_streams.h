@@ -16,8 +16,7 @@
 #include <optional>
 #include <random>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 /** \brief A sensor that looks at a room which does not change. */
@@ -133,5 +132,4 @@ roomSettings(unsigned int depth,
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

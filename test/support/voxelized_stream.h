@@ -21,8 +21,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace test {
 
 inline constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
@@ -162,5 +161,4 @@ row(const std::vector<float>& intensities)
 }
 
 } // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

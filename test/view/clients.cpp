@@ -22,8 +22,7 @@
 #include <filesystem>
 #include <sstream>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace asio = boost::asio;
@@ -312,5 +311,4 @@ processUse()
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 using pcl_ext::test::hasPart;
@@ -130,5 +129,4 @@ ProcessUse
 processUse();
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -17,8 +17,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -96,5 +95,4 @@ timeOfFrame(std::size_t number)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

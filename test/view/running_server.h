@@ -14,8 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 constexpr char test_page[] = "<!doctype html><title>test</title><body>page</body>";
@@ -72,5 +71,4 @@ public:
 };
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -81,5 +80,4 @@ TEST(ByteRanges, TooManyAreIgnored)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

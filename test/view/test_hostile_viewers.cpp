@@ -8,8 +8,7 @@
 
 #include <random>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -310,5 +309,4 @@ TEST(ViewServer, AddressesAreNumbersOfThisMachine)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

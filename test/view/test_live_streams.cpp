@@ -6,8 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -339,5 +338,4 @@ TEST(LiveMessages, ListTheStreamsAndAskForIFrames)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -9,8 +9,7 @@
 #include <deque>
 #include <thread>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -272,5 +271,4 @@ TEST(LiveView, StreamsGoOnWhileViewersComeAndGo)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -9,8 +9,7 @@
 
 #include <random>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -256,5 +255,4 @@ TEST(ViewServer, FilesThatCannotBeReadAreRefused)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

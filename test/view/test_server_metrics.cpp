@@ -6,8 +6,7 @@
 
 #include <atomic>
 
-namespace pcl_ext {
-namespace view {
+namespace pcl_ext::PCL_EXT_ABI::view {
 namespace test {
 
 namespace {
@@ -71,5 +70,4 @@ TEST(ServerMetrics, FollowThoseOfTheProgram)
 }
 
 } // namespace test
-} // namespace view
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::view

@@ -14,8 +14,7 @@
 #include <optional>
 #include <streambuf>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -212,5 +211,4 @@ frameSize(const std::uint8_t* bytes,
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

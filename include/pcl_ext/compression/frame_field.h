@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -146,5 +145,4 @@ fieldValue(const FieldDescription& field, std::uint64_t number);
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -94,5 +93,4 @@ struct FrameStatistics {
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

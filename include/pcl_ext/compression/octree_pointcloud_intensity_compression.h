@@ -22,8 +22,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -395,14 +394,12 @@ private:
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io
 
 #include <pcl_ext/compression/impl/octree_pointcloud_intensity_compression.hpp>
 
 #if PCL_EXT_USES_INSTANCES
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 extern template class PCL_EXT_EXPORT
     OctreePointCloudIntensityCompression<pcl::PointXYZ>;
@@ -413,6 +410,5 @@ extern template class PCL_EXT_EXPORT
 extern template class PCL_EXT_EXPORT
     OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io
 #endif

@@ -7,8 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -62,5 +61,4 @@ struct RateControlStatus {
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -49,5 +48,4 @@ findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& cha
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \addtogroup io
  * @{ */
@@ -367,7 +366,6 @@ forEachPoint(const VoxelFrame& frame, VisitT&& visit);
 
 /** @} */
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io
 
 #include <pcl_ext/compression/impl/voxel_centres.hpp>

@@ -8,8 +8,7 @@
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/point_cloud.h>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup filters
  * @{ */
@@ -57,5 +56,4 @@ removeOutliers(pcl::PointCloud<PointT>& cloud, PointOutlierRemoval& removal)
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

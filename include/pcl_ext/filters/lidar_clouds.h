@@ -9,8 +9,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup filters
  * @{ */
@@ -67,5 +66,4 @@ arrangeByRing(pcl::PCLPointCloud2& cloud,
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -9,8 +9,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup filters
  * @{ */
@@ -93,5 +92,4 @@ private:
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

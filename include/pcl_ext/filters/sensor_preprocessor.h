@@ -22,8 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup filters
  * @{ */
@@ -319,7 +318,6 @@ private:
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI
 
 #include <pcl_ext/filters/impl/sensor_preprocessor.hpp>

@@ -17,8 +17,7 @@
 #include <variant>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup filters
  * @{ */
@@ -388,5 +387,4 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief A value of a setting and its name on command lines, in parameter files and in
  * Python. The values of a setting are a table of them, such as io::efforts. */
@@ -52,5 +51,4 @@ namesOf(const TableT& table)
   return names;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

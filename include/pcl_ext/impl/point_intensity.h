@@ -14,8 +14,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \brief True if the point type has a field `intensity` registered with PCL. */
 template <typename PointT>
@@ -187,5 +186,4 @@ pointViewWithIntensities(const pcl::PointCloud<PointT>& cloud)
                        : pointViewWithIntensities(cloud.points.data(), cloud.size());
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

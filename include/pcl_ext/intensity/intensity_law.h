@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup intensity
  * @{ */
@@ -110,5 +109,4 @@ visitIntensityModel(IntensityLaw law,
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

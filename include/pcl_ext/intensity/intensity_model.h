@@ -12,8 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup intensity
  * @{ */
@@ -447,5 +446,4 @@ struct DepthLaw {
 
 /** @} */
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

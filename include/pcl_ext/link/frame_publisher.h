@@ -12,8 +12,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \addtogroup link
  * @{ */
@@ -123,5 +122,4 @@ private:
 
 /** @} */
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

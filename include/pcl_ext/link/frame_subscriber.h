@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace link {
+namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \addtogroup link
  * @{ */
@@ -212,5 +211,4 @@ keptStreams(const LinkSettings& link, std::vector<SiteStream>& streams) noexcept
 
 /** @} */
 
-} // namespace link
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::link

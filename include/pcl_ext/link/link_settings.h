@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-namespace pcl_ext {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup link
  * @{ */
@@ -79,4 +79,4 @@ checkSettings(const LinkSettings& settings);
 } // namespace link
 /** @} */
 
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

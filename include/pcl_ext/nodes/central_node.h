@@ -21,8 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \addtogroup nodes
  * @{ */
@@ -304,5 +303,4 @@ private:
 
 /** @} */
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \addtogroup nodes
  * @{ */
@@ -84,5 +83,4 @@ insertVoxels(const io::VoxelFrame& frame,
 
 /** @} */
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -14,8 +14,7 @@
 #include <numeric>
 #include <string>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \addtogroup nodes
  * @{ */
@@ -133,5 +132,4 @@ struct StreamHealth {
 
 /** @} */
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

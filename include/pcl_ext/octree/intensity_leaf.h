@@ -10,8 +10,7 @@
 
 #include <optional>
 
-namespace pcl_ext {
-namespace octree {
+namespace pcl_ext::PCL_EXT_ABI::octree {
 
 /** \addtogroup octree
  * @{ */
@@ -131,5 +130,4 @@ private:
 
 /** @} */
 
-} // namespace octree
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::octree

@@ -22,12 +22,9 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 struct PointXYZRGBI;
-
-} // namespace PCL_EXT_ABI
 
 namespace octree {
 
@@ -331,7 +328,7 @@ private:
 /** @} */
 
 } // namespace octree
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI
 
 #include <pcl/octree/impl/octree_iterator.hpp>
 

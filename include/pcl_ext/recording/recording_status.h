@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \addtogroup recording
  * @{ */
@@ -47,5 +46,4 @@ struct RecordingDamage {
 
 /** @} */
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -10,8 +10,7 @@
 #include <memory>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \addtogroup recording
  * @{ */
@@ -98,5 +97,4 @@ private:
 
 /** @} */
 
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
+namespace pcl_ext::PCL_EXT_ABI {
 
 /** \addtogroup view
  * @{ */
@@ -209,4 +209,4 @@ private:
 } // namespace view
 /** @} */
 
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

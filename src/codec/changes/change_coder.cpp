@@ -12,8 +12,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
 
 namespace {
@@ -467,5 +466,4 @@ ChangeCoder::releaseMemory()
 }
 
 } // namespace changes
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

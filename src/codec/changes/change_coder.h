@@ -15,8 +15,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
 
 /** \brief Codes frames of changes, of any effort: what differs from the last frame
@@ -169,5 +168,4 @@ private:
 };
 
 } // namespace changes
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
 
 /** \brief Codes what the cells that change become, and copies the symbols of the
@@ -152,5 +151,4 @@ private:
 };
 
 } // namespace changes
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

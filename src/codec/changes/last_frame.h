@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
 
 /** \brief A block of the last frame, or one whose voxels vanished lately. */
@@ -30,5 +29,4 @@ struct LastFrame {
 };
 
 } // namespace changes
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
 
 /** \brief Models of frames of changes, at first as at an I-frame. */
@@ -24,5 +23,4 @@ struct Models {
 };
 
 } // namespace changes
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

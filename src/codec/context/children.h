@@ -13,8 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Models of the children of octree nodes (doc/bitstream_context.md,
@@ -124,5 +123,4 @@ codeChildren(CodingT& coding,
 }
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

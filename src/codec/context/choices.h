@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief One of the alternatives of a choice: the index-th one of a class. */
@@ -82,5 +81,4 @@ private:
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

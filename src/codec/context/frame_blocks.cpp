@@ -5,8 +5,7 @@
 #include "voxels/ascending_keys.h"
 #include "voxels/block_division.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 void
@@ -66,5 +65,4 @@ FrameBlocks::collect(const History& history, BlockList& coded) const
 }
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

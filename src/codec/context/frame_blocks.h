@@ -15,8 +15,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Parameters of coding a frame, the same in encoder and decoder. */
@@ -108,5 +107,4 @@ struct CodedIntensities {
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <array>
 #include <cstdlib>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 namespace {
@@ -352,5 +351,4 @@ History::releaseMemory()
 }
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief A block of the history. */
@@ -166,5 +165,4 @@ private:
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -19,8 +19,7 @@
 #include <cstdlib>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
@@ -401,5 +400,4 @@ private:
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Models of intensity symbols (doc/bitstream_context.md, "Symbols"). */
@@ -104,5 +103,4 @@ struct IntensityContexts {
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

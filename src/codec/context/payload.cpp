@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 namespace {
@@ -406,5 +405,4 @@ Payload::releaseMemory()
 }
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

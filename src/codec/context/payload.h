@@ -16,8 +16,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): a
@@ -187,5 +186,4 @@ private:
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

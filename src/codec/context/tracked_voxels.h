@@ -11,8 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace context {
 
 /** \brief Models of tracked voxels (doc/bitstream_context.md, "Tracked voxels"). */
@@ -216,5 +215,4 @@ private:
 };
 
 } // namespace context
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

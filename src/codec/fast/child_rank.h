@@ -5,8 +5,7 @@
 
 #include "voxels/child_masks.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 constexpr unsigned int all_ones = ~0u;
@@ -42,5 +41,4 @@ childOfRank(unsigned int likely, unsigned int children, unsigned int rank)
 }
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 const std::vector<std::uint16_t>&
@@ -83,5 +82,4 @@ DepthResiduals::collectClasses()
 }
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

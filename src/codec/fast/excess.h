@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief Codes what numbers of points have beyond the highest symbol.
@@ -42,5 +41,4 @@ codeExcess(Coder& coder, CountsT& counts)
 }
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

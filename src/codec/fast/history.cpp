@@ -9,8 +9,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 namespace {
@@ -295,5 +294,4 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, FrameBlocks& f
 }
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

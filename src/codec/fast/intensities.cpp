@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 static_assert(History::no_statistics == symbol_statistics::none,
@@ -297,5 +296,4 @@ Intensities::code(rans::NibbleDecoder&,
                   std::uint16_t*);
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

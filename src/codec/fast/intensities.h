@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief Codes the symbols of a frame, of intensities or of numbers of points,
@@ -107,5 +106,4 @@ private:
 };
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

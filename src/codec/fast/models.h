@@ -11,8 +11,7 @@
 #include <array>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief Models of a mask of eight children: low nibble, then high nibble. The context
@@ -102,5 +101,4 @@ const Models&
 firstModels(bool has_points);
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -9,8 +9,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 void
@@ -203,5 +202,4 @@ template bool
 NewBlocks::code(rans::NibbleDecoder&, NodeModels&, FrameBlocks&);
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

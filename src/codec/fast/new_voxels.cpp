@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 namespace {
@@ -340,5 +339,4 @@ NewVoxels::code(rans::NibbleDecoder&,
                 FrameBlocks&);
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 namespace {
@@ -461,5 +460,4 @@ Payload::forget() noexcept
 }
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

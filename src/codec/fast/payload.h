@@ -17,8 +17,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief Memory for a frame while it is coded, and the state after it until learn().
@@ -170,5 +169,4 @@ private:
 };
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

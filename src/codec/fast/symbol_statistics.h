@@ -9,8 +9,7 @@
 #include <array>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief Bins of intensity values; above 15 there are eight an octave, and low bits
@@ -233,5 +232,4 @@ private:
 } // namespace symbol_statistics
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <array>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 namespace {
@@ -249,5 +248,4 @@ TrackedVoxels::code(
     rans::NibbleDecoder&, Models&, const History&, History&, FrameBlocks&);
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

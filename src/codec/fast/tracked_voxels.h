@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace fast {
 
 /** \brief For an encoder: groups the voxels into blocks, and divides these into tracked
@@ -65,5 +64,4 @@ private:
 };
 
 } // namespace fast
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

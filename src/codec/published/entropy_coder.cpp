@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 namespace {
@@ -185,5 +184,4 @@ decodeStaticRange(ByteSource& source,
 }
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

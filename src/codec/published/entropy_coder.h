@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 /** \brief Encodes symbols as pcl::StaticRangeCoder::encodeCharVectorToStream does: 257
@@ -42,5 +41,4 @@ decodeStaticRange(ByteSource& source,
                   std::vector<std::uint8_t>& symbols);
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 namespace {
@@ -209,5 +208,4 @@ decodeFrame(ByteSource& source,
 }
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 /** \brief The last coded frame, which the next P-frame is coded relative to. */
@@ -60,5 +59,4 @@ decodeFrame(ByteSource& source,
             CodedFrameStatistics& statistics);
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

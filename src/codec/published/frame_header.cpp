@@ -9,8 +9,7 @@
 #include <array>
 #include <cmath>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 namespace {
@@ -94,5 +93,4 @@ readFrameHeader(ByteSource& source, const DecoderLimits& limits, FrameHeader& he
 }
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

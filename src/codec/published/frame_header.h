@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 /** \brief The six bytes that a frame of the published layout begins with. */
@@ -41,5 +40,4 @@ CompressionStatus
 readFrameHeader(ByteSource& source, const DecoderLimits& limits, FrameHeader& header);
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

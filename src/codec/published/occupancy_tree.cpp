@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 namespace {
@@ -70,5 +69,4 @@ maxBranchNodes(std::uint64_t voxels, unsigned int depth)
 }
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

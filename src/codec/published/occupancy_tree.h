@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 /** \brief Branch nodes of one level of an octree, in Morton order. */
@@ -112,5 +111,4 @@ private:
 };
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

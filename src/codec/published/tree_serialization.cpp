@@ -5,8 +5,7 @@
 
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 namespace {
@@ -148,5 +147,4 @@ deserializeTree(const std::vector<std::uint8_t>& symbols,
 }
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace published {
 
 /** \brief Writes an octree as PCL serializes it: depth first, for each branch node its
@@ -39,5 +38,4 @@ deserializeTree(const std::vector<std::uint8_t>& symbols,
                 std::vector<std::uint64_t>& keys);
 
 } // namespace published
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

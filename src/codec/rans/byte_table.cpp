@@ -5,8 +5,7 @@
 #include <cstring>
 #include <memory>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 void
@@ -71,5 +70,4 @@ occupancyTable(unsigned int probability)
 }
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

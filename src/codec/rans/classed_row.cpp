@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 namespace {
@@ -94,5 +93,4 @@ ClassedRow::decode(const std::uint8_t* begin,
 }
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 /** \brief Codes rows of small numbers, each with a class that encoder and decoder know,
@@ -96,5 +95,4 @@ private:
 };
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

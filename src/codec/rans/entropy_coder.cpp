@@ -5,8 +5,7 @@
 
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 namespace {
@@ -70,5 +69,4 @@ NibbleDecoder::isAtEnd() const
 }
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

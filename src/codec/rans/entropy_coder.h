@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 /** \brief The interleaving of a row of so many elements. In a short row the bytes of
@@ -428,5 +427,4 @@ NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne dec
 }
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 /** \brief Probabilities of symbols are multiples of 2^-12. */
@@ -143,5 +142,4 @@ private:
 };
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
 /** \brief Number of interleaved rANS states: one takes fewer bytes, four less time
@@ -90,5 +89,4 @@ private:
 };
 
 } // namespace rans
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Numbers below this are symbols of their own; above them there are two symbols
@@ -74,5 +73,4 @@ unzigzag(std::uint32_t number)
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Numbers of a plane are below it, so that no sum of three of their distances
@@ -496,5 +495,4 @@ private:
 };
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

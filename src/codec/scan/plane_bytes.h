@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Appends planes: of each the size in bytes, and its stream of symbols. */
@@ -113,5 +112,4 @@ private:
 };
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cstdlib>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 namespace {
@@ -481,5 +480,4 @@ ScanCoder::codeValues(PlanesT& planes,
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -4,8 +4,7 @@
 #include "codec/rans/entropy_coder.h"
 #include "codec/supplement/numbers.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 void
@@ -52,5 +51,4 @@ ScanFields::releaseMemory()
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -14,8 +14,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Depths are below it. */
@@ -147,5 +146,4 @@ struct ScanFrame : ScanLayout {
 };
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

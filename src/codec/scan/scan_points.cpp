@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 namespace {
@@ -225,5 +224,4 @@ movePoints(ScanFrame& scan, VoxelFrame& frame)
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 
 #include "codec/scan/scan_frame.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Moves the points of a decoded scan into a frame, without voxels.
@@ -17,5 +16,4 @@ void
 movePoints(ScanFrame& scan, VoxelFrame& frame);
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

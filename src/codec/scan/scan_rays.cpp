@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/scan/scan_rays.h"
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 ScanRayReader::ScanRayReader(const ScanRays& rays) : rays_(rays)
@@ -85,5 +84,4 @@ ScanRayReader::spinningRay(std::uint32_t column_index, std::int32_t turn) const
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

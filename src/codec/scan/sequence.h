@@ -16,8 +16,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Edges along x, y and z. */
@@ -297,5 +296,4 @@ private:
 };
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <deque>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 /** \brief Most contexts of the symbols of a plane. */
@@ -164,5 +163,4 @@ private:
 };
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -7,8 +7,7 @@
 #include <cstring>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
 namespace {
@@ -95,5 +94,4 @@ costOf(const SymbolTable::Counts& counts)
 }
 
 } // namespace scan
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -5,8 +5,7 @@
 
 #include <cstddef>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 namespace {
@@ -69,5 +68,4 @@ coarseVoxelsOf(const std::vector<std::uint64_t>& keys,
 }
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief For how many of the lowest levels of the octree its voxels are better coded
@@ -32,5 +31,4 @@ coarseVoxelsOf(const std::vector<std::uint64_t>& keys,
                std::vector<std::uint64_t>& coarse_voxels);
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

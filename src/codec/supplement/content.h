@@ -3,8 +3,7 @@
 
 #include <pcl_ext/version.h>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief What frames have besides voxels and intensities. */
@@ -41,5 +40,4 @@ struct Content {
 };
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

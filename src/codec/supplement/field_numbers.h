@@ -9,8 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Bits of a number without leading zeros. */
@@ -85,5 +84,4 @@ codeWide(CodingT& coding,
 }
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

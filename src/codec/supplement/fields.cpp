@@ -8,8 +8,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Finds the neighbours, the direction, the past and the points of each voxel. */
@@ -148,5 +147,4 @@ FieldCoder::releaseMemory()
 }
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

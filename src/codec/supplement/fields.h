@@ -15,8 +15,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Models of the sizes and the bits of large numbers. */
@@ -139,5 +138,4 @@ FieldCoder::codeFields(NumberCoding<rans::NibbleDecoder>&,
                        std::vector<FrameField>&);
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

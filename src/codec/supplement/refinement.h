@@ -13,8 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Models of the voxels within coarse voxels (doc/bitstream_supplement.md,
@@ -225,5 +224,4 @@ private:
 };
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Models of residuals, by how large those before were
@@ -101,5 +100,4 @@ private:
 };
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

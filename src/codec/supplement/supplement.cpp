@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 namespace {
@@ -256,5 +255,4 @@ SupplementCoder::releaseMemory()
 }
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

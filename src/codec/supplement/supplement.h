@@ -19,8 +19,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace supplement {
 
 /** \brief Bytes of a supplement by what they code. */
@@ -136,5 +135,4 @@ private:
 };
 
 } // namespace supplement
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief The channels of a file with their schemas, as their records are found. */
@@ -84,5 +83,4 @@ private:
 };
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 void
@@ -54,5 +53,4 @@ ChunkBuilder::take(bool is_compressed,
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -8,8 +8,7 @@
 #include <map>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief A chunk to which messages are added until it is written. */
@@ -45,5 +44,4 @@ private:
 };
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

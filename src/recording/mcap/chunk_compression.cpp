@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 namespace {
@@ -234,5 +233,4 @@ compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& by
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

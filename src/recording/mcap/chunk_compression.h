@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief Names of compressions in chunks. */
@@ -50,5 +49,4 @@ bool
 compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& bytes);
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 namespace {
@@ -362,5 +361,4 @@ findContents(const InputFile& file, const ChannelFilter& wants, FileContents& co
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

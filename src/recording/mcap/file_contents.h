@@ -6,8 +6,7 @@
 #include "recording/bag_contents.h"
 #include "recording/files.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief True if a file has the magic bytes of MCAP at its beginning or, if these are
@@ -26,5 +25,4 @@ RecordingStatus
 findContents(const InputFile& file, const ChannelFilter& wants, FileContents& contents);
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
 #include "recording/mcap/record_access.h"
 #include "recording/span_reader.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 namespace {
@@ -97,5 +96,4 @@ McapFile::readAttachment(const RecordExtent& extent, McapAttachment& attachment)
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief An MCAP file. */
@@ -40,5 +39,4 @@ private:
 };
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 namespace {
@@ -125,5 +124,4 @@ loadChunk(const ReadAt& read,
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief Reads bytes at a section; false unless all of them were read. */
@@ -63,5 +62,4 @@ readRecord(const InputFile& file,
            std::vector<std::uint8_t>& content);
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

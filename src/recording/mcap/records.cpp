@@ -11,8 +11,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 namespace {
@@ -390,5 +389,4 @@ checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum)
 }
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

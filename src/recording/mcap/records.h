@@ -16,8 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief The bytes that an MCAP file begins and ends with; the 0 is the version. */
@@ -212,5 +211,4 @@ std::uint32_t
 checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum = 0);
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -8,8 +8,7 @@
 
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
 
 /** \brief What the summary of a file tells besides its channels. */
@@ -30,5 +29,4 @@ bool
 readSummary(const InputFile& file, ChannelList& channels, Summary& summary);
 
 } // namespace mcap
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

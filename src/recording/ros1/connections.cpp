@@ -4,8 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 namespace {
@@ -69,5 +68,4 @@ Connections::add(const Fields& fields, const Fields& data)
 }
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -10,8 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 /** \brief The connections of a bag and their channels: each publisher of a topic has a
@@ -57,5 +56,4 @@ private:
 };
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

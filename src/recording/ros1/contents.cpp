@@ -9,8 +9,7 @@
 #include <map>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 namespace {
@@ -428,5 +427,4 @@ findContents(const InputFile& file,
 }
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

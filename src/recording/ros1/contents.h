@@ -5,8 +5,7 @@
 #include "recording/files.h"
 #include "recording/ros1/connections.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 /** \brief Finds the contents of a bag of ROS 1: by the indexes behind its chunks and the
@@ -23,5 +22,4 @@ findContents(const InputFile& file,
              FileContents& contents);
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 namespace {
@@ -163,5 +162,4 @@ loadChunk(const InputFile& file,
 }
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 
 class SpanReader;
 
@@ -134,5 +133,4 @@ loadChunk(const InputFile& file,
           std::vector<std::uint8_t>& records);
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

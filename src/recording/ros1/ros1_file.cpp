@@ -5,8 +5,7 @@
 #include "recording/ros1/records.h"
 #include "recording/span_reader.h"
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 namespace {
@@ -81,5 +80,4 @@ Ros1File::read(const MessagePlace& place,
 }
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

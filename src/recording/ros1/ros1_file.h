@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace ros1 {
 
 /** \brief A bag of ROS 1. */
@@ -40,5 +39,4 @@ private:
 };
 
 } // namespace ros1
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

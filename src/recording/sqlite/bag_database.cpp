@@ -11,8 +11,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 namespace {
@@ -404,5 +403,4 @@ BagDatabase::read(const MessagePlace& place,
 }
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -11,8 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 constexpr char magic[] = "SQLite format 3"; // and the 0 after it
@@ -59,5 +58,4 @@ private:
 };
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

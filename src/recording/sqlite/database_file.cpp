@@ -9,8 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 namespace {
@@ -217,5 +216,4 @@ DatabaseFile::DatabaseFile(const InputFile& file)
 DatabaseFile::~DatabaseFile() { sqlite3_vfs_unregister(&vfs_); }
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 /** \brief Lets SQLite read a file through InputFile, and nothing else: it can open no
@@ -77,5 +76,4 @@ private:
 };
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -1,13 +1,14 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <sqlite3.h>
 
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 /** \brief A query of a database. */
@@ -92,5 +93,4 @@ private:
 };
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -5,8 +5,7 @@
  * \brief In place of bag_database.cpp where there is no libsqlite3.
  */
 
-namespace pcl_ext {
-namespace recording {
+namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace sqlite {
 
 class BagDatabase::Implementation {};
@@ -34,5 +33,4 @@ BagDatabase::read(const MessagePlace& /* place */,
 }
 
 } // namespace sqlite
-} // namespace recording
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -20,8 +20,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 /** \brief True if the intensity of every point is 1, which need not be computed. */
@@ -174,5 +173,4 @@ private:
 };
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The symbol that one point adds to a voxel, for intensities that depend on the
  * depth in a sensor's frame. From it the coder computes a voxel's number of points and
@@ -93,5 +92,4 @@ depthModelOf(const DepthLaw& law,
              const VoxelGrid& grid,
              const IntensityScale& scale);
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 /** \brief A leaf of an octree as a point. */
@@ -84,5 +83,4 @@ viewOf(const std::vector<LeafPoint>& points, bool has_colours, bool has_intensit
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -13,8 +13,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 /** \brief The points of a frame, see forEachPoint(); those that are missing are not a
@@ -384,5 +383,4 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   }
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -18,8 +18,7 @@
 
 #include <array>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 /** \brief The arguments of PCL's constructor that a profile replaces, with PCL's names,
@@ -81,5 +80,4 @@ PCL_EXT_EXPORT OctreeBox
 octreeBox(const VoxelGrid& grid);
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -17,8 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
 /** \brief The registered fields of a point type but x, y and z, with their offsets. */
@@ -77,5 +76,4 @@ pointFieldsOf()
 }
 
 } // namespace detail
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

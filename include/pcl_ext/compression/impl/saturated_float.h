@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 /** \brief The float that is nearest to a number: beyond the range of float its highest
  * or lowest finite number, for which a cast alone is undefined. NaN stays NaN. */
@@ -19,5 +18,4 @@ saturatedFloat(double number)
   return static_cast<float>(std::clamp(number, -largest, largest));
 }
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail

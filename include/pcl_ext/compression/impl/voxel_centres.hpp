@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
+namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace detail {
 
@@ -239,5 +238,4 @@ forEachPoint(const VoxelFrame& frame, VisitT&& visit)
     detail::visitOwnPoints<float>(frame, visit);
 }
 
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::io

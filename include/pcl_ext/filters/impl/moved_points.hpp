@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::detail {
 
 /** \brief A rigid transformation followed by a crop box. */
 struct PointMove {
@@ -55,5 +54,4 @@ movePoints(const PointBytes& points,
            float* output,
            MovedPoints& moved);
 
-} // namespace detail
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::detail

@@ -12,8 +12,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace pcl_ext {
-inline namespace PCL_EXT_ABI {
+namespace pcl_ext::PCL_EXT_ABI {
 
 namespace detail {
 
@@ -430,5 +429,4 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::finishOutput(Output& output) 
   output.height = 1;
 }
 
-} // namespace PCL_EXT_ABI
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI

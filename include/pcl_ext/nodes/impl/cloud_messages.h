@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Name of a stream's format in the member `format` of CompressedPointCloud2. */
 PCL_EXT_EXPORT const char*
@@ -220,5 +219,4 @@ moveToPcl(PointCloud2T& message, pcl::PCLPointCloud2& cloud)
   cloud.data = std::move(message.data);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The outcome of a frame that a CloudReceiver received. */
 struct ReceiverStatus : io::CompressionStatus {
@@ -77,5 +76,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

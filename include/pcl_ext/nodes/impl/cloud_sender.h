@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The sending end of a stream of clouds, as nodes and plugins of ROS need it: a
  * SensorNode with parameters that change, requests for I-frames, and its health.
@@ -100,5 +99,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace detail {
 
 /** \brief Nodes of an OctoMap that rays go through, each of which counts as one miss.
@@ -225,5 +224,4 @@ private:
 };
 
 } // namespace detail
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

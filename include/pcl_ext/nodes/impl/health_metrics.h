@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Names and values of labels that all samples have, as the site and the centre.
  * Names are of [a-zA-Z_][a-zA-Z0-9_]*, other than stream and le; values are any bytes. */
@@ -53,5 +52,4 @@ senderMetrics(const std::vector<std::pair<std::string, SenderHealth>>& senders,
               Time now,
               const MetricLabels& labels = {});
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

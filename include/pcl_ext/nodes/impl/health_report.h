@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The levels of ROS's diagnostic_msgs/DiagnosticStatus, with its numbers. */
 enum class HealthLevel : std::uint8_t { Ok = 0, Warning = 1, Error = 2, Stale = 3 };
@@ -123,5 +122,4 @@ describeTogether(const std::vector<StreamHealth>& streams,
                  std::size_t map_nodes,
                  Time time);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief How often the streams of a centre are merged, and how long that waits. */
 struct MergeScheduleSettings {
@@ -192,5 +191,4 @@ private:
   MergeCounts counts_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -16,8 +16,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 namespace detail {
 
 /** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For
@@ -148,5 +147,4 @@ MergedMap::faultOf(const std::string& path)
 }
 
 } // namespace detail
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

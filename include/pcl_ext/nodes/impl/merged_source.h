@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief A stream that a merged frame has voxels of, or lacks. */
 struct MergedSource {
@@ -45,5 +44,4 @@ readMergedSources(
         std::pair<std::string, std::vector<std::pair<std::string, std::string>>>>&
         reports);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -16,8 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Settings of a MergingCentre. */
 struct MergingCentreSettings {
@@ -178,5 +177,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief The layout of a cloud's message. Coordinates that are whole numbers, or of
  * several types, are behind the other bytes of a point, as real numbers, as decoded ones
@@ -154,5 +153,4 @@ arrange(const io::MessageLayout& layout, MessageT& message)
   return {};
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

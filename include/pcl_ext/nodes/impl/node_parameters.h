@@ -15,8 +15,7 @@
 #include <variant>
 #include <vector>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 struct MergingCentreSettings;
 
@@ -176,5 +175,4 @@ struct NoiseSettings {
 PCL_EXT_EXPORT NoiseSettings
 readNoiseParameters(const ParameterValues& values);
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -15,8 +15,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace nodes {
+namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief Result of a search. */
 struct FoundTransform {
@@ -96,5 +95,4 @@ transformWait(Time timeout, Time stamp, Time now)
   return std::clamp(timeout - (now - stamp), Time(0), timeout);
 }
 
-} // namespace nodes
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -11,13 +11,11 @@
 #include <pcl/octree/impl/octree_base.hpp>
 #include <pcl/octree/impl/octree_pointcloud.hpp>
 
-namespace pcl_ext {
-namespace octree {
+namespace pcl_ext::PCL_EXT_ABI::octree {
 namespace detail {
 
 template <typename PointT>
 struct OctreeFunctions {};
 
 } // namespace detail
-} // namespace octree
-} // namespace pcl_ext
+} // namespace pcl_ext::PCL_EXT_ABI::octree
