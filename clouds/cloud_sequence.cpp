@@ -8,6 +8,7 @@
 #include "clouds/pcd_file.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -27,18 +28,34 @@ describe(const PcdHeader& header)
   return header.width + " x " + header.height + " points with " + header.fields;
 }
 
-/** \brief Checks that the files of a stream can be those of one sensor, as far as their
+/** \brief Whether two clouds are hardly of one sensor: images have as many rows, and
+ * about as many columns; one row has as many points as were seen. */
+bool
+areUnlike(const PcdHeader& one, const PcdHeader& other)
+{
+  constexpr double most_times = 2.0;
+  const double width = std::strtod(one.width.c_str(), nullptr);
+  const double other_width = std::strtod(other.width.c_str(), nullptr);
+  return one.fields != other.fields || one.height != other.height ||
+         (one.height != "1" &&
+          std::max(width, other_width) > most_times * std::min(width, other_width));
+}
+
+/** \brief Tells whether the files of a stream may be of several sensors, as far as their
  * headers tell.
  * \param[out] viewpoints of the files
- * \return why they may not be; empty if nothing tells
- * \throws std::runtime_error with two files that cannot be
+ * \return why they may be; empty if nothing tells
  */
 std::string
-checkSameSensor(const std::vector<std::string>& files,
+describeSensors(const std::vector<std::string>& files,
                 std::vector<std::string>& viewpoints)
 {
+  const std::string advice =
+      "; if they are of several sensors, put those of each into a folder of their own "
+      "and name the folders";
   std::string first_file;
   std::optional<PcdHeader> first;
+  std::string unlike;
   bool has_moved = false;
   for (const std::string& file : files) {
     const std::optional<PcdHeader> header = readPcdHeader(file);
@@ -51,22 +68,14 @@ checkSameSensor(const std::vector<std::string>& files,
       first = header;
       continue;
     }
-    // Images have a fixed size; one row has as many points as were seen.
-    const bool is_image = header->height != "1" || first->height != "1";
-    if (header->fields != first->fields ||
-        (is_image &&
-         (header->width != first->width || header->height != first->height)))
-      throw std::runtime_error("'" + file + "' (" + describe(*header) +
-                               ") is not of the sensor of '" + first_file + "' (" +
-                               describe(*first) +
-                               "): put the files of each sensor into a folder of their "
-                               "own and name the folders");
+    if (unlike.empty() && areUnlike(*header, *first))
+      unlike = "'" + file + "' (" + describe(*header) + ") is unlike '" + first_file +
+               "' (" + describe(*first) + ")" + advice;
     has_moved |= header->viewpoint != first->viewpoint;
   }
-  return has_moved ? "the files have different viewpoints; if they are of several "
-                     "sensors, put those of each into a folder of their own and name "
-                     "the folders"
-                   : "";
+  return !unlike.empty() ? unlike
+         : has_moved     ? "the files have different viewpoints" + advice
+                         : "";
 }
 
 class FileSequence : public CloudSequence {
@@ -77,7 +86,7 @@ public:
   : CloudSequence(std::move(name))
   , bin_fields_(bin_fields)
   , files_(std::move(files))
-  , remark_(checkSameSensor(files_, viewpoints_))
+  , remark_(describeSensors(files_, viewpoints_))
   , stamps_(stampsOfNames(files_))
   {}
 

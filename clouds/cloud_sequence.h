@@ -103,8 +103,7 @@ enum class FileGrouping {
  * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
  * \param[in] bin_fields see readCloud()
- * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud,
- * or the files of a sequence are of several sensors, as far as their headers tell
+ * \throws std::runtime_error if a path does not exist, or a folder has no file of a cloud
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,

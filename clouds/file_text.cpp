@@ -162,6 +162,12 @@ withoutCommas(const std::string& line, const std::vector<FileField>& fields)
   return count == promised ? separated : line;
 }
 
+bool
+isBlank(const std::string& line)
+{
+  return line.find_first_not_of(" \t\r") == std::string::npos;
+}
+
 void
 readPoint(const std::string& line,
           const std::vector<FileField>& fields,
@@ -319,7 +325,6 @@ readTextPoints(std::istream& file,
                const std::vector<FileField>& fields,
                std::uint64_t points,
                std::uint64_t header_lines,
-               bool may_have_empty_lines,
                std::vector<std::uint8_t>& bytes)
 {
   std::string line;
@@ -330,7 +335,7 @@ readTextPoints(std::istream& file,
       fail(line.empty() ? "it was cut off: it has " + std::to_string(point) +
                               " lines of points, not " + std::to_string(points)
                         : "line " + std::to_string(number) + " is too long");
-    if (line.empty() && may_have_empty_lines)
+    if (isBlank(line))
       continue;
     readPoint(line.find(',') == line.npos ? line : withoutCommas(line, fields),
               fields,
@@ -345,7 +350,7 @@ describeFurtherLines(std::istream& file, char end)
 {
   std::string line;
   while (readLine(file, line, end))
-    if (line.find_first_not_of(" \t\r") != std::string::npos)
+    if (!isBlank(line))
       return "lines after the points that its header promises are left out: '" +
              shownText(line) + "'";
   return {};

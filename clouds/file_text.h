@@ -86,13 +86,13 @@ readLine(std::istream& file,
          char end,
          std::uint64_t most = most_line_bytes);
 
-/** \brief Reads lines of points, which must have the numbers that the header promises.
+/** \brief Reads lines of points, which must have the numbers that the header promises;
+ * lines between them may be blank.
  * \param[in] file at the first of the lines
  * \param[in] end of lines
  * \param[in] fields of a point; numbers of ignored ones become 0
  * \param[in] points their number
  * \param[in] header_lines before them, for messages
- * \param[in] may_have_empty_lines between points
  * \param[out] bytes the numbers in the order of this machine, point after point
  * \throws std::runtime_error with the line and what is wrong in it
  */
@@ -102,7 +102,6 @@ readTextPoints(std::istream& file,
                const std::vector<FileField>& fields,
                std::uint64_t points,
                std::uint64_t header_lines,
-               bool may_have_empty_lines,
                std::vector<std::uint8_t>& bytes);
 
 /** \brief Says that more lines of a text follow the points that its header promises;

@@ -363,8 +363,7 @@ readPcd(const std::string& path, pcl::PCLPointCloud2& cloud)
   file.seekg(static_cast<std::streamoff>(lines->bytes));
   std::vector<std::uint8_t> data;
   if (is_text)
-    readTextPoints(
-        file, lines->line_end, content.fields, points, lines->lines, true, data);
+    readTextPoints(file, lines->line_end, content.fields, points, lines->lines, data);
   else if (is_binary) {
     data.resize(points * point_bytes);
     readBytes(file, data);

@@ -62,7 +62,6 @@ public:
                      textFieldsOf(element),
                      element.count,
                      lines_,
-                     false,
                      vertices);
       lines_ += element.count;
       return vertices;

@@ -79,13 +79,13 @@ def _loses_alpha(xyz: Any, colour: Optional[str], kept: set[str]) -> bool:
     return bool((bits >> 24 != 255).any())
 
 
-def _left_out(xyz: Any, kept: set[str], codes_colours: bool) -> str:
+def _left_out(xyz: Any, kept: set[str], codes_colours: bool, loses_intensity: bool) -> str:
     """The fields of a structured array that are not encoded, in words."""
     dtype: Any = getattr(xyz, "dtype", None)
     names = getattr(dtype, "names", None) or ()
     colour = next((name for name in ("rgb", "rgba") if name in names), None)
     channels = {"r", "g", "b"}
-    known = {"x", "y", "z", "intensity"}
+    known = {"x", "y", "z"} | (set() if loses_intensity else {"intensity"})
     known |= {colour} if colour else channels if channels <= set(names) else set()
     known |= kept - {"all"}
     if "all" in kept:
@@ -139,7 +139,7 @@ class Encoder:
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
         cover, 0 to 255, from their depth, which needs `sensor`; "none": positions alone;
-        "automatic": "native" if the first cloud has an intensity, else "none".
+        "automatic": "native" if the first cloud with points has an intensity, else "none".
     sensor : str or (float, float, int, int), optional
         Name of a sensor of `sensors()`, or horizontal and vertical field of view, degrees,
         and columns and rows of its image.
@@ -285,6 +285,7 @@ class Encoder:
             for field in ([fields] if isinstance(fields, str) else fields)
         }
         self._codes_colours = colour_bits > 0
+        self._is_automatic = law == "automatic"
         self._warning = ""
         self._warned: set[str] = set()
 
@@ -366,7 +367,8 @@ class Encoder:
         if not frame:
             self._warning = message
             return frame
-        left_out = _left_out(xyz, self._kept, self._codes_colours)
+        loses_intensity = self._is_automatic and self.law == "none"
+        left_out = _left_out(xyz, self._kept, self._codes_colours, loses_intensity)
         kinds = [text for text in (message, left_out) if text]
         self._warning = "; ".join(kinds)
         for text in kinds:
@@ -407,7 +409,7 @@ class Encoder:
 
     @property
     def law(self) -> str:
-        """The law; "automatic" until the first cloud decides."""
+        """The law; "automatic" until the first cloud with points decides."""
         return self._native.law()
 
     @property

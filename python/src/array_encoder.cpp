@@ -36,11 +36,11 @@ public:
   open(io::OpenedCloud& opened) override
   {
     const ArrayEncoderSettings& settings = encoder_.settings_;
-    const bool is_native = *settings.law == IntensityLaw::Native;
+    const bool is_native = encoder_.law_ == IntensityLaw::Native;
     opened.view = viewOf(cloud_.columns, is_native, settings.codec, encoder_.memory_);
-    if (!needsSensor(*settings.law) || opened.view.count == 0)
+    if (!needsSensor(encoder_.law_) || opened.view.count == 0)
       return {};
-    visitIntensityModel(*settings.law,
+    visitIntensityModel(encoder_.law_,
                         encoder_.encoder_->settings().resolution,
                         settings.sensor,
                         [&](const auto& model) {
@@ -76,7 +76,7 @@ private:
 void
 ArrayEncoder::start(IntensityLaw law)
 {
-  settings_.law = law;
+  law_ = law;
   const IntensityUnit unit = visitIntensityModel(
       law, settings_.codec.resolution, settings_.sensor, [](const auto& model) {
         return std::decay_t<decltype(model)>::unit;
@@ -86,12 +86,26 @@ ArrayEncoder::start(IntensityLaw law)
     encoder_->setMaxRate(*max_rate_);
 }
 
+/** \brief Takes the automatic law of a cloud, which the first one with points decides
+ * on; the frames of those before have numbers, too. */
+void
+ArrayEncoder::chooseLaw(const CloudColumns& columns)
+{
+  const IntensityLaw law = automaticLaw(columns.intensity.has_value());
+  if (encoder_ && law != law_)
+    settings_.codec.first_frame_number = encoder_->statistics().coding.frame_number + 1;
+  if (!encoder_ || law != law_)
+    start(law);
+  if (columns.count > 0)
+    settings_.law = law;
+}
+
 /** \brief The law of the intensities' depth at a resolution, if they follow one. */
 std::optional<io::DepthLaw>
 ArrayEncoder::depthLawAt(double resolution) const
 {
-  const auto model_law = visitIntensityModel(
-      *settings_.law, resolution, settings_.sensor, [](const auto& model) {
+  const auto model_law =
+      visitIntensityModel(law_, resolution, settings_.sensor, [](const auto& model) {
         return io::depthLawOf(model);
       });
   return model_law ? model_law : settings_.depth_law;
@@ -100,8 +114,8 @@ ArrayEncoder::depthLawAt(double resolution) const
 void
 ArrayEncoder::checkIntensities(const CloudToEncode& cloud) const
 {
-  const std::string name = nameOf(*settings_.law);
-  if (*settings_.law != IntensityLaw::Native) {
+  const std::string name = nameOf(law_);
+  if (law_ != IntensityLaw::Native) {
     if (cloud.has_intensity_argument)
       throw std::invalid_argument("there is an intensity, which the law '" + name +
                                   "' does not use; leave it out, or construct the "
@@ -117,8 +131,8 @@ io::CompressionStatus
 ArrayEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!encoder_)
-    start(automaticLaw(cloud.columns.intensity.has_value()));
+  if (!settings_.law)
+    chooseLaw(cloud.columns);
   checkIntensities(cloud);
   io::CloudInfo info;
   info.sensor_pose =

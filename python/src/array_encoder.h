@@ -60,7 +60,7 @@ public:
   io::FrameStatistics
   statistics() const;
 
-  /** \brief The law; none until the first cloud decides. */
+  /** \brief The law; none until the first cloud with points decides. */
   std::optional<IntensityLaw>
   law() const;
 
@@ -70,6 +70,9 @@ private:
   void
   start(IntensityLaw law);
 
+  void
+  chooseLaw(const CloudColumns& columns);
+
   std::optional<io::DepthLaw>
   depthLawAt(double resolution) const;
 
@@ -78,7 +81,8 @@ private:
 
   mutable std::mutex mutex_;
   ArrayEncoderSettings settings_;
-  std::optional<io::CloudEncoder> encoder_; // once the law is known
+  std::optional<io::CloudEncoder> encoder_; // from the first cloud on
+  IntensityLaw law_ = IntensityLaw::None;   // of encoder_
   std::optional<double> max_rate_;          // that was set before
   // Members so that their memory is reused.
   CloudMemory memory_;

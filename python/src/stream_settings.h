@@ -22,7 +22,7 @@ namespace py = pybind11;
 struct ArrayEncoderSettings {
   io::EncoderSettings codec;
   std::optional<io::DepthLaw> depth_law;
-  std::optional<IntensityLaw> law; ///< none: by the first cloud
+  std::optional<IntensityLaw> law; ///< none: by the first cloud with points
   std::optional<RuntimeSensor> sensor;
   std::optional<WorldPose> sensor_pose; ///< sensor -> cloud; none: identity
 };

@@ -338,3 +338,33 @@ def test_alpha_is_left_out_with_a_warning(name, dtype):
                 encoder.encode(cloud)
             loses = alpha < 255 and name == "rgba" and kept == "all"
             assert ("alpha" in encoder.warning) == loses
+
+
+def test_clouds_without_points_do_not_decide_on_the_law():
+    points = np.zeros(2, [("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4")])
+    points["intensity"] = 7
+    encoder = pcl_ext.Encoder(0.1)
+    frames = [encoder.encode(np.zeros((0, 3), "f4")) for _ in range(2)]
+    assert encoder.law == "automatic"
+    frames += [encoder.encode(cloud) for cloud in (points, points[:0], points)]
+    assert encoder.law == "native"
+    assert encoder.warning == ""
+    decoder = pcl_ext.Decoder()
+    clouds = [decoder.decode(frame) for frame in frames]
+    assert [len(cloud) for cloud in clouds] == [0, 0, 1, 0, 1]
+    assert clouds[-1]["intensity"] == 7
+    assert encoder.statistics.frame_number == 5
+
+
+def test_an_intensity_that_the_first_cloud_lacks_is_named_once():
+    points = np.zeros(2, [("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4")])
+    encoder = pcl_ext.Encoder(0.1)
+    encoder.encode(points[["x", "y", "z"]])
+    with pytest.warns(pcl_ext.CompressionWarning, match="left out: intensity$") as seen:
+        encoder.encode(points)
+        encoder.encode(points)
+    assert len(seen) == 1
+    for wanted in (pcl_ext.Encoder(0.1, law="none"), pcl_ext.Encoder(0.1, fields="all")):
+        wanted.encode(points[["x", "y", "z"]])
+        wanted.encode(points)
+        assert wanted.warning == ""

@@ -184,6 +184,17 @@ TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
   EXPECT_EQ(floats("x"), Floats{7.0f});
 }
 
+TEST_F(FileLayouts, LinesBetweenPointsMayBeBlank)
+{
+  const std::string points = "\n1 2 3\n \t\r\n\n4 5 6\n";
+  EXPECT_EQ(read("a.ply", ply("ascii", xyz, points)), Remarks());
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+  EXPECT_EQ(
+      read("a.pcd", pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n" + points)),
+      Remarks());
+  EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+}
+
 } // namespace test
 } // namespace clouds
 } // namespace pcl_ext

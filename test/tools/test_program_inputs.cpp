@@ -39,6 +39,19 @@ streamNames(const TestFolder& folder, const std::string& line)
   return names;
 }
 
+/** \brief A PLY file of a few points, or none; intensity 7 if the points have it. */
+Bytes
+plyOf(std::size_t points, bool has_intensity)
+{
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(points) +
+                     "\nproperty float x\nproperty float y\nproperty float z\n" +
+                     (has_intensity ? "property float intensity\n" : "") +
+                     "end_header\n";
+  for (std::size_t i = 0; i < points; ++i)
+    text += std::to_string(i) + " 0 0" + (has_intensity ? " 7\n" : "\n");
+  return {text.begin(), text.end()};
+}
+
 } // namespace
 
 using ProgramInputs = ProgramTest;
@@ -245,6 +258,40 @@ TEST_F(ProgramInputs, FailuresThatAreAlikeAreCounted)
   const ProgramRun decoded = run("decode lost.pcxi -o out");
   EXPECT_EQ(decoded.status, 1);
   EXPECT_EQ(linesOf(decoded.errors), 3u) << decoded.errors;
+}
+
+TEST_F(ProgramInputs, CloudsWithoutPointsDoNotDecideOnTheLaw)
+{
+  fs::create_directories(folder / "ply");
+  writeBytes(folder / "ply/0.ply", plyOf(0, false));
+  writeBytes(folder / "ply/1.ply", plyOf(3, true));
+  writeBytes(folder / "ply/2.ply", plyOf(0, false));
+  expectRun("encode ply -o files.mcap");
+  expectRun("decode files.mcap -o bag.mcap");
+  expectRun("encode bag.mcap -o bag_again.mcap");
+  for (const char* name : {"files.mcap", "bag_again.mcap"}) {
+    recording::RecordingReader reader;
+    ASSERT_TRUE(reader.open(folder / name).ok());
+    EXPECT_EQ(reader.streams()[0].metadata.at("intensity_law"), "native") << name;
+    const DecodedStream stream = decode(folder / name)[0];
+    ASSERT_EQ(stream.voxels.size(), 3u) << name;
+    EXPECT_EQ(stream.voxels[0].pointCount(), 0u) << name;
+    EXPECT_TRUE(stream.voxels[1].hasIntensities()) << name;
+  }
+}
+
+TEST_F(ProgramInputs, AnIntensityThatTheFirstCloudLacksIsNamedOnce)
+{
+  fs::create_directories(folder / "ply");
+  writeBytes(folder / "ply/0.ply", plyOf(3, false));
+  writeBytes(folder / "ply/1.ply", plyOf(3, true));
+  writeBytes(folder / "ply/2.ply", plyOf(3, true));
+  EXPECT_EQ(
+      run("encode ply -o x.mcap").errors,
+      "pcl_ext encode: /ply, frame 1: its field 'intensity' is left out, and in later "
+      "clouds, as the first cloud of the stream has none; --fields all keeps it\n");
+  EXPECT_EQ(run("encode ply -o y.mcap --fields all").errors, "");
+  EXPECT_EQ(run("encode ply -o z.mcap --law none").errors, "");
 }
 
 } // namespace test

@@ -291,6 +291,77 @@ TEST_F(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
       "columns of the points are not kept; --fields keeps fields\n");
 }
 
+TEST_F(ProgramKept, RowsAndColumnsOfFilesThatDiffer)
+{
+  const auto write = [this](const std::string& name,
+                            const std::string& fields,
+                            std::size_t columns,
+                            std::size_t rows) {
+    const bool has_ring = fields == "x y z ring";
+    std::string text = "VERSION .7\nFIELDS " + fields +
+                       (has_ring ? "\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1"
+                                 : "\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1") +
+                       "\nWIDTH " + std::to_string(columns) + "\nHEIGHT " +
+                       std::to_string(rows) + "\nPOINTS " +
+                       std::to_string(columns * rows) + "\nDATA ascii\n";
+    for (std::size_t i = 0; i < columns * rows; ++i)
+      text += std::to_string(i) + " 0 0" + (has_ring ? " 1\n" : "\n");
+    writeBytes(folder / name, {text.begin(), text.end()});
+  };
+  std::filesystem::create_directories(folder / "lidar");
+  write("lidar/0.pcd", "x y z", 4, 3);
+  write("lidar/1.pcd", "x y z", 5, 3);
+  expectRun("encode lidar -q -o x.mcap --keep-order");
+  expectRun("decode x.mcap -o again");
+  EXPECT_EQ(run("encode again -q -o y.mcap --keep-order").errors, "");
+  const DecodedStream stream = decode(folder / "y.mcap")[0];
+  ASSERT_EQ(stream.frames.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    pcl::PCLPointCloud2 cloud;
+    const std::string name = "again/00000" + std::to_string(i) + ".pcd";
+    ASSERT_EQ(pcl::io::loadPCDFile(folder / name, cloud), 0);
+    EXPECT_EQ(cloud.width, 4 + i);
+    EXPECT_EQ(cloud.height, 3u);
+    EXPECT_EQ(stream.voxels[i].pointCount(), 12 + 3 * i);
+  }
+  // Of several sensors, as it seems.
+  const std::string advice =
+      "; if they are of several sensors, put those of each into a folder of their own "
+      "and name the folders\n";
+  write("lidar/2.pcd", "x y z ring", 4, 3);
+  const ProgramRun ring = run("encode lidar -o ring.mcap --keep-order");
+  EXPECT_EQ(ring.status, 0);
+  EXPECT_TRUE(hasPart(ring.errors,
+                      "lidar: 'lidar/2.pcd' (4 x 3 points with x y z ring) is unlike "
+                      "'lidar/0.pcd' (4 x 3 points with x y z)" +
+                          advice))
+      << ring.errors;
+  EXPECT_TRUE(hasPart(ring.errors, "fields that are left out: ring")) << ring.errors;
+  write("lidar/2.pcd", "x y z", 9, 3);
+  EXPECT_TRUE(hasPart(run("encode lidar -o wide.mcap").errors,
+                      "'lidar/2.pcd' (9 x 3 points with x y z) is unlike"));
+}
+
+TEST_F(ProgramKept, RowsAndColumnsWithoutAnyPoint)
+{
+  pcl::PointCloud<pcl::PointXYZI> points(4, 3);
+  auto none = points;
+  for (auto& point : none)
+    point.x = std::numeric_limits<float>::quiet_NaN();
+  none.is_dense = false;
+  writeClouds("camera", {points, none, points});
+  expectRun("encode camera -q -o x.mcap --keep-order");
+  EXPECT_EQ(expectRun("decode x.mcap -o out").output, "out: 3 frames, 24 points\n");
+  const pcl::PointCloud<pcl::PointXYZI> decoded = readCloud(folder / "out/000001.pcd");
+  EXPECT_EQ(decoded.width, 4u);
+  EXPECT_EQ(decoded.height, 3u);
+  for (const auto& point : decoded)
+    EXPECT_TRUE(std::isnan(point.x));
+  // PLY has no points that are missing.
+  EXPECT_EQ(expectRun("decode x.mcap -o ply --ply").output,
+            "ply: 3 frames, 24 points, 1 frame without points and file\n");
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

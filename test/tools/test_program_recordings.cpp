@@ -200,6 +200,34 @@ TEST_F(ProgramNames, ControlCharactersAreNotPrinted)
   }
 }
 
+TEST_F(ProgramInfo, WhatHeadersDoNotTellIsUnknown)
+{
+  auto clouds = roomClouds(1);
+  clouds.push_back(clouds[0]);
+  clouds[1].resize(3);
+  writeClouds("room", clouds);
+  expectRun("encode room -o published.pcxi -r 0.05 -l count --format published");
+  nlohmann::json stream = nlohmann::json::parse(
+      expectRun("info published.pcxi --json").output)["streams"][0];
+  EXPECT_EQ(stream["i_frames"], 1);
+  EXPECT_FALSE(stream.contains("mean_frame_voxels")) << stream;
+  EXPECT_EQ(stream["format"], "published");
+  // No frame can be read.
+  expectRun("encode room -o x.mcap -r 0.05 -l count");
+  Bytes bytes = bytesOf(folder / "x.mcap");
+  const Bytes frame = decode(folder / "x.mcap")[0].frames[0].bytes;
+  const auto begin =
+      std::search(bytes.begin(), bytes.end(), frame.begin(), frame.end());
+  ASSERT_NE(begin, bytes.end());
+  begin[static_cast<std::ptrdiff_t>(frame.size() / 2)] ^= 1;
+  writeBytes(folder / "x.mcap", bytes);
+  const ProgramRun table = run("info x.mcap");
+  EXPECT_TRUE(hasPart(table.output, "| unknown |")) << table.output;
+  EXPECT_FALSE(hasPart(table.output, "fast")) << table.output;
+  stream = nlohmann::json::parse(run("info x.mcap --json").output)["streams"][0];
+  EXPECT_FALSE(stream.contains("format") || stream.contains("effort")) << stream;
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -478,6 +478,61 @@ TEST_F(ProgramSite, VoxelsOfNoNativeIntensityAreInTheMap)
   EXPECT_EQ(statusOf("shares.ot", " --map-full-intensity 4"), 1); // it is empty
 }
 
+TEST_F(ProgramSite, TheFirstCloudWithPointsDecidesOnTheIntensities)
+{
+  const NatsServer server;
+  const auto plain = [](const std::string& points, const std::string& data) {
+    const std::string text =
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+        points + "\nHEIGHT 1\nPOINTS " + points + "\nDATA ascii\n" + data;
+    return Bytes(text.begin(), text.end());
+  };
+  writeClouds("empty", roomClouds(3));
+  writeClouds("bare", roomClouds(3));
+  writeBytes(folder / "empty/000.pcd", plain("0", ""));
+  writeBytes(folder / "bare/000.pcd", plain("1", "1 2 3\n"));
+  Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
+  EXPECT_EQ(
+      expectRun("send -q empty --rate 50" + at(server)).output.rfind("3 frames", 0),
+      0u);
+  const std::string remark = "/bare, frame 1: its field 'intensity' is left out";
+  EXPECT_TRUE(hasPart(run("send bare --rate 50" + at(server)).errors, remark));
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  for (const DecodedStream& stream : decode(folder / "received.mcap")) {
+    ASSERT_EQ(stream.voxels.size(), 3u) << stream.name;
+    EXPECT_EQ(stream.voxels[0].pointCount(), stream.name == "/bare" ? 1u : 0u);
+    EXPECT_EQ(stream.voxels[2].hasIntensities(), stream.name == "/empty");
+  }
+}
+
+TEST_F(ProgramSite, OptionsWithoutEffectOnWhatIsSentAreRefused)
+{
+  const NatsServer server;
+  recordTwoStreams(folder / "x.mcap");
+  const std::string frames =
+      "; 'x.mcap' has encoded frames, which are sent as they are: leave it out";
+  for (const std::string option : {"--max-rate 1Mbit/s",
+                                   "--crop 0,0,0,1,1,1",
+                                   "-r 0.1",
+                                   "--topics /a",
+                                   "--bin-fields x,y,z",
+                                   "--pose 0,0,0,0,0,0",
+                                   "--remove-outliers",
+                                   "--law none",
+                                   "--no-header",
+                                   "--fields all"})
+    expectFailure("send x.mcap " + option + at(server), 2, " is for clouds" + frames);
+  expectRefusals(
+      {{"send x.mcap --rate 5" + at(server),
+        2,
+        "--rate is for files; 'x.mcap' has its own times"},
+       {"send - -e small" + at(server),
+        2,
+        "--effort is for clouds; the standard input has encoded frames"},
+       {"send --cell --pose 0,0,0,0,0,0" + at(server), 2, "--pose is for inputs"},
+       {"advise --cell --pose 0,0,0,0,0,0", 2, "--pose is for inputs"}});
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -41,6 +41,7 @@ encodeSome(const EncodingOptions& options, const HeldClouds& stream, double seco
   const std::size_t most =
       rate == 1 ? stream.clouds.size() : std::min(stream.clouds.size(), rate);
   StreamEncoder encoder(options, stream.name);
+  encoder.chooseLaw(stream.clouds);
   measuring::Samples p_frames;
   measuring::Samples ms;
   double first_bytes = 0.0;

@@ -364,7 +364,7 @@ BagEncoding::sumUp()
     const EncodedStreamReport& of_stream = stream.encoded.finish();
     summary_.failures += stream.failures;
     summary_.sums += stream.sums;
-    is_incomplete_ |= !remarkOnStream(console_, options_.encoding, name, of_stream);
+    is_incomplete_ |= !remarkOnStream(console_, name, of_stream);
     if (!stream.is_refused)
       summary_.streams.push_back(
           {name, stream.sums.frames, stream.sums.bytes, stream.failures});

@@ -72,6 +72,7 @@ public:
   void
   run()
   {
+    encoder_.chooseLaw(clouds_.clouds);
     pcl::PCLPointCloud2& cloud = clouds_.clouds[row_.frames % clouds_.clouds.size()];
     cloud.header.stamp =
         first_stamp_ + static_cast<std::uint64_t>(std::llround(

@@ -191,7 +191,7 @@ private:
     points_ += decoder.voxels().pointCount();
     if (bag_)
       bag_->write(item, frame_, decoder.voxels().layout.get(), cloud_, input_);
-    else if (decoder.voxels().pointCount() > 0)
+    else if (decoder.voxels().pointCount() > 0 || hasMissingPoints())
       folder_->write(folder_of_stream_[item.stream],
                      item.number,
                      cloud_,
@@ -199,6 +199,14 @@ private:
                      viewpoints_[item.stream].at(item.time));
     else
       ++empty_;
+  }
+
+  /** \brief Whether a cloud without points has rows and columns of missing ones, and the
+   * files, too. */
+  bool
+  hasMissingPoints() const
+  {
+    return cloud_.width > 0 && cloud_.height > 0 && options_.format != CloudFormat::Ply;
   }
 
   /** \brief Puts the points of a cloud into the order that was asked for. Of each

@@ -10,7 +10,6 @@ namespace tools {
 
 bool
 remarkOnStream(Console& console,
-               const EncodingOptions& options,
                const std::string& name,
                const EncodedStreamReport& report)
 {
@@ -23,18 +22,9 @@ remarkOnStream(Console& console,
         (sums.warnings > 1
              ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
              : ""));
-  const auto& kept = options.codec().fields;
-  const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
-    return field.name == io::all_fields;
-  });
-  const bool may_keep_more =
-      !are_all && options.codec().format == io::StreamFormat::Version1;
-  if (!report.left_out.empty())
-    console.remark(name + ": " + report.left_out +
-                   (report.left_out.rfind("fields", 0) == 0 && may_keep_more
-                        ? "; --fields keeps fields"
-                        : ""));
-  for (const std::string& remark : {report.order_remark,
+  for (const std::string& remark : {report.left_out,
+                                    report.intensity_remark,
+                                    report.order_remark,
                                     report.budget_remark,
                                     report.header_remark,
                                     report.unit_remark,

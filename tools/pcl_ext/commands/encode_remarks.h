@@ -17,7 +17,6 @@ namespace tools {
  */
 bool
 remarkOnStream(Console& console,
-               const EncodingOptions& options,
                const std::string& name,
                const EncodedStreamReport& report);
 

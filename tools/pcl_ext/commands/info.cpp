@@ -171,8 +171,9 @@ printStreams(const std::vector<StreamFigures>& streams)
       text << stream.resolution << (stream.has_one_resolution ? "" : " (varies)");
       edge = text.str();
     }
-    std::string coding = nameOf(io::stream_formats, stream.format);
-    if (stream.format == io::StreamFormat::Version1)
+    std::string coding =
+        stream.hasIFrame() ? nameOf(io::stream_formats, stream.format) : "unknown";
+    if (stream.hasIFrame() && stream.format == io::StreamFormat::Version1)
       coding += std::string(" ") + nameOf(io::efforts, stream.effort);
     table.addRow({printable(stream.name),
                   whole(static_cast<double>(stream.frames)),
@@ -191,7 +192,9 @@ printStreams(const std::vector<StreamFigures>& streams)
   table.print(std::cout);
   std::cout
       << "voxels, bytes: means of a frame; points: in order, of frames that have these "
-         "and no voxels.\nbytes each: of a voxel or such a point. lost: missing by the "
+         "and no voxels.\n-: none, or not known without decoding, as voxels of the "
+         "published "
+         "layout.\nbytes each: of a voxel or such a point. lost: missing by the "
          "frames' numbers, or unreadable.\n";
 }
 
@@ -238,14 +241,16 @@ toJson(const StreamFigures& stream)
   }
   json["bytes"] = stream.bytes;
   json["mean_frame_bytes"] = stream.meanBytes();
-  json["mean_frame_voxels"] = stream.meanVoxels();
+  if (stream.tellsSizes())
+    json["mean_frame_voxels"] = stream.meanVoxels();
   json["mean_frame_points_in_order"] = stream.meanPointsInOrder();
   if (bytes_of_each > 0.0)
     json[stream.voxels == 0 ? "bytes_per_point" : "bytes_per_voxel"] = bytes_of_each;
   json["resolution_m"] = stream.resolution;
   json["has_one_resolution"] = stream.has_one_resolution;
-  json["format"] = nameOf(io::stream_formats, stream.format);
-  if (stream.format == io::StreamFormat::Version1)
+  if (stream.hasIFrame())
+    json["format"] = nameOf(io::stream_formats, stream.format);
+  if (stream.hasIFrame() && stream.format == io::StreamFormat::Version1)
     json["effort"] = nameOf(io::efforts, stream.effort);
   json["intensity_bits"] = stream.intensity_bits;
   json["colour_bits"] = stream.colour_bits;

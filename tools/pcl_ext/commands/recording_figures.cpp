@@ -35,7 +35,7 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
   if (!header.is_i_frame)
     return;
   const double resolution = header.grid.resolution;
-  if (figures.resolution == 0.0) {
+  if (!figures.hasIFrame()) {
     figures.resolution = resolution;
     figures.format = header.format;
     figures.effort = header.effort;

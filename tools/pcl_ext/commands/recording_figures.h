@@ -33,7 +33,7 @@ struct StreamFigures {
   double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
   bool has_one_resolution = true;
   io::StreamFormat format = io::StreamFormat::Version1;
-  io::Effort effort = io::Effort::Fast; ///< of the first frame
+  io::Effort effort = io::Effort::Fast; ///< of the first I-frame, as the following
   unsigned int intensity_bits = 0;
   unsigned int colour_bits = 0;
   bool has_point_counts = false;
@@ -45,6 +45,13 @@ struct StreamFigures {
   std::size_t missing = 0;    ///< by the numbers of the frames
   std::size_t unreadable = 0; ///< in the recording, but damaged
   LossCount losses;
+
+  /** \brief Whether an I-frame tells how the stream is coded. */
+  bool
+  hasIFrame() const
+  {
+    return resolution > 0.0;
+  }
 
   double
   duration() const
@@ -60,10 +67,18 @@ struct StreamFigures {
                                           : 0.0;
   }
 
+  /** \brief Whether all frames tell how many voxels or points they have. */
+  bool
+  tellsSizes() const
+  {
+    return frames_with_voxels + frames_in_order >= frames - unreadable;
+  }
+
+  /** \brief Mean of the frames with voxels; 0: there are none, or not all tell. */
   double
   meanVoxels() const
   {
-    return frames_with_voxels == 0
+    return frames_with_voxels == 0 || !tellsSizes()
                ? 0.0
                : static_cast<double>(voxels) / static_cast<double>(frames_with_voxels);
   }
@@ -90,7 +105,7 @@ struct StreamFigures {
   bytesOfEach() const
   {
     const std::uint64_t all = voxels + points_in_order;
-    return all == 0 || frames_with_voxels + frames_in_order < frames - unreadable
+    return all == 0 || !tellsSizes()
                ? 0.0
                : static_cast<double>(bytes) / static_cast<double>(all);
   }

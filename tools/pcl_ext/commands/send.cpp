@@ -24,6 +24,7 @@
 #include "site/site_view.h"
 #include "streams/frame_failures.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -39,6 +40,8 @@ struct SendOptions {
   std::string prefix; ///< of names of streams
   MetricsOptions metrics;
   bool is_quiet = false;
+  const CLI::App* app = nullptr;       ///< of the command
+  std::vector<std::string> for_clouds; ///< options without effect on encoded frames
 };
 
 /** \brief Names streams anew. */
@@ -136,9 +139,36 @@ private:
     });
   }
 
+  /** \brief Refuses options that have no effect on frames.
+   * \param[in] have_times the frames, and so --rate has none either
+   * \throws UsageError
+   */
+  void
+  refuseOptionsOfClouds(bool have_times) const
+  {
+    const std::string why =
+        " has encoded frames, which are sent as they are: leave it out";
+    const std::string& input = options_.tried.input.inputs[0];
+    const std::string name = input == "-" ? "the standard input" : "'" + input + "'";
+    refuseOptions(*options_.app, options_.for_clouds, "is for clouds; " + name + why);
+    if (have_times)
+      refuseOptions(
+          *options_.app, {"--rate"}, "is for files; " + name + " has its own times");
+  }
+
+  static bool
+  hasTimes(const recording::RecordingReader& reader)
+  {
+    const auto& streams = reader.streams();
+    return std::all_of(streams.begin(), streams.end(), [](const auto& stream) {
+      return stream.has_times;
+    });
+  }
+
   void
   sendStandardInput()
   {
+    refuseOptionsOfClouds(true);
     LinkOutput output(options_.link, nullptr, events_);
     PrefixedOutput named(output, options_.prefix);
     const auto served = serve(output);
@@ -155,6 +185,7 @@ private:
       recording::RecordingReader reader;
       const auto status = reader.open(options_.tried.input.inputs[0]);
       if (status.ok()) {
+        refuseOptionsOfClouds(hasTimes(reader));
         sendRecording(reader);
         return;
       }
@@ -175,6 +206,8 @@ private:
       const std::size_t late = clouds.lateClouds() + clouds.blockedClouds();
       showStatus(output, late == 0 ? "" : ", " + counted(late, "cloud") + " left out");
     });
+    for (const std::string& sentence : clouds.leftOut())
+      console_.remark(sentence);
     for (const std::string& place : input->damage())
       console_.error(place);
     if (clouds.lateClouds() > 0)
@@ -277,9 +310,14 @@ addSend(CLI::App& app)
   app.add_option("--prefix", options->prefix, "put before the names of the streams")
       ->type_name("TEXT");
   addMetricsOptions(app, options->metrics);
+  const std::size_t others = app.get_options().size();
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   options->encoding.addBudget(app);
+  options->for_clouds = {"--bin-fields", "--topics"};
+  for (std::size_t i = others; i < app.get_options().size(); ++i)
+    options->for_clouds.push_back(app.get_options()[i]->get_name());
+  options->app = &app;
   addQuiet(app, options->is_quiet);
   return [options, &app] {
     if (!options->tried.takes_cell && options->tried.input.inputs.empty())

@@ -69,7 +69,7 @@ completeTriedInput(const CLI::App& app, TriedInput& tried, EncodingOptions& opti
   if (!tried.takes_cell)
     return;
   refuseOptions(app,
-                {"--rate", "--bin-fields", "--topics"},
+                {"--rate", "--bin-fields", "--topics", "--pose"},
                 "is for inputs: leave it out, or name one");
   options.setDefaults(isGiven(app, "--resolution") ? options.codec().resolution
                                                    : cell_resolution,

@@ -50,8 +50,10 @@ PlayedClouds::run(LiveOutput& output, const std::function<void()>& meanwhile)
         figures_.addMissed(*number, 1);
     }
     else if (!isInterrupted())
-      encode(cloud, output);
+      take(cloud, output);
   }
+  for (Stream& stream : streams_)
+    encodeWaiting(stream, output);
   failures_.finish();
   output.end();
 }
@@ -64,6 +66,44 @@ PlayedClouds::pointsOutsideGrid() const
     if (stream.encoder.sums().points_outside_grid > 0)
       sentences.push_back(describePointsOutsideGrid(stream.encoder.sums()));
   return sentences;
+}
+
+std::vector<std::string>
+PlayedClouds::leftOut() const
+{
+  std::vector<std::string> sentences;
+  for (const Stream& stream : streams_)
+    for (const std::string& sentence :
+         {stream.encoder.leftOut(), stream.encoder.intensityRemark()})
+      if (!sentence.empty())
+        sentences.push_back(sentence);
+  return sentences;
+}
+
+/** \brief Encodes a cloud, but those of no points when the first one with points comes,
+ * which tells the law of the stream. */
+void
+PlayedClouds::take(const InputCloud& cloud, LiveOutput& output)
+{
+  Stream& stream = streams_[cloud.stream];
+  if (cloud.failure.empty() && !stream.has_law) {
+    if (!hasPoints(cloud.cloud)) {
+      stream.waiting.push_back(cloud);
+      return;
+    }
+    stream.encoder.chooseLaw(cloud.cloud);
+    stream.has_law = true;
+    encodeWaiting(stream, output);
+  }
+  encode(cloud, output);
+}
+
+void
+PlayedClouds::encodeWaiting(Stream& stream, LiveOutput& output)
+{
+  for (const InputCloud& cloud : stream.waiting)
+    encode(cloud, output);
+  stream.waiting.clear();
 }
 
 void

@@ -88,6 +88,10 @@ public:
   std::vector<std::string>
   pointsOutsideGrid() const;
 
+  /** \brief What is not encoded of the clouds, see StreamEncoder. After run(). */
+  std::vector<std::string>
+  leftOut() const;
+
 private:
   struct Stream {
     Stream(const EncodingOptions& options, const std::string& name, bool is_topic)
@@ -95,8 +99,16 @@ private:
     {}
 
     StreamEncoder encoder;
+    bool has_law = false;              ///< a cloud with points came
+    std::vector<InputCloud> waiting;   ///< those before it
     std::optional<std::size_t> number; ///< in the output, once there is a frame
   };
+
+  void
+  take(const InputCloud& cloud, LiveOutput& output);
+
+  void
+  encodeWaiting(Stream& stream, LiveOutput& output);
 
   void
   encode(const InputCloud& cloud, LiveOutput& output);

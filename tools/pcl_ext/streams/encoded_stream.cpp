@@ -203,7 +203,7 @@ EncodedStream::add(std::shared_ptr<CloudInWork> cloud)
   }
   waiting_.push_back(cloud);
   if (!law_cloud_) {
-    if (content.cloud.fields.empty() && content.cloud.data.empty())
+    if (!hasPoints(content.cloud))
       return {};
     auto without_points = std::make_shared<pcl::PCLPointCloud2>();
     without_points->header = content.cloud.header;
@@ -300,6 +300,7 @@ EncodedStream::add(const StreamEncoder& encoder)
   if (report_.sums.encoded_points == 0)
     report_.unit_remark = encoder.unitRemark();
   takeFirst(report_.left_out, encoder.leftOut());
+  takeFirst(report_.intensity_remark, encoder.intensityRemark());
   takeFirst(report_.order_remark, encoder.orderRemark());
   takeFirst(report_.budget_remark, encoder.budgetRemark());
   takeFirst(report_.header_remark, encoder.headerRemark());

@@ -41,6 +41,7 @@ struct CloudInWork {
 struct EncodedStreamReport {
   EncodedSums sums;     ///< also of frames that were not written
   std::string left_out; ///< see StreamEncoder for this and the following
+  std::string intensity_remark;
   std::string order_remark;
   std::string budget_remark;
   std::string header_remark;

@@ -32,8 +32,8 @@ corner(const Eigen::Vector4f& point)
   return text.str();
 }
 
-/** \brief A cloud without points, but with fields: some drivers send none in clouds of no
- * points. */
+/** \brief A cloud without points, but with fields: some drivers send none, or fewer, in
+ * clouds of no points. */
 pcl::PCLPointCloud2
 emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
 {
@@ -47,7 +47,25 @@ emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
   return cloud;
 }
 
+/** \brief Whether a cloud has the fields that a law reads. */
+bool
+hasFieldsOf(const pcl::PCLPointCloud2& cloud,
+            IntensityLaw law,
+            const std::string& intensity_field)
+{
+  return hasReadableField(cloud, "x") && hasReadableField(cloud, "y") &&
+         hasReadableField(cloud, "z") &&
+         (law != IntensityLaw::Native || hasReadableField(cloud, intensity_field));
+}
+
 } // namespace
+
+bool
+hasPoints(const pcl::PCLPointCloud2& cloud)
+{
+  const bool is_nothing = cloud.fields.empty() && cloud.data.empty();
+  return cloud.width > 0 && cloud.height > 0 && !is_nothing;
+}
 
 EncodedSums&
 EncodedSums::operator+=(const EncodedSums& part)
@@ -125,19 +143,28 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
     throw UsageError(messageOf(node_->settingsStatus()));
 }
 
+void
+StreamEncoder::chooseLaw(const std::vector<pcl::PCLPointCloud2>& clouds)
+{
+  const auto first = std::find_if(clouds.begin(), clouds.end(), hasPoints);
+  if (first != clouds.end())
+    chooseLaw(*first);
+}
+
 bool
 StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                       const std::string& source,
                       std::vector<std::uint8_t>& bytes,
                       nodes::Time time)
 {
-  const bool has_fields = !cloud.fields.empty() || !cloud.data.empty();
+  const bool has_points = hasPoints(cloud) || !cloud.data.empty();
   const pcl::PCLPointCloud2 empty =
-      has_fields ? pcl::PCLPointCloud2()
+      has_points ? pcl::PCLPointCloud2()
                  : emptyCloud(cloud.header, options_.intensityField());
-  const pcl::PCLPointCloud2& encoded = has_fields ? cloud : empty;
   last_cloud_ = EncodedSums();
-  chooseLaw(encoded);
+  chooseLaw(has_points || !cloud.fields.empty() ? cloud : empty);
+  const pcl::PCLPointCloud2& encoded =
+      has_points || hasFieldsOf(cloud, law_, options_.intensityField()) ? cloud : empty;
   *time_ = time;
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (status.code() == nodes::SensorNodeCode::LeftOut) {
@@ -149,8 +176,15 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     throw std::runtime_error(messageOf(status));
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   refuseWhatReadersRefuse(statistics, messageOf(status));
-  if (left_out_.empty())
-    left_out_ = nodes::describeLeftOut(cloud, *settings_);
+  noteLeftOut(cloud);
+  if (intensity_remark_.empty() && law_ == IntensityLaw::None && has_points &&
+      options_.lawOf(cloud) == IntensityLaw::Native)
+    intensity_remark_ = source + ": its field '" + options_.intensityField() +
+                        "' is left out, and in later clouds, as the first cloud of the "
+                        "stream has none" +
+                        (options_.codec().format == io::StreamFormat::Version1
+                             ? "; --fields all keeps it"
+                             : "");
   // Empty names tell nothing.
   if (header_remark_.empty() && !cloud.header.frame_id.empty() &&
       !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
@@ -190,6 +224,26 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
   return true;
+}
+
+void
+StreamEncoder::noteLeftOut(const pcl::PCLPointCloud2& cloud)
+{
+  if (!left_out_.empty())
+    return;
+  const std::string left_out = nodes::describeLeftOut(cloud, *settings_);
+  if (left_out.empty())
+    return;
+  const auto& kept = options_.codec().fields;
+  const bool are_all = std::any_of(kept.begin(), kept.end(), [](const auto& field) {
+    return field.name == io::all_fields;
+  });
+  const bool may_keep_more =
+      !are_all && options_.codec().format == io::StreamFormat::Version1;
+  left_out_ =
+      name_ + ": " + left_out +
+      (left_out.rfind("fields", 0) == 0 && may_keep_more ? "; --fields keeps fields"
+                                                         : "");
 }
 
 /** \brief Notes what a frame would take if its points had another order, by encoding it

@@ -51,6 +51,11 @@ struct EncodedSums {
   operator+=(const EncodedSums& part);
 };
 
+/** \brief True for a cloud that can tell what those of its stream have; false for one
+ * of no points, in which some drivers send no fields, or other ones. */
+bool
+hasPoints(const pcl::PCLPointCloud2& cloud);
+
 /** \brief A sentence on points that were left out, as they are outside the grid of
  * voxels; empty if none were. */
 std::string
@@ -72,6 +77,10 @@ public:
    */
   void
   chooseLaw(const pcl::PCLPointCloud2& cloud);
+
+  /** \brief The same by the first cloud with points, if there is one. */
+  void
+  chooseLaw(const std::vector<pcl::PCLPointCloud2>& clouds);
 
   /** \brief Encodes a cloud.
    * \param[in] cloud the first one decides on the law, if it is automatic
@@ -165,12 +174,20 @@ public:
     return header_remark_;
   }
 
-  /** \brief What is not encoded of the first clouds with points; empty if that is
-   * all. */
+  /** \brief A sentence on what is not encoded of the first clouds with points; empty if
+   * that is all. */
   const std::string&
   leftOut() const
   {
     return left_out_;
+  }
+
+  /** \brief A sentence on the first cloud with intensities that are left out, as the law
+   * follows from a cloud without; empty if there is none. */
+  const std::string&
+  intensityRemark() const
+  {
+    return intensity_remark_;
   }
 
   /** \brief A sentence if outliers were to be removed, and hardly any voxel was one, or
@@ -210,6 +227,9 @@ private:
               Eigen::Vector4f& max) const;
 
   void
+  noteLeftOut(const pcl::PCLPointCloud2& cloud);
+
+  void
   noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes);
 
   void
@@ -234,11 +254,12 @@ private:
   std::optional<nodes::SensorNode> node_;
   std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
   std::string frame_id_;
-  std::string cloud_frame_id_; ///< of the first cloud
-  std::string header_remark_;  ///< see headerRemark()
-  std::string left_out_;       ///< see leftOut()
-  std::string unit_remark_;    ///< see unitRemark()
-  std::string order_remark_;   ///< see orderRemark()
+  std::string cloud_frame_id_;   ///< of the first cloud
+  std::string header_remark_;    ///< see headerRemark()
+  std::string left_out_;         ///< see leftOut()
+  std::string intensity_remark_; ///< see intensityRemark()
+  std::string unit_remark_;      ///< see unitRemark()
+  std::string order_remark_;     ///< see orderRemark()
   IntensityLaw law_ = IntensityLaw::Count;
   bool is_of_lidar_ = false;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
