@@ -301,15 +301,14 @@ TEST(DecodedCloudOutliers, PointsOfOneRowKeepTheirOrder)
 
 TEST(DecodedCloudOutliers, PointsOutsideTheGridAreNotJudgedAndStay)
 {
-  constexpr double fine = 0.001;
   const auto near = wallWithNoise<pcl::PointXYZ>(0);
   const auto cloud = wallWithNoise<pcl::PointXYZ>(0);
   pcl::PointXYZ far_point;
-  far_point.x = 1500.0f;
+  far_point.x = 60'000.0f; // more than 2^20 voxels
   far_point.y = far_point.z = 0.0f;
   for (const std::ptrdiff_t place : {0, 77, 6000})
     cloud->insert(cloud->begin() + place, far_point);
-  io::IntensityCompressionSettings settings = settingsAt(fine);
+  io::IntensityCompressionSettings settings = settingsAt(decoded_resolution);
   settings.keep_order = true;
   std::array<pcl::PointCloud<pcl::PointXYZ>, 2> kept;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -319,7 +318,7 @@ TEST(DecodedCloudOutliers, PointsOutsideTheGridAreNotJudgedAndStay)
     pcl::PointCloud<pcl::PointXYZ>::Ptr decoded;
     ASSERT_TRUE(encoder.encodePointCloud(i == 0 ? near : cloud, bytes).ok());
     ASSERT_TRUE(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded).ok());
-    VoxelOutlierRemoval removal({VoxelsUnit()});
+    VoxelOutlierRemoval removal(countSettings());
     const OutlierRemovalStatus removed =
         removeOutliers(*decoded, decoder.voxelFrame(), removal);
     ASSERT_TRUE(removed.ok()) << removed.message();
@@ -330,9 +329,9 @@ TEST(DecodedCloudOutliers, PointsOutsideTheGridAreNotJudgedAndStay)
   std::size_t i = 0;
   for (const pcl::PointXYZ& point : kept[1])
     if (point.x < 1000.0f) {
-      EXPECT_NEAR(point.x, kept[0][i].x, fine);
-      EXPECT_NEAR(point.y, kept[0][i].y, fine);
-      EXPECT_NEAR(point.z, kept[0][i++].z, fine);
+      EXPECT_NEAR(point.x, kept[0][i].x, decoded_resolution);
+      EXPECT_NEAR(point.y, kept[0][i].y, decoded_resolution);
+      EXPECT_NEAR(point.z, kept[0][i++].z, decoded_resolution);
     }
   EXPECT_EQ(i, kept[0].size());
   EXPECT_EQ(i + 3, kept[1].size());
