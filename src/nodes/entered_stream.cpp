@@ -93,6 +93,7 @@ EnteredStream::forget()
   size_ = 0;
   outside_lattice_ = 0;
   counts_.clear();
+  are_other_symbols_ = true; // none are left, even if none come
 }
 
 /** \brief Counts the symbols of the voxels. */
