@@ -338,7 +338,8 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
 TEST_F(ProgramSentences, OfCloudsThatAreNoFrames)
 {
   const std::string text = "a PCD file: 'pcl_ext encode' makes a recording of it, ";
-  expectRefusals({{"view room/000.pcd", 1, text}, {"info room/000.pcd", 1, text}});
+  expectRefusals({{"view room/000.pcd --page page.html", 1, text},
+                  {"info room/000.pcd", 1, text}});
 }
 
 TEST_F(ProgramSentences, OfOptionsWithoutEffect)
