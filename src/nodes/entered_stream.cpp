@@ -12,12 +12,14 @@ namespace {
 /** \brief What intensities add to sums, by their symbols. */
 class SymbolUnits {
 public:
-  SymbolUnits(const io::VoxelFrame& voxels, const MergedScale& scale)
+  /** \param[in] voxels with such intensities
+   * \param[in] count number of voxels */
+  SymbolUnits(const io::VoxelFrame& voxels, std::size_t count, const MergedScale& scale)
   : scale_(scale), intensities_(voxels.intensity_scale)
   {
     if (!voxels.hasIntensities())
       table_ = {unitsOf(1.0f)};
-    else if (intensities_.maxSymbol() < voxels.size())
+    else if (intensities_.maxSymbol() < count)
       for (std::uint32_t symbol = 0; symbol <= intensities_.maxSymbol(); ++symbol)
         table_.push_back(compute(static_cast<std::uint16_t>(symbol)));
   }
@@ -94,6 +96,7 @@ EnteredStream::forget()
   outside_lattice_ = 0;
   counts_.clear();
   are_other_symbols_ = true; // none are left, even if none come
+  is_entered_anew_ = true;
 }
 
 /** \brief Counts the symbols of the voxels. */
@@ -155,9 +158,39 @@ EnteredStream::writeOne(const io::VoxelFrame& voxels,
                         const MergedScale& scale)
 {
   keys_.setGrids(voxels.grid, scale.grid);
-  const SymbolUnits units(voxels, scale);
+  const SymbolUnits units(voxels, voxels.size(), scale);
   for (std::size_t i = 0; i < voxels.size(); ++i)
     append(voxels.keys[i], updateOf(voxels, i, units, is_added));
+}
+
+/** \brief Appends the updates of changes of one grid without colours: one for a voxel of
+ * another intensity. */
+void
+EnteredStream::writeDifferences(const io::VoxelChanges& changes,
+                                const MergedScale& scale)
+{
+  const io::VoxelFrame& gone = changes.gone;
+  const io::VoxelFrame& came = changes.came;
+  keys_.setGrids(came.grid, scale.grid);
+  const SymbolUnits units(came, gone.size() + came.size(), scale);
+  constexpr std::uint64_t behind_all = ~std::uint64_t{0};
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < gone.size() || j < came.size()) {
+    const std::uint64_t was = i < gone.size() ? gone.keys[i] : behind_all;
+    const std::uint64_t is = j < came.size() ? came.keys[j] : behind_all;
+    const bool is_gone = was <= is;
+    const bool is_here = is <= was;
+    VoxelUpdate update{};
+    if (is_here)
+      update.intensity = units[symbolOf(came, j)];
+    if (is_gone)
+      update.intensity -= units[symbolOf(gone, i)];
+    update.summands = static_cast<std::int8_t>(is_here - is_gone);
+    append(is_here ? is : was, update);
+    i += is_gone ? 1 : 0;
+    j += is_here ? 1 : 0;
+  }
 }
 
 bool
@@ -165,18 +198,22 @@ EnteredStream::writeUpdates(const MergedScale& scale)
 {
   updates_.clear();
   has_all_in_grid_ = true;
-  for (const io::VoxelChanges& changes : taken_) {
-    writeOne(changes.gone, false, scale);
-    writeOne(changes.came, true, scale);
-  }
+  for (const io::VoxelChanges& changes : taken_)
+    if (changes.areOfOneGrid() && changes.came.colour_bits == 0)
+      writeDifferences(changes, scale);
+    else {
+      writeOne(changes.gone, false, scale);
+      writeOne(changes.came, true, scale);
+    }
   return has_all_in_grid_;
 }
 
 void
 EnteredStream::endUpdate()
 {
-  // As many updates are hardly ever needed again.
-  if (updates_.updates.size() > size_ / 2) {
+  // As many updates are hardly ever needed again: of all voxels, or of many more.
+  const bool are_many = updates_.updates.size() > 2 * size_;
+  if (std::exchange(is_entered_anew_, false) || are_many) {
     updates_ = VoxelUpdates();
     taken_.release();
   }

@@ -139,6 +139,9 @@ private:
   writeOne(const io::VoxelFrame& voxels, bool is_added, const MergedScale& scale);
 
   void
+  writeDifferences(const io::VoxelChanges& changes, const MergedScale& scale);
+
+  void
   append(std::uint64_t key, const VoxelUpdate& update);
 
   float
@@ -155,6 +158,7 @@ private:
   VoxelUpdates updates_;
   std::size_t outside_lattice_ = 0;
   bool has_all_in_grid_ = true;
+  bool is_entered_anew_ = false;
   // Of the intensities, by their symbols.
   std::vector<std::uint32_t> counts_;
   bool are_other_symbols_ = false; // than when the following were found
