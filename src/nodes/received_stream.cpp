@@ -66,14 +66,6 @@ hasPointsOnly(const io::VoxelFrame& frame)
   return frame.keys.empty() && !frame.points.indices.empty();
 }
 
-/** \brief True if the bytes had no frame, so that no frame of the sender is lost. */
-bool
-wasNoFrame(io::CompressionCode code)
-{
-  return code == io::CompressionCode::NoFrame ||
-         code == io::CompressionCode::EndOfStream;
-}
-
 } // namespace
 
 ReceivedStream::ReceivedStream(const std::string& name,
@@ -104,7 +96,7 @@ ReceivedStream::takeNext()
   const std::lock_guard<std::mutex> lock(mutex_);
   WaitingFrame next = std::move(waiting_.front());
   waiting_.pop_front();
-  unnumbered_ += next.refused_before;
+  sequence_.refuse(next.refused_before);
   return next;
 }
 
@@ -114,7 +106,7 @@ ReceivedStream::refuseNext()
   takeNext();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_refused;
-  ++unnumbered_;
+  sequence_.refuse(1);
 }
 
 bool
@@ -142,10 +134,17 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
   bool wants_i_frame = false;
   // Read below without the lock, as only this thread changes what is reported.
   const io::CompressionStatus* reported = &status;
-  if (status.code() == io::CompressionCode::OldFrame)
-    wants_i_frame = countDropped();
+  if (status.code() == io::CompressionCode::OldFrame) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wants_i_frame = sequence_.addDropped(health_);
+  }
   else if (!has_voxels) {
-    wants_i_frame = countFailed(std::move(status), is_decoded);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const std::optional<std::uint32_t> none;
+    wants_i_frame = sequence_.addFailed(
+        std::move(status),
+        is_decoded ? std::optional(decoder_.statistics().frame_number) : none,
+        health_);
     reported = &health_.last_failure;
   }
 
@@ -376,8 +375,7 @@ ReceivedStream::makeLatest(const Denoised& denoised,
                  frame.bytes.size(),
                  cycle.count(),
                  latencySeconds(stamp, now).value_or(0.0)});
-    follow(coding.frame_number);
-    ++health_.frames_decoded;
+    sequence_.addDecoded(coding.frame_number, health_);
     health_.lacks_voxels = false;
     health_.decode_times.add(cycle.count());
     health_.kept_voxels = denoised.voxels;
@@ -436,70 +434,6 @@ ReceivedStream::makeOutlierRemoval()
     outlier_removal_.emplace(*outlier_settings_);
   // Not reached without memory for the filter: the next frame then creates it.
   are_outlier_settings_new_ = false;
-}
-
-bool
-ReceivedStream::wantsIFrame(io::CompressionCode code)
-{
-  switch (code) {
-  case io::CompressionCode::MissingReference:
-  case io::CompressionCode::Corrupt:
-  case io::CompressionCode::Truncated:
-  case io::CompressionCode::InputFailed:
-  case io::CompressionCode::OutOfMemory:
-    // Repeated, as a request may be lost; not every time, as the I-frame takes a while.
-    return failures_in_a_row_++ % 3 == 0;
-  default:
-    return false;
-  }
-}
-
-void
-ReceivedStream::follow(std::uint32_t frame_number)
-{
-  // A number that is not above the last one means that the sender was restarted.
-  if (last_number_ && frame_number > *last_number_) {
-    const std::size_t missing = frame_number - *last_number_ - 1;
-    if (missing > unnumbered_)
-      health_.frames_lost += missing - unnumbered_;
-  }
-  last_number_ = frame_number;
-  unnumbered_ = 0;
-  failures_in_a_row_ = 0;
-  dropped_in_a_row_ = 0;
-  health_.in_sync = true;
-}
-
-bool
-ReceivedStream::countDropped()
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++health_.frames_dropped;
-  // A restarted sender has old numbers. If its first frame was lost, all others are
-  // dropped until it sends an I-frame.
-  const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
-  health_.i_frame_requests += wants_i_frame ? 1 : 0;
-  return wants_i_frame;
-}
-
-bool
-ReceivedStream::countFailed(io::CompressionStatus status, bool is_decoded)
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++health_.frames_failed;
-  health_.last_failure = std::move(status);
-  if (is_decoded) {
-    follow(decoder_.statistics().frame_number);
-    return false;
-  }
-  const io::CompressionCode code = health_.last_failure.code();
-  if (!wasNoFrame(code)) {
-    ++unnumbered_;
-    health_.in_sync = false;
-  }
-  const bool wants_i_frame = wantsIFrame(code);
-  health_.i_frame_requests += wants_i_frame ? 1 : 0;
-  return wants_i_frame;
 }
 
 std::optional<LatestFrame>

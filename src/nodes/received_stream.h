@@ -8,6 +8,7 @@
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "codec/memory_share.h"
+#include "nodes/frame_sequence.h"
 #include "nodes/pending_changes.h"
 #include "nodes/rate_window.h"
 #include "nodes/taken_changes.h"
@@ -257,28 +258,6 @@ private:
   void
   makeOutlierRemoval();
 
-  bool
-  wantsIFrame(io::CompressionCode code);
-
-  /** \brief Counts a decoded frame, and those lost before it. */
-  void
-  follow(std::uint32_t frame_number);
-
-  /** \brief Counts a late or repeated frame.
-   * \return whether to request an I-frame
-   */
-  bool
-  countDropped();
-
-  /** \brief Counts a frame that failed.
-   * \param[in] status why
-   * \param[in] is_decoded whether it failed after decoding, so that the stream
-   * continues
-   * \return whether to request an I-frame
-   */
-  bool
-  countFailed(io::CompressionStatus status, bool is_decoded);
-
   std::size_t
   keptBytes() const;
 
@@ -301,9 +280,6 @@ private:
   std::size_t frames_by_changes_ = 0;  // in a row, without whole voxels
   bool is_plain_ = false;          // the voxels are the decoder's but for intensities
   bool are_voxels_wanted_ = false; // the listener has asked for the last ones
-  // Since the last frame that was decoded.
-  std::size_t failures_in_a_row_ = 0; // frames that need an I-frame to recover
-  std::size_t dropped_in_a_row_ = 0;
 
   std::atomic<float> min_intensity_;
   std::atomic<bool> is_packed_{false};
@@ -320,9 +296,8 @@ private:
   RateWindow window_;
   std::deque<WaitingFrame> waiting_; // the first one is decoded next
   bool has_turn_ = false;
-  std::size_t refused_behind_ = 0;           // since the last frame that waited
-  std::optional<std::uint32_t> last_number_; // of the last decoded frame
-  std::size_t unnumbered_ = 0; // frames that failed or were refused since then
+  std::size_t refused_behind_ = 0; // since the last frame that waited
+  FrameSequence sequence_;
 
   io::MemoryShare share_; // beside that of the decoder; last, as it uses the others
 };
