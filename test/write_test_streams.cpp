@@ -273,7 +273,9 @@ invalidFrames()
          s.row_shifts[1] = static_cast<std::uint16_t>(s.width);
        })},
       {"scan_of_unknown_rays",
-       withScan([](ScanLayout& s) { s.rays.shape = static_cast<scan::RayShape>(3); })}};
+       withScan([](ScanLayout& s) { s.rays.shape = static_cast<scan::RayShape>(3); })},
+      {"half_depths_of_no_camera",
+       withScan([](ScanLayout& s) { s.rays.has_half_depths = true; })}};
 }
 
 bool

@@ -27,7 +27,8 @@ constexpr unsigned int shape_shift = 2;
 constexpr unsigned int shape_mask = 3;
 constexpr unsigned int lattice_flag = 16;
 constexpr unsigned int shift_flag = 32;
-constexpr unsigned int most_flags = 63;
+constexpr unsigned int half_depths_flag = 64;
+constexpr unsigned int most_flags = 127;
 
 /** \brief The numbers of a row, in the order of the table. */
 constexpr std::array<std::int32_t RayRow::*, 7> row_numbers = {&RayRow::cosine,
@@ -161,10 +162,11 @@ writeScanTable(const ScanLayout& layout, ByteWriter& writer)
   writer.varint(layout.width);
   writer.varint(layout.height);
   const auto shape = static_cast<unsigned int>(layout.rays.shape);
-  writer.u8(static_cast<std::uint8_t>(static_cast<unsigned int>(layout.order) |
-                                      shape << shape_shift |
-                                      (layout.is_on_lattice ? lattice_flag : 0u) |
-                                      (layout.row_shifts.empty() ? 0u : shift_flag)));
+  writer.u8(static_cast<std::uint8_t>(
+      static_cast<unsigned int>(layout.order) | shape << shape_shift |
+      (layout.is_on_lattice ? lattice_flag : 0u) |
+      (layout.rays.has_half_depths ? half_depths_flag : 0u) |
+      (layout.row_shifts.empty() ? 0u : shift_flag)));
   for (const std::uint16_t row : layout.firing_order)
     writer.varint(row);
   for (const std::uint16_t shift : layout.row_shifts)
@@ -199,6 +201,7 @@ readScanTable(ByteSource& source, ScanLayout& layout)
       !readRows(source, layout.height, layout.width, layout.row_shifts))
     return corruptFrame("invalid scan");
   layout.rays.shape = static_cast<RayShape>(flags >> shape_shift & shape_mask);
+  layout.rays.has_half_depths = (flags & half_depths_flag) != 0;
   readPose(source, layout.rays.pose);
   if (layout.rays.shape == RayShape::Spinning) {
     readMotion(source, layout.rays.motion);

@@ -112,6 +112,7 @@ CertainDepths::setPlanarRays(std::uint32_t row,
                              std::size_t count)
 {
   const auto& vectors = frame_.rays.pose.vectors;
+  const double first_depth = frame_.rays.has_half_depths ? 0.5 : 0.0;
   place_error_ = least_place_error;
   step_error_ = direction_error;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -120,9 +121,10 @@ CertainDepths::setPlanarRays(std::uint32_t row,
     const double change = 0x1p-40 * static_cast<double>(vectors[1][axis]);
     const double start = sensor_[axis];
     for (std::size_t i = 0; i < count; ++i) {
-      points_.start[axis][i] = start;
-      points_.step[axis][i] =
+      const double step =
           first + change * static_cast<double>(static_cast<std::int32_t>(columns[i]));
+      points_.start[axis][i] = start + first_depth * step;
+      points_.step[axis][i] = step;
     }
   }
 }

@@ -22,6 +22,13 @@ fixed(double number, double unit, double most)
                            : static_cast<std::int64_t>(std::clamp(units, -most, most));
 }
 
+/** \brief Whether the depths of a scan are those that the sensor has itself. */
+bool
+isStepKept(double fitted_step, double resolution)
+{
+  return fitted_step >= 0.45 * resolution;
+}
+
 /** \brief A camera's rays, its depth being along an axis.
  * \param[in] sign 1, or -1 for the other direction of the axis
  * \param[out] error median, metres
@@ -90,7 +97,7 @@ fitPlanar(const std::vector<PixelPoint>& points)
 double
 depthStepFor(double fitted_step, double resolution)
 {
-  double step = fitted_step < 0.45 * resolution ? resolution : fitted_step;
+  double step = isStepKept(fitted_step, resolution) ? fitted_step : resolution;
   while (step > 16.0 * resolution)
     step /= 2.0;
   return step;
@@ -105,6 +112,8 @@ setPlanarRays(const PlanarFit& fit,
   scan::ScanRays& rays = layout.rays;
   rays = scan::ScanRays();
   const double step = depthStepFor(fit.depth_step, grid.resolution);
+  rays.has_half_depths =
+      !layout.is_on_lattice && !isStepKept(fit.depth_step, grid.resolution);
   const Eigen::Matrix3d plane =
       sensor_pose.linear() * fit.plane * (step / grid.resolution * 0x1p40);
   for (std::size_t axis = 0; axis < 3; ++axis) {

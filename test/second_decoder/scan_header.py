@@ -15,7 +15,7 @@ ORGANISED, ROW_BY_ROW, COLUMN_BY_COLUMN = 0, 1, 2
 """Orders of the points of a cloud."""
 PLANAR, SPINNING, FREE = 0, 1, 2
 """Shapes of the rays."""
-_ORDER, _SHAPE_UNIT, _LATTICE, _SHIFTS = 3, 4, 16, 32
+_ORDER, _SHAPE_UNIT, _LATTICE, _SHIFTS, _HALF_DEPTHS = 3, 4, 16, 32, 64
 _LONGEST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
 _UNIT = 1 << 30
@@ -74,6 +74,7 @@ class ScanTable:
     order: int
     shape: int
     is_on_lattice: bool
+    has_half_depths: bool = False
     firing_order: Tuple[int, ...] = ()
     shifts: Tuple[int, ...] = ()
     """Of rows, in columns; empty without."""
@@ -225,7 +226,7 @@ def _shifts(reader: ByteReader, height: int) -> Tuple[int, ...]:
 def read_scan_table(reader: ByteReader) -> ScanTable:
     width, height = reader.varint(), reader.varint()
     (flags,) = reader.numbers("B")
-    require(flags < 2 * _SHIFTS, "the flags of the scan are none")
+    require(flags < 2 * _HALF_DEPTHS, "the flags of the scan are none")
     order = flags & _ORDER
     require(order <= COLUMN_BY_COLUMN, "the order of the points is unknown")
     shape = flags % _LATTICE // _SHAPE_UNIT
@@ -237,6 +238,8 @@ def read_scan_table(reader: ByteReader) -> ScanTable:
     is_sequence = shape == FREE and order == ROW_BY_ROW
     require(is_sequence or height <= _LONGEST_SIDE, "the scan is too high")
     is_spinning = shape == SPINNING
+    has_half_depths = bool(flags & _HALF_DEPTHS)
+    require(not has_half_depths or shape == PLANAR, "half depths of no camera")
     firing_order = _firing_order(reader, height) if order == COLUMN_BY_COLUMN else ()
     has_shifts = bool(flags & _SHIFTS)
     require(not has_shifts or bool(firing_order), "rows of another order are moved")
@@ -248,6 +251,7 @@ def read_scan_table(reader: ByteReader) -> ScanTable:
         order,
         shape,
         bool(flags & _LATTICE),
+        has_half_depths,
         firing_order,
         shifts,
         _turns(reader) if is_spinning else (),

@@ -68,7 +68,12 @@ def cloud_of(
     points = [scan.points[i] for i in order]
     placement = table.placement
     rays = ScanRays(
-        table.shape, placement.pose, placement.motion, table.turns, table.rows
+        table.shape,
+        placement.pose,
+        placement.motion,
+        table.has_half_depths,
+        table.turns,
+        table.rows,
     )
     places = scan.places(rays)
     is_organised = table.order == ORGANISED

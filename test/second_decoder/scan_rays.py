@@ -23,6 +23,7 @@ class ScanRays:
     """At column 0."""
     motion: Pose
     """From a column to the next."""
+    has_half_depths: bool = False
     turns: Tuple[Direction, ...] = ()
     rows: Tuple[Row, ...] = ()
 
@@ -61,6 +62,8 @@ class Places:
             start, step = self._spinning(self._column(column), row, turn)
         elif depth is not None and self._rays.shape != FREE:
             step = self._planar(column, row)
+            if self._rays.has_half_depths:
+                start = [o + (s >> 1) for o, s in zip(start, step)]
         x, y, z = (
             start[i] + (depth or 0) * step[i] + (steps[i] << 32) for i in range(3)
         )

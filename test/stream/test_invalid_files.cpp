@@ -86,6 +86,7 @@ const std::vector<InvalidFile> files{
     {"too_many_pixels", CompressionCode::Corrupt, "invalid scan"},
     {"scan_moved_out", CompressionCode::Corrupt, "invalid scan"},
     {"scan_of_unknown_rays", CompressionCode::Corrupt, "invalid scan"},
+    {"half_depths_of_no_camera", CompressionCode::Corrupt, "invalid scan"},
     {"scan_too_steep", CompressionCode::Corrupt, "invalid scan"},
     {"scan_with_rows_twice", CompressionCode::Corrupt, "invalid scan"},
     {"scan_with_other_rows", CompressionCode::Corrupt, "invalid scan"}};

@@ -180,6 +180,43 @@ TEST_P(OrganisedClouds, OfCamerasTakeFewerBytesInOrder)
   }
 }
 
+TEST_P(OrganisedClouds, OfCamerasAreAmidTheirVoxels)
+{
+  // How far the centres of their voxels are from points, on average, as a part of an edge.
+  const auto centre_off = [](const EncoderSettings& settings, double depth_unit) {
+    OrganisedCloud cloud{80, 60, {}};
+    std::mt19937_64 random(5);
+    for (std::uint32_t row = 0; row < cloud.height; ++row)
+      for (std::uint32_t column = 0; column < cloud.width; ++column) {
+        const auto units = static_cast<double>(below(random, 1000000)) + 1e6;
+        const double depth = depth_unit * std::floor(units * 1e-6 / depth_unit);
+        cloud.coordinates.push_back(static_cast<float>((column - 39.5) / 61.0 * depth));
+        cloud.coordinates.push_back(static_cast<float>((row - 28.0) / 60.5 * depth));
+        cloud.coordinates.push_back(static_cast<float>(depth));
+      }
+    CloudEncoder encoder(settings, IntensityUnit::None);
+    FrameDecoder decoder;
+    expectCloud(encoder, decoder, cloud);
+    EXPECT_TRUE(encoder.statistics().coding.has_points);
+    const VoxelFrame& frame = encoder.frame();
+    EXPECT_EQ(frame.point_counts.size(), frame.size());
+    double off = 0.0;
+    std::size_t point = 0;
+    for (std::size_t voxel = 0; voxel < frame.point_counts.size(); ++voxel)
+      for (std::uint32_t i = 0; i < frame.point_counts[voxel]; ++i, ++point)
+        off += (frame.grid.centre(2, voxelPosition(frame.keys[voxel]).z) -
+                cloud.coordinates[3 * frame.cloudIndex(point) + 2]) /
+               frame.grid.resolution;
+    return off / static_cast<double>(frame.pointCount());
+  };
+  EncoderSettings settings = fineSettings(GetParam());
+  EXPECT_NEAR(centre_off(settings, 1e-6), 0.0, 0.02);
+  // Depths in whole edges are kept, on the faces where they are.
+  EXPECT_NEAR(centre_off(settings, 1e-3), 0.5, 0.02);
+  settings.resolution = 0.01;
+  EXPECT_NEAR(centre_off(settings, 1e-3), 0.0, 0.02);
+}
+
 TEST_P(OrganisedClouds, OfMovingSensorsAreInOrder)
 {
   // Clouds in the coordinates of the world.

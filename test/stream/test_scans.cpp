@@ -252,6 +252,8 @@ TEST_P(Scans, OthersTakeAnIFrame)
   EXPECT_FALSE(is_i_frame(camera));
   camera.is_on_lattice = true;
   EXPECT_TRUE(is_i_frame(camera));
+  camera.rays.has_half_depths = true;
+  EXPECT_TRUE(is_i_frame(camera));
   camera.width -= 2;
   EXPECT_TRUE(is_i_frame(camera));
 }

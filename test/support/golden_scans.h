@@ -117,6 +117,7 @@ goldenMovingScans(const std::string& name, Effort effort)
     scan::ScanFrame frame = makeCamera();
     frame.width = width;
     frame.height = height;
+    frame.rays.has_half_depths = true;
     for (const std::size_t side : {1u, 2u})
       for (std::int64_t& change : frame.rays.pose.vectors[side])
         change /= 1024;

@@ -100,6 +100,7 @@ struct ScanLayout {
            (height == other.height || isSequence()) && order == other.order &&
            is_on_lattice == other.is_on_lattice && firing_order == other.firing_order &&
            row_shifts == other.row_shifts && rays.shape == other.rays.shape &&
+           rays.has_half_depths == other.rays.has_half_depths &&
            rays.turns == other.rays.turns && rays.rows == other.rays.rows;
   }
 };

@@ -128,6 +128,8 @@ bool
 isConsistent(const ScanLayout& layout)
 {
   const ScanRays& rays = layout.rays;
+  if (rays.has_half_depths && rays.shape != RayShape::Planar)
+    return false;
   const std::uint32_t longest = layout.isSequence() ? most_pixels : most_side;
   if (layout.width < 1 || layout.height < 1 || layout.width > longest ||
       layout.height > longest || layout.pixelCount() > most_pixels ||

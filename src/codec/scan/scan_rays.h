@@ -87,6 +87,10 @@ struct RayPose {
 struct ScanRays {
   RayShape shape = RayShape::Planar;
 
+  /** \brief Of a camera: depth n is n + 1/2 steps from the sensor, so that points of a
+   * camera along an axis of the grid are amid its voxels and not on faces. */
+  bool has_half_depths = false;
+
   /** \brief At column 0. */
   RayPose pose;
 
@@ -172,8 +176,9 @@ private:
     const Triple& change = rays_.pose.vectors[1];
     Ray ray;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      ray.start[axis] = rays_.pose.origin[axis] * (1 << 16);
       ray.step[axis] = (first_step_[axis] + change[axis] * column) >> 8;
+      ray.start[axis] = rays_.pose.origin[axis] * (1 << 16) +
+                        (rays_.has_half_depths ? ray.step[axis] >> 1 : 0);
     }
     return ray;
   }

@@ -203,9 +203,10 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
   if (frame.depths[point] == scan::at_sensor)
     return place;
   if (frame.rays.shape == scan::RayShape::Planar) {
-    place[0] += depth * (-0.4 + 0.02 * column);
-    place[1] += depth * (-0.3 + 0.02 * row);
-    place[2] += depth;
+    const double away = depth + (frame.rays.has_half_depths ? 0.5 : 0.0);
+    place[0] += away * (-0.4 + 0.02 * column);
+    place[1] += away * (-0.3 + 0.02 * row);
+    place[2] += away;
     return place;
   }
   const double angle = (frame.rays.columns[column] + frame.turns[point]) *
@@ -219,7 +220,9 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
 
 TEST(PointPlaces, AreOnTheRays)
 {
-  for (scan::ScanFrame frame : {makeCamera(), makeLidar()}) {
+  scan::ScanFrame other_camera = makeCamera();
+  other_camera.rays.has_half_depths = true;
+  for (scan::ScanFrame frame : {makeCamera(), other_camera, makeLidar()}) {
     addPoints(frame, 9, frame.rays.shape == scan::RayShape::Spinning);
     frame.beside.clear();
     scan::PointPlaces places(frame);
@@ -276,9 +279,11 @@ locateAll(const scan::ScanFrame& points,
 
 TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
 {
-  for (const bool is_lidar : {true, false}) {
-    SCOPED_TRACE(is_lidar);
+  for (const unsigned int sensor : {0u, 1u, 2u}) {
+    SCOPED_TRACE(sensor);
+    const bool is_lidar = sensor == 0;
     scan::ScanFrame points = is_lidar ? makeLidar() : makeCamera();
+    points.rays.has_half_depths = sensor == 1;
     addPoints(points, 2, is_lidar);
     points.beside.clear();
     // Four edges, and where nearly all are on their rays for certain.
