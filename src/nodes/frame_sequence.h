@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/status.h>
 #include <pcl_ext/nodes/stream_health.h>
+#include <pcl_ext/status.h>
 
 #include <cstddef>
 #include <cstdint>
