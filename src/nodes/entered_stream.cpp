@@ -75,6 +75,21 @@ updateOf(const io::VoxelFrame& voxels,
   return update;
 }
 
+/** \brief Skips voxels without colours that are the same in two frames of one scale, one
+ * after another. */
+void
+skipSame(const io::VoxelFrame& one,
+         std::size_t& i,
+         const io::VoxelFrame& other,
+         std::size_t& j)
+{
+  while (i < one.size() && j < other.size() && one.keys[i] == other.keys[j] &&
+         symbolOf(one, i) == symbolOf(other, j)) {
+    ++i;
+    ++j;
+  }
+}
+
 } // namespace
 
 void
@@ -106,18 +121,19 @@ EnteredStream::countSymbols(const io::VoxelChanges& changes)
   const io::IntensityScale& scale = changes.came.intensity_scale;
   const std::size_t symbols =
       scale.bits > 0 ? std::size_t{scale.maxSymbol()} + 1 : std::size_t{1};
-  if (counts_.size() != symbols || scale != scale_ ||
-      changes.gone.intensity_scale != scale) {
+  const bool has_same_scale = counts_.size() == symbols && scale == scale_ &&
+                              changes.gone.intensity_scale == scale;
+  if (!has_same_scale) {
     // None of another scale is left.
     counts_.assign(symbols, 0);
     scale_ = scale;
     are_other_symbols_ = true;
   }
-  else
-    for (std::size_t i = 0; i < changes.gone.size(); ++i)
-      are_other_symbols_ |= --counts_[symbolOf(changes.gone, i)] == 0;
+  // Those that came first, as a symbol may be of both.
   for (std::size_t i = 0; i < changes.came.size(); ++i)
     are_other_symbols_ |= counts_[symbolOf(changes.came, i)]++ == 0;
+  for (std::size_t i = 0; has_same_scale && i < changes.gone.size(); ++i)
+    are_other_symbols_ |= --counts_[symbolOf(changes.gone, i)] == 0;
 }
 
 /** \brief Finds what symbols there are. */
@@ -163,8 +179,8 @@ EnteredStream::writeOne(const io::VoxelFrame& voxels,
     append(voxels.keys[i], updateOf(voxels, i, units, is_added));
 }
 
-/** \brief Appends the updates of changes of one grid without colours: one for a voxel of
- * another intensity. */
+/** \brief Appends the updates of changes of one grid: one for a voxel of another
+ * intensity, two for one of another colour. */
 void
 EnteredStream::writeDifferences(const io::VoxelChanges& changes,
                                 const MergedScale& scale)
@@ -173,6 +189,7 @@ EnteredStream::writeDifferences(const io::VoxelChanges& changes,
   const io::VoxelFrame& came = changes.came;
   keys_.setGrids(came.grid, scale.grid);
   const SymbolUnits units(came, gone.size() + came.size(), scale);
+  const bool has_colours = came.colour_bits > 0;
   constexpr std::uint64_t behind_all = ~std::uint64_t{0};
   std::size_t i = 0;
   std::size_t j = 0;
@@ -181,15 +198,26 @@ EnteredStream::writeDifferences(const io::VoxelChanges& changes,
     const std::uint64_t is = j < came.size() ? came.keys[j] : behind_all;
     const bool is_gone = was <= is;
     const bool is_here = is <= was;
+    if (has_colours && (was != is || !(gone.fullColour(i) == came.fullColour(j)))) {
+      if (is_gone)
+        append(was, updateOf(gone, i++, units, false));
+      if (is_here)
+        append(is, updateOf(came, j++, units, true));
+      continue;
+    }
+    // Without branches, which could not be predicted among noise.
     VoxelUpdate update{};
     if (is_here)
       update.intensity = units[symbolOf(came, j)];
     if (is_gone)
       update.intensity -= units[symbolOf(gone, i)];
     update.summands = static_cast<std::int8_t>(is_here - is_gone);
-    append(is_here ? is : was, update);
     i += is_gone ? 1 : 0;
     j += is_here ? 1 : 0;
+    if (update.intensity != 0 || update.summands != 0)
+      append(std::min(was, is), update);
+    else if (!has_colours)
+      skipSame(gone, i, came, j);
   }
 }
 
@@ -199,7 +227,7 @@ EnteredStream::writeUpdates(const MergedScale& scale)
   updates_.clear();
   has_all_in_grid_ = true;
   for (const io::VoxelChanges& changes : taken_)
-    if (changes.areOfOneGrid() && changes.came.colour_bits == 0)
+    if (changes.areOfOneGrid())
       writeDifferences(changes, scale);
     else {
       writeOne(changes.gone, false, scale);

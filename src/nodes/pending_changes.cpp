@@ -18,6 +18,19 @@ append(const io::VoxelFrame& from, std::size_t voxel, io::VoxelFrame& frame)
     frame.colours.push_back(from.colours[voxel]);
 }
 
+/** \brief Copies what merging takes of a frame. */
+void
+copyVoxels(const io::VoxelFrame& from, io::VoxelFrame& frame)
+{
+  frame.grid = from.grid;
+  frame.intensity_scale = from.intensity_scale;
+  frame.depth_model = from.depth_model;
+  frame.colour_bits = from.colour_bits;
+  frame.keys = from.keys;
+  frame.intensities = from.intensities;
+  frame.colours = from.colours;
+}
+
 /** \brief Sets a frame to the voxels of `above`, and to those of `below` of which
  * neither `above` nor `hidden` has the key. All are of one grid and scale. */
 void
@@ -68,14 +81,42 @@ PendingChanges::begin(std::size_t frame) noexcept
 void
 PendingChanges::add(io::VoxelChanges& changes)
 {
-  if (!areKept())
-    return;
-  if (changes.is_from_nothing || ++frames_ > most_frames)
+  if (changes.is_from_nothing)
     end();
-  else if (frames_ == 1)
+  if (!countFrame())
+    return;
+  if (frames_ == 1)
     std::swap(changes_, changes);
   else
     join(changes);
+  are_whole_ = false;
+}
+
+void
+PendingChanges::add(const io::VoxelFrame& before, const io::VoxelFrame& after)
+{
+  if (!countFrame())
+    return;
+  if (frames_ == 1 || are_whole_) {
+    if (frames_ == 1)
+      copyVoxels(before, changes_.gone);
+    copyVoxels(after, changes_.came);
+    are_whole_ = true;
+    return;
+  }
+  io::VoxelChanges changes;
+  copyVoxels(before, changes.gone);
+  copyVoxels(after, changes.came);
+  join(changes);
+}
+
+/** \brief Counts a frame that is added. \return false if no changes are kept */
+bool
+PendingChanges::countFrame()
+{
+  if (areKept() && ++frames_ > most_frames)
+    end();
+  return areKept();
 }
 
 /** \brief Sets the changes to the difference between the frame before them and that after

@@ -10,8 +10,8 @@
 namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 /** \brief How the voxels of a stream have changed since somebody took them. Of several
- * frames it has the difference between the first and the last one, so that its memory is
- * bounded by the voxels of two frames. */
+ * frames it has the difference between the first and the last one, or both of them, so
+ * that its memory is bounded by the voxels of two frames. */
 class PendingChanges {
 public:
   /** \brief After as many frames that nobody took, changes are not kept any more. */
@@ -57,6 +57,14 @@ public:
   void
   add(io::VoxelChanges& changes);
 
+  /** \brief Adds those of a frame whose voxels are all known, which is not compared: what
+   * is taken may have voxels that did not change, as gone and as come.
+   * \param[in] before the voxels of the frame before
+   * \param[in] after those of the frame
+   */
+  void
+  add(const io::VoxelFrame& before, const io::VoxelFrame& after);
+
   /** \brief Takes the changes, of which there have to be some, and begins anew.
    * \param[in] frame number of the frame that they lead to
    * \param[out] changes its memory is reused
@@ -69,12 +77,16 @@ public:
   bytes() const;
 
 private:
+  bool
+  countFrame();
+
   void
   join(const io::VoxelChanges& next);
 
   std::optional<std::size_t> begin_;
   std::size_t frames_ = 0; // since begin_
   io::VoxelChanges changes_;
+  bool are_whole_ = false; // changes_ has all voxels of the first and of the last frame
   // For join(), so that their memory is reused.
   io::VoxelChanges joined_;
   io::VoxelFrame before_;

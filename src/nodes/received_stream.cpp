@@ -326,8 +326,6 @@ ReceivedStream::denoise(io::VoxelFrame& decoded, std::size_t& needed)
   denoised.resolution = kept_.grid.resolution;
   denoised.has_intensities = kept_.hasIntensities();
   denoised.points_outside_grid = kept_.points.outside_grid;
-  if (areChangesKept())
-    io::findChanges(latest_, kept_, memoryOfThread().changes);
   return denoised;
 }
 
@@ -369,7 +367,10 @@ ReceivedStream::makeLatest(const Denoised& denoised,
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     OutlierRemovalStatus outliers = denoised.outliers;
-    pending_.add(memoryOfThread().changes);
+    if (denoised.is_whole)
+      pending_.add(latest_, kept_);
+    else
+      pending_.add(memoryOfThread().changes);
     // The last statement that can throw.
     window_.add({now,
                  frame.bytes.size(),

@@ -1,10 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/voxel_changes.h>
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -40,48 +39,6 @@ append(const VoxelFrame& frame, std::size_t begin, std::size_t end, VoxelFrame& 
     appendTo(part.colours, frame.colours);
 }
 
-/** \brief Voxels of a frame that are to be appended to a part of it. */
-class ListedVoxels {
-public:
-  static constexpr std::size_t most = 64;
-
-  explicit ListedVoxels(const VoxelFrame& frame) : frame_(frame) {}
-
-  /** \brief Lists a voxel, or lets the next one take its place. */
-  void
-  add(std::size_t voxel, bool is_listed)
-  {
-    voxels_[size_] = voxel;
-    size_ += is_listed ? 1 : 0;
-  }
-
-  void
-  moveTo(VoxelFrame& part)
-  {
-    move(frame_.keys, part.keys);
-    if (frame_.hasIntensities())
-      move(frame_.intensities, part.intensities);
-    if (frame_.colour_bits > 0)
-      move(frame_.colours, part.colours);
-    size_ = 0;
-  }
-
-private:
-  template <typename ValueT>
-  void
-  move(const std::vector<ValueT>& from, std::vector<ValueT>& values) const
-  {
-    const std::size_t begin = values.size();
-    values.resize(begin + size_);
-    for (std::size_t i = 0; i < size_; ++i)
-      values[begin + i] = from[voxels_[i]];
-  }
-
-  const VoxelFrame& frame_;
-  std::array<std::size_t, most + 1> voxels_;
-  std::size_t size_ = 0;
-};
-
 } // namespace
 
 void
@@ -95,39 +52,34 @@ findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& cha
     append(after, 0, after.size(), changes.came);
     return;
   }
-  const bool has_intensities = before.hasIntensities();
-  const bool has_colours = before.colour_bits > 0;
-  // Without branches that could not be predicted among noise.
-  const auto differ = [&](std::size_t i, std::size_t j) {
-    bool is_other = before.keys[i] != after.keys[j];
-    if (has_intensities)
-      is_other |= before.intensities[i] != after.intensities[j];
-    if (has_colours)
-      is_other |= !(before.colours[i] == after.colours[j]);
-    return is_other;
+  const std::uint64_t* const was = before.keys.data();
+  const std::uint64_t* const is = after.keys.data();
+  const auto is_same = [&, has_intensities = before.hasIntensities()](std::size_t i,
+                                                                      std::size_t j) {
+    return was[i] == is[j] &&
+           (!has_intensities || before.intensities[i] == after.intensities[j]) &&
+           (before.colour_bits == 0 || before.colours[i] == after.colours[j]);
   };
-  ListedVoxels gone(before);
-  ListedVoxels came(after);
+  // Between two voxels that stay as they are all are gone, or came.
   std::size_t i = 0;
   std::size_t j = 0;
-  const auto areLeft = [&] { return i < before.size() && j < after.size(); };
-  while (areLeft()) {
-    for (; areLeft() && !differ(i, j); ++i)
-      ++j;
-    for (std::size_t step = 0; step < ListedVoxels::most && areLeft(); ++step) {
-      const std::uint64_t was = before.keys[i];
-      const std::uint64_t is = after.keys[j];
-      const bool is_other = differ(i, j);
-      gone.add(i, is_other & (was <= is));
-      came.add(j, is_other & (is <= was));
-      i += was <= is ? 1 : 0;
-      j += is <= was ? 1 : 0;
+  while (i < before.size() || j < after.size()) {
+    const std::size_t gone = i;
+    const std::size_t came = j;
+    while (i < before.size() && j < after.size() && !is_same(i, j)) {
+      const std::uint64_t next = std::min(was[i], is[j]);
+      i += was[i] == next ? 1 : 0;
+      j += is[j] == next ? 1 : 0;
     }
-    gone.moveTo(changes.gone);
-    came.moveTo(changes.came);
+    if (i == before.size() || j == after.size()) {
+      i = before.size();
+      j = after.size();
+    }
+    append(before, gone, i, changes.gone);
+    append(after, came, j, changes.came);
+    for (; i < before.size() && j < after.size() && is_same(i, j); ++i)
+      ++j;
   }
-  append(before, i, before.size(), changes.gone);
-  append(after, j, after.size(), changes.came);
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

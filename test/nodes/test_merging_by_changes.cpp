@@ -232,7 +232,10 @@ TEST(PendingChanges, OfManyFramesAreTheDifferenceOfTheFirstAndTheLast)
     for (std::size_t last = first + 1; last < all.size(); ++last) {
       VoxelChanges changes;
       findChanges(all[last - 1], all[last], changes);
-      pending.add(changes);
+      if (last % 5 < 2)
+        pending.add(all[last - 1], all[last]);
+      else
+        pending.add(changes);
       findChanges(all[first], all[last], changes);
       PendingChanges copy = pending;
       ASSERT_TRUE(copy.areSince(first));
@@ -240,8 +243,10 @@ TEST(PendingChanges, OfManyFramesAreTheDifferenceOfTheFirstAndTheLast)
       copy.take(last, joined);
       EXPECT_TRUE(copy.areSince(last));
       EXPECT_TRUE(copy.areEmpty());
-      expectSameFrame(joined.gone, changes.gone);
-      expectSameFrame(joined.came, changes.came);
+      VoxelChanges without_same;
+      findChanges(joined.gone, joined.came, without_same);
+      expectSameFrame(without_same.gone, changes.gone);
+      expectSameFrame(without_same.came, changes.came);
     }
   }
 }
