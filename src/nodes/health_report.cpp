@@ -106,14 +106,24 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
 } // namespace
 
 std::vector<std::string>
-faultsOfMerging(const StreamHealth& stream, double merged_resolution)
+faultsOfMerging(const StreamHealth& stream,
+                double merged_resolution,
+                MergedFrames frames)
 {
   std::vector<std::string> faults;
-  if (stream.voxels_outside_grid > 0)
-    faults.emplace_back("Voxels are too far from those of other streams to be merged");
-  if (stream.intensities_reduced > 0)
-    faults.emplace_back(
-        "Intensities are too far above those of other streams to be merged");
+  const auto add = [&](std::size_t in_last, std::size_t merges, const char* fault) {
+    if (frames == MergedFrames::Last && in_last > 0)
+      faults.emplace_back(fault);
+    if (frames == MergedFrames::All && merges > 0)
+      faults.push_back(fault + std::string(": in ") + std::to_string(merges) +
+                       (merges == 1 ? " merged frame" : " merged frames"));
+  };
+  add(stream.voxels_outside_grid,
+      stream.merges_outside_grid,
+      "Voxels are too far from those of other streams to be merged");
+  add(stream.intensities_reduced,
+      stream.merges_reduced,
+      "Intensities are too far above those of other streams to be merged");
   if (leavesGaps(stream, merged_resolution))
     faults.push_back(gapsOf(stream, merged_resolution));
   return faults;

@@ -12,6 +12,9 @@ constexpr Time longest = std::chrono::hours(1);
 constexpr Time shortest_period = std::chrono::milliseconds(1);
 constexpr Time most_apart = std::chrono::seconds(2);
 constexpr Time most_late = std::chrono::seconds(1);
+constexpr Time least_set_back = std::chrono::seconds(1);
+constexpr Time clock_window = std::chrono::seconds(2);
+constexpr Time longest_decoding = std::chrono::seconds(2); // beside a period
 constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
 
 std::string
@@ -60,7 +63,7 @@ MergeSchedule::commonOffset(Time now) const
   std::vector<Time> offsets;
   for (const auto& [name, stream] : streams_)
     if (isAlive(stream, now))
-      offsets.push_back(stream.last_offset);
+      offsets.push_back(stream.offset);
   if (offsets.empty())
     return std::nullopt;
   const auto middle =
@@ -83,24 +86,58 @@ MergeSchedule::earliestHeld(Time offset) const
 {
   std::optional<Time> earliest;
   for (const auto& [name, stream] : streams_)
-    for (const HeldFrame& held : stream.held)
-      if (areClose(held.offset, offset) && (!earliest || held.frame.stamp < *earliest))
-        earliest = held.frame.stamp;
+    if (areClose(stream.offset, offset))
+      for (const HeldFrame& held : stream.held)
+        earliest = std::min(earliest.value_or(held.frame.stamp), held.frame.stamp);
   return earliest;
+}
+
+void
+MergeSchedule::endPause(Time now)
+{
+  const Time pause = now - last_arrival_.value_or(now);
+  last_arrival_ = now;
+  if (pause > settings_.max_age)
+    for (auto& [name, stream] : streams_)
+      stream.last_arrival += pause;
+}
+
+void
+MergeSchedule::endClockWindow(Time now)
+{
+  if (clocks_since_ && now - *clocks_since_ < clock_window)
+    return;
+  clocks_since_ = now;
+  for (auto& [name, stream] : streams_)
+    stream.offset =
+        std::exchange(stream.least_offset, std::nullopt).value_or(stream.offset);
+}
+
+void
+MergeSchedule::judgeClock(Stream& stream, Time stamp, Time now, bool is_first)
+{
+  const Time offset = now - stamp;
+  if (is_first || stream.last_stamp - stamp > least_set_back)
+    stream.offset = stream.least_offset.emplace(offset);
+  stream.offset = std::min(stream.offset, offset);
+  stream.least_offset = std::min(stream.least_offset.value_or(offset), offset);
 }
 
 bool
 MergeSchedule::add(ScheduledFrame frame, Time now)
 {
+  endPause(now);
+  endClockWindow(now);
   Stream& stream = streams_[frame.stream];
   stream.last_arrival = now;
   frame.stamp = std::clamp(frame.stamp, -farthest_stamp, farthest_stamp);
+  const bool is_first = !stream.given_stamp;
   const bool is_new = std::exchange(stream.given_stamp, frame.stamp) != frame.stamp;
   if (!is_new)
-    frame.stamp = now - stream.last_offset;
+    frame.stamp = now - stream.offset;
+  judgeClock(stream, frame.stamp, now, is_first);
   stream.last_stamp = frame.stamp;
-  stream.last_offset = now - frame.stamp;
-  stream.held.push_back({std::move(frame), stream.last_offset});
+  stream.held.push_back({std::move(frame), now});
   return is_new;
 }
 
@@ -115,8 +152,16 @@ MergeSchedule::releaseAll()
   }
   slot_.reset();
   has_frames_ = false;
+  has_more_since_.reset();
   waiting_since_.reset();
   return frames;
+}
+
+void
+MergeSchedule::countDecoded()
+{
+  for (auto& [name, stream] : streams_)
+    stream.released = 0;
 }
 
 std::optional<Time>
@@ -124,18 +169,14 @@ MergeSchedule::newestStamp(Time offset, Time now) const
 {
   std::optional<Time> newest;
   for (const auto& [name, stream] : streams_)
-    if (isAlive(stream, now) && areClose(stream.last_offset, offset))
+    if (isAlive(stream, now) && areClose(stream.offset, offset))
       newest = std::max(newest.value_or(stream.last_stamp), stream.last_stamp);
   return newest;
 }
 
 bool
-MergeSchedule::areClocksSet(Time offset, Time now) const
+MergeSchedule::areClocksSetBack(Time offset, Time now) const
 {
-  const Time time = now - offset;
-  if (!areClose(time, *slot_) &&
-      (time < *slot_ || time - *slot_ > settings_.max_wait + most_apart))
-    return true;
   // After the newest frame there is at most one more slot than that which it is in.
   const auto newest = newestStamp(offset, now);
   return newest && *slot_ - *newest > 2 * settings_.period + settings_.max_wait;
@@ -149,7 +190,7 @@ MergeSchedule::newestDue(Time offset, Time now) const
     return Time::min();
   Time complete = *newest; // all streams have a frame then or later
   for (const auto& [name, stream] : streams_)
-    if (isAlive(stream, now) && areClose(stream.last_offset, offset))
+    if (isAlive(stream, now) && areClose(stream.offset, offset))
       complete = std::min(complete, stream.last_stamp);
   const Time due = std::max(complete, now - offset - settings_.max_wait);
   const Time later = slotOf(std::min(due, *newest));
@@ -162,11 +203,11 @@ MergeSchedule::isLate(Time offset, Time now) const
   const Time wait = settings_.max_wait + most_late;
   return std::any_of(streams_.begin(), streams_.end(), [&](const auto& named) {
     const auto& held = named.second.held;
-    if (held.empty() || !areClose(held.front().offset, offset))
+    if (held.empty() || !areClose(named.second.offset, offset))
       return false;
-    // By its stamp, and since it arrived, as clocks may have been set.
-    const Time stamp = held.front().frame.stamp;
-    return now - offset - stamp > wait && now - held.front().offset - stamp > wait;
+    // By its stamp, and since it arrived, as it may have come late.
+    return now - offset - held.front().frame.stamp > wait &&
+           now - held.front().arrival > wait;
   });
 }
 
@@ -185,34 +226,51 @@ MergeSchedule::skipLate(Time offset, Time now)
   if (has_frames_)
     left_out.insert(*slot_);
   for (const auto& [name, stream] : streams_)
-    for (const HeldFrame& held : stream.held)
-      if (areClose(held.offset, offset) && slotOf(held.frame.stamp) < newest)
-        left_out.insert(std::max(*slot_, slotOf(held.frame.stamp)));
+    if (areClose(stream.offset, offset))
+      for (const HeldFrame& held : stream.held)
+        if (slotOf(held.frame.stamp) < newest)
+          left_out.insert(std::max(*slot_, slotOf(held.frame.stamp)));
   counts_.left_out += left_out.size();
   slot_ = newest;
   waiting_since_.reset();
 }
 
-void
-MergeSchedule::releaseFrames(Time offset, Step& step)
+bool
+MergeSchedule::hasRoom(const Stream& stream, Time now) const
 {
-  for (auto& [name, stream] : streams_)
+  return stream.released < settings_.max_released ||
+         (settings_.skips_late && has_more_since_ &&
+          now - *has_more_since_ > settings_.period + longest_decoding);
+}
+
+void
+MergeSchedule::releaseFrames(Time offset, Time now, Step& step)
+{
+  for (auto& [name, stream] : streams_) {
+    const bool is_synchronous = areClose(stream.offset, offset);
     while (!stream.held.empty()) {
       HeldFrame& first = stream.held.front();
-      const bool is_synchronous = areClose(first.offset, offset);
       const auto is_in_time = [&](const HeldFrame& held) {
-        return areClose(held.offset, offset) && held.frame.stamp <= *slot_;
+        return held.frame.stamp <= *slot_;
       };
       // One that is followed by such a frame is of before its clock was set back.
       if (slot_ && is_synchronous && first.frame.stamp > *slot_ &&
           std::none_of(stream.held.begin(), stream.held.end(), is_in_time))
         break;
+      if (!hasRoom(stream, now)) {
+        step.has_more = true;
+        break;
+      }
       if (slot_ && is_synchronous && first.frame.stamp == *slot_)
-        waitSince(first.offset + first.frame.stamp);
-      has_frames_ |= slot_.has_value();
+        waitSince(first.arrival);
+      has_frames_ |= slot_ && is_synchronous;
       step.frames.push_back(std::move(first.frame));
       stream.held.pop_front();
+      ++stream.released;
     }
+  }
+  has_more_since_ =
+      step.has_more ? std::optional(has_more_since_.value_or(now)) : std::nullopt;
 }
 
 void
@@ -226,15 +284,13 @@ MergeSchedule::isComplete(Time offset, Time now)
 {
   bool are_all_there = true;
   for (const auto& [name, stream] : streams_) {
-    if (!isAlive(stream, now) || !areClose(stream.last_offset, offset))
+    if (!isAlive(stream, now) || !areClose(stream.offset, offset))
       continue;
     if (stream.last_stamp < *slot_) {
       are_all_there = false;
       continue;
     }
-    waitSince(stream.held.empty()
-                  ? stream.last_arrival
-                  : stream.held.front().offset + stream.held.front().frame.stamp);
+    waitSince(stream.held.empty() ? stream.last_arrival : stream.held.front().arrival);
   }
   return are_all_there ||
          (waiting_since_ && now - *waiting_since_ >= settings_.max_wait);
@@ -244,12 +300,12 @@ MergeSchedule::Step
 MergeSchedule::next(Time now)
 {
   Step step;
-  const auto common = commonOffset(now);
   // Without a stream that is alive what was held is merged as it is.
-  const Time offset = common.value_or(slot_ ? now - *slot_ : Time(0));
-  if (slot_ && settings_.skips_late)
+  const Time offset = offset_ = commonOffset(now).value_or(offset_);
+  // What is released for a merged frame is merged.
+  if (slot_ && settings_.skips_late && !has_more_since_)
     skipLate(offset, now);
-  if (slot_ && areClocksSet(offset, now)) {
+  if (slot_ && areClocksSetBack(offset, now)) {
     slot_.reset();
     has_frames_ = false;
     waiting_since_.reset();
@@ -257,8 +313,8 @@ MergeSchedule::next(Time now)
   if (!slot_)
     if (const auto earliest = earliestHeld(offset))
       slot_ = slotOf(*earliest);
-  releaseFrames(offset, step);
-  if (!slot_ || !isComplete(offset, now))
+  releaseFrames(offset, now, step);
+  if (step.has_more || !slot_ || !isComplete(offset, now))
     return step;
   if (!has_frames_) {
     const auto earliest = earliestHeld(offset);
@@ -266,13 +322,13 @@ MergeSchedule::next(Time now)
       return step;             // nothing has arrived since the last merged frame
     slot_ = slotOf(*earliest); // nothing came for those between
     waiting_since_.reset();
-    releaseFrames(offset, step);
-    if (!isComplete(offset, now))
+    releaseFrames(offset, now, step);
+    if (step.has_more || !isComplete(offset, now))
       return step;
   }
   step.merge = slot_;
   for (const auto& [name, stream] : streams_)
-    if (isAlive(stream, now) && !areClose(stream.last_offset, offset))
+    if (isAlive(stream, now) && !areClose(stream.offset, offset))
       step.other_clocks.insert(name);
   ++counts_.made;
   slot_ = *slot_ + settings_.period;

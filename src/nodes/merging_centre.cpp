@@ -22,7 +22,7 @@ public:
   : settings_(settings)
   , settings_status_(checkSettings(settings))
   , on_merged_(std::move(on_merged))
-  , schedule_(settings.schedule)
+  , schedule_(scheduleOf(settings))
   , node_(settings.node, std::move(on_frame))
   {
     if (settings_status_.ok())
@@ -105,6 +105,7 @@ public:
     if (!is_on) {
       work_lock.lock(); // ends what is being merged
       due_.reset();
+      has_more_ = false;
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     if (is_on == is_merging_)
@@ -167,18 +168,22 @@ public:
       return;
     const std::lock_guard<std::mutex> work_lock(work_mutex_);
     const bool waits = settings_.waits || settings_.has_thread;
-    do {
-      if (!due_)
+    for (;;) {
+      if (!due_ && !has_more_)
         takeStep();
-      if (!due_)
+      if (!due_ && !has_more_)
         return;
       if (waits)
         node_.waitUntilDecoded();
       else if (!node_.waitUntilDecoded(Time(0)))
         return;
+      countDecoded();
+      if (!due_)
+        continue;
       merge(*std::exchange(due_, std::nullopt));
+      if (!waits)
+        return;
     }
-    while (waits);
   }
 
   MergeCounts
@@ -237,6 +242,14 @@ private:
     return {};
   }
 
+  static MergeScheduleSettings
+  scheduleOf(const MergingCentreSettings& settings)
+  {
+    MergeScheduleSettings schedule = settings.schedule;
+    schedule.max_released = settings.node.max_waiting_frames;
+    return schedule;
+  }
+
   double
   mergedResolution() const
   {
@@ -259,10 +272,19 @@ private:
     MergeSchedule::Step step = schedule_.next(settings_.arrival_clock());
     for (ScheduledFrame& frame : step.frames)
       decode(std::move(frame));
+    has_more_ = step.has_more;
     if (step.merge)
       due_ = {*step.merge - settings_.schedule.max_age,
               *step.merge,
               std::move(step.other_clocks)};
+  }
+
+  void
+  countDecoded()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    schedule_.countDecoded();
+    has_more_ = false;
   }
 
   std::vector<MergedSource>
@@ -317,6 +339,7 @@ private:
   std::mutex work_mutex_;         // before mutex_; guards merging
   io::VoxelFrame merged_;         // keeps its memory
   std::optional<StampRange> due_; // to be merged when its frames are decoded
+  bool has_more_ = false;         // frames to be decoded before the next step
 
   std::atomic<std::size_t> made_{0}; // merged frames
 

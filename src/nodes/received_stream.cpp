@@ -539,6 +539,8 @@ ReceivedStream::setMergedVoxels(std::size_t outside_grid,
   const std::lock_guard<std::mutex> lock(mutex_);
   health_.voxels_outside_grid = outside_grid;
   health_.intensities_reduced = intensities_reduced;
+  health_.merges_outside_grid += outside_grid > 0 ? 1 : 0;
+  health_.merges_reduced += intensities_reduced > 0 ? 1 : 0;
 }
 
 StreamHealth

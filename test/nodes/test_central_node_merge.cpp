@@ -274,6 +274,7 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
           EXPECT_EQ(merged.at(index), 0.0);
       EXPECT_EQ(merging.health()[0].intensities_reduced, 0u);
       EXPECT_GE(merging.health()[1].intensities_reduced, 1u);
+      EXPECT_EQ(merging.health()[1].merges_reduced, 1u);
     }
 }
 

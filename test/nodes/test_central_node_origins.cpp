@@ -185,6 +185,7 @@ TEST_F(Origins, AStreamThatIsNotMergedHasNoVoxelsOutside)
   clock.set(std::chrono::seconds(20));
   EXPECT_TRUE(merged(aging_node).empty());
   EXPECT_EQ(aging_node.health()[0].voxels_outside_grid, 0u);
+  EXPECT_EQ(aging_node.health()[0].merges_outside_grid, 1u);
 }
 
 } // namespace

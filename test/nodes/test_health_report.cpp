@@ -193,6 +193,16 @@ TEST(HealthReport, OfAReceiver)
   expectLevel(report_of(now),
               HealthLevel::Warning,
               "Intensities are too far above those of other streams to be merged");
+  now.stream.intensities_reduced = 0; // in the last merged frame
+  now.stream.merges_reduced = 1;
+  now.stream.merges_outside_grid = 2;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  EXPECT_EQ(faultsOfMerging(now.stream, 0.0, MergedFrames::All),
+            (std::vector<std::string>{
+                "Voxels are too far from those of other streams to be merged: in 2 "
+                "merged frames",
+                "Intensities are too far above those of other streams to be merged: in "
+                "1 merged frame"}));
   now = before;
   now.stream.resolution = now.stream.finest_resolution = 0.06;
   expectLevel(report_of(now), HealthLevel::Ok, "OK"); // is not merged

@@ -77,6 +77,12 @@ public:
     return latest_;
   }
 
+  const MergeCounts&
+  counts() const
+  {
+    return schedule_.counts();
+  }
+
 private:
   MergeSchedule schedule_;
   std::map<std::string, Time> latest_;
@@ -173,6 +179,82 @@ TEST(MergeSchedule, WaitsSinceAFrameArrivedNotSinceTheOneBefore)
   }
 }
 
+TEST(MergeSchedule, MergesEachTimeOnceWhereAPeriodIsLong)
+{
+  MergeScheduleSettings settings;
+  settings.period = 3s;
+  ScheduleRun run(settings);
+  std::vector<Time> times;
+  for (Time now(0); now < 16s; now += 50ms) {
+    run.add("a", begin + 2s + now, now);
+    if (now >= 600ms)
+      run.add("late", begin + 2s + now - 600ms, now);
+    for (const Time time : run.work(now)) {
+      times.push_back(time - begin);
+      EXPECT_EQ(run.merged().at(time).at("a"), time);
+      EXPECT_LE(run.merged().at(time).at("late"), time);
+    }
+  }
+  // The first one has the stamp 1 s after that of a multiple of 3 s.
+  EXPECT_EQ(times, (std::vector<Time>{4s, 7s, 10s, 13s, 16s}));
+}
+
+TEST(MergeSchedule, LosesNoMergedFrameToAPause)
+{
+  for (const bool is_receiver_paused : {false, true}) {
+    ScheduleRun run;
+    Time sent = -33ms;
+    for (Time now(0); now < 9s; now += 5ms) {
+      const bool is_pause = now > 2s && now < 5s;
+      for (; !is_pause && sent + 33ms <= now; sent += 33ms)
+        for (const char* const stream : {"a", "b", "c"})
+          run.add(stream, begin + sent + 33ms, now);
+      if (!is_pause || !is_receiver_paused)
+        run.work(now);
+    }
+    for (Time time(0); time < 8900ms; time += 100ms) {
+      const Time latest = begin + time / 33ms * 33ms;
+      ASSERT_EQ(run.merged().count(begin + time), 1u) << time.count();
+      EXPECT_EQ(
+          run.merged().at(begin + time),
+          (std::map<std::string, Time>{{"a", latest}, {"b", latest}, {"c", latest}}));
+    }
+    EXPECT_EQ(run.counts().left_out, 0u);
+  }
+}
+
+TEST(MergeSchedule, ReleasesNoMoreThanTheCallerTakes)
+{
+  for (const bool skips_late : {false, true}) {
+    MergeScheduleSettings settings{1s};
+    settings.skips_late = skips_late;
+    settings.max_released = 2;
+    MergeSchedule schedule(settings);
+    const auto add = [&](Time now) {
+      for (Time stamp = now - 900ms; stamp <= now; stamp += 100ms)
+        schedule.add({"a", begin + stamp, {}}, now);
+    };
+    add(1s);
+    for (int i = 0; i < 5; ++i) {
+      const MergeSchedule::Step step = schedule.next(1s);
+      EXPECT_EQ(step.frames.size(), 2u);
+      EXPECT_EQ(step.has_more, i < 4);
+      EXPECT_EQ(step.merge.has_value(), i == 4);
+      if (i < 4) {
+        EXPECT_TRUE(schedule.next(1s).frames.empty()); // none is decoded yet
+      }
+      schedule.countDecoded();
+    }
+    // A caller that is too slow gets the others to refuse them, unless it has time.
+    add(2s);
+    EXPECT_EQ(schedule.next(2s).frames.size(), 2u);
+    EXPECT_TRUE(schedule.next(5s).frames.empty());
+    const MergeSchedule::Step step = schedule.next(5001ms);
+    EXPECT_EQ(step.frames.size(), skips_late ? 8u : 0u);
+    EXPECT_EQ(step.merge.has_value(), skips_late);
+  }
+}
+
 TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
 {
   ScheduleRun run;
@@ -215,6 +297,16 @@ TEST(MergeSchedule, GoesOnWhenClocksDiffer)
     for (const char* const stream : {"a", "b", "ahead"})
       run.add(stream, stamp, now);
     EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
+  }
+  // They are set forward, but for one, and go at half the speed.
+  for (int i = 0; i < 200; ++i) {
+    const Time now = 6s + i * 200ms;
+    const Time stamp = begin + 1h + i * 100ms;
+    for (const char* const stream : {"a", "b", "ahead"})
+      run.add(stream, stamp, now);
+    run.add("stays", begin + now, now);
+    EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
+    EXPECT_EQ(run.otherClocks(), std::set<std::string>{"stays"});
   }
 }
 

@@ -168,6 +168,32 @@ TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
   EXPECT_EQ(centre.mergeCounts().left_out, 0u);
 }
 
+TEST(MergingCentre, RefusesNoFrameOfABurst)
+{
+  const CodedStream stream = streamOf(30, 20);
+  for (const bool waits : {false, true}) {
+    MergingCentreSettings settings;
+    settings.node = centralSettings();
+    settings.node.max_waiting_frames = 3;
+    settings.has_thread = false;
+    settings.waits = waits;
+    std::atomic<std::size_t> merged{0};
+    MergingCentre centre(settings, {}, [&](const MergedFrame&) { ++merged; });
+    centre.setMerging(true);
+    for (const char* const name : {"late", "a"})
+      ASSERT_TRUE(centre.addStream(name).ok());
+    ASSERT_TRUE(centre.receive("a", stream.frames[0], first_stamp).ok());
+    while (merged == 0) // ctest ends it
+      centre.work();
+    for (std::size_t i = 0; i < stream.frames.size(); ++i)
+      ASSERT_TRUE(
+          centre.receive("late", stream.frames[i], first_stamp - 1s + 1ms * i).ok());
+    while (centre.node().health()[1].frames_decoded < stream.frames.size())
+      centre.work();
+    EXPECT_EQ(centre.node().health()[1].frames_refused, 0u);
+  }
+}
+
 TEST(MergingCentre, StreamsComeAndGoWhileFramesArrive)
 {
   const CodedStream stream = streamOf(30, 5);

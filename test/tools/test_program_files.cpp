@@ -107,7 +107,11 @@ TEST_F(ProgramFiles, FieldsWithoutEffectOrSenseAreRefused)
         2,
         "--bin-fields is for files; 'bag.mcap' is a bag, whose messages name their "
         "fields"},
-       {"benchmark --cell --bin-fields x,y,z", 2, "--bin-fields is for inputs"}});
+       {"benchmark --cell --bin-fields x,y,z", 2, "--bin-fields is for inputs"},
+       {"benchmark bag.mcap bag.mcap",
+        2,
+        "'bag.mcap' is a bag, which is taken alone: run the command for each bag, or "
+        "join recordings by pcl_ext merge first"}});
 }
 
 TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)

@@ -172,7 +172,7 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
   EXPECT_EQ(receiving.end(SIGINT), 1);
   EXPECT_TRUE(
       hasPart(receiving.errors(),
-              "/far: Voxels are too far from those of other streams to be merged\n"))
+              "/far: Voxels are too far from those of other streams to be merged: in "))
       << receiving.errors();
   EXPECT_FALSE(hasPart(receiving.errors(), "/room: Voxels"));
   EXPECT_TRUE(hasPart(receiving.errors(), "/room: its outliers stay: "));

@@ -124,6 +124,8 @@ struct StreamHealth {
   /** \brief Of the same voxels: merged with a smaller intensity than they have, as it
    * is too far above those of other streams. */
   std::size_t intensities_reduced = 0;
+  std::size_t merges_outside_grid = 0; ///< calls of merge() that left voxels of it out
+  std::size_t merges_reduced = 0;      ///< calls of merge() that reduced intensities
   bool in_sync = false; ///< the last frame was decoded, even if denoising failed
   Time last_decoded{0}; ///< when the last frame was ready; 0: never
   io::CompressionStatus last_failure; ///< status of the last frame that failed

@@ -9,6 +9,7 @@
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "link/link_metrics.h"
+#include "link/subjects.h"
 #include "live/link_output.h"
 #include "live/status_line.h"
 #include "options/decoding_options.h"
@@ -59,6 +60,9 @@ public:
         !options.metrics.port)
       throw UsageError("say what to do with the frames: -o, --view, --merge, --map or "
                        "--metrics-port");
+    for (const std::string& stream : options.link.streams)
+      checkName("--streams", stream);
+    checkName("--merge", options.centre.name);
     options_.centre.is_replay = options.link.replay_from.has_value();
     options_.centre.map.waits = options_.centre.is_replay;
     checkMap();
@@ -125,6 +129,15 @@ private:
         console_.error(error.what());
       has_failed_ = true;
     }
+  }
+
+  static void
+  checkName(const std::string& option, const std::string& stream)
+  {
+    if (stream.size() > link::longest_stream_name)
+      throw UsageError(option + ": the name of a stream has " +
+                       std::to_string(stream.size()) + " bytes; it may have up to " +
+                       std::to_string(link::longest_stream_name));
   }
 
   /** \brief Refuses a file that exists, or is the recording. */

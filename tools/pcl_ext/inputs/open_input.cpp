@@ -53,7 +53,10 @@ openInput(const InputOptions& options)
   const auto bag = std::find_if(
       paths.begin(), paths.end(), [](const auto& input) { return isBag(input.path); });
   if (bag != paths.end() && paths.size() > 1)
-    throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
+    throw UsageError(
+        "'" + bag->path +
+        "' is a bag, which is taken alone: run the command for each bag, or "
+        "join recordings by pcl_ext merge first");
   if (bag != paths.end()) {
     refuseOptionsOfFiles(bag->path, options);
     return openBag(bag->path, options);

@@ -198,22 +198,25 @@ addParsed(CLI::App& app,
       ->type_name(type);
 }
 
-/** \brief Adds an option that takes names with commas between them. It does not take
- * the words after them, which may be inputs. */
+/** \brief Adds an option that takes names with commas between them, none of them empty.
+ * It does not take the words after them, which may be inputs. */
 inline CLI::Option*
 addNames(CLI::App& app,
          const std::string& name,
          std::vector<std::string>& names,
          const std::string& description)
 {
-  return addParsed(app, name, "NAMES", description, [&names](const std::string& text) {
-    std::istringstream stream(text);
-    for (std::string one; std::getline(stream, one, ',');) {
-      one.erase(0, std::min(one.find_first_not_of(' '), one.size()));
-      one.erase(one.find_last_not_of(' ') + 1);
-      names.push_back(one);
-    }
-  });
+  return addParsed(
+      app, name, "NAMES", description, [=, &names](const std::string& text) {
+        std::istringstream stream(text);
+        for (std::string one; std::getline(stream, one, ',');) {
+          one.erase(0, std::min(one.find_first_not_of(' '), one.size()));
+          one.erase(one.find_last_not_of(' ') + 1);
+          if (one.empty())
+            throw UsageError(name + " is '" + text + "', where a name is empty");
+          names.push_back(one);
+        }
+      });
 }
 
 inline CLI::Option*

@@ -95,8 +95,8 @@ reportDecoded(const SiteFigures& figures, Console& console)
     };
     if (!stream.outlier_removal.ok())
       tell("its outliers stay: " + stream.outlier_removal.message());
-    for (const std::string& fault :
-         nodes::faultsOfMerging(stream, figures.merged_resolution))
+    for (const std::string& fault : nodes::faultsOfMerging(
+             stream, figures.merged_resolution, nodes::MergedFrames::All))
       tell(fault);
   }
   const std::string slowness = slownessOf(figures.merged, figures.has_slow_effort);

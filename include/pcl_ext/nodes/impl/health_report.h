@@ -101,12 +101,21 @@ struct ReceiverHealth {
   double merged_resolution = 0.0;
 };
 
-/** \brief What of the last merged frame, or of the map, is not as the stream has it, a
- * sentence each.
+/** \brief Merged frames that faults are told of. */
+enum class MergedFrames {
+  Last,
+  All ///< since the stream was added
+};
+
+/** \brief What of merged frames, or of the map, is not as the stream has it, a sentence
+ * each.
  * \param[in] merged_resolution see ReceiverHealth
+ * \param[in] frames of which; of all, the sentences have how many they are
  */
 PCL_EXT_EXPORT std::vector<std::string>
-faultsOfMerging(const StreamHealth& stream, double merged_resolution);
+faultsOfMerging(const StreamHealth& stream,
+                double merged_resolution,
+                MergedFrames frames = MergedFrames::Last);
 
 /** \brief Describes the health of a stream where it is decoded; as above. */
 PCL_EXT_EXPORT HealthReport

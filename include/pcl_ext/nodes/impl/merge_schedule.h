@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -36,6 +37,12 @@ struct MergeScheduleSettings {
    * them: those after one that is a second late, up to the newest that is due. Else they
    * are all made, however late. */
   bool skips_late = true;
+
+  /** \brief Frames of one stream that are released, at most, from one call of
+   * MergeSchedule::countDecoded() to the next: as many as the caller takes. Where others
+   * have waited longer than a period and 2 s for their turn, and skips_late is set, they
+   * are all released, for the caller to refuse. At least 1. */
+  std::size_t max_released = std::numeric_limits<std::size_t>::max();
 };
 
 /** \brief How many merged frames there were. */
@@ -65,14 +72,22 @@ struct ScheduledFrame {
  * its time was merged is decoded at once and is part of the next one.
  *
  * Streams need not have a common clock with this machine, but one with each other: those
- * whose clouds are more than 2 s from the others' median are not held back, nor waited
+ * whose clocks are more than 2 s from the others' median are not held back, nor waited
  * for. The first merged frames are of the streams that are known by then.
  *
- * A frame with the stamp of the one before, as where clouds have none, is taken to be as
- * much later as it has arrived later. Where all clocks are set back, by more than two
- * periods and max_wait, merged times go back, too.
+ * Frames that arrive late, as those behind a pause of the link or of this machine, tell
+ * nothing of a clock: that of a stream is known by the frame that took the least time to
+ * arrive, of the last 2 to 4 s in which there were frames. A clock that is set forward is
+ * known by the next frame, and one that is set back by a stamp that goes back by more than
+ * a second. Where all streams pause for longer than max_age they are as alive after it as
+ * they were before. So the merged frames of a pause are made as its frames arrive.
  *
- * All frames are decoded, also where merged frames are left out.
+ * A frame with the stamp of the one before, as where clouds have none, is taken to be as
+ * much later as it has arrived later. Merged times go on over times without frames,
+ * as where clocks are set forward. They go back where the newest stamp is more than two
+ * periods and max_wait before the next merged time: all clocks are set back.
+ *
+ * All frames are released to be decoded, also where merged frames are left out.
  *
  * For one thread at a time.
  */
@@ -102,9 +117,16 @@ public:
   std::vector<ScheduledFrame>
   releaseAll();
 
+  /** \brief All frames that were released are decoded; see
+   * MergeScheduleSettings::max_released. */
+  void
+  countDecoded();
+
   /** \brief What is to be done. */
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
+    bool has_more =
+        false; ///< to decode before it merges: once countDecoded() is called
     std::optional<Time> merge;          ///< then, merge as of this time
     std::set<std::string> other_clocks; ///< and with it the latest frames of these
   };
@@ -124,7 +146,7 @@ public:
 private:
   struct HeldFrame {
     ScheduledFrame frame;
-    Time offset; ///< time of arrival minus stamp
+    Time arrival;
   };
 
   struct Stream {
@@ -132,14 +154,28 @@ private:
     std::optional<Time> given_stamp; ///< of the last frame, as it came
     Time last_arrival{0};
     Time last_stamp{0};
-    Time last_offset{0};
+    Time offset{0}; ///< of its clock: the least time of arrival minus stamp
+    std::optional<Time> least_offset; ///< of the frames since clocks_since_
+    std::size_t released = 0;         ///< and not decoded, as far as it is known
   };
+
+  /** \brief Leaves a pause of all streams out of their ages. */
+  void
+  endPause(Time now);
+
+  /** \brief Forgets frames of before the last window, for all streams at once: so that
+   * clocks that go slower, as of a recording, stay close. */
+  void
+  endClockWindow(Time now);
+
+  static void
+  judgeClock(Stream& stream, Time stamp, Time now, bool is_first);
 
   bool
   isAlive(const Stream& stream, Time now) const;
 
-  /** \brief The median of time of arrival minus stamp, of the streams that are alive;
-   * nothing if none is. */
+  /** \brief The median of the offsets of clocks, of the streams that are alive; nothing if
+   * none is. */
   std::optional<Time>
   commonOffset(Time now) const;
 
@@ -155,10 +191,10 @@ private:
   std::optional<Time>
   newestStamp(Time offset, Time now) const;
 
-  /** \brief True if the clocks of the streams were set so far that merging begins
+  /** \brief True if the clocks of the streams were set back so far that merging begins
    * anew. */
   bool
-  areClocksSet(Time offset, Time now) const;
+  areClocksSetBack(Time offset, Time now) const;
 
   /** \brief The newest multiple of the period that need not wait for frames. */
   Time
@@ -172,8 +208,13 @@ private:
   void
   skipLate(Time offset, Time now);
 
+  /** \brief True if a released frame of a stream is decoded or refused, and does not wait
+   * for others. */
+  bool
+  hasRoom(const Stream& stream, Time now) const;
+
   void
-  releaseFrames(Time offset, Step& step);
+  releaseFrames(Time offset, Time now, Step& step);
 
   /** \brief A frame for the slot, or a later one, arrived then. */
   void
@@ -184,10 +225,14 @@ private:
 
   const MergeScheduleSettings settings_;
   std::map<std::string, Stream> streams_;
-  std::optional<Time> slot_;          // to be merged next
-  bool has_frames_ = false;           // of the slot
-  std::optional<Time> waiting_since_; // arrival of the first frame for it
-  bool is_late_ = false;              // until nothing was left out
+  std::optional<Time> clocks_since_;   // of Stream::least_offset
+  std::optional<Time> last_arrival_;   // of any stream
+  Time offset_{0};                     // last one that streams had in common
+  std::optional<Time> slot_;           // to be merged next
+  bool has_frames_ = false;            // of the slot
+  std::optional<Time> has_more_since_; // frames for it that cannot be released
+  std::optional<Time> waiting_since_;  // arrival of the first frame for it
+  bool is_late_ = false;               // until nothing was left out
   MergeCounts counts_;
 };
 

@@ -24,7 +24,8 @@ struct MergingCentreSettings {
    * clouds are stamped by another clock than the others'. */
   CentralNodeSettings node;
 
-  MergeScheduleSettings schedule; ///< as faultOf() accepts
+  /** \brief As faultOf() accepts; max_released is that which the node takes. */
+  MergeScheduleSettings schedule;
 
   /** \brief Clock of arrivals, which is not set. */
   Clock arrival_clock = steadyTime;
