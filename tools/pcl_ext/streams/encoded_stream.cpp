@@ -193,10 +193,15 @@ EncodedStream::add(std::shared_ptr<CloudInWork> cloud)
   if (!law_cloud_ && content.is_unread) {
     if (!reader_)
       reader_ = input_.placeReader();
+    content.colour_scale = colour_scale_;
     reader_->read(content);
+    if (content.failure.empty())
+      colour_scale_ = content.colour_scale;
   }
+  if (content.is_unread)
+    content.colour_scale = colour_scale_;
   if (!content.is_unread && !content.failure.empty()) {
-    cloud->outcome = Outcome::Failed;
+    cloud->outcome = content.is_refused ? Outcome::Refused : Outcome::Failed;
     cloud->reason = content.failure;
     cloud->is_done = true;
     return {cloud};

@@ -138,6 +138,7 @@ private:
   std::size_t next_part_ = 0;
   std::vector<std::shared_ptr<CloudInWork>> waiting_;    // until one tells the law
   std::shared_ptr<const pcl::PCLPointCloud2> law_cloud_; // that did, without points
+  clouds::ColourScale colour_scale_; // of clouds until then, if they were unread
   bool is_of_lidar_ = false;
   std::shared_ptr<PlaceReader> reader_;      // of clouds until then
   std::vector<std::shared_ptr<Part>> parts_; // not in the report yet
