@@ -44,7 +44,10 @@ struct EncodedStreamReport {
   std::string intensity_remark;
   std::string order_remark;
   std::string budget_remark;
+  std::string frame_id_error;
   std::string header_remark;
+  std::string pose_remark;
+  std::string colour_remark;
   std::string unit_remark;
   std::string outlier_remark;
   std::string why_nothing; ///< was encoded; empty if something was
