@@ -221,7 +221,7 @@ TEST_F(FileLayouts, ColoursOfAStreamHaveOneScale)
   };
   read_next("F", "0 0 0\n"); // which tells nothing
   EXPECT_EQ(read_next("F", "0.9 0.5 1.00001\n"), 1u);
-  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xe680ff});
+  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xe580ff});
   EXPECT_EQ(read_next("F", "1 0.5 1.5\n"), 2u); // which is said
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xff80ff});
   scale = ColourScale();
