@@ -2,6 +2,7 @@
 #include "voxelizing/scan_collector.h"
 
 #include "codec/frame_limits.h"
+#include "voxelizing/coordinate_phase.h"
 #include "voxelizing/point_period.h"
 #include "voxelizing/robust_fit.h"
 #include "voxelizing/scan_locator.h"
@@ -226,19 +227,37 @@ ScanCollector::locateFree(const FieldCollector& fields,
   }
   if (scan.pixelCount() > mostPixels(fields) || !orderPoints(scan))
     return false;
+  if (is_i_frame_due || !was_free_)
+    findPhases(scan);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
                           scan.grid.lowerCorner(axis)) /
                          scan.grid.resolution;
-    // The origin is the sensor, or else the middle of the grid. It is the centre of a
-    // voxel, so that points are amid the voxels that contain them, and not on their faces.
+    // The origin is in the voxel of the sensor, or else in the middle of the grid.
     constexpr double farthest = 0x1p24;
     const std::int64_t voxel = std::abs(edges) < farthest
                                    ? static_cast<std::int64_t>(std::floor(edges))
                                    : std::int64_t{1} << (max_grid_depth - 1);
-    scan.rays.pose.origin[axis] = voxel * (1 << 16) + (1 << 15);
+    scan.rays.pose.origin[axis] =
+        voxel * (1 << 16) + std::llround(0x1p16 * phases_[axis]);
   }
   return isConsistent(scan) && locateAll(scan);
+}
+
+/** \brief Finds where in voxels the points are to be that are whole edges apart: in the
+ * centres, unless coordinates are on a grid of their own. */
+void
+ScanCollector::findPhases(const scan::ScanFrame& scan)
+{
+  constexpr std::size_t enough = 512;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<double> edges;
+    for (std::size_t point = 0; point < cloud_.size(); ++point)
+      if (isChosen(point, cloud_.size(), enough))
+        edges.push_back((cloud_.positions[point][axis] - scan.grid.lowerCorner(axis)) /
+                        scan.grid.resolution);
+    phases_[axis] = coordinatePhase(edges);
+  }
 }
 
 /** \brief Puts all points on the rays of a scan, or where they are beside them. */

@@ -98,6 +98,9 @@ private:
              bool is_i_frame_due,
              scan::ScanFrame& scan);
 
+  void
+  findPhases(const scan::ScanFrame& scan);
+
   bool
   orderPoints(const scan::ScanFrame& scan);
 
@@ -129,6 +132,7 @@ private:
   bool has_layout_ = false;  // the scan's layout is that of one that was collected
   bool was_free_ = false;    // the scan before had no rays
   std::uint32_t period_ = 0; // of its points; 0: none
+  std::array<double, 3> phases_{}; // see coordinatePhase()
   IntensityQuantiser quantiser_;
   ScanGrid grid_;
   double fitted_share_ = 0.0; // of points beside the rays that were fitted, or turned

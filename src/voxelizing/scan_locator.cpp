@@ -41,7 +41,7 @@ stepsBetween(const scan::Triple& from,
 }
 
 /** \brief The depth of a ray whose place is nearest along the axis that the ray is most
- * along. */
+ * along; of two the lower place, from which stepsBetween() has no steps. */
 std::uint32_t
 nearestDepth(const scan::Ray& ray, const scan::Triple& place)
 {
@@ -52,7 +52,9 @@ nearestDepth(const scan::Ray& ray, const scan::Triple& place)
   constexpr auto last = static_cast<double>(scan::depth_end - 1);
   const double depth = static_cast<double>(place[axis] - ray.start[axis]) /
                        static_cast<double>(ray.step[axis]);
-  return depth > 0.0 ? static_cast<std::uint32_t>(std::min(depth + 0.5, last)) : 0;
+  const double nearest =
+      ray.step[axis] > 0 ? std::ceil(depth - 0.5) : std::floor(depth + 0.5);
+  return nearest > 0.0 ? static_cast<std::uint32_t>(std::min(nearest, last)) : 0;
 }
 
 } // namespace

@@ -53,6 +53,7 @@ public:
   std::size_t
   encode(const PointView& view, const Points& points)
   {
+    mean_edges_off = {};
     Bytes bytes;
     const CompressionStatus status = encoder_.encode(view, {}, bytes);
     EXPECT_TRUE(status.ok()) << status.message();
@@ -69,8 +70,9 @@ public:
           EXPECT_TRUE(std::isnan(decoded[i][axis]));
           continue;
         }
-        EXPECT_LE(std::abs(decoded[i][axis] - points[i][axis]), 0.5001 * edge_)
-            << i << ' ' << points[i][axis];
+        const double off = decoded[i][axis] - points[i][axis];
+        EXPECT_LE(std::abs(off), 0.5001 * edge_) << i << ' ' << points[i][axis];
+        mean_edges_off[axis] += off / edge_ / static_cast<double>(points.size());
       }
     return bytes.size();
   }
@@ -87,6 +89,8 @@ public:
     return encoder_.statistics().coding.is_i_frame;
   }
 
+  std::array<double, 3> mean_edges_off{}; ///< of the last cloud
+
 private:
   double edge_;
   CloudEncoder encoder_;
@@ -102,6 +106,25 @@ anywhere(std::uint64_t seed, std::size_t count, float extent)
     for (double& coordinate : point)
       coordinate = static_cast<double>(uniform(random, -extent, extent));
   return points;
+}
+
+TEST(OrderedClouds, OnAGridOfTheirOwnAreOffByNothingOnAverage)
+{
+  std::mt19937_64 random(8);
+  for (const double grid : {0.01, 0.005, 0.0025, 0.001}) { // an edge and parts of it
+    OrderedStream stream(orderSettings(0.01));
+    for (unsigned int cloud = 0; cloud < 2; ++cloud) {
+      Points points;
+      for (unsigned int i = 0; i < 4000; ++i)
+        points.push_back({1000.003 + grid * static_cast<double>(below(random, 50'000)),
+                          4000.0 + 0.5 * static_cast<double>(below(random, 90)),
+                          -0.25 + 0.003});
+      stream.encode(points);
+      EXPECT_NEAR(stream.mean_edges_off[0], 0.0, 0.02) << grid;
+      EXPECT_NEAR(stream.mean_edges_off[1], 0.0, 1e-4) << grid;
+      EXPECT_NEAR(stream.mean_edges_off[2], 0.0, 1e-4) << grid;
+    }
+  }
 }
 
 /** \brief Heights along lines to and fro, as an aircraft scans them: whole centimetres

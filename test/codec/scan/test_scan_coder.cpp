@@ -315,6 +315,26 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
   }
 }
 
+TEST(ScanLocator, OfTwoDepthsAsNearTakesTheOneOnTheRay)
+{
+  for (const bool looks_back : {false, true}) {
+    scan::ScanFrame points = makeCamera();
+    points.grid.resolution = 0x1p-6; // so that nothing is rounded
+    if (looks_back)
+      for (scan::Triple& vector : points.rays.pose.vectors)
+        for (std::int64_t& element : vector)
+          element = -element;
+    addPoints(points, 3, false);
+    points.beside.clear();
+    std::vector<std::array<double, 3>> positions = makePositions(points, 0.0);
+    for (std::array<double, 3>& position : positions)
+      position[2] += 0x1p-7;
+    scan::ScanFrame frame;
+    ASSERT_TRUE(locateAll(points, positions, frame));
+    EXPECT_LT(100 * frame.beside.size(), positions.size()) << looks_back;
+  }
+}
+
 TEST(ScanLocator, RefusesWhatIsTooFarAway)
 {
   for (const bool is_on_lattice : {false, true}) {
