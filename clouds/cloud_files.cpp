@@ -231,7 +231,9 @@ hasNameOfCloud(const std::string& path)
 std::vector<std::string>
 readCloud(const std::string& path,
           pcl::PCLPointCloud2& cloud,
-          const std::vector<FileField>& bin_fields)
+          const std::vector<FileField>& bin_fields,
+          const LongIntegers& long_integers,
+          ColourScale* scale)
 {
   const FileKind kind = kindOf(path);
   std::vector<std::string> remarks;
@@ -244,7 +246,9 @@ readCloud(const std::string& path,
   else
     fail(whyNotACloud(kind, path));
   cloud.header = pcl::PCLHeader();
-  const std::vector<std::string> of_fields = makeUsual(cloud, kind == FileKind::Ply);
+  ColourScale of_file;
+  const std::vector<std::string> of_fields = makeUsual(
+      cloud, kind == FileKind::Ply, scale != nullptr ? *scale : of_file, long_integers);
   remarks.insert(remarks.end(), of_fields.begin(), of_fields.end());
   checkCoordinates(cloud);
   return remarks;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "clouds/file_text.h"
+#include "clouds/usual_fields.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -61,13 +62,19 @@ hasNameOfCloud(const std::string& path);
  * header.stamp and header.frame_id are empty
  * \param[in] bin_fields of a point of a .bin file, or one of an unknown kind; none: as
  * its name tells, see readBin()
+ * \param[in] long_integers see makeUsual()
+ * \param[in,out] scale of the colours of the stream that the file is of; null: it is
+ * none of a stream
  * \return what of the file is left out or taken otherwise than it is there, a line each
  * \throws std::runtime_error that says why the file cannot be read, without its name
+ * \throws FieldRefusal as makeUsual()
  */
 std::vector<std::string>
 readCloud(const std::string& path,
           pcl::PCLPointCloud2& cloud,
-          const std::vector<FileField>& bin_fields = {});
+          const std::vector<FileField>& bin_fields = {},
+          const LongIntegers& long_integers = {},
+          ColourScale* scale = nullptr);
 
 } // namespace clouds
 } // namespace pcl_ext

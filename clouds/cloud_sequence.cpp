@@ -82,9 +82,11 @@ class FileSequence : public CloudSequence {
 public:
   FileSequence(std::string name,
                std::vector<std::string> files,
-               const std::vector<FileField>& bin_fields)
+               const std::vector<FileField>& bin_fields,
+               const LongIntegers& long_integers)
   : CloudSequence(std::move(name))
   , bin_fields_(bin_fields)
+  , long_integers_(long_integers)
   , files_(std::move(files))
   , remark_(describeSensors(files_, viewpoints_))
   , stamps_(stampsOfNames(files_))
@@ -132,11 +134,15 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     try {
-      for (const std::string& remark : readCloud(files_[index], cloud, bin_fields_))
+      for (const std::string& remark :
+           readCloud(files_[index], cloud, bin_fields_, long_integers_, &scale_))
         if (std::find(remarks_on_clouds_.begin(), remarks_on_clouds_.end(), remark) ==
                 remarks_on_clouds_.end() &&
             remarks_on_clouds_.size() < most_remarks)
           remarks_on_clouds_.push_back(remark);
+    }
+    catch (const FieldRefusal& error) {
+      throw FieldRefusal("'" + files_[index] + "': " + error.what());
     }
     catch (const std::exception& error) {
       throw std::runtime_error("cannot read '" + files_[index] + "': " + error.what());
@@ -147,6 +153,8 @@ private:
   static constexpr std::size_t most_remarks = 32;
 
   std::vector<FileField> bin_fields_; // of a .bin file
+  LongIntegers long_integers_;
+  ColourScale scale_;
   std::vector<std::string> files_;
   std::vector<std::string> viewpoints_; // of the files
   std::string remark_;
@@ -201,11 +209,13 @@ std::unique_ptr<CloudSequence>
 makeSequence(const std::string& name,
              std::vector<std::string> files,
              std::size_t max_frames,
-             const std::vector<FileField>& bin_fields)
+             const std::vector<FileField>& bin_fields,
+             const LongIntegers& long_integers)
 {
   if (max_frames != 0 && files.size() > max_frames)
     files.resize(max_frames);
-  return std::make_unique<FileSequence>(name, std::move(files), bin_fields);
+  return std::make_unique<FileSequence>(
+      name, std::move(files), bin_fields, long_integers);
 }
 
 /** \brief The last part of a folder's path. */
@@ -260,7 +270,8 @@ std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,
               std::size_t max_frames,
               FileGrouping grouping,
-              const std::vector<FileField>& bin_fields)
+              const std::vector<FileField>& bin_fields,
+              const LongIntegers& long_integers)
 {
   std::vector<std::unique_ptr<CloudSequence>> sequences;
   std::vector<FileGroup> groups;
@@ -268,8 +279,11 @@ openSequences(const std::vector<SequenceInput>& inputs,
     if (!fs::exists(input.path))
       throw std::runtime_error("there is no '" + input.name + "'");
     if (fs::is_directory(input.path))
-      sequences.push_back(makeSequence(
-          folderName(input.name), cloudFilesOf(input.path), max_frames, bin_fields));
+      sequences.push_back(makeSequence(folderName(input.name),
+                                       cloudFilesOf(input.path),
+                                       max_frames,
+                                       bin_fields,
+                                       long_integers));
     else
       addFile(input, grouping, groups);
   }
@@ -278,7 +292,8 @@ openSequences(const std::vector<SequenceInput>& inputs,
     sequences.push_back(makeSequence(name.empty() ? group.first_name : name,
                                      std::move(group.files),
                                      max_frames,
-                                     bin_fields));
+                                     bin_fields,
+                                     long_integers));
   }
   makeNamesDistinct(sequences);
   return sequences;

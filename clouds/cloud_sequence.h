@@ -2,6 +2,7 @@
 #pragma once
 
 #include "clouds/file_text.h"
+#include "clouds/usual_fields.h"
 #include "simulator/robot_cell.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -77,7 +78,8 @@ public:
   }
 
   /** \brief Reads one cloud, in the sensor's frame.
-   * \throws std::runtime_error with the file's name if it cannot be read
+   * \throws std::runtime_error with the file's name if it cannot be read; FieldRefusal
+   * if that is for what the user wants of a field
    */
   virtual void
   read(std::size_t index, pcl::PCLPointCloud2& cloud) = 0;
@@ -102,14 +104,15 @@ enum class FileGrouping {
  * those of the files named singly; see readCloud() for the kinds of files.
  * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
- * \param[in] bin_fields see readCloud()
+ * \param[in] bin_fields, long_integers see readCloud()
  * \throws std::runtime_error if a path does not exist, or a folder has no file of a cloud
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<SequenceInput>& inputs,
               std::size_t max_frames,
               FileGrouping grouping,
-              const std::vector<FileField>& bin_fields = {});
+              const std::vector<FileField>& bin_fields = {},
+              const LongIntegers& long_integers = {});
 
 /** \brief The same, with one sequence for all files named singly; remarks are printed. */
 std::vector<std::unique_ptr<CloudSequence>>

@@ -15,6 +15,8 @@ namespace {
 constexpr const char* digits = "0123456789";
 constexpr std::size_t digits_of_clock = 10; // of seconds, from 2001 to 2286
 constexpr std::size_t digits_of_nanoseconds = 9;
+constexpr std::size_t digits_of_date = 8;        // YYYYMMDD
+constexpr std::size_t digits_of_time_of_day = 6; // hhmmss
 
 std::int64_t
 powerOfTen(std::size_t exponent)
@@ -23,6 +25,15 @@ powerOfTen(std::size_t exponent)
   while (exponent-- > 0)
     power *= 10;
   return power;
+}
+
+std::chrono::nanoseconds
+fractionOfSecond(const std::string& fraction)
+{
+  return std::chrono::nanoseconds(
+      fraction.empty()
+          ? 0
+          : std::stoll(fraction) * powerOfTen(digits_of_nanoseconds - fraction.size()));
 }
 
 /** \brief Whole seconds and a fraction of them, or nothing if that is no time. */
@@ -34,10 +45,7 @@ stampOfSeconds(const std::string& whole, const std::string& fraction)
   if (whole.empty() || whole.size() > digits_of_clock || fraction.empty() ||
       fraction.size() > digits_of_nanoseconds || (!is_clock && !is_padded))
     return std::nullopt;
-  const std::int64_t nanoseconds =
-      std::stoll(fraction) * powerOfTen(digits_of_nanoseconds - fraction.size());
-  return std::chrono::seconds(std::stoll(whole)) +
-         std::chrono::nanoseconds(nanoseconds);
+  return std::chrono::seconds(std::stoll(whole)) + fractionOfSecond(fraction);
 }
 
 std::optional<std::chrono::nanoseconds>
@@ -53,6 +61,48 @@ stampOfInteger(const std::string& number)
     return std::nullopt;
   return std::chrono::nanoseconds(std::stoll(number) *
                                   powerOfTen(digits_of_nanoseconds - more));
+}
+
+/** \brief Days from 1970-01-01 to a date of the Gregorian calendar, from 1970 on. */
+std::int64_t
+daysSince1970(std::int64_t year, std::int64_t month, std::int64_t day)
+{
+  // Years that begin in March have the leap day at their end.
+  const std::int64_t from_march = (month + 9) % 12;
+  const std::int64_t years = month <= 2 ? year - 1 : year;
+  constexpr std::int64_t until_1970 = 719468; // from the 1st of March of the year 0
+  return 365 * years + years / 4 - years / 100 + years / 400 +
+         (153 * from_march + 2) / 5 + day - 1 - until_1970;
+}
+
+/** \brief Date, time of day and a fraction of a second, or nothing if that is no
+ * time. */
+std::optional<std::chrono::nanoseconds>
+stampOfCalendar(const std::string& date,
+                const std::string& time_of_day,
+                const std::string& fraction)
+{
+  const auto number = [](const std::string& text, std::size_t begin, std::size_t size) {
+    return std::stoll(text.substr(begin, size));
+  };
+  const std::int64_t year = number(date, 0, 4);
+  const std::int64_t month = number(date, 4, 2);
+  const std::int64_t day = number(date, 6, 2);
+  const std::int64_t hour = number(time_of_day, 0, 2);
+  const std::int64_t minute = number(time_of_day, 2, 2);
+  const std::int64_t second = number(time_of_day, 4, 2);
+  constexpr std::int64_t last_year = 2261; // of which 64 bits have all nanoseconds
+  if (year < 1970 || year > last_year || month < 1 || month > 12 || day < 1 ||
+      hour > 23 || minute > 59 || second > 59)
+    return std::nullopt;
+  const std::int64_t days = daysSince1970(year, month, 1);
+  const std::int64_t days_of_month =
+      daysSince1970(month == 12 ? year + 1 : year, month % 12 + 1, 1) - days;
+  if (day > days_of_month)
+    return std::nullopt;
+  return std::chrono::hours(24 * (days + day - 1) + hour) +
+         std::chrono::minutes(minute) + std::chrono::seconds(second) +
+         fractionOfSecond(fraction);
 }
 
 /** \brief Files with the times in their names.
@@ -71,20 +121,40 @@ withStamps(const std::vector<std::string>& paths, std::string& without)
   return files;
 }
 
+/** \brief Removes the digits that a text ends with.
+ * \return these
+ */
+std::string
+takeLastDigits(std::string& text)
+{
+  const std::size_t before = text.find_last_not_of(digits);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  std::string last = text.substr(begin);
+  text.resize(begin);
+  return last;
+}
+
 } // namespace
 
 std::optional<std::chrono::nanoseconds>
 stampOfName(const std::string& path)
 {
-  const std::string stem = stemOf(path);
-  const std::size_t before = stem.find_last_not_of(digits);
-  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
-  const std::string last = stem.substr(begin);
-  if (begin == 0 || stem[before] != '.')
-    return stampOfInteger(last);
-  const std::size_t before_whole = stem.substr(0, before).find_last_not_of(digits);
-  const std::size_t whole = before_whole == std::string::npos ? 0 : before_whole + 1;
-  return stampOfSeconds(stem.substr(whole, before - whole), last);
+  std::string before = stemOf(path);
+  std::string whole = takeLastDigits(before);
+  std::string fraction;
+  const bool has_point = !before.empty() && before.back() == '.';
+  if (has_point) {
+    before.pop_back();
+    fraction = std::exchange(whole, takeLastDigits(before));
+  }
+  if (whole.size() == digits_of_time_of_day && !before.empty() &&
+      before.back() == 'T' && has_point == !fraction.empty() &&
+      fraction.size() <= digits_of_nanoseconds) {
+    before.pop_back();
+    if (const std::string date = takeLastDigits(before); date.size() == digits_of_date)
+      return stampOfCalendar(date, whole, fraction);
+  }
+  return has_point ? stampOfSeconds(whole, fraction) : stampOfInteger(whole);
 }
 
 StampsOfFiles

@@ -18,7 +18,9 @@ namespace clouds {
  * - seconds with a point: of a clock (at least 10 digits before the point, 1 to 9 after
  *   it), or any with 6 or 9 digits after it, as ROS and TUM's data sets write them;
  * - 10, 13, 16 or 19 digits, the first of which is not 0: seconds, milliseconds,
- *   microseconds or nanoseconds since 1970.
+ *   microseconds or nanoseconds since 1970;
+ * - date and time of day in UTC, `YYYYMMDDThhmmss` of 1970 to 2261, with or without a
+ *   point and 1 to 9 digits of the second, as PCL's recorder writes them.
  *
  * Shorter numbers count files.
  */

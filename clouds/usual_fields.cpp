@@ -98,12 +98,13 @@ makeCoordinatesReal(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
   remarks.push_back("its " + describeCoordinates(types));
 }
 
-/** \brief Whether doubles have each value of a field of 64-bit integers. */
+/** \brief Whether each value of a field of 64-bit integers is in a range. */
 bool
-areExactAsDoubles(const PCLPointCloud2& cloud, const PCLPointField& field)
+areWithin(const PCLPointCloud2& cloud,
+          const PCLPointField& field,
+          std::int64_t least,
+          std::int64_t most)
 {
-  const bool is_signed = fileFieldOf(field).kind == Kind::Signed;
-  constexpr std::int64_t most = std::int64_t{1} << 53;
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
   for (std::size_t i = 0; i < points; ++i)
     for (std::uint32_t j = 0; j < field.count; ++j) {
@@ -111,34 +112,74 @@ areExactAsDoubles(const PCLPointCloud2& cloud, const PCLPointField& field)
       std::memcpy(&number,
                   &cloud.data[i * cloud.point_step + field.offset + 8 * j],
                   sizeof(number));
-      if (number > most || number < (is_signed ? -most : 0))
+      if (number > most || number < least)
         return false;
     }
   return true;
 }
 
-/** \brief A field of 64-bit integers as doubles. */
+/** \brief A field of 64-bit integers as numbers that have its values. */
+template <typename NumberT>
 MadeField
-asDoubles(PCLPointField field)
+asNumbers(PCLPointField field, std::uint8_t datatype)
 {
   MadeField made;
   made.field = field;
-  made.field.datatype = PCLPointField::FLOAT64;
-  made.bytes = sizeof(double) * field.count;
+  made.field.datatype = datatype;
+  made.bytes = sizeof(NumberT) * field.count;
   made.make = [field = std::move(field)](const std::uint8_t* from, std::uint8_t* to) {
     PCLPointField value = field;
     for (std::uint32_t j = 0; j < field.count; ++j, value.offset += sizeof(double)) {
-      const double number = NumberReader(value)(from);
-      std::memcpy(to + sizeof(double) * j, &number, sizeof(number));
+      const auto number = static_cast<NumberT>(NumberReader(value)(from));
+      std::memcpy(to + sizeof(NumberT) * j, &number, sizeof(number));
     }
   };
   return made;
 }
 
-/** \brief Turns integers of 64 bits, which frames have no fields for, into doubles where
- * these are exact, else into two numbers with the same bits. */
+/** \brief A field of 64-bit integers as two numbers with the same bits. */
+MadeField
+asWords(const PCLPointField& field)
+{
+  MadeField made = copyOf(field);
+  made.field.datatype = PCLPointField::UINT32;
+  made.field.count *= 2;
+  return made;
+}
+
+/** \brief A field of 64-bit integers as one that frames have, see LongIntegers. */
+MadeField
+asShorter(const PCLPointCloud2& cloud,
+          const PCLPointField& field,
+          const LongIntegers& long_integers)
+{
+  const bool is_signed = fileFieldOf(field).kind == Kind::Signed;
+  const auto& with_step = long_integers.with_step;
+  const bool has_step =
+      std::find(with_step.begin(), with_step.end(), field.name) != with_step.end();
+  constexpr std::int64_t one = 1;
+  if (long_integers.one_of_several && is_signed &&
+      areWithin(cloud, field, -(one << 31), (one << 31) - 1))
+    return asNumbers<std::int32_t>(field, PCLPointField::INT32);
+  if (long_integers.one_of_several && areWithin(cloud, field, 0, (one << 32) - 1))
+    return asNumbers<std::uint32_t>(field, PCLPointField::UINT32);
+  if ((!long_integers.one_of_several || has_step) &&
+      areWithin(cloud, field, is_signed ? -(one << 53) : 0, one << 53))
+    return asNumbers<double>(field, PCLPointField::FLOAT64);
+  if (has_step)
+    throw FieldRefusal("the field '" + shownText(field.name) + "' (" +
+                       typeName(fileFieldOf(field)) +
+                       ") has values of more than 53 bits: 64-bit integers are kept "
+                       "exactly, without a step: leave the step out");
+  return asWords(field);
+}
+
+/** \brief Turns integers of 64 bits, which frames have no fields for, into numbers that
+ * have the same values, or into two with the same bits. */
 void
-splitLongIntegers(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
+splitLongIntegers(PCLPointCloud2& cloud,
+                  const LongIntegers& long_integers,
+                  std::vector<std::string>& remarks)
 {
   const auto isLong = [](const PCLPointField& field) {
     const FileField type = fileFieldOf(field);
@@ -152,20 +193,15 @@ splitLongIntegers(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
       fields.push_back(copyOf(field));
       continue;
     }
-    const bool is_exact = areExactAsDoubles(cloud, field);
-    if (is_exact)
-      fields.push_back(asDoubles(field));
-    else {
-      fields.push_back(copyOf(field));
-      fields.back().field.datatype = PCLPointField::UINT32;
-      fields.back().field.count *= 2;
-    }
+    fields.push_back(asShorter(cloud, field, long_integers));
+    const PCLPointField& made = fields.back().field;
     remarks.push_back("its field " + shownText(field.name) + " (" +
                       typeName(fileFieldOf(field)) + ") is taken as " +
-                      (is_exact
-                           ? "float64, which has the same values"
-                           : "two uint32 with the same bits, as float64 has not all "
-                             "of its values"));
+                      (made.count == field.count
+                           ? typeName(fileFieldOf(made)) + ", which has the same values"
+                           : std::string("two uint32 with the same bits, as ") +
+                                 (long_integers.one_of_several ? "uint32" : "float64") +
+                                 " has not all of its values"));
   }
   setFields(fields, cloud);
 }
@@ -181,9 +217,18 @@ makePackedColourUnsigned(PCLPointCloud2& cloud)
       field.datatype = PCLPointField::UINT32;
 }
 
-/** \brief Which values of a channel are black, 0, and full. */
+/** \brief Values beyond the full one that are still rounded to 255. */
+constexpr double most_above_full = 1.0 + 0.5 / 255.0;
+
+/** \brief Which value of channels is full; none: they are no colours.
+ * \param[in,out] of_stream that of the clouds before; is set by the first colour
+ * \param[out] are_clamped some values are beyond that
+ */
 std::optional<double>
-fullValue(const PCLPointCloud2& cloud, const std::vector<NumberReader>& channels)
+fullValue(const PCLPointCloud2& cloud,
+          const std::vector<NumberReader>& channels,
+          std::optional<double>& of_stream,
+          bool& are_clamped)
 {
   const auto isByte = [](const NumberReader& channel) {
     return channel.fileField().kind == Kind::Unsigned && channel.fileField().bytes == 1;
@@ -203,17 +248,24 @@ fullValue(const PCLPointCloud2& cloud, const std::vector<NumberReader>& channels
       largest = std::max(largest, value);
       are_whole &= value == std::floor(value);
     }
+  if (of_stream) {
+    are_clamped |= largest > *of_stream * most_above_full;
+    return of_stream;
+  }
   const bool are_shares =
       std::any_of(channels.begin(), channels.end(), [](const NumberReader& channel) {
         return channel.fileField().kind == Kind::Real;
       });
-  if (are_shares && largest <= 1.0)
-    return 1.0;
-  if (!are_whole && largest > 255.0)
-    return std::nullopt;
-  return largest <= 255.0     ? std::optional(255.0)
-         : largest <= 65535.0 ? std::optional(65535.0)
-                              : std::nullopt;
+  std::optional<double> full;
+  if (are_shares && largest <= most_above_full)
+    full = 1.0;
+  else if (largest <= 255.0)
+    full = 255.0;
+  else if (are_whole && largest <= 65535.0)
+    full = 65535.0;
+  if (largest > 0.0)
+    of_stream = full;
+  return full;
 }
 
 /** \brief The channels of a colour in a cloud. */
@@ -258,9 +310,9 @@ channelOf(double value, double full)
 {
   if (full == 255.0 && value <= full && value == std::floor(value))
     return static_cast<std::uint32_t>(value);
-  return std::isfinite(value)
-             ? static_cast<std::uint32_t>(std::lround(255.0 * (value / full)))
-             : 0;
+  return std::isfinite(value) ? static_cast<std::uint32_t>(
+                                    std::lround(255.0 * std::min(value / full, 1.0)))
+                              : 0;
 }
 
 /** \brief The packed colour of channels. */
@@ -305,26 +357,31 @@ nameUsually(PCLPointCloud2& cloud, std::vector<std::string>& remarks)
     remarks.push_back("its fields " + given + " are taken as " + usual);
 }
 
-void
-packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remarks)
+std::string
+packColours(PCLPointCloud2& cloud,
+            bool is_ply,
+            ColourScale& scale,
+            std::vector<std::string>& remarks)
 {
   std::optional<Channels> found = findChannels(cloud);
   if (!found || find(cloud, "rgb") != nullptr || find(cloud, "rgba") != nullptr)
-    return;
+    return {};
   std::string names;
   std::vector<NumberReader> channels;
   for (const PCLPointField* const field : found->fields) {
     channels.emplace_back(*field);
     names += (names.empty() ? "" : ", ") + shownText(field->name);
   }
-  const std::optional<double> full = fullValue(cloud, channels);
+  bool are_clamped = false;
+  const std::optional<double> full =
+      fullValue(cloud, channels, scale.colour, are_clamped);
   if (!full)
-    return;
+    return {};
   std::optional<NumberReader> alpha;
   if (found->alpha != nullptr)
     alpha.emplace(*found->alpha);
   const std::optional<double> full_alpha =
-      alpha ? fullValue(cloud, {*alpha}) : std::nullopt;
+      alpha ? fullValue(cloud, {*alpha}, scale.alpha, are_clamped) : std::nullopt;
   if (!full_alpha) {
     alpha.reset();
     found->alpha = nullptr;
@@ -350,18 +407,27 @@ packColours(PCLPointCloud2& cloud, bool is_ply, std::vector<std::string>& remark
                       (type.bytes == 1 ? ""
                                        : ", in 8 bits a channel, of 0 to " +
                                              std::to_string(static_cast<int>(*full))));
+  return are_clamped ? "its fields " + names +
+                           " have larger values than the first colours of the stream, "
+                           "which tell the scale: these are clamped"
+                     : "";
 }
 
 std::vector<std::string>
-makeUsual(PCLPointCloud2& cloud, bool is_ply)
+makeUsual(PCLPointCloud2& cloud,
+          bool is_ply,
+          ColourScale& scale,
+          const LongIntegers& long_integers)
 {
   std::vector<std::string> remarks;
   nameUsually(cloud, remarks);
   tellNamesOfSeveral(cloud, remarks);
   makeCoordinatesReal(cloud, remarks);
   makePackedColourUnsigned(cloud);
-  packColours(cloud, is_ply, remarks);
-  splitLongIntegers(cloud, remarks);
+  if (const std::string clamped = packColours(cloud, is_ply, scale, remarks);
+      !clamped.empty())
+    remarks.push_back(clamped);
+  splitLongIntegers(cloud, long_integers, remarks);
   return remarks;
 }
 

@@ -24,12 +24,6 @@ listOf(const std::vector<FieldDescription>& fields)
   return list.empty() ? "none" : list;
 }
 
-bool
-isInteger(FieldType type)
-{
-  return type != FieldType::Float32 && type != FieldType::Float64;
-}
-
 /** \brief Appends the values of some points of a batch. */
 void
 readField(const FieldView& view,
@@ -239,17 +233,36 @@ FieldCollector::sortPointsOfVoxels()
 }
 
 /** \brief Makes one value of those of each voxel: the mean, or of integers the most
- * frequent. */
+ * frequent; several integers of a point stay together, as two of 32 bits are one of
+ * 64. */
 void
 FieldCollector::summarize(std::size_t field, FrameField& summary)
 {
   FieldDescription exact = summary;
   exact.step = 0.0;
   const std::vector<std::uint64_t>& numbers = numbers_[field];
+  const bool stay_together = exact.count > 1 && isInteger(exact.type);
+  std::vector<std::vector<std::uint64_t>> of_points;
+  const auto add = [&](std::uint64_t number) {
+    std::array<unsigned char, 8> value{};
+    fieldValue(exact, number, value.data());
+    summary.numbers.push_back(fieldNumber(summary, value.data()));
+  };
   summary.numbers.clear();
   for (std::size_t begin = 0, end = 0; begin < entries_.size(); begin = end) {
     while (end < entries_.size() && entries_[end].key == entries_[begin].key)
       ++end;
+    if (stay_together) {
+      of_points.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto first = numbers.begin() +
+                           static_cast<std::ptrdiff_t>(entries_[i].point * exact.count);
+        of_points.emplace_back(first, first + exact.count);
+      }
+      for (const std::uint64_t number : mostFrequent(of_points))
+        add(number);
+      continue;
+    }
     for (std::size_t k = 0; k < exact.count; ++k) {
       of_voxel_.clear();
       for (std::size_t i = begin; i < end; ++i)

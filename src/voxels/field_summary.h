@@ -4,16 +4,78 @@
 #include <pcl_ext/compression/frame_field.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
-/** \brief Makes one value of those that a field has in a voxel: the mean, or of integers
- * and of a single value the most frequent one, the lowest of several.
- * \param[in] field type and step
- * \param[in,out] numbers not empty; are sorted
+inline bool
+isInteger(FieldType type)
+{
+  return type != FieldType::Float32 && type != FieldType::Float64;
+}
+
+/** \brief Whether a field is a packed colour, of 8 bits a channel. */
+inline bool
+isPackedColour(const FieldDescription& field)
+{
+  return (field.name == "rgb" || field.name == "rgba") && field.count == 1 &&
+         sizeOf(field.type) == sizeof(std::uint32_t);
+}
+
+/** \brief The most frequent of some values, the lowest of several.
+ * \param[in,out] values not empty; are sorted
+ */
+template <typename ValueT>
+ValueT
+mostFrequent(std::vector<ValueT>& values)
+{
+  std::sort(values.begin(), values.end());
+  auto best = values.begin();
+  std::ptrdiff_t best_count = 0;
+  for (auto begin = values.begin(); begin != values.end();) {
+    const auto end = std::upper_bound(begin, values.end(), *begin);
+    if (end - begin > best_count) {
+      best = begin;
+      best_count = end - begin;
+    }
+    begin = end;
+  }
+  return *best;
+}
+
+/** \brief The mean of packed colours in each of their four bytes.
+ * \param[in] field type, without a step
+ * \param[in] numbers not empty
+ * \param[out] value of the field's type, in the machine's order of bytes
+ */
+inline void
+meanColour(const FieldDescription& field,
+           const std::vector<std::uint64_t>& numbers,
+           void* value)
+{
+  std::array<std::uint64_t, sizeof(std::uint32_t)> sums{};
+  for (const std::uint64_t number : numbers) {
+    std::array<unsigned char, sizeof(std::uint32_t)> bytes;
+    fieldValue(field, number, bytes.data());
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+      sums[i] += bytes[i];
+  }
+  std::array<unsigned char, sizeof(std::uint32_t)> mean;
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    mean[i] =
+        static_cast<unsigned char>((sums[i] + numbers.size() / 2) / numbers.size());
+  std::memcpy(value, mean.data(), mean.size());
+}
+
+/** \brief Makes one value of those that a field has in a voxel: the mean, of packed
+ * colours that of each channel, or of integers and of a single value the most frequent
+ * one, the lowest of several.
+ * \param[in] field type, without a step; integers have one value a point
+ * \param[in,out] numbers not empty; may be sorted
  * \param[out] value of the field's type, in the machine's order of bytes
  */
 inline void
@@ -21,27 +83,16 @@ summarizeField(const FieldDescription& field,
                std::vector<std::uint64_t>& numbers,
                void* value)
 {
-  const bool is_float =
-      field.type == FieldType::Float32 || field.type == FieldType::Float64;
-  if (is_float && numbers.size() > 1) {
+  if (isPackedColour(field))
+    meanColour(field, numbers, value);
+  else if (isInteger(field.type) || numbers.size() == 1)
+    fieldValue(field, mostFrequent(numbers), value);
+  else {
     double sum = 0.0;
     for (const std::uint64_t number : numbers)
       sum += fieldValue(field, number);
     storeFieldValue(field.type, sum / static_cast<double>(numbers.size()), value);
-    return;
   }
-  std::sort(numbers.begin(), numbers.end());
-  std::uint64_t best = numbers.front();
-  std::ptrdiff_t best_count = 0;
-  for (auto begin = numbers.begin(); begin != numbers.end();) {
-    const auto end = std::upper_bound(begin, numbers.end(), *begin);
-    if (end - begin > best_count) {
-      best = *begin;
-      best_count = end - begin;
-    }
-    begin = end;
-  }
-  fieldValue(field, best, value);
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

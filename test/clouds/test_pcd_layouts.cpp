@@ -206,6 +206,30 @@ TEST_F(FileLayouts, SeparateColoursOfPcdAreColours)
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xc81100});
 }
 
+TEST_F(FileLayouts, ColoursOfAStreamHaveOneScale)
+{
+  ColourScale scale;
+  const auto read_next = [&](const std::string& type, const std::string& values) {
+    recording::test::writeText(folder_ / "a.pcd",
+                               pcd("x y z r g b",
+                                   type == "F" ? "4 4 4 4 4 4" : "4 4 4 2 2 2",
+                                   "F F F " + type + " " + type + " " + type,
+                                   "1 1 1 1 1 1",
+                                   1,
+                                   "ascii\n1 2 3 " + values));
+    return readCloud(folder_ / "a.pcd", cloud_, {}, {}, &scale).size();
+  };
+  read_next("F", "0 0 0\n"); // which tells nothing
+  EXPECT_EQ(read_next("F", "0.9 0.5 1.00001\n"), 1u);
+  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xe580ff});
+  EXPECT_EQ(read_next("F", "1 0.5 1.5\n"), 2u); // which is said
+  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xff80ff});
+  scale = ColourScale();
+  read_next("U", "65535 0 257\n");
+  read_next("U", "255 0 129\n"); // dark
+  EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0x010001});
+}
+
 TEST_F(FileLayouts, OtherFieldsAreNoColours)
 {
   const std::pair<const char*, const char*> points[] = {
@@ -284,6 +308,38 @@ TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
   double second = 0.0;
   std::memcpy(&second, &cloud_.data[cloud_.point_step + 8], sizeof(second));
   EXPECT_EQ(second, 9007199254740992.0);
+}
+
+TEST_F(FileLayouts, IntegersOf64BitsDependOnWhatBecomesOfThem)
+{
+  const auto read_as = [this](const std::string& values,
+                              const LongIntegers& long_integers) {
+    recording::test::writeText(
+        folder_ / "a.pcd",
+        pcd("x y z t", "4 4 4 8", "F F F I", "1 1 1 1", 2, "ascii\n1 2 3 " + values));
+    return readCloud(folder_ / "a.pcd", cloud_, {}, long_integers);
+  };
+  const std::string large = "1700000000000001\n4 5 6 -7\n";
+  const std::string nanoseconds = "1700000000000000123\n4 5 6 7\n";
+  // Where one of several values is kept, they are integers.
+  EXPECT_EQ(
+      read_as("1\n4 5 6 -7\n", {{}, true}),
+      Remarks{"its field t (int64) is taken as int32, which has the same values"});
+  EXPECT_EQ(numbers<std::int32_t>("t", F::INT32), (std::vector<std::int32_t>{1, -7}));
+  read_as("1\n4 5 6 4294967295\n", {{}, true});
+  EXPECT_EQ(numbers<std::uint32_t>("t", F::UINT32), (Colours{1, 4294967295}));
+  EXPECT_EQ(read_as(large, {{}, true}),
+            Remarks{"its field t (int64) is taken as two uint32 with the same bits, as "
+                    "uint32 has not all of its values"});
+  EXPECT_EQ(numbers<std::int64_t>("t", F::UINT32),
+            (std::vector<std::int64_t>{1700000000000001, -7}));
+  // With a step they must be one number.
+  for (const bool one_of_several : {false, true}) {
+    read_as(large, {{"t"}, one_of_several});
+    EXPECT_EQ(doubles("t"), (Doubles{1700000000000001.0, -7.0}));
+    EXPECT_THROW(read_as(nanoseconds, {{"t"}, one_of_several}), FieldRefusal);
+  }
+  EXPECT_NO_THROW(read_as(nanoseconds, {{"ring"}, false}));
 }
 
 TEST_F(FileLayouts, CompressedPointsHaveTheGapsOrNot)

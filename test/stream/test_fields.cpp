@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
@@ -265,6 +266,43 @@ TEST_P(Fields, OfVoxelsAreMeansAndOfIntegersTheMostFrequent)
     EXPECT_EQ(field("ring").numbers[i], most->first);
   }
   EXPECT_GT(with_several, 100u);
+}
+
+TEST_P(Fields, OfVoxelsWithSeveralIntegersAreThoseOfOnePoint)
+{
+  settings_.fields = {{"flags"}};
+  settings_.keep_points = false;
+  settings_.resolution = 1.0;
+  std::vector<LidarPoint> points(5, turnOf(0).front());
+  const std::uint8_t flags[][3] = {
+      {1, 0, 0}, {1, 0, 0}, {2, 9, 0}, {3, 9, 0}, {4, 9, 0}};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    std::copy_n(flags[i], 3, points[i].flags);
+  ASSERT_TRUE(send(points).ok());
+  EXPECT_EQ(field("flags").numbers, (std::vector<std::uint64_t>{1, 0, 0}));
+}
+
+TEST_P(Fields, OfVoxelsThatAreColoursAreMeansOfChannels)
+{
+  settings_.keep_points = false;
+  settings_.resolution = 1.0;
+  std::vector<LidarPoint> points(3, turnOf(0).front());
+  const std::uint32_t colours[] = {0xff0a0000, 0xff0aff10, 0xff0a0020};
+  for (const FieldType type : {FieldType::Float32, FieldType::UInt32}) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+      std::memcpy(&points[i].intensity, &colours[i], sizeof(colours[i]));
+    settings_.fields = {{"rgb"}};
+    PointView view = viewOf(points);
+    view.fields[3].description = {"rgb", type};
+    CloudEncoder encoder(settings_, IntensityUnit::None);
+    ASSERT_TRUE(encoder.encode(view, {}, bytes_).ok());
+    FrameDecoder decoder;
+    ASSERT_TRUE(decoder.decode(bytes_.data(), bytes_.size(), decoded_).ok());
+    ASSERT_EQ(field("rgb").numbers.size(), 1u);
+    std::uint32_t colour = 0;
+    fieldValue(field("rgb"), field("rgb").numbers[0], &colour);
+    EXPECT_EQ(colour, 0xff0a5510u);
+  }
 }
 
 TEST_P(Fields, WithAStepAreWithinHalfOfIt)

@@ -220,10 +220,12 @@ TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
     messages.push_back(cloudMessage(clouds[i], i, i < 2 ? "lidar" : "map"));
   writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
   const ProgramRun encode = run("encode bag.mcap -o x.mcap");
-  EXPECT_EQ(encode.status, 0);
+  EXPECT_EQ(encode.status, 1);
   EXPECT_TRUE(hasPart(encode.errors,
                       "/points, frame 2: its frame_id is 'map', that of the "
                       "clouds before 'lidar'"));
+  // The user may name the frame of all.
+  EXPECT_EQ(run("encode bag.mcap -o y.mcap --frame-id map").status, 0);
 }
 
 TEST_F(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)

@@ -96,6 +96,20 @@ TEST_F(ProgramDecode, VoxelsAreFiltered)
   }
 }
 
+TEST_F(ProgramDecode, ScansWithoutIntensitiesOfVoxelsAreToldOf)
+{
+  writeClouds("room", roomClouds(1));
+  const std::string remark = "/room: its voxels have no intensities, so that "
+                             "--min-intensity leaves none out";
+  EXPECT_EQ(run("encode room -o x.mcap --keep-order --fields all").status, 0);
+  EXPECT_TRUE(hasPart(run("decode x.mcap -o out --min-intensity 1000").errors,
+                      remark + "; those of its points are a further field: encode with "
+                               "--law native\n"));
+  EXPECT_EQ(run("encode room -o y.mcap --keep-order --law none").status, 0);
+  EXPECT_TRUE(
+      hasPart(run("decode y.mcap -o bare --min-intensity 1000").errors, remark + "\n"));
+}
+
 /** \brief A room with noise away from its surfaces. */
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 snowyRoom(int count)

@@ -147,6 +147,21 @@ TEST_F(ProgramFields, ComeBackInFilesAndInMessages)
   }
 }
 
+TEST_F(ProgramFields, OfNormalsAreNotMoved)
+{
+  writeText(folder / "normals.pcd",
+            "VERSION .7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n"
+            "TYPE F F F F F F\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n"
+            "1 2 3 1 0 0\n");
+  const std::string encode = "encode normals.pcd -o x.mcap --overwrite --fields ";
+  EXPECT_TRUE(hasPart(run(encode + "all --pose 1,0,0,0,0,90").errors,
+                      "/normals: its fields normal_x, normal_y and normal_z are kept "
+                      "as they are, which does not hold for points that --pose has "
+                      "moved"));
+  EXPECT_EQ(run(encode + "all --pose 1,0,0,0,0,0").errors, "");
+  EXPECT_EQ(run(encode + "all").errors, "");
+}
+
 TEST_F(ProgramFields, HaveNamesOfOneWordInFiles)
 {
   const pcl::PCLPointCloud2 sent = cloudWithRings("the\nring\x7f", "the_ring_");

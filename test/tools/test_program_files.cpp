@@ -129,6 +129,30 @@ TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)
   EXPECT_TRUE(hasPart(run("benchmark a0.pcd").errors, "the field 'gps' is left out"));
 }
 
+TEST_F(ProgramFiles, IntegersOf64BitsHaveValuesOfPoints)
+{
+  const auto write = [this](const std::string& name, const std::string& points) {
+    writeText(folder / name,
+              "VERSION .7\nFIELDS x y z t\nSIZE 4 4 4 8\nTYPE F F F U\nWIDTH 3\n"
+              "HEIGHT 1\nPOINTS 3\nDATA ascii\n" +
+                  points);
+  };
+  write("label.pcd", ".101 .101 .101 1\n.103 .103 .103 1\n.102 .102 .102 7\n");
+  EXPECT_EQ(run("encode label.pcd -o x.mcap -r 0.1 --fields t").status, 0);
+  expectRun("decode x.mcap -o out");
+  pcl::PCLPointCloud2 cloud;
+  ASSERT_EQ(pcl::io::loadPCDFile(folder / "out/000000.pcd", cloud), 0);
+  ASSERT_EQ(cloud.width, 1u);
+  EXPECT_EQ(numberOf<std::uint32_t>(cloud, 0, "t"), 1u);
+  write("time.pcd",
+        ".1 .1 .1 1700000000000000001\n.2 .2 .2 1700000000000000002\n.3 .3 .3 3\n");
+  expectFailure("encode time.pcd -o y.mcap --keep-points --fields t:1000",
+                2,
+                "--fields: 'time.pcd': the field 't' (uint64) has values of more than "
+                "53 bits: 64-bit integers are kept exactly, without a step");
+  EXPECT_EQ(run("encode time.pcd -o y.mcap --keep-points --fields t").status, 0);
+}
+
 TEST_F(ProgramFiles, AllFieldsAreThoseOfColoursOfPointsOfOneVoxel)
 {
   writeText(folder / "a.pcd",

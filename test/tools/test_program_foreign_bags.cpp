@@ -266,6 +266,70 @@ TEST_F(ProgramForeignBags, MayHaveColoursAsChannelsWhichAreFieldsWhereTheyAreKep
   }
 }
 
+TEST_F(ProgramForeignBags, MayLackIntensitiesInSomeMessages)
+{
+  const Change drop = [](PointCloudMessage& cloud) {
+    cloud.fields.pop_back();
+    // Rows with gaps.
+    std::vector<std::uint8_t> bytes;
+    for (std::size_t row = 0; row < height; ++row) {
+      const auto begin =
+          cloud.bytes.begin() + static_cast<std::ptrdiff_t>(row * cloud.row_step);
+      bytes.insert(bytes.end(), begin, begin + cloud.row_step);
+      bytes.resize(bytes.size() + 8);
+    }
+    cloud.row_step += 8;
+    cloud.bytes = bytes;
+  };
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points")},
+            {messageOf(0), messageOf(1, drop), messageOf(2)});
+  const std::string said = expectWalls("bag.mcap", "", 3);
+  EXPECT_TRUE(hasPart(said, "/points, frame 1: its points get the intensity 0"))
+      << said;
+}
+
+TEST_F(ProgramForeignBags, HaveOneScaleOfColoursInAStream)
+{
+  // r, g and b as float32 in place of x, y and z, which follow.
+  const auto coloured = [](float blue) -> Change {
+    return [blue](PointCloudMessage& cloud) {
+      std::vector<std::uint8_t> bytes;
+      const float colour[] = {0.0f, 0.5f, blue};
+      const auto* const first = reinterpret_cast<const std::uint8_t*>(colour);
+      for (std::size_t i = 0; i < width * height; ++i) {
+        const auto point = cloud.bytes.begin() + static_cast<std::ptrdiff_t>(16 * i);
+        bytes.insert(bytes.end(), point, point + 16);
+        bytes.insert(bytes.end(), first, first + sizeof(colour));
+      }
+      cloud.bytes = bytes;
+      cloud.point_step = 28;
+      cloud.row_step = 28 * width;
+      cloud.fields.push_back({"r", 16, 7, 1});
+      cloud.fields.push_back({"g", 20, 7, 1});
+      cloud.fields.push_back({"b", 24, 7, 1});
+    };
+  };
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points")},
+            {messageOf(0, coloured(1.0f)), messageOf(1, coloured(1.5f))});
+  for (const char* const jobs : {"1", "4"}) {
+    const std::string said =
+        expectWalls("bag.mcap", std::string("--colour-bits 8 --jobs ") + jobs);
+    EXPECT_TRUE(hasPart(said,
+                        "/points, frame 1: its fields r, g, b have larger values than "
+                        "the first colours of the stream"))
+        << said;
+    for (const PointCloudMessage& cloud : clouds) {
+      std::uint32_t colour = 0;
+      for (const auto& field : cloud.fields)
+        if (field.name == "rgb")
+          std::memcpy(&colour, &cloud.bytes[field.offset], sizeof(colour));
+      EXPECT_EQ(colour & 0xffffff, 0x0080ffu);
+    }
+  }
+}
+
 TEST_F(ProgramForeignBags, KeepEmptyFrameIdsAndStampsOf0AndBefore1970)
 {
   for (const Time stamp : {Time(0), Time(-1'500'000'000), Time(-1)}) {

@@ -294,6 +294,34 @@ TEST_F(ProgramInputs, AnIntensityThatTheFirstCloudLacksIsNamedOnce)
   EXPECT_EQ(run("encode ply -o z.mcap --law none").errors, "");
 }
 
+TEST_F(ProgramInputs, AnIntensityThatLaterCloudsLackIs0)
+{
+  fs::create_directories(folder / "ply");
+  writeBytes(folder / "ply/0.ply", plyOf(3, true));
+  writeBytes(folder / "ply/1.ply", plyOf(3, false));
+  writeBytes(folder / "ply/2.ply", plyOf(3, false));
+  writeBytes(folder / "ply/3.ply", plyOf(3, true));
+  for (const char* const options : {"", " --law native", " --keep-order"}) {
+    const ProgramRun encoded =
+        run(std::string("encode ply -o x.mcap --overwrite") + options);
+    EXPECT_EQ(encoded.status, 0);
+    EXPECT_TRUE(hasPart(encoded.errors,
+                        "/ply, frame 1: its points get the intensity 0, and those of "
+                        "later clouds like it, as it has no field 'intensity' that can "
+                        "be read; the first cloud of the stream has one\n"))
+        << encoded.errors;
+    EXPECT_EQ(run("decode x.mcap -o out --overwrite").status, 0);
+    for (const char* const name : {"0", "1", "2", "3"}) {
+      const auto cloud = readCloud(folder / ("out/00000" + std::string(name) + ".pcd"));
+      ASSERT_EQ(cloud.size(), 3u);
+      EXPECT_EQ(cloud[0].intensity > 0.0f, *name == '0' || *name == '3') << name;
+    }
+  }
+  // The first cloud must have what is named.
+  fs::remove(folder / "ply/0.ply");
+  EXPECT_EQ(run("encode ply -o y.mcap --law native").status, 2);
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -261,6 +261,11 @@ TEST_F(ProgramKept, NamesThatAreStamps)
             1532402927647951us);
   EXPECT_EQ(stampOfName("1403636579763.ply"), 1403636579763ms);
   EXPECT_EQ(stampOfName("1403636579.pcd"), 1403636579s);
+  // Date and time of day, as PCL's recorder writes them.
+  EXPECT_EQ(stampOfName("frame_20121214T142255.814212.pcd"), 1355494975814212us);
+  EXPECT_EQ(stampOfName("20121231T235959.9.pcd"), 1356998399900ms);
+  EXPECT_EQ(stampOfName("20130101T000000.pcd"), 1356998400s);
+  EXPECT_EQ(stampOfName("a-20240229T000000.000001.pcd"), 1709164800000001us);
   for (const char* name : {"000123.pcd",
                            "0000000123.bin", // KITTI
                            "scan_2.1.pcd",
@@ -268,6 +273,11 @@ TEST_F(ProgramKept, NamesThatAreStamps)
                            "9999999999999999999.pcd", // beyond 64 bits
                            "99999999999.5.pcd",
                            "1700000000.1234567890.pcd",
+                           "20230229T142255.814212.pcd",
+                           "20121314T142255.814212.pcd",
+                           "20121214T246000.814212.pcd",
+                           "20121214T142260.814212.pcd",
+                           "19691231T142255.814212.pcd",
                            "cloud.pcd",
                            ".pcd",
                            ""})

@@ -211,12 +211,12 @@ struct StreamSettings {
     return keep_points || keep_order;
   }
 
-  /** \brief Further fields to keep, as ring, time or label of a lidar: with
-   * keep_points of each point, else one value of a voxel, which is the mean, or
-   * of integers the most frequent. Exact, or rounded to a step. The points of a voxel
-   * are in the order of the first field, those of a scan in that of the cloud. At most
-   * 64 with 4096 values a point, each named once. Version1 only, and not with
-   * temporal_filter. */
+  /** \brief Further fields to keep, as ring, time or label of a lidar: with keep_points of
+   * each point, else one value of a voxel, which is the mean, of packed colours that of
+   * each channel, or of integers the most frequent. Exact, or rounded to a step. The
+   * points of a voxel are in the order of the first field, those of a scan in that of the
+   * cloud. At most 64 with 4096 values a point, each named once. Version1 only, and not
+   * with temporal_filter. */
   std::vector<FieldSetting> fields;
 };
 

@@ -82,6 +82,7 @@ encode(EncodeOptions& options, const CLI::App& app)
         return name != io::all_fields && name != "r" && name != "red" &&
                name != "diffuse_red";
       });
+  options.input.long_integers = options.encoding.longIntegers();
   if (options.jobs == 0)
     options.jobs = std::max(1u, std::thread::hardware_concurrency());
   // A folder of recordings gets one more.

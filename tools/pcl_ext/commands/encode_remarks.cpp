@@ -27,6 +27,8 @@ remarkOnStream(Console& console,
                                     report.order_remark,
                                     report.budget_remark,
                                     report.header_remark,
+                                    report.pose_remark,
+                                    report.colour_remark,
                                     report.unit_remark,
                                     report.outlier_remark})
     if (!remark.empty())
@@ -45,9 +47,11 @@ remarkOnStream(Console& console,
                   "--resolution");
     return false;
   }
-  if (!report.why_nothing.empty())
-    console.error(report.why_nothing);
-  return report.why_nothing.empty() && sums.points_outside_grid == 0;
+  for (const std::string& error : {report.frame_id_error, report.why_nothing})
+    if (!error.empty())
+      console.error(error);
+  return report.frame_id_error.empty() && report.why_nothing.empty() &&
+         sums.points_outside_grid == 0;
 }
 
 void

@@ -13,7 +13,8 @@ namespace pcl_ext {
 namespace tools {
 
 /** \brief Prints what is to be known of a stream that was encoded.
- * \return false if nothing of it was encoded, or points are outside the grid of voxels
+ * \return false if nothing of it was encoded, points are outside the grid of voxels, or
+ * clouds of one coordinate frame have the name of another
  */
 bool
 remarkOnStream(Console& console,

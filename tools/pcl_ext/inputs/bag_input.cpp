@@ -9,6 +9,7 @@
 #include "recording/mcap_stream.h"
 #include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_folder.h"
+#include "streams/stream_encoder.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -79,6 +80,7 @@ protected:
         streams_.push_back(channel.topic);
     }
     clouds_.resize(streams_.size());
+    colours_.resize(streams_.size());
   }
 
   /** \brief Counts a message of a stream.
@@ -93,6 +95,18 @@ protected:
     cloud.source = streams_[stream] + ", frame " + std::to_string(cloud.number);
     cloud.failure.clear();
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
+  }
+
+  /** \brief Sets a cloud by its message, after those of its stream before it. */
+  void
+  readNext(const McapChannel& channel, InputCloud& cloud)
+  {
+    Colours& colours = colours_[cloud.stream];
+    cloud.colour_scale = colours.scale;
+    readCloud(channel, options_.packs_colours, cloud, message_);
+    if (colours.is_known || !cloud.failure.empty())
+      return;
+    colours = {cloud.colour_scale, hasPoints(cloud.cloud)};
   }
 
   /** \brief True if a stream may have clouds that are wanted, of those that are known
@@ -141,10 +155,16 @@ protected:
   std::vector<std::string> streams_;
   std::vector<std::size_t> stream_of_channel_; // or none
 
-  recording::PointCloudMessage message_; // a member so that its memory is reused
-
 private:
-  std::vector<std::size_t> clouds_; // of each stream that were met
+  /** \brief What tells how colours of a stream are read. */
+  struct Colours {
+    clouds::ColourScale scale;
+    bool is_known = false; // as there was a cloud with points
+  };
+
+  std::vector<std::size_t> clouds_;      // of each stream that were met
+  std::vector<Colours> colours_;         // of each stream
+  recording::PointCloudMessage message_; // a member so that its memory is reused
 };
 
 /** \brief A file of a bag or a rosbag2 folder: its clouds and all other messages. */
@@ -287,10 +307,7 @@ public:
         }
         if (const RecordingStatus status = reader_.read(entry, cloud.message);
             status.ok())
-          readCloud(reader_.channels()[entry.channel],
-                    options_.packs_colours,
-                    cloud,
-                    message_);
+          readNext(reader_.channels()[entry.channel], cloud);
         else
           cloud.failure = status.message();
         return Found::Cloud;
@@ -412,8 +429,7 @@ public:
       if (!count(stream, cloud))
         continue;
       std::swap(cloud.message, stream_.message());
-      readCloud(
-          channels()[cloud.message.channel], options_.packs_colours, cloud, message_);
+      readNext(channels()[cloud.message.channel], cloud);
       return Found::Cloud;
     }
     return Found::End;

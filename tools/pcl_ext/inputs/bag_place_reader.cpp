@@ -23,8 +23,9 @@ namespace {
  * \return what the user is to know of it, a line each
  */
 std::vector<std::string>
-makeUsual(bool packs_colours, pcl::PCLPointCloud2& cloud)
+makeUsual(bool packs_colours, InputCloud& input)
 {
+  pcl::PCLPointCloud2& cloud = input.cloud;
   std::vector<std::string> remarks;
   clouds::nameUsually(cloud, remarks);
   const std::size_t size = std::size_t{cloud.width} * cloud.height;
@@ -32,7 +33,8 @@ makeUsual(bool packs_colours, pcl::PCLPointCloud2& cloud)
                         cloud.data.size() / cloud.point_step != size ||
                         cloud.data.size() % cloud.point_step != 0;
   if (packs_colours && !has_gaps)
-    clouds::packColours(cloud, false, remarks);
+    input.colour_remark =
+        clouds::packColours(cloud, false, input.colour_scale, remarks);
   return remarks;
 }
 
@@ -55,12 +57,13 @@ readCloud(const McapChannel& channel,
     throwUnlessOk(recording::readPointCloud(
         bytes.data(), bytes.size(), false, message, recording::encodingOf(channel)));
     cloud.stamp = message.stamp;
+    cloud.colour_remark.clear();
     cloud.remark = message.is_bigendian == clouds::isBigEndianMachine()
                        ? ""
                        : "the bytes of its numbers are in the other order; messages of "
                          "decode have that of this machine";
     toCloud(message, cloud.cloud);
-    for (const std::string& remark : makeUsual(packs_colours, cloud.cloud))
+    for (const std::string& remark : makeUsual(packs_colours, cloud))
       cloud.remark += (cloud.remark.empty() ? "" : "; ") + remark;
   }
   catch (const std::exception& error) {

@@ -27,11 +27,16 @@ struct InputCloud {
   std::size_t number = 0;         ///< in its stream, from 0
   std::string source;             ///< file or topic and number, for messages
   std::string failure;            ///< empty: the cloud was read
+  bool is_refused = false;        ///< it failed as the options are not for it
   bool is_unread = false;         ///< the following are not set but for log_time
   std::size_t place = 0;          ///< in the index of a bag, if it is unread
   recording::McapMessage message; ///< its times and sequence number; no bytes
   recording::Time stamp{0};       ///< of the cloud
   std::string remark;             ///< what is taken otherwise than it is there
+  std::string colour_remark;      ///< whether colours of a message are clamped
+  /** \brief Of the colours of messages of the stream: as the clouds until the first one
+   * with points tell it. Reading a message sets what they do not. */
+  clouds::ColourScale colour_scale;
   pcl::PCLPointCloud2 cloud;
 };
 
@@ -192,6 +197,7 @@ struct InputOptions {
   /** \brief Separate channels of messages, as r, g and b, are a colour; files have
    * theirs always. */
   bool packs_colours = true;
+  clouds::LongIntegers long_integers; ///< of files
 };
 
 /** \brief Why none of the clouds are wanted. */

@@ -121,12 +121,17 @@ private:
     cloud.number = index;
     cloud.source = streams_[stream] + ", frame " + std::to_string(index);
     cloud.failure.clear();
+    cloud.is_refused = false;
     cloud.stamp = stampOf(stream, index);
     cloud.message.log_time = cloud.stamp;
     cloud.message.publish_time = cloud.stamp;
     cloud.message.sequence = static_cast<std::uint32_t>(index);
     try {
       sequences_[stream]->read(index, cloud.cloud);
+    }
+    catch (const clouds::FieldRefusal& error) {
+      cloud.failure = std::string("--fields: ") + error.what();
+      cloud.is_refused = true;
     }
     catch (const std::exception& error) {
       cloud.failure = error.what();
@@ -185,7 +190,8 @@ openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& o
                             options.may_have_streams
                                 ? clouds::FileGrouping::ByFolder
                                 : clouds::FileGrouping::OneSequence,
-                            options.bin_fields),
+                            options.bin_fields,
+                            options.long_integers),
       remarksOn(paths, options.may_have_streams),
       options);
 }

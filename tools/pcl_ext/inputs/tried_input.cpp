@@ -65,6 +65,7 @@ completeTriedInput(const CLI::App& app, TriedInput& tried, EncodingOptions& opti
   if (tried.takes_cell && !tried.input.inputs.empty())
     throw UsageError("--cell is an input itself: leave it or the others out");
   tried.input.has_rate = isGiven(app, "--rate");
+  tried.input.long_integers = options.longIntegers();
   tried.takes_cell = tried.input.inputs.empty();
   if (!tried.takes_cell)
     return;

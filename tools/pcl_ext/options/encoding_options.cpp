@@ -250,6 +250,26 @@ EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
   return automaticLaw(has_intensity && !keepsIntensityAsField(cloud));
 }
 
+clouds::LongIntegers
+EncodingOptions::longIntegers() const
+{
+  clouds::LongIntegers long_integers;
+  long_integers.one_of_several = !codec_.keepsPoints();
+  for (const io::FieldSetting& field : codec_.fields)
+    if (field.step > 0.0)
+      long_integers.with_step.push_back(field.name);
+  return long_integers;
+}
+
+bool
+EncodingOptions::keepsField(const std::string& name) const
+{
+  return std::any_of(
+      codec_.fields.begin(), codec_.fields.end(), [&name](const auto& setting) {
+        return setting.name == name || setting.name == io::all_fields;
+      });
+}
+
 bool
 EncodingOptions::keepsIntensityAsField(const pcl::PCLPointCloud2& cloud) const
 {
@@ -260,14 +280,11 @@ EncodingOptions::keepsIntensityAsField(const pcl::PCLPointCloud2& cloud) const
       }))
     return false;
   const std::vector<FoundField> offered = findFields(cloud);
-  const auto& kept = codec_.fields;
-  return std::any_of(offered.begin(), offered.end(), [&kept](const FoundField& field) {
-    const std::string& name = field.description.name;
-    return name == "intensity" && io::isField(field.description) &&
-           std::any_of(kept.begin(), kept.end(), [&name](const auto& setting) {
-             return setting.name == name || setting.name == io::all_fields;
-           });
-  });
+  return keepsField("intensity") &&
+         std::any_of(offered.begin(), offered.end(), [](const FoundField& field) {
+           return field.description.name == "intensity" &&
+                  io::isField(field.description);
+         });
 }
 
 void

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "clouds/usual_fields.h"
 #include "inputs/stream_metadata.h"
 #include "options/options.h"
 #include "options/text_values.h"
@@ -202,6 +203,21 @@ public:
   {
     return law_;
   }
+
+  /** \brief Whether --frame-id names the coordinate frame of all clouds. */
+  bool
+  namesFrame() const
+  {
+    return !frame_id_.empty();
+  }
+
+  /** \brief What becomes of fields of 64-bit integers of files. */
+  clouds::LongIntegers
+  longIntegers() const;
+
+  /** \brief Whether a field of a cloud is kept, by its name or as one of all. */
+  bool
+  keepsField(const std::string& name) const;
 
   /** \brief Name of the field that the law native reads. */
   std::string

@@ -45,6 +45,7 @@ encode(StreamEncoder& encoder, CloudInWork& work)
       return;
     }
     encoder.note(cloud.remark);
+    encoder.noteColours(cloud.source, cloud.colour_remark);
     work.sums = encoder.lastCloud();
     work.frame.message.log_time = cloud.message.log_time;
     work.frame.message.publish_time = cloud.message.publish_time;
@@ -193,10 +194,15 @@ EncodedStream::add(std::shared_ptr<CloudInWork> cloud)
   if (!law_cloud_ && content.is_unread) {
     if (!reader_)
       reader_ = input_.placeReader();
+    content.colour_scale = colour_scale_;
     reader_->read(content);
+    if (content.failure.empty())
+      colour_scale_ = content.colour_scale;
   }
+  if (content.is_unread)
+    content.colour_scale = colour_scale_;
   if (!content.is_unread && !content.failure.empty()) {
-    cloud->outcome = Outcome::Failed;
+    cloud->outcome = content.is_refused ? Outcome::Refused : Outcome::Failed;
     cloud->reason = content.failure;
     cloud->is_done = true;
     return {cloud};
@@ -303,7 +309,10 @@ EncodedStream::add(const StreamEncoder& encoder)
   takeFirst(report_.intensity_remark, encoder.intensityRemark());
   takeFirst(report_.order_remark, encoder.orderRemark());
   takeFirst(report_.budget_remark, encoder.budgetRemark());
+  takeFirst(report_.frame_id_error, encoder.frameIdError());
   takeFirst(report_.header_remark, encoder.headerRemark());
+  takeFirst(report_.pose_remark, encoder.poseRemark());
+  takeFirst(report_.colour_remark, encoder.colourRemark());
   takeFirst(report_.outlier_remark, encoder.outlierRemark());
   takeFirst(report_.why_nothing, encoder.whyNothingWasEncoded());
   report_.sums += encoder.sums();

@@ -44,7 +44,10 @@ struct EncodedStreamReport {
   std::string intensity_remark;
   std::string order_remark;
   std::string budget_remark;
+  std::string frame_id_error;
   std::string header_remark;
+  std::string pose_remark;
+  std::string colour_remark;
   std::string unit_remark;
   std::string outlier_remark;
   std::string why_nothing; ///< was encoded; empty if something was
@@ -138,6 +141,7 @@ private:
   std::size_t next_part_ = 0;
   std::vector<std::shared_ptr<CloudInWork>> waiting_;    // until one tells the law
   std::shared_ptr<const pcl::PCLPointCloud2> law_cloud_; // that did, without points
+  clouds::ColourScale colour_scale_; // of clouds until then, if they were unread
   bool is_of_lidar_ = false;
   std::shared_ptr<PlaceReader> reader_;      // of clouds until then
   std::vector<std::shared_ptr<Part>> parts_; // not in the report yet

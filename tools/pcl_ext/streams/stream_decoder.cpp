@@ -157,7 +157,11 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   if (options_.removes_outliers)
     removeOutliers(frame.number);
   if (options_.min_intensity) {
-    lacks_intensities_ |= !voxels_.hasIntensities() && voxels_.size() > 0;
+    // A scan has no voxels as long as nothing needs them.
+    if (!voxels_.hasIntensities() && (voxels_.size() > 0 || voxels_.pointCount() > 0)) {
+      lacks_intensities_ = true;
+      has_intensity_field_ |= io::hasField(voxels_.fields, "intensity");
+    }
     const std::size_t removed = removeVoxelsBelow(voxels_, *options_.min_intensity);
     if (!options_.removes_outliers)
       decoded_voxels_ = voxels_.size() + removed;
@@ -175,7 +179,10 @@ std::string
 StreamDecoder::remark() const
 {
   if (lacks_intensities_)
-    return remarkWithoutIntensities(name_);
+    return remarkWithoutIntensities(name_) +
+           (has_intensity_field_
+                ? "; those of its points are a further field: encode with --law native"
+                : "");
   if (outliers_stay_)
     return remark_;
   const std::optional<DensityUnit> unit = judgedBy();

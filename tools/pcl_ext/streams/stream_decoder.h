@@ -124,9 +124,10 @@ private:
   std::optional<DensityUnit> unit_; // by which outliers were judged last
   io::VoxelFrame& voxels_;
   std::size_t decoded_voxels_ = 0;
-  bool lacks_intensities_ = false; // some frame, which --min-intensity needs
-  bool outliers_stay_ = false;     // of some frame
-  bool is_automatic_;              // the unit was not named
+  bool lacks_intensities_ = false;   // some frame, which --min-intensity needs
+  bool has_intensity_field_ = false; // some frame of these
+  bool outliers_stay_ = false;       // of some frame
+  bool is_automatic_;                // the unit was not named
   bool has_intensities_ = true;
   std::size_t judged_ = 0;  // voxels
   std::size_t removed_ = 0; // of these

@@ -9,6 +9,7 @@
 #include "console/exit_status.h"
 #include "options/setting_options.h"
 #include "options/text_values.h"
+#include "streams/zero_field.h"
 
 #include <algorithm>
 #include <iomanip>
@@ -137,6 +138,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
   is_of_lidar_ = pcl_ext::isOfLidar(cloud);
   frame_id_ = settings.global_frame;
   cloud_frame_id_ = cloud.header.frame_id;
+  notePose(cloud);
   node_.emplace(settings);
   settings_ = settings;
   if (!node_->settingsStatus().ok())
@@ -163,8 +165,15 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                  : emptyCloud(cloud.header, options_.intensityField());
   last_cloud_ = EncodedSums();
   chooseLaw(has_points || !cloud.fields.empty() ? cloud : empty);
+  // The first cloud of the stream has one.
+  pcl::PCLPointCloud2 dark;
+  const bool is_dark = law_ == IntensityLaw::Native && hasPoints(cloud) &&
+                       !hasReadableField(cloud, options_.intensityField()) &&
+                       addZeros(cloud, options_.intensityField(), dark);
   const pcl::PCLPointCloud2& encoded =
-      has_points || hasFieldsOf(cloud, law_, options_.intensityField()) ? cloud : empty;
+      is_dark                                                             ? dark
+      : has_points || hasFieldsOf(cloud, law_, options_.intensityField()) ? cloud
+                                                                          : empty;
   *time_ = time;
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (status.code() == nodes::SensorNodeCode::LeftOut) {
@@ -177,28 +186,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   refuseWhatReadersRefuse(statistics, messageOf(status));
   noteLeftOut(cloud);
-  if (intensity_remark_.empty() && law_ == IntensityLaw::None && has_points &&
-      options_.lawOf(cloud) == IntensityLaw::Native)
-    intensity_remark_ = source + ": its field '" + options_.intensityField() +
-                        "' is left out, and in later clouds, as the first cloud of the "
-                        "stream has none" +
-                        (options_.codec().format == io::StreamFormat::Version1
-                             ? "; --fields all keeps it"
-                             : "");
-  // Empty names tell nothing.
-  if (header_remark_.empty() && !cloud.header.frame_id.empty() &&
-      !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
-    header_remark_ = source + ": its frame_id is '" + cloud.header.frame_id +
-                     "', that of the clouds before '" + cloud_frame_id_ +
-                     "'; all points of a stream are in one coordinate frame, '" +
-                     frame_id_ + "'";
-  constexpr std::uint64_t microseconds = 1'000'000;
-  if (header_remark_.empty() &&
-      cloud.header.stamp / microseconds > std::numeric_limits<std::int32_t>::max())
-    header_remark_ = source +
-                     ": its time is after 2038, which messages of ROS 2 do not "
-                     "have: theirs have the same bits, those of a time before "
-                     "1970";
+  noteIntensity(cloud, source, is_dark);
+  noteHeader(cloud, source);
   if (sums_.encoded_points == 0) {
     noteUnit(cloud, statistics.frame, source);
     noteOrder(encoded, bytes.size());
@@ -209,7 +198,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     if (frame.is_i_frame)
       sums.order = inOrder(frame.scan, frame.is_organised, frame.is_row_by_row);
   }
-  sums.point_bytes = sums.encoded_points * encoded.point_step;
+  sums.point_bytes = sums.encoded_points * cloud.point_step;
   // What the rate control changes is told at the end.
   if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {
     sums.warnings = 1;
@@ -224,6 +213,60 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
   return true;
+}
+
+void
+StreamEncoder::notePose(const pcl::PCLPointCloud2& cloud)
+{
+  if (options_.hasPose(name_) && !pose_.linear().isIdentity())
+    for (const char* const normal : {"normal_x", "normal_y", "normal_z"})
+      if (pose_remark_.empty() && options_.keepsField(normal) &&
+          hasReadableField(cloud, normal))
+        pose_remark_ = name_ + ": its fields normal_x, normal_y and normal_z are kept "
+                               "as they are, which does not hold for points that "
+                               "--pose has moved";
+}
+
+void
+StreamEncoder::noteIntensity(const pcl::PCLPointCloud2& cloud,
+                             const std::string& source,
+                             bool is_dark)
+{
+  const bool has_points = hasPoints(cloud) || !cloud.data.empty();
+  if (intensity_remark_.empty() && law_ == IntensityLaw::None && has_points &&
+      options_.lawOf(cloud) == IntensityLaw::Native)
+    intensity_remark_ = source + ": its field '" + options_.intensityField() +
+                        "' is left out, and in later clouds, as the first cloud of the "
+                        "stream has none" +
+                        (options_.codec().format == io::StreamFormat::Version1
+                             ? "; --fields all keeps it"
+                             : "");
+  if (intensity_remark_.empty() && is_dark)
+    intensity_remark_ = source +
+                        ": its points get the intensity 0, and those of "
+                        "later clouds like it, as it has no field '" +
+                        options_.intensityField() +
+                        "' that can be read; the first cloud of the stream has one";
+}
+
+void
+StreamEncoder::noteHeader(const pcl::PCLPointCloud2& cloud, const std::string& source)
+{
+  // Empty names tell nothing.
+  std::string& of_frame_id = options_.namesFrame() ? header_remark_ : frame_id_error_;
+  if (of_frame_id.empty() && !cloud.header.frame_id.empty() &&
+      !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
+    of_frame_id = source + ": its frame_id is '" + cloud.header.frame_id +
+                  "', that of the clouds before '" + cloud_frame_id_ +
+                  "'; all points of a stream are in one coordinate frame, '" +
+                  frame_id_ + "'";
+  constexpr std::uint64_t microseconds = 1'000'000;
+  if (header_remark_.empty() &&
+      cloud.header.stamp / microseconds > std::numeric_limits<std::int32_t>::max())
+    header_remark_ = source +
+                     ": its time is after 2038, which messages of ROS 2 do not "
+                     "have: theirs have the same bits, those of a time before "
+                     "1970";
 }
 
 void

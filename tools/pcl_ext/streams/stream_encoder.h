@@ -165,9 +165,32 @@ public:
       header_remark_ = name_ + ": " + remark;
   }
 
+  /** \brief Notes what is to be said of the colours of a cloud; empty: nothing. */
+  void
+  noteColours(const std::string& source, const std::string& remark)
+  {
+    if (colour_remark_.empty() && !remark.empty())
+      colour_remark_ = source + ": " + remark;
+  }
+
+  /** \brief The first remark of noteColours(). */
+  const std::string&
+  colourRemark() const
+  {
+    return colour_remark_;
+  }
+
   /** \brief A sentence on the first cloud whose coordinate frame is not that of those
-   * before, or whose time ROS 2 has not, or the first remark of note(); empty if there is
-   * none. */
+   * before, unless the user names the one of all; empty if there is none. */
+  const std::string&
+  frameIdError() const
+  {
+    return frame_id_error_;
+  }
+
+  /** \brief A sentence on the first cloud of another coordinate frame where the user
+   * names the one of all, or whose time ROS 2 has not, or the first remark of note();
+   * empty if there is none. */
   const std::string&
   headerRemark() const
   {
@@ -183,7 +206,8 @@ public:
   }
 
   /** \brief A sentence on the first cloud with intensities that are left out, as the law
-   * follows from a cloud without; empty if there is none. */
+   * follows from a cloud without, or without them, in a stream of clouds that have them;
+   * empty if there is none. */
   const std::string&
   intensityRemark() const
   {
@@ -208,6 +232,14 @@ public:
     return order_remark_;
   }
 
+  /** \brief A sentence on fields of the first cloud that --pose does not move; empty if
+   * there are none. */
+  const std::string&
+  poseRemark() const
+  {
+    return pose_remark_;
+  }
+
   /** \brief A sentence if the first cloud with points seems to be in millimetres. */
   const std::string&
   unitRemark() const
@@ -225,6 +257,17 @@ private:
   findCorners(const pcl::PCLPointCloud2& cloud,
               Eigen::Vector4f& min,
               Eigen::Vector4f& max) const;
+
+  void
+  notePose(const pcl::PCLPointCloud2& cloud);
+
+  void
+  noteIntensity(const pcl::PCLPointCloud2& cloud,
+                const std::string& source,
+                bool is_dark);
+
+  void
+  noteHeader(const pcl::PCLPointCloud2& cloud, const std::string& source);
 
   void
   noteLeftOut(const pcl::PCLPointCloud2& cloud);
@@ -255,7 +298,10 @@ private:
   std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
   std::string frame_id_;
   std::string cloud_frame_id_;   ///< of the first cloud
+  std::string frame_id_error_;   ///< see frameIdError()
   std::string header_remark_;    ///< see headerRemark()
+  std::string pose_remark_;      ///< see poseRemark()
+  std::string colour_remark_;    ///< see colourRemark()
   std::string left_out_;         ///< see leftOut()
   std::string intensity_remark_; ///< see intensityRemark()
   std::string unit_remark_;      ///< see unitRemark()
