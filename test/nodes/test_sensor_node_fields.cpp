@@ -104,7 +104,10 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
       EXPECT_EQ(frame.fields[0].numbers[point], t / 1000);
       EXPECT_EQ(frame.fields[2].numbers[2 * point], 32768 + t % 1000);
       EXPECT_EQ(frame.fields[2].numbers[2 * point + 1], 32768 - t % 1000);
-      EXPECT_NEAR(0.011 * static_cast<double>(t % 1000), x, 0.1251);
+      // Half an edge from the point to its place, and from there to the voxel's centre.
+      const double place = frame.points.positions[point][0];
+      EXPECT_NEAR(0.011 * static_cast<double>(t % 1000), place, 0.1251);
+      EXPECT_NEAR(place, x, 0.1251);
     }
   }
   EXPECT_EQ(seen.size(), expected);
