@@ -158,11 +158,6 @@ asShorter(const PCLPointCloud2& cloud,
   const bool has_step =
       std::find(with_step.begin(), with_step.end(), field.name) != with_step.end();
   constexpr std::int64_t one = 1;
-  if (long_integers.one_of_several && is_signed &&
-      areWithin(cloud, field, -(one << 31), (one << 31) - 1))
-    return asNumbers<std::int32_t>(field, PCLPointField::INT32);
-  if (long_integers.one_of_several && areWithin(cloud, field, 0, (one << 32) - 1))
-    return asNumbers<std::uint32_t>(field, PCLPointField::UINT32);
   if ((!long_integers.one_of_several || has_step) &&
       areWithin(cloud, field, is_signed ? -(one << 53) : 0, one << 53))
     return asNumbers<double>(field, PCLPointField::FLOAT64);
@@ -171,6 +166,11 @@ asShorter(const PCLPointCloud2& cloud,
                        typeName(fileFieldOf(field)) +
                        ") has values of more than 53 bits: 64-bit integers are kept "
                        "exactly, without a step: leave the step out");
+  if (long_integers.one_of_several && is_signed &&
+      areWithin(cloud, field, -(one << 31), (one << 31) - 1))
+    return asNumbers<std::int32_t>(field, PCLPointField::INT32);
+  if (long_integers.one_of_several && areWithin(cloud, field, 0, (one << 32) - 1))
+    return asNumbers<std::uint32_t>(field, PCLPointField::UINT32);
   return asWords(field);
 }
 

@@ -15,6 +15,7 @@ constexpr Time most_late = std::chrono::seconds(1);
 constexpr Time least_set_back = std::chrono::seconds(1);
 constexpr Time clock_window = std::chrono::seconds(2);
 constexpr Time longest_decoding = std::chrono::seconds(2); // beside a period
+constexpr Time longest_period = std::chrono::seconds(10);  // that memory is kept for
 constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
 
 std::string
@@ -97,9 +98,10 @@ MergeSchedule::endPause(Time now)
 {
   const Time pause = now - last_arrival_.value_or(now);
   last_arrival_ = now;
+  // A stream that has ended grows too old within a few pauses.
   if (pause > settings_.max_age)
     for (auto& [name, stream] : streams_)
-      stream.last_arrival += pause;
+      stream.last_arrival += pause - settings_.max_age / 2;
 }
 
 void
@@ -149,7 +151,9 @@ MergeSchedule::releaseAll()
     for (HeldFrame& held : stream.held)
       frames.push_back(std::move(held.frame));
     stream.held.clear();
+    stream.released = 0;
   }
+  is_late_ = false;
   slot_.reset();
   has_frames_ = false;
   has_more_since_.reset();
@@ -240,7 +244,8 @@ MergeSchedule::hasRoom(const Stream& stream, Time now) const
 {
   return stream.released < settings_.max_released ||
          (settings_.skips_late && has_more_since_ &&
-          now - *has_more_since_ > settings_.period + longest_decoding);
+          now - *has_more_since_ >
+              std::min(settings_.period, longest_period) + longest_decoding);
 }
 
 void
@@ -257,7 +262,8 @@ MergeSchedule::releaseFrames(Time offset, Time now, Step& step)
       if (slot_ && is_synchronous && first.frame.stamp > *slot_ &&
           std::none_of(stream.held.begin(), stream.held.end(), is_in_time))
         break;
-      if (!hasRoom(stream, now)) {
+      // Nothing waits for those of another clock.
+      if ((is_synchronous || !settings_.skips_late) && !hasRoom(stream, now)) {
         step.has_more = true;
         break;
       }

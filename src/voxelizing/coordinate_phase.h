@@ -11,7 +11,7 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 /** \brief The fraction of an edge that whole edges are to be added to, so that numbers
  * rounded to the nearest of these are off by as much above as below. Numbers on a grid of
  * an edge, or of a part of one, would be on ties between two of them otherwise.
- * \param[in] numbers finite, edges
+ * \param[in] numbers edges
  * \return 0 to below 1; of several the one nearest to 1/2
  */
 inline double
@@ -22,7 +22,7 @@ coordinatePhase(const std::vector<double>& numbers)
   for (int parts = 1; parts <= most_parts; ++parts) {
     const double part = 1.0 / parts;
     double offset = 0.0;
-    if (coherence(numbers, part, offset) <= 0.99)
+    if (!(coherence(numbers, part, offset) > 0.99)) // also if it is no number
       continue;
     // Amid two numbers, where they would be ties else.
     const double phase = parts % 2 == 0 ? offset + part / 2.0 : offset;

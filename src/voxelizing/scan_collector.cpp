@@ -252,10 +252,15 @@ ScanCollector::findPhases(const scan::ScanFrame& scan)
   constexpr std::size_t enough = 512;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<double> edges;
-    for (std::size_t point = 0; point < cloud_.size(); ++point)
-      if (isChosen(point, cloud_.size(), enough))
-        edges.push_back((cloud_.positions[point][axis] - scan.grid.lowerCorner(axis)) /
-                        scan.grid.resolution);
+    for (std::size_t point = 0; point < cloud_.size(); ++point) {
+      if (!isChosen(point, cloud_.size(), enough))
+        continue;
+      const double number =
+          (cloud_.positions[point][axis] - scan.grid.lowerCorner(axis)) /
+          scan.grid.resolution;
+      if (std::abs(number) < 0x1p26) // a scan reaches no further
+        edges.push_back(number);
+    }
     phases_[axis] = coordinatePhase(edges);
   }
 }

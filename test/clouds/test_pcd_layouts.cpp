@@ -338,6 +338,8 @@ TEST_F(FileLayouts, IntegersOf64BitsDependOnWhatBecomesOfThem)
     read_as(large, {{"t"}, one_of_several});
     EXPECT_EQ(doubles("t"), (Doubles{1700000000000001.0, -7.0}));
     EXPECT_THROW(read_as(nanoseconds, {{"t"}, one_of_several}), FieldRefusal);
+    read_as("1\n4 5 6 2\n", {{"t"}, one_of_several});
+    EXPECT_EQ(doubles("t"), (Doubles{1.0, 2.0}));
   }
   EXPECT_NO_THROW(read_as(nanoseconds, {{"ring"}, false}));
 }

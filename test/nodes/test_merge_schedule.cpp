@@ -275,6 +275,16 @@ TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
   run.add("a", begin + 51100ms, 51100ms);
   EXPECT_TRUE(run.work(51100ms).empty());
   EXPECT_EQ(run.work(54s), std::vector<Time>{begin + 51100ms});
+  // Nor where frames are further apart than streams may be old.
+  MergeScheduleSettings settings;
+  settings.max_age = 1s;
+  ScheduleRun slow(settings);
+  slow.add("dead", begin, 0ms);
+  for (Time now(0); now < 10s; now += 2500ms) {
+    slow.add("a", begin + now, now);
+    slow.work(now);
+  }
+  EXPECT_EQ(slow.merged().count(begin + 7500ms), 1u);
 }
 
 TEST(MergeSchedule, GoesOnWhenClocksDiffer)

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -83,6 +84,13 @@ public:
     return encode(viewOf(points), points);
   }
 
+  void
+  expectRefusal(const Points& points)
+  {
+    Bytes bytes;
+    EXPECT_FALSE(encoder_.encode(viewOf(points), {}, bytes).ok());
+  }
+
   bool
   isIFrame() const
   {
@@ -125,6 +133,17 @@ TEST(OrderedClouds, OnAGridOfTheirOwnAreOffByNothingOnAverage)
       EXPECT_NEAR(stream.mean_edges_off[2], 0.0, 1e-4) << grid;
     }
   }
+}
+
+TEST(OrderedClouds, GoOnBehindOneWithAPointThatIsTooFar)
+{
+  OrderedStream stream;
+  Points points = anywhere(9, 500, 5.0f);
+  stream.encode(points);
+  Points with_far = points;
+  with_far[7][1] = std::numeric_limits<double>::max();
+  stream.expectRefusal(with_far);
+  stream.encode(points);
 }
 
 /** \brief Heights along lines to and fro, as an aircraft scans them: whole centimetres

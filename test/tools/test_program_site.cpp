@@ -416,6 +416,7 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                   {"receive", 2, "say what to do with the frames"},
                   {"receive -o x.mcap --site a.b", 2, "--site is 'a.b'"},
                   {"receive -o x.mcap --streams ,,", 2, "where a name is empty"},
+                  {"receive -o x.mcap --streams ''", 2, "where a name is empty"},
                   {"receive --merge " + std::string(1100, 'a'), 2, "has 1100 bytes"},
                   {"receive -o folder/", 2, "x.mcap or, of one stream"},
                   {"receive -o no/such/x.mcap" + at(server), 1, "no/such/x.mcap"},

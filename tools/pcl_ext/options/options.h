@@ -208,7 +208,7 @@ addNames(CLI::App& app,
 {
   return addParsed(
       app, name, "NAMES", description, [=, &names](const std::string& text) {
-        std::istringstream stream(text);
+        std::istringstream stream(text + ','); // so that the last name may be empty
         for (std::string one; std::getline(stream, one, ',');) {
           one.erase(0, std::min(one.find_first_not_of(' '), one.size()));
           one.erase(one.find_last_not_of(' ') + 1);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 
 namespace pcl_ext {
 namespace tools {
@@ -20,6 +21,9 @@ addZeros(const pcl::PCLPointCloud2& cloud,
   const std::size_t row = std::size_t{cloud.width} * cloud.point_step;
   if (row == 0 || row > row_step || cloud.data.size() < row ||
       (cloud.data.size() - row) / row_step + 1 < cloud.height)
+    return false;
+  const std::size_t new_row = row + std::size_t{cloud.width} * sizeof(float);
+  if (new_row > std::numeric_limits<std::uint32_t>::max())
     return false;
   with_zeros.header = cloud.header;
   with_zeros.width = cloud.width;
@@ -37,7 +41,7 @@ addZeros(const pcl::PCLPointCloud2& cloud,
   zeros.datatype = pcl::PCLPointField::FLOAT32;
   zeros.count = 1;
   with_zeros.point_step = cloud.point_step + static_cast<std::uint32_t>(sizeof(float));
-  with_zeros.row_step = with_zeros.width * with_zeros.point_step;
+  with_zeros.row_step = static_cast<std::uint32_t>(new_row);
   with_zeros.data.assign(std::size_t{with_zeros.row_step} * cloud.height, 0);
   for (std::size_t i = 0; i < cloud.height; ++i)
     for (std::size_t k = 0; k < cloud.width; ++k)
