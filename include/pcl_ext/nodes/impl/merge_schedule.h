@@ -40,8 +40,9 @@ struct MergeScheduleSettings {
 
   /** \brief Frames of one stream that are released, at most, from one call of
    * MergeSchedule::countDecoded() to the next: as many as the caller takes. Where others
-   * have waited longer than a period and 2 s for their turn, and skips_late is set, they
-   * are all released, for the caller to refuse. At least 1. */
+   * have waited for their turn longer than a period, or 10 s, and 2 s, and skips_late is
+   * set, they are all released, for the caller to refuse. So are those of other clocks
+   * where skips_late is set. At least 1. */
   std::size_t max_released = std::numeric_limits<std::size_t>::max();
 };
 
@@ -79,8 +80,9 @@ struct ScheduledFrame {
  * nothing of a clock: that of a stream is known by the frame that took the least time to
  * arrive, of the last 2 to 4 s in which there were frames. A clock that is set forward is
  * known by the next frame, and one that is set back by a stamp that goes back by more than
- * a second. Where all streams pause for longer than max_age they are as alive after it as
- * they were before. So the merged frames of a pause are made as its frames arrive.
+ * a second. Where all streams pause for longer than max_age, it ages them by half of
+ * max_age. So the merged frames of a pause are made as its frames arrive, and a stream
+ * that has ended is too old after a few pauses.
  *
  * A frame with the stamp of the one before, as where clouds have none, is taken to be as
  * much later as it has arrived later. Merged times go on over times without frames,
@@ -125,8 +127,9 @@ public:
   /** \brief What is to be done. */
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
-    bool has_more =
-        false; ///< to decode before it merges: once countDecoded() is called
+    /** \brief Others are to be decoded before it merges, once countDecoded() is
+     * called. */
+    bool has_more = false;
     std::optional<Time> merge;          ///< then, merge as of this time
     std::set<std::string> other_clocks; ///< and with it the latest frames of these
   };
@@ -159,7 +162,7 @@ private:
     std::size_t released = 0;         ///< and not decoded, as far as it is known
   };
 
-  /** \brief Leaves a pause of all streams out of their ages. */
+  /** \brief Leaves most of a pause of all streams out of their ages. */
   void
   endPause(Time now);
 
