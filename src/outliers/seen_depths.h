@@ -19,8 +19,7 @@ namespace pcl_ext::PCL_EXT_ABI {
  * farther in all of it, something nearer, or something there. */
 enum class Sight { Unknown, Free, Hidden, Surface };
 
-/** \brief How far a sensor sees in each direction, in voxels: by the voxels of a frame,
- * and by points that the frame does not have. */
+/** \brief How far a sensor sees in each direction, in voxels, by the voxels of a frame. */
 class SeenDepths {
 public:
   /** \brief Depths that differ by less may be of one surface, voxels. */
@@ -37,6 +36,7 @@ public:
          const std::array<double, 3>& position)
   {
     depths_.clear();
+    edge_ = static_cast<float>(grid.resolution);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double voxels =
           std::clamp((position[axis] - grid.centre(axis, 0)) / grid.resolution,
@@ -47,6 +47,8 @@ public:
     }
     io::VoxelPosition block{0, 0, 0}; // its first voxel
     std::uint64_t block_key = 0;
+    DirectionDepths::Batch batch{};
+    std::size_t count = 0;
     for (const std::uint64_t key : keys) {
       const std::uint64_t cell = key % io::block_cells;
       if (key - cell != block_key) {
@@ -54,24 +56,17 @@ public:
         block = io::voxelPosition(block_key);
       }
       const io::VoxelPosition in_block = io::voxelPosition(cell);
-      const Direction direction = directionOf(
+      const auto [x, y, z] = fromSensor(
           {block.x + in_block.x, block.y + in_block.y, block.z + in_block.z});
-      if (direction.depth >= least_depth)
-        depths_.add(direction);
+      batch[0][count] = x;
+      batch[1][count] = y;
+      batch[2][count] = z;
+      if (++count == DirectionDepths::batch_size) {
+        depths_.add(batch, count, least_depth);
+        count = 0;
+      }
     }
-  }
-
-  /** \brief Adds the ends of rays that are not in the frame.
-   * \param[in] rays around the same position, metres
-   * \param[in] resolution of the frame's grid, metres
-   */
-  void
-  add(const DirectionDepths& rays, double resolution)
-  {
-    const auto edge = static_cast<float>(resolution);
-    rays.forEachSquare([&](std::uint32_t square) {
-      depths_.add({square, rays[square] / edge});
-    });
+    depths_.add(batch, count, least_depth);
   }
 
   /** \brief Releases memory that assign() allocates again. */
@@ -91,9 +86,11 @@ public:
   }
 
   /** \brief What the sensor sees at the place of a voxel, by what is nearest in the
-   * direction of the voxel and around. */
+   * direction of the voxel and around.
+   * \param[in] rays that end where the frame has no points, from the same position,
+   * metres */
   Sight
-  sightOf(std::uint64_t key) const
+  sightOf(std::uint64_t key, const DirectionDepths& rays) const
   {
     const Direction at = directionOf(key);
     if (at.depth < least_depth)
@@ -103,17 +100,8 @@ public:
                                  : at.depth <= 51.0f  ? 2
                                  : at.depth <= 256.0f ? 1
                                                       : 0;
-    const std::uint32_t column_of_at = at.square % width;
-    const std::uint32_t row_of_at = at.square / width % width;
-    const std::uint32_t face = at.square - row_of_at * width - column_of_at;
-    const std::uint32_t top = row_of_at - std::min(row_of_at, radius);
-    const std::uint32_t bottom = std::min(row_of_at + radius, width - 1);
-    const std::uint32_t left = column_of_at - std::min(column_of_at, radius);
-    const std::uint32_t right = std::min(column_of_at + radius, width - 1);
-    float nearest = DirectionDepths::unseen;
-    for (std::uint32_t row = top; row <= bottom; ++row)
-      for (std::uint32_t column = left; column <= right; ++column)
-        nearest = std::min(nearest, depths_[face + row * width + column]);
+    const float nearest = std::min(depths_.leastAround(at.square, radius),
+                                   rays.leastAround(at.square, radius) / edge_);
     return nearest == DirectionDepths::unseen ? Sight::Unknown
            : nearest > at.depth + margin      ? Sight::Free
            : nearest + margin < at.depth      ? Sight::Hidden
@@ -135,28 +123,32 @@ public:
 private:
   using Direction = DirectionDepths::Direction;
 
-  static constexpr std::uint32_t width = DirectionDepths::width;
   static constexpr double farthest = 0x1p28; // voxels, of the sensor from the grid
 
   static constexpr float least_depth = 1.0f; // voxels; nearer ones have no direction
 
-  Direction
-  directionOf(std::uint64_t key) const
+  std::array<float, 3>
+  fromSensor(const io::VoxelPosition& at) const
   {
-    return directionOf(io::voxelPosition(key));
+    // As signed numbers, which vector instructions convert.
+    const std::array<std::int32_t, 3> position = {static_cast<std::int32_t>(at.x),
+                                                  static_cast<std::int32_t>(at.y),
+                                                  static_cast<std::int32_t>(at.z)};
+    return {static_cast<float>(position[0]) - position_[0],
+            static_cast<float>(position[1]) - position_[1],
+            static_cast<float>(position[2]) - position_[2]};
   }
 
   Direction
-  directionOf(const io::VoxelPosition& at) const
+  directionOf(std::uint64_t key) const
   {
-    const std::array<float, 3> from_sensor = {static_cast<float>(at.x) - position_[0],
-                                              static_cast<float>(at.y) - position_[1],
-                                              static_cast<float>(at.z) - position_[2]};
-    return DirectionDepths::directionOf(from_sensor);
+    const auto [x, y, z] = fromSensor(io::voxelPosition(key));
+    return DirectionDepths::directionOf(x, y, z);
   }
 
   std::array<float, 3> position_{};       // of the sensor, voxels from that of key 0
   std::array<std::int64_t, 3> nearest_{}; // the same, rounded
+  float edge_ = 1.0f;                     // of a voxel, metres
   DirectionDepths depths_;                // voxels
 };
 

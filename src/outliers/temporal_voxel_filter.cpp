@@ -4,10 +4,10 @@
 #include "bytes/reserve_ahead.h"
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
+#include "outliers/rays_beyond.h"
 #include "outliers/sensor_rest.h"
 #include "outliers/tracked_voxels.h"
 #include "outliers/voxel_presence.h"
-#include "voxelizing/point_batches.h"
 #include "voxels/intensity_symbols.h"
 #include "voxels/memory_rule.h"
 
@@ -97,7 +97,11 @@ public:
   void
   seeBeyond(io::PointBatches& points,
             const io::BoundingBox& box,
-            const std::array<double, 3>& position);
+            const std::array<double, 3>& position)
+  {
+    rays_.clear();
+    addPointsBeyond(points, box, position, rays_);
+  }
 
   void
   reset()
@@ -361,28 +365,6 @@ TemporalVoxelFilter::Implementation::releaseMemory()
   shown_colours_ = std::vector<io::VoxelColour>();
   presence_.releaseMemory();
   rays_ = DirectionDepths();
-}
-
-/** \brief Takes the ends of rays outside of a box. */
-void
-TemporalVoxelFilter::Implementation::seeBeyond(io::PointBatches& points,
-                                               const io::BoundingBox& box,
-                                               const std::array<double, 3>& position)
-{
-  rays_.clear();
-  io::visitPoints(points, [&](const auto* point) {
-    std::array<float, 3> from_sensor;
-    bool is_inside = true;
-    bool is_finite = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto at = static_cast<double>(point[axis]);
-      is_inside = is_inside && at >= box.min[axis] && at <= box.max[axis];
-      from_sensor[axis] = static_cast<float>(at - position[axis]);
-      is_finite = is_finite && std::isfinite(from_sensor[axis]);
-    }
-    if (is_finite && !is_inside)
-      rays_.add(DirectionDepths::directionOf(from_sensor));
-  });
 }
 
 /** \brief Sets whether what has nothing near is held in the next frame: not where that is

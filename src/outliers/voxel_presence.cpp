@@ -54,7 +54,8 @@ VoxelPresence::beginFrame(const io::VoxelFrame& frame,
 {
   ticks_ = ticks;
   fall_ = std::min(ticks * 0x10000 / (FrameTicks::usual * frames_), certain);
-  look(frame, sensor_position, rays);
+  look(frame, sensor_position);
+  rays_ = &rays;
   surfaces_.learn(
       frame,
       [this](std::uint64_t key) { return distanceOf(key); },
@@ -92,8 +93,7 @@ VoxelPresence::framesHeld() const
 /** \brief Sets what the sensor sees, if it can be at its position. */
 void
 VoxelPresence::look(const io::VoxelFrame& frame,
-                    const std::optional<std::array<double, 3>>& sensor_position,
-                    const DirectionDepths& rays)
+                    const std::optional<std::array<double, 3>>& sensor_position)
 {
   has_depths_ = false;
   if (!sensor_position)
@@ -103,7 +103,6 @@ VoxelPresence::look(const io::VoxelFrame& frame,
   for (std::size_t i = 0; i < frame.size(); i += behind_sample_step)
     behind += depths_.isBehindOthers(frame.keys[i]) ? 1 : 0;
   has_depths_ = 4 * behind_sample_step * behind <= frame.size();
-  depths_.add(rays, frame.grid.resolution);
 }
 
 /** \brief True where voxels come and go, as at the edges of things, whose pixels are
@@ -156,7 +155,7 @@ VoxelPresence::countMiss(std::uint64_t key,
       voxel.occupancy - ((voxel.occupancy * (is_next_to_hit ? rate_ : fall_)) >> 16));
   const bool has_left = !is_next_to_hit && (!holds_ || !isOfNoisySurface(key));
   const Sight sight = has_depths_ && voxel.empty_ticks > ticks_to_look
-                          ? depths_.sightOf(key)
+                          ? depths_.sightOf(key, *rays_)
                           : Sight::Unknown;
   if (sight == Sight::Free || (sight == Sight::Hidden && has_left)) {
     voxel.is_shown = false;

@@ -28,7 +28,8 @@ public:
 
   /** \brief Takes the next frame, before its voxels are counted.
    * \param[in] sensor_position metres, if it is known; finite
-   * \param[in] rays that end where the frame has no points, metres
+   * \param[in] rays that end where the frame has no points, metres; kept until all its
+   * voxels are counted
    * \param[in] ticks since the frame before
    */
   void
@@ -156,8 +157,7 @@ private:
 
   void
   look(const io::VoxelFrame& frame,
-       const std::optional<std::array<double, 3>>& sensor_position,
-       const DirectionDepths& rays);
+       const std::optional<std::array<double, 3>>& sensor_position);
 
   void
   judgeHidden(const TrackedVoxels& tracked,
@@ -196,6 +196,7 @@ private:
   SurfaceSupport surfaces_;
   HitShares hit_shares_;
   SeenDepths depths_;
+  const DirectionDepths* rays_ = nullptr; // of the current frame
   bool has_depths_ = false;
   unsigned int ticks_ = FrameTicks::usual; // since the last frame
   std::uint32_t fall_ = 0;       // of an occupancy where there is nothing, 2^16 is 1

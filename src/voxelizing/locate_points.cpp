@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/locate_points.h"
 
+#include "voxelizing/box_of_floats.h"
 #include "voxelizing/point_locator.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -29,21 +29,6 @@ maxError(const VoxelGrid& grid, std::size_t axis, bool is_rounded)
   return static_cast<float>((roundings * farthest + size) * 0x1p-24);
 }
 
-/** \brief The lowest float that is not below a double. */
-float
-lowestFloatFrom(double number)
-{
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  // Casting a double outside the range of float is undefined.
-  if (number > static_cast<double>(std::numeric_limits<float>::max()))
-    return infinity;
-  if (number < static_cast<double>(std::numeric_limits<float>::lowest()))
-    return std::numeric_limits<float>::lowest();
-  const auto nearest = static_cast<float>(number);
-  return static_cast<double>(nearest) < number ? std::nextafter(nearest, infinity)
-                                               : nearest;
-}
-
 } // namespace
 
 LocatorGrid::LocatorGrid(const VoxelGrid& grid,
@@ -61,10 +46,11 @@ LocatorGrid::LocatorGrid(const VoxelGrid& grid,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     first_centre[axis] = static_cast<float>(grid.centre(axis, 0) / grid.resolution);
     error = std::max(error, maxError(grid, axis, is_rounded));
-    if (box) {
-      box_min[axis] = lowestFloatFrom(box->min[axis]);
-      box_max[axis] = -lowestFloatFrom(-box->max[axis]);
-    }
+  }
+  if (box) {
+    const BoxOfFloats floats(*box);
+    box_min = floats.min;
+    box_max = floats.max;
   }
   certain = 0.5f - error;
   is_useful = error < 0.25f;
