@@ -1,35 +1,14 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/pending_changes.h"
 
+#include "voxels/frame_parts.h"
+
 #include <cstdint>
 #include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
 
 namespace {
-
-void
-append(const io::VoxelFrame& from, std::size_t voxel, io::VoxelFrame& frame)
-{
-  frame.keys.push_back(from.keys[voxel]);
-  if (from.hasIntensities())
-    frame.intensities.push_back(from.intensities[voxel]);
-  if (from.colour_bits > 0)
-    frame.colours.push_back(from.colours[voxel]);
-}
-
-/** \brief Copies what merging takes of a frame. */
-void
-copyVoxels(const io::VoxelFrame& from, io::VoxelFrame& frame)
-{
-  frame.grid = from.grid;
-  frame.intensity_scale = from.intensity_scale;
-  frame.depth_model = from.depth_model;
-  frame.colour_bits = from.colour_bits;
-  frame.keys = from.keys;
-  frame.intensities = from.intensities;
-  frame.colours = from.colours;
-}
 
 /** \brief Sets a frame to the voxels of `above`, and to those of `below` of which
  * neither `above` nor `hidden` has the key. All are of one grid and scale. */
@@ -39,26 +18,22 @@ overlay(const io::VoxelFrame& above,
         const io::VoxelFrame& below,
         io::VoxelFrame& frame)
 {
-  frame.clearVoxels();
-  frame.grid = above.grid;
-  frame.intensity_scale = above.intensity_scale;
-  frame.depth_model = above.depth_model;
-  frame.colour_bits = above.colour_bits;
+  io::beginLike(above, frame);
   std::size_t i = 0;
   std::size_t j = 0;
   for (std::size_t voxel = 0; voxel < below.size(); ++voxel) {
     const std::uint64_t key = below.keys[voxel];
     while (i < above.size() && above.keys[i] < key)
-      append(above, i++, frame);
+      io::appendVoxel(above, i++, frame);
     while (j < hidden.size() && hidden.keys[j] < key)
       ++j;
     const bool is_above = i < above.size() && above.keys[i] == key;
     const bool is_hidden = j < hidden.size() && hidden.keys[j] == key;
     if (!is_above && !is_hidden)
-      append(below, voxel, frame);
+      io::appendVoxel(below, voxel, frame);
   }
   while (i < above.size())
-    append(above, i++, frame);
+    io::appendVoxel(above, i++, frame);
 }
 
 std::size_t
@@ -99,14 +74,14 @@ PendingChanges::add(const io::VoxelFrame& before, const io::VoxelFrame& after)
     return;
   if (frames_ == 1 || are_whole_) {
     if (frames_ == 1)
-      copyVoxels(before, changes_.gone);
-    copyVoxels(after, changes_.came);
+      io::copyVoxels(before, changes_.gone);
+    io::copyVoxels(after, changes_.came);
     are_whole_ = true;
     return;
   }
   io::VoxelChanges changes;
-  copyVoxels(before, changes.gone);
-  copyVoxels(after, changes.came);
+  io::copyVoxels(before, changes.gone);
+  io::copyVoxels(after, changes.came);
   join(changes);
 }
 

@@ -5,6 +5,8 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "voxels/frame_parts.h"
+
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -55,7 +57,7 @@ public:
   {
     io::VoxelChanges& step = add();
     std::swap(step.gone, all);
-    step.came = emptyLike(step.gone);
+    io::beginLike(step.gone, step.came);
   }
 
   /** \brief Adds a step before which there are no voxels. */
@@ -64,7 +66,7 @@ public:
   {
     io::VoxelChanges& step = add();
     std::swap(step.came, all);
-    step.gone = emptyLike(step.came);
+    io::beginLike(step.came, step.gone);
   }
 
   const io::VoxelChanges*
@@ -80,17 +82,6 @@ public:
   }
 
 private:
-  static io::VoxelFrame
-  emptyLike(const io::VoxelFrame& frame)
-  {
-    io::VoxelFrame empty;
-    empty.grid = frame.grid;
-    empty.intensity_scale = frame.intensity_scale;
-    empty.colour_bits = frame.colour_bits;
-    empty.depth_model = frame.depth_model;
-    return empty;
-  }
-
   std::array<io::VoxelChanges, 2> steps_; // keep their memory
   std::size_t size_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "voxels/frame_parts.h"
 #include "voxels/memory_rule.h"
 #include "voxels/point_voxels.h"
 
@@ -78,14 +79,8 @@ public:
   {
     const bool is_from_nothing = !are_kept_;
     removePoints(decoded_);
-    if (is_from_nothing) {
-      kept_.clearVoxels();
-      kept_.grid = decoded_.grid;
-      kept_.intensity_scale = decoded_.intensity_scale;
-      kept_.depth_model = decoded_.depth_model;
-      kept_.colour_bits = decoded_.colour_bits;
-      kept_.has_point_counts = false;
-    }
+    if (is_from_nothing)
+      beginLike(decoded_, kept_);
     findChanges(kept_, decoded_, changes);
     changes.is_from_nothing = is_from_nothing;
     std::swap(kept_, decoded_);

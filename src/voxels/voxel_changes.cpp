@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/compression/voxel_changes.h>
 
+#include "voxels/frame_parts.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -8,21 +10,6 @@
 namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
-
-/** \brief Gives a part of a frame what all its voxels have in common. */
-void
-beginPart(const VoxelFrame& frame, VoxelFrame& part)
-{
-  part.clearVoxels();
-  part.grid = frame.grid;
-  part.intensity_scale = frame.intensity_scale;
-  part.depth_model = frame.depth_model;
-  part.colour_bits = frame.colour_bits;
-  part.viewpoint = {};
-  part.has_point_counts = false;
-  part.fields.clear();
-  part.points = FramePoints();
-}
 
 void
 append(const VoxelFrame& frame, std::size_t begin, std::size_t end, VoxelFrame& part)
@@ -45,8 +32,8 @@ void
 findChanges(const VoxelFrame& before, const VoxelFrame& after, VoxelChanges& changes)
 {
   changes.is_from_nothing = false;
-  beginPart(before, changes.gone);
-  beginPart(after, changes.came);
+  beginLike(before, changes.gone);
+  beginLike(after, changes.came);
   if (!changes.areOfOneGrid() || before.depth_model != after.depth_model) {
     append(before, 0, before.size(), changes.gone);
     append(after, 0, after.size(), changes.came);
