@@ -232,8 +232,7 @@ std::vector<std::string>
 readCloud(const std::string& path,
           pcl::PCLPointCloud2& cloud,
           const std::vector<FileField>& bin_fields,
-          const LongIntegers& long_integers,
-          ColourScale* scale)
+          UsualFields* of_stream)
 {
   const FileKind kind = kindOf(path);
   std::vector<std::string> remarks;
@@ -246,9 +245,10 @@ readCloud(const std::string& path,
   else
     fail(whyNotACloud(kind, path));
   cloud.header = pcl::PCLHeader();
-  ColourScale of_file;
-  const std::vector<std::string> of_fields = makeUsual(
-      cloud, kind == FileKind::Ply, scale != nullptr ? *scale : of_file, long_integers);
+  UsualFields of_file;
+  const std::vector<std::string> of_fields =
+      (of_stream != nullptr ? *of_stream : of_file)
+          .giveTo(cloud, kind == FileKind::Ply);
   remarks.insert(remarks.end(), of_fields.begin(), of_fields.end());
   checkCoordinates(cloud);
   return remarks;

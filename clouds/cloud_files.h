@@ -58,23 +58,20 @@ hasNameOfCloud(const std::string& path);
 
 /** \brief Reads the cloud of a file.
  * \param[in] path of a PCD, PLY or .bin file
- * \param[out] cloud its points, with coordinates and colours as makeUsual() has them;
+ * \param[out] cloud its points, with fields as UsualFields gives them;
  * header.stamp and header.frame_id are empty
  * \param[in] bin_fields of a point of a .bin file, or one of an unknown kind; none: as
  * its name tells, see readBin()
- * \param[in] long_integers see makeUsual()
- * \param[in,out] scale of the colours of the stream that the file is of; null: it is
- * none of a stream
+ * \param[in,out] of_stream that the file is of; null: it is none of a stream
  * \return what of the file is left out or taken otherwise than it is there, a line each
  * \throws std::runtime_error that says why the file cannot be read, without its name
- * \throws FieldRefusal as makeUsual()
+ * \throws FieldRefusal see UsualFields
  */
 std::vector<std::string>
 readCloud(const std::string& path,
           pcl::PCLPointCloud2& cloud,
           const std::vector<FileField>& bin_fields = {},
-          const LongIntegers& long_integers = {},
-          ColourScale* scale = nullptr);
+          UsualFields* of_stream = nullptr);
 
 } // namespace clouds
 } // namespace pcl_ext

@@ -86,7 +86,7 @@ public:
                const LongIntegers& long_integers)
   : CloudSequence(std::move(name))
   , bin_fields_(bin_fields)
-  , long_integers_(long_integers)
+  , usual_fields_(long_integers)
   , files_(std::move(files))
   , remark_(describeSensors(files_, viewpoints_))
   , stamps_(stampsOfNames(files_))
@@ -135,7 +135,7 @@ public:
   {
     try {
       for (const std::string& remark :
-           readCloud(files_[index], cloud, bin_fields_, long_integers_, &scale_))
+           readCloud(files_[index], cloud, bin_fields_, &usual_fields_))
         if (std::find(remarks_on_clouds_.begin(), remarks_on_clouds_.end(), remark) ==
                 remarks_on_clouds_.end() &&
             remarks_on_clouds_.size() < most_remarks)
@@ -153,8 +153,7 @@ private:
   static constexpr std::size_t most_remarks = 32;
 
   std::vector<FileField> bin_fields_; // of a .bin file
-  LongIntegers long_integers_;
-  ColourScale scale_;
+  UsualFields usual_fields_;
   std::vector<std::string> files_;
   std::vector<std::string> viewpoints_; // of the files
   std::string remark_;

@@ -104,7 +104,8 @@ enum class FileGrouping {
  * those of the files named singly; see readCloud() for the kinds of files.
  * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
- * \param[in] bin_fields, long_integers see readCloud()
+ * \param[in] bin_fields see readCloud()
+ * \param[in] long_integers what becomes of them in each sequence
  * \throws std::runtime_error if a path does not exist, or a folder has no file of a cloud
  */
 std::vector<std::unique_ptr<CloudSequence>>

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "clouds/made_fields.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -21,6 +22,16 @@ numberAt(const std::uint8_t* bytes)
 }
 
 } // namespace
+
+const pcl::PCLPointField*
+findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  const auto found = std::find_if(
+      cloud.fields.begin(), cloud.fields.end(), [&name](const auto& field) {
+        return field.name == name && field.count == 1;
+      });
+  return found == cloud.fields.end() ? nullptr : &*found;
+}
 
 double
 NumberReader::operator()(const std::uint8_t* point) const

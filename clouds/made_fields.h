@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -47,6 +48,10 @@ struct MadeField {
   /** \brief Makes its bytes of those of a point; none: it is copied from the offset. */
   std::function<void(const std::uint8_t* point, std::uint8_t* made)> make;
 };
+
+/** \brief The field of one number with a name; null: there is none. */
+const pcl::PCLPointField*
+findField(const pcl::PCLPointCloud2& cloud, const std::string& name);
 
 /** \brief A field that is copied. */
 MadeField

@@ -151,6 +151,16 @@ fileFieldOf(const PCLPointField& field)
 }
 
 std::string
+typeName(const FileField& field)
+{
+  const std::string bits = std::to_string(8 * field.bytes);
+  return (field.kind == Kind::Real     ? "float"
+          : field.kind == Kind::Signed ? "int"
+                                       : "uint") +
+         bits;
+}
+
+std::string
 textOf(const FileField& field, const std::uint8_t* number)
 {
   if (field.kind == Kind::Real)

@@ -37,6 +37,10 @@ startCloud(const std::vector<FileField>& fields,
 FileField
 fileFieldOf(const pcl::PCLPointField& field);
 
+/** \brief The type of a field's numbers as users name it: "uint16". */
+std::string
+typeName(const FileField& field);
+
 /** \brief A number of a cloud as text.
  * \param[in] number in the order of this machine
  */

@@ -208,7 +208,7 @@ TEST_F(FileLayouts, SeparateColoursOfPcdAreColours)
 
 TEST_F(FileLayouts, ColoursOfAStreamHaveOneScale)
 {
-  ColourScale scale;
+  UsualFields of_stream;
   const auto read_next = [&](const std::string& type, const std::string& values) {
     recording::test::writeText(folder_ / "a.pcd",
                                pcd("x y z r g b",
@@ -217,14 +217,14 @@ TEST_F(FileLayouts, ColoursOfAStreamHaveOneScale)
                                    "1 1 1 1 1 1",
                                    1,
                                    "ascii\n1 2 3 " + values));
-    return readCloud(folder_ / "a.pcd", cloud_, {}, {}, &scale).size();
+    return readCloud(folder_ / "a.pcd", cloud_, {}, &of_stream).size();
   };
   read_next("F", "0 0 0\n"); // which tells nothing
   EXPECT_EQ(read_next("F", "0.9 0.5 1.00001\n"), 1u);
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xe580ff});
   EXPECT_EQ(read_next("F", "1 0.5 1.5\n"), 2u); // which is said
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xff80ff});
-  scale = ColourScale();
+  of_stream = UsualFields();
   read_next("U", "65535 0 257\n");
   read_next("U", "255 0 129\n"); // dark
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0x010001});
@@ -312,36 +312,63 @@ TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
 
 TEST_F(FileLayouts, IntegersOf64BitsDependOnWhatBecomesOfThem)
 {
-  const auto read_as = [this](const std::string& values,
-                              const LongIntegers& long_integers) {
+  const auto read_next = [this](const std::string& values, UsualFields& of_stream) {
     recording::test::writeText(
         folder_ / "a.pcd",
         pcd("x y z t", "4 4 4 8", "F F F I", "1 1 1 1", 2, "ascii\n1 2 3 " + values));
-    return readCloud(folder_ / "a.pcd", cloud_, {}, long_integers);
+    return readCloud(folder_ / "a.pcd", cloud_, {}, &of_stream);
+  };
+  const auto read_as = [&](const std::string& values, const LongIntegers& integers) {
+    UsualFields of_stream(integers);
+    return read_next(values, of_stream);
+  };
+  const auto kept = [](std::vector<std::string> with_step, bool one_of_several) {
+    LongIntegers integers;
+    integers.with_step = std::move(with_step);
+    integers.one_of_several = one_of_several;
+    return integers;
   };
   const std::string large = "1700000000000001\n4 5 6 -7\n";
   const std::string nanoseconds = "1700000000000000123\n4 5 6 7\n";
   // Where one of several values is kept, they are integers.
   EXPECT_EQ(
-      read_as("1\n4 5 6 -7\n", {{}, true}),
+      read_as("1\n4 5 6 -7\n", kept({}, true)),
       Remarks{"its field t (int64) is taken as int32, which has the same values"});
   EXPECT_EQ(numbers<std::int32_t>("t", F::INT32), (std::vector<std::int32_t>{1, -7}));
-  read_as("1\n4 5 6 4294967295\n", {{}, true});
+  read_as("1\n4 5 6 4294967295\n", kept({}, true));
   EXPECT_EQ(numbers<std::uint32_t>("t", F::UINT32), (Colours{1, 4294967295}));
-  EXPECT_EQ(read_as(large, {{}, true}),
+  EXPECT_EQ(read_as(large, kept({}, true)),
             Remarks{"its field t (int64) is taken as two uint32 with the same bits, as "
                     "uint32 has not all of its values"});
   EXPECT_EQ(numbers<std::int64_t>("t", F::UINT32),
             (std::vector<std::int64_t>{1700000000000001, -7}));
   // With a step they must be one number.
   for (const bool one_of_several : {false, true}) {
-    read_as(large, {{"t"}, one_of_several});
+    read_as(large, kept({"t"}, one_of_several));
     EXPECT_EQ(doubles("t"), (Doubles{1700000000000001.0, -7.0}));
-    EXPECT_THROW(read_as(nanoseconds, {{"t"}, one_of_several}), FieldRefusal);
-    read_as("1\n4 5 6 2\n", {{"t"}, one_of_several});
+    EXPECT_THROW(read_as(nanoseconds, kept({"t"}, one_of_several)), FieldRefusal);
+    read_as("1\n4 5 6 2\n", kept({"t"}, one_of_several));
     EXPECT_EQ(doubles("t"), (Doubles{1.0, 2.0}));
   }
-  EXPECT_NO_THROW(read_as(nanoseconds, {{"ring"}, false}));
+  EXPECT_NO_THROW(read_as(nanoseconds, kept({"ring"}, false)));
+  // Values that go back and forth change the type of a stream's field only once.
+  UsualFields of_stream(kept({}, true));
+  read_next("2147483647\n4 5 6 1\n", of_stream);
+  EXPECT_EQ(cloud_.fields.back().datatype, F::INT32);
+  for (const char* values : {"2147483648\n4 5 6 1\n", "2147483647\n4 5 6 1\n"}) {
+    read_next(values, of_stream);
+    EXPECT_EQ(cloud_.fields.back().datatype, F::UINT32);
+    EXPECT_EQ(cloud_.fields.back().count, 1u);
+  }
+  for (const char* values : {"-1\n4 5 6 1\n", "3\n4 5 6 1\n"}) {
+    read_next(values, of_stream);
+    EXPECT_EQ(cloud_.fields.back().count, 2u);
+  }
+  EXPECT_EQ(numbers<std::int64_t>("t", F::UINT32), (std::vector<std::int64_t>{3, 1}));
+  of_stream = UsualFields();
+  read_next(nanoseconds, of_stream);
+  read_next("1\n4 5 6 1\n", of_stream);
+  EXPECT_EQ(cloud_.fields.back().count, 2u);
 }
 
 TEST_F(FileLayouts, CompressedPointsHaveTheGapsOrNot)
